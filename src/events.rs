@@ -1,0 +1,231 @@
+//! What happened in a cycle: kicks, collisions, goals, verdicts, refused commands.
+
+use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use crate::geometry::file_units;
+use crate::knowledge::Knowledge;
+use crate::robot::kick::KickType;
+use crate::robot::{RobotId, Team};
+
+/// The events of the cycle under way, in the order in which they happened.
+#[derive(Resource, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, Deref, DerefMut)]
+#[reflect(Resource, @Knowledge::Truth)]
+pub struct CycleEvents(pub Vec<MatchEvent>);
+
+/// What came of a kick.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum KickResult {
+    /// The ball was struck.
+    Kicked,
+    /// A side kick from the wrong side: a straight kick at reduced speed.
+    Reduced,
+    /// The ball was not struck; the reason says why.
+    Missed,
+}
+
+/// Why a kick missed.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum KickMiss {
+    /// The ball's centre was outside the kick's rectangle (paper, Table 2).
+    OutOfReach,
+    /// The robot was already kicking or recovering.
+    Busy,
+    /// The robot is penalised.
+    Penalised,
+    /// Play is stopped.
+    PlayStopped,
+    /// The speed is not a number.
+    NotANumber,
+    /// There is no ball.
+    NoBall,
+}
+
+/// What met in a collision.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum CollisionType {
+    /// Two moving robots.
+    MovingRobots,
+    /// A moving and a static robot.
+    MovingAndStaticRobot,
+    /// A moving robot and a post.
+    RobotAndPost,
+    /// A moving robot and a moving ball.
+    MovingRobotAndMovingBall,
+    /// A moving robot and a static ball.
+    MovingRobotAndStaticBall,
+    /// A standing robot and a rolling ball.
+    StandingRobotAndBall,
+    /// The ball and a post or a goal's frame.
+    BallAndPost,
+}
+
+/// What a robot or the ball ran into.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect)]
+pub enum CollisionPartner {
+    /// Another robot.
+    Robot(RobotId),
+    /// A goal post, a bar or an extra post.
+    Post,
+    /// The ball.
+    Ball,
+}
+
+impl Serialize for CollisionPartner {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            CollisionPartner::Robot(id) => id.serialize(serializer),
+            CollisionPartner::Post => serializer.serialize_str("post"),
+            CollisionPartner::Ball => serializer.serialize_str("ball"),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for CollisionPartner {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let word = String::deserialize(deserializer)?;
+        match word.as_str() {
+            "post" => Ok(CollisionPartner::Post),
+            "ball" => Ok(CollisionPartner::Ball),
+            word => word.parse().map(CollisionPartner::Robot).map_err(serde::de::Error::custom),
+        }
+    }
+}
+
+/// A command that a behaviour may give.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum CommandKind {
+    /// [`WalkCommand`](crate::robot::motion::WalkCommand).
+    Walk,
+    /// [`HeadCommand`](crate::robot::head::HeadCommand).
+    Head,
+    /// [`KickCommand`](crate::robot::kick::KickCommand).
+    Kick,
+    /// [`Outbox`](crate::communication::Outbox).
+    Say,
+}
+
+/// Why a command was refused.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Refusal {
+    /// A number in it is not finite.
+    NotFinite,
+    /// A number in it is beyond anything that could be meant.
+    TooLarge,
+}
+
+/// A line over which the ball left the pitch.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum BoundaryLine {
+    /// A side line.
+    Side,
+    /// A goal line, outside the goal.
+    Goal,
+}
+
+/// Something that happened in a cycle.
+#[derive(Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum MatchEvent {
+    /// A kick command was carried out, or not.
+    Kick {
+        /// Who kicked.
+        robot: RobotId,
+        /// Which kick was wanted.
+        #[serde(rename = "type")]
+        kick_type: KickType,
+        /// The speed wanted, after clamping to 0..1; none if it was not a number.
+        speed: Option<f32>,
+        /// What came of it.
+        result: KickResult,
+        /// Why nothing did.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        reason: Option<KickMiss>,
+        /// The direction in which the ball left, in the pitch frame, radians (degrees in files).
+        #[serde(rename = "direction_deg", with = "optional_degrees", skip_serializing_if = "Option::is_none")]
+        direction: Option<f32>,
+        /// The speed with which it left, m/s.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        launch_speed_mps: Option<f32>,
+    },
+    /// Two things came to touch. Reported when the contact begins.
+    Collision {
+        /// The moving robot; the first in order if both move; none if the ball hit a post.
+        robot: Option<RobotId>,
+        /// What it ran into.
+        with: CollisionPartner,
+        /// The type of the collision.
+        #[serde(rename = "type")]
+        collision_type: CollisionType,
+        /// Speed at which the two approached each other, m/s.
+        speed_mps: f32,
+        /// Where they touched, m, pitch frame.
+        position_m: Vec2,
+    },
+    /// A behaviour's command was refused, and nothing was done.
+    CommandRefused {
+        /// Whose command.
+        robot: RobotId,
+        /// Which command.
+        command: CommandKind,
+        /// Why.
+        reason: Refusal,
+    },
+    /// A goal was scored.
+    Goal {
+        /// The team that it counts for.
+        team: Team,
+        /// Who touched the ball last, if anybody did.
+        scorer: Option<RobotId>,
+        /// Whether that robot is of the other team.
+        own_goal: bool,
+    },
+    /// The ball left the pitch.
+    BallOut {
+        /// Over which line.
+        line: BoundaryLine,
+        /// Where, m, pitch frame.
+        position_m: Vec2,
+        /// The team that touched it last.
+        last_touch: Option<Team>,
+    },
+    /// Ball and robots were placed for a kick-off.
+    KickOff {
+        /// The team that kicks off.
+        team: Team,
+    },
+    /// A half begins.
+    HalfBegins {
+        /// From 1.
+        half: u32,
+    },
+    /// The final whistle.
+    FinalWhistle,
+    /// Something that must always hold does not: a bug.
+    InvariantBroken {
+        /// What.
+        message: String,
+    },
+}
+
+mod optional_degrees {
+    use super::file_units::degrees;
+    use serde::{Deserialize, Deserializer, Serializer};
+
+    pub fn serialize<S: Serializer>(radians: &Option<f32>, serializer: S) -> Result<S::Ok, S::Error> {
+        match radians {
+            Some(radians) => degrees::serialize(&crate::geometry::wrap_angle(*radians), serializer),
+            None => serializer.serialize_none(),
+        }
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f32>, D::Error> {
+        Ok(Option::<f32>::deserialize(deserializer)?.map(crate::geometry::to_radians))
+    }
+}

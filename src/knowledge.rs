@@ -1,0 +1,68 @@
+//! Who may know what: every component and resource of the simulation says whether it is ground truth, a sensor's
+//! reading, a command, a belief or public, by a reflection attribute where it is defined:
+//!
+//! ```
+//! use bevy::prelude::*;
+//! use naoisis::knowledge::Knowledge;
+//!
+//! #[derive(Component, Reflect)]
+//! #[reflect(Component, @Knowledge::Truth)]
+//! struct BatteryCharge(f32);
+//! ```
+//!
+//! The [information barrier](crate::behaviour) reads these marks when a behaviour is registered.
+
+use bevy::prelude::*;
+use bevy::reflect::{TypeInfo, TypeRegistry};
+use core::any::TypeId;
+use core::fmt;
+
+/// What a component or resource is to a behaviour.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Hash, Reflect)]
+pub enum Knowledge {
+    /// Ground truth, or anything it could be read from: a behaviour may neither read nor write it.
+    Truth,
+    /// What a robot measures or is told: a behaviour may read it.
+    Sensor,
+    /// What a robot intends: a behaviour may read and write it.
+    Command,
+    /// What a robot thinks: a behaviour may read and write it.
+    Belief,
+    /// Known to everybody, such as the dimensions of the pitch: a behaviour may read it.
+    Public,
+}
+
+impl Knowledge {
+    /// Whether a behaviour may read what is marked so.
+    pub fn is_readable(self) -> bool {
+        self != Knowledge::Truth
+    }
+
+    /// Whether a behaviour may write what is marked so.
+    pub fn is_writable(self) -> bool {
+        matches!(self, Knowledge::Command | Knowledge::Belief)
+    }
+
+    /// The mark of a registered type, if it carries one.
+    pub fn of_type(registry: &TypeRegistry, type_id: TypeId) -> Option<Knowledge> {
+        match registry.get_type_info(type_id)? {
+            TypeInfo::Struct(info) => info.get_attribute::<Knowledge>(),
+            TypeInfo::TupleStruct(info) => info.get_attribute::<Knowledge>(),
+            TypeInfo::Enum(info) => info.get_attribute::<Knowledge>(),
+            _ => None,
+        }
+        .copied()
+    }
+}
+
+impl fmt::Display for Knowledge {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Knowledge::Truth => "ground truth",
+            Knowledge::Sensor => "a sensor",
+            Knowledge::Command => "a command",
+            Knowledge::Belief => "a belief",
+            Knowledge::Public => "public",
+        })
+    }
+}

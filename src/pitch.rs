@@ -1,0 +1,414 @@
+//! The pitch as data: dimensions, lines, marks and goals, and what can be derived from them.
+//!
+//! Dimensions run between the centres of the lines, as in the rule books' figures. The `naoisis` pitch is that of
+//! the 2010 rule book (6 x 4 m), `spl2025` that of 2025 (9 x 6 m).
+
+use bevy::prelude::*;
+use core::f32::consts::TAU;
+use serde::{Deserialize, Serialize};
+
+use crate::geometry::unit;
+use crate::knowledge::Knowledge;
+
+/// A rectangular area in front of a goal.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct AreaDimensions {
+    /// From the goal line into the pitch, m.
+    pub depth_m: f32,
+    /// Along the goal line, m.
+    pub width_m: f32,
+}
+
+/// The colour of a goal's posts and bar.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum GoalColour {
+    /// RAL 1018, the goal at +x in 2010.
+    Yellow,
+    /// Sky-blue, RAL 5015, the goal at -x in 2010.
+    Blue,
+    /// Both goals today.
+    White,
+}
+
+/// The goals: two posts, a bar, and a frame behind that carries the net.
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct GoalDimensions {
+    /// Between the centres of the posts, m.
+    pub width_m: f32,
+    /// Height of the top of the bar, m.
+    pub height_m: f32,
+    /// From the posts' centres to the rear of the ground frame, m.
+    pub depth_m: f32,
+    /// Diameter of the posts, m.
+    pub post_diameter_m: f32,
+    /// Diameter of the crossbar, m.
+    pub bar_diameter_m: f32,
+    /// Colour of the goal at -x.
+    pub negative_x_colour: GoalColour,
+    /// Colour of the goal at +x.
+    pub positive_x_colour: GoalColour,
+}
+
+impl Default for GoalDimensions {
+    fn default() -> Self {
+        Self {
+            width_m: 1.4,
+            height_m: 0.8,
+            depth_m: 0.4,
+            post_diameter_m: 0.1,
+            bar_diameter_m: 0.05,
+            negative_x_colour: GoalColour::Blue,
+            positive_x_colour: GoalColour::Yellow,
+        }
+    }
+}
+
+/// Dimensions of the pitch. The default is the paper's 6 x 4 m pitch (2010 rule book, section 1.1).
+#[derive(Resource, Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[reflect(Resource, @Knowledge::Public)]
+#[serde(default, deny_unknown_fields)]
+pub struct Pitch {
+    /// The preset's name, for display.
+    pub name: String,
+    /// Between the centres of the goal lines, m.
+    pub length_m: f32,
+    /// Between the centres of the side lines, m.
+    pub width_m: f32,
+    /// Width of the lines, m.
+    pub line_width_m: f32,
+    /// Carpet beyond the centre of the side and goal lines, m.
+    pub border_m: f32,
+    /// Diameter of the centre circle, at the centre of its line, m.
+    pub centre_circle_diameter_m: f32,
+    /// The penalty area.
+    pub penalty_area: AreaDimensions,
+    /// The goal area inside the penalty area, where the pitch has one.
+    pub goal_area: Option<AreaDimensions>,
+    /// From the goal line to the penalty mark, m.
+    pub penalty_mark_distance_m: f32,
+    /// Length of the bars of the penalty cross, m.
+    pub penalty_mark_size_m: f32,
+    /// The goals.
+    pub goal: GoalDimensions,
+}
+
+impl Default for Pitch {
+    fn default() -> Self {
+        Self {
+            name: "naoisis".to_owned(),
+            length_m: 6.0,
+            width_m: 4.0,
+            line_width_m: 0.05,
+            border_m: 0.7,
+            centre_circle_diameter_m: 1.2,
+            penalty_area: AreaDimensions { depth_m: 0.6, width_m: 2.2 },
+            goal_area: None,
+            penalty_mark_distance_m: 1.8,
+            penalty_mark_size_m: 0.1,
+            goal: GoalDimensions::default(),
+        }
+    }
+}
+
+/// One end of the pitch, or the goal there.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum End {
+    /// The end at -x, with the blue goal.
+    #[default]
+    NegativeX,
+    /// The end at +x, with the yellow goal.
+    PositiveX,
+}
+
+impl End {
+    /// Both ends.
+    pub const BOTH: [End; 2] = [End::NegativeX, End::PositiveX];
+
+    /// -1 or +1: the sign of x there.
+    pub fn sign(self) -> f32 {
+        match self {
+            End::NegativeX => -1.0,
+            End::PositiveX => 1.0,
+        }
+    }
+
+    /// The other end.
+    pub fn opposite(self) -> End {
+        match self {
+            End::NegativeX => End::PositiveX,
+            End::PositiveX => End::NegativeX,
+        }
+    }
+}
+
+/// A goal post: a vertical cylinder on the ground.
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+pub struct GoalPost {
+    /// Centre on the ground, m, pitch frame.
+    pub position: Vec2,
+    /// Radius, m.
+    pub radius: f32,
+    /// Height, m.
+    pub height: f32,
+    /// Which goal it belongs to.
+    pub end: End,
+    /// Its colour.
+    pub colour: GoalColour,
+}
+
+/// A straight piece of line marking, at the centre of the line.
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+pub struct LineSegment {
+    /// One end, m, pitch frame.
+    pub start: Vec2,
+    /// The other end, m, pitch frame.
+    pub end: Vec2,
+}
+
+/// The shape in which lines meet.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum JunctionShape {
+    /// Two lines end in each other: a corner.
+    L,
+    /// A line ends on another.
+    T,
+    /// Two lines cross.
+    X,
+}
+
+/// Where lines meet.
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+pub struct LineJunction {
+    /// Where, m, pitch frame.
+    pub position: Vec2,
+    /// In which shape.
+    pub shape: JunctionShape,
+}
+
+impl Pitch {
+    /// Half the length between the goal lines' centres, m.
+    pub fn half_length(&self) -> f32 {
+        self.length_m / 2.0
+    }
+
+    /// Half the width between the side lines' centres, m.
+    pub fn half_width(&self) -> f32 {
+        self.width_m / 2.0
+    }
+
+    /// Half extents of the whole carpet, m.
+    pub fn carpet_half_extents(&self) -> Vec2 {
+        Vec2::new(self.half_length() + self.border_m, self.half_width() + self.border_m)
+    }
+
+    /// Half extents of the playing field to the outer edges of its lines, m: a ball wholly beyond is out.
+    pub fn outer_half_extents(&self) -> Vec2 {
+        Vec2::new(self.half_length(), self.half_width()) + self.line_width_m / 2.0
+    }
+
+    /// The x coordinate of the goal posts' centres, m: their rear is flush with the outer edge of the goal line.
+    pub fn goal_post_x(&self) -> f32 {
+        self.half_length() + self.line_width_m / 2.0 - self.goal.post_diameter_m / 2.0
+    }
+
+    /// The colour of the goal at this end.
+    pub fn goal_colour(&self, end: End) -> GoalColour {
+        match end {
+            End::NegativeX => self.goal.negative_x_colour,
+            End::PositiveX => self.goal.positive_x_colour,
+        }
+    }
+
+    /// The four goal posts: the goal at -x first, in each the post at -y first.
+    pub fn goal_posts(&self) -> [GoalPost; 4] {
+        let post = |end: End, side: f32| GoalPost {
+            position: Vec2::new(end.sign() * self.goal_post_x(), side * self.goal.width_m / 2.0),
+            radius: self.goal.post_diameter_m / 2.0,
+            height: self.goal.height_m,
+            end,
+            colour: self.goal_colour(end),
+        };
+        [post(End::NegativeX, -1.0), post(End::NegativeX, 1.0), post(End::PositiveX, -1.0), post(End::PositiveX, 1.0)]
+    }
+
+    /// The bars on the ground that carry the nets: for each goal its two sides and its rear. A rolling ball
+    /// bounces off them; their radius is half the crossbar's diameter.
+    pub fn ground_bars(&self) -> [LineSegment; 6] {
+        let bars = |end: End| {
+            let front = end.sign() * self.goal_post_x();
+            let rear = end.sign() * (self.goal_post_x() + self.goal.depth_m);
+            let half_width = self.goal.width_m / 2.0;
+            let segment = |x1, y1, x2, y2| LineSegment { start: Vec2::new(x1, y1), end: Vec2::new(x2, y2) };
+            [
+                segment(front, -half_width, rear, -half_width),
+                segment(front, half_width, rear, half_width),
+                segment(rear, -half_width, rear, half_width),
+            ]
+        };
+        let [a, b, c] = bars(End::NegativeX);
+        let [d, e, f] = bars(End::PositiveX);
+        [a, b, c, d, e, f]
+    }
+
+    /// The straight line markings, penalty crosses and centre circle apart.
+    pub fn line_segments(&self) -> Vec<LineSegment> {
+        let (x, y) = (self.half_length(), self.half_width());
+        let segment = |x1, y1, x2, y2| LineSegment { start: Vec2::new(x1, y1), end: Vec2::new(x2, y2) };
+        let mut segments = vec![
+            segment(-x, -y, x, -y),
+            segment(-x, y, x, y),
+            segment(-x, -y, -x, y),
+            segment(x, -y, x, y),
+            segment(0.0, -y, 0.0, y),
+        ];
+        for end in End::BOTH {
+            for area in self.areas() {
+                let (goal_line, front) = (end.sign() * x, end.sign() * (x - area.depth_m));
+                let side = area.width_m / 2.0;
+                segments.push(segment(goal_line, -side, front, -side));
+                segments.push(segment(goal_line, side, front, side));
+                segments.push(segment(front, -side, front, side));
+            }
+        }
+        segments
+    }
+
+    /// The centres of the two penalty crosses and of the centre mark, in that order.
+    pub fn marks(&self) -> [Vec2; 3] {
+        let x = self.half_length() - self.penalty_mark_distance_m;
+        [Vec2::new(-x, 0.0), Vec2::new(x, 0.0), Vec2::ZERO]
+    }
+
+    /// Where lines meet: corners, ends and crossings, those with the centre circle included.
+    pub fn line_junctions(&self) -> Vec<LineJunction> {
+        let (x, y) = (self.half_length(), self.half_width());
+        let mut junctions = Vec::new();
+        let mut push = |x: f32, y: f32, shape| {
+            junctions.push(LineJunction { position: Vec2::new(x, y), shape });
+        };
+        for side in [-1.0, 1.0] {
+            push(0.0, side * y, JunctionShape::T);
+            push(0.0, side * self.centre_circle_diameter_m / 2.0, JunctionShape::X);
+            for end in End::BOTH {
+                push(end.sign() * x, side * y, JunctionShape::L);
+                for area in self.areas() {
+                    push(end.sign() * x, side * area.width_m / 2.0, JunctionShape::T);
+                    push(end.sign() * (x - area.depth_m), side * area.width_m / 2.0, JunctionShape::L);
+                }
+            }
+        }
+        junctions
+    }
+
+    /// `count` points on the centre circle's line, for drawing.
+    pub fn centre_circle_points(&self, count: usize) -> impl Iterator<Item = Vec2> {
+        let radius = self.centre_circle_diameter_m / 2.0;
+        (0..count).map(move |index| radius * unit(TAU * index as f32 / count as f32))
+    }
+
+    /// Whether a point is inside the penalty area at this end, lines included.
+    pub fn in_penalty_area(&self, end: End, point: Vec2) -> bool {
+        let depth = self.half_length() + self.line_width_m / 2.0 - end.sign() * point.x;
+        let half_line = self.line_width_m / 2.0;
+        (0.0..=self.penalty_area.depth_m + self.line_width_m).contains(&depth)
+            && point.y.abs() <= self.penalty_area.width_m / 2.0 + half_line
+    }
+
+    fn areas(&self) -> impl Iterator<Item = AreaDimensions> + use<> {
+        core::iter::once(self.penalty_area).chain(self.goal_area)
+    }
+}
+
+/// What is wrong with a pitch's dimensions.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{message}: expected {expected}")]
+pub struct PitchError {
+    /// The field of [`Pitch`] at fault, as a path such as `goal.width_m`.
+    pub field: &'static str,
+    /// What is wrong.
+    pub message: String,
+    /// What would be right.
+    pub expected: String,
+}
+
+impl Pitch {
+    /// Checks that the dimensions describe a pitch on which a match can be played.
+    ///
+    /// # Errors
+    /// The first field that is out of range.
+    pub fn validate(&self) -> Result<(), PitchError> {
+        let ranges = [
+            ("length_m", self.length_m, 1.0, 120.0),
+            ("width_m", self.width_m, 1.0, 90.0),
+            ("line_width_m", self.line_width_m, 0.01, 0.5),
+            ("border_m", self.border_m, 0.2, 10.0),
+            ("centre_circle_diameter_m", self.centre_circle_diameter_m, 0.1, self.width_m),
+            ("penalty_area.depth_m", self.penalty_area.depth_m, 0.0, self.length_m / 2.0),
+            ("penalty_area.width_m", self.penalty_area.width_m, 0.0, self.width_m),
+            ("goal_area.depth_m", self.goal_area.unwrap_or_default().depth_m, 0.0, self.length_m / 2.0),
+            ("goal_area.width_m", self.goal_area.unwrap_or_default().width_m, 0.0, self.width_m),
+            ("penalty_mark_distance_m", self.penalty_mark_distance_m, 0.0, self.length_m / 2.0),
+            ("penalty_mark_size_m", self.penalty_mark_size_m, 0.0, 1.0),
+            ("goal.width_m", self.goal.width_m, 0.2, self.width_m),
+            ("goal.height_m", self.goal.height_m, 0.1, 10.0),
+            ("goal.depth_m", self.goal.depth_m, 0.05, 10.0),
+            ("goal.post_diameter_m", self.goal.post_diameter_m, 0.01, self.goal.width_m / 2.0),
+            ("goal.bar_diameter_m", self.goal.bar_diameter_m, 0.005, self.goal.width_m / 2.0),
+        ];
+        for (field, value, least, most) in ranges {
+            if !(least..=most).contains(&value) {
+                return Err(PitchError {
+                    field,
+                    message: format!("{field} is {value}"),
+                    expected: format!("{least} to {most} m"),
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_default_pitch_has_the_2010_rule_books_dimensions() {
+        let pitch = Pitch::default();
+        assert_eq!(pitch.validate(), Ok(()));
+        assert_eq!(pitch.outer_half_extents(), Vec2::new(3.025, 2.025));
+        assert_eq!(pitch.goal_posts()[3].position, Vec2::new(2.975, 0.7));
+        assert_eq!(pitch.goal_posts()[0].colour, GoalColour::Blue);
+        // 5 lines of the field and 3 of each penalty area.
+        assert_eq!(pitch.line_segments().len(), 11);
+        // 4 corners, 2 + 4 T, 2 X at the circle, 4 corners of the penalty areas.
+        assert_eq!(pitch.line_junctions().len(), 16);
+    }
+
+    #[test]
+    fn every_junction_lies_on_a_line() {
+        let pitch = Pitch { goal_area: Some(AreaDimensions { depth_m: 0.3, width_m: 1.8 }), ..Pitch::default() };
+        for junction in pitch.line_junctions() {
+            let on_line = pitch.line_segments().iter().any(|line| {
+                let direction = (line.end - line.start).normalize();
+                let offset = junction.position - line.start;
+                direction.perp_dot(offset).abs() < 1e-5
+                    && (-1e-5..=line.start.distance(line.end) + 1e-5).contains(&direction.dot(offset))
+            });
+            assert!(on_line, "{junction:?}");
+        }
+    }
+
+    #[test]
+    fn the_penalty_area_includes_its_lines() {
+        let pitch = Pitch::default();
+        assert!(pitch.in_penalty_area(End::NegativeX, Vec2::new(-2.376, 0.0)));
+        assert!(!pitch.in_penalty_area(End::NegativeX, Vec2::new(-2.374, 0.0)));
+        assert!(!pitch.in_penalty_area(End::PositiveX, Vec2::new(-2.9, 0.0)));
+    }
+}

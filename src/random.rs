@@ -1,0 +1,164 @@
+//! Random numbers: one stream for each robot and purpose, derived from the match's seed.
+//!
+//! Because every purpose has a stream of its own, switching on the noise of one sensor of one robot changes no
+//! other robot's noise, and none of the same robot's other sensors.
+
+use bevy::prelude::*;
+use core::convert::Infallible;
+use rand::{Rng, SeedableRng, TryRng};
+use rand_distr::{Distribution, StandardNormal};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use serde::{Deserialize, Serialize};
+
+use crate::knowledge::Knowledge;
+use crate::robot::RobotId;
+
+/// A reproducible stream of random numbers (xoshiro256++): the same on every platform, and small to save.
+#[derive(Clone, Debug, PartialEq, Eq, Reflect, Serialize, Deserialize)]
+#[reflect(opaque)]
+#[reflect(Serialize, Deserialize)]
+pub struct RandomStream(Xoshiro256PlusPlus);
+
+impl RandomStream {
+    /// The stream for `purpose` of `owner` in the match with this seed.
+    pub fn new(seed: u64, owner: RobotId, purpose: &str) -> Self {
+        Self::from_parts(seed, owner.stable_number(), purpose)
+    }
+
+    /// The stream for a purpose that belongs to no robot, such as the referee's choices.
+    pub fn for_match(seed: u64, purpose: &str) -> Self {
+        Self::from_parts(seed, 0, purpose)
+    }
+
+    fn from_parts(seed: u64, owner: u64, purpose: &str) -> Self {
+        let mut hash = mix(seed ^ 0x006e_616f_6973_6973);
+        hash = mix(hash ^ owner);
+        for byte in purpose.bytes() {
+            hash = mix(hash ^ u64::from(byte));
+        }
+        Self(Xoshiro256PlusPlus::seed_from_u64(hash))
+    }
+
+    /// A draw from the normal distribution with mean zero and this standard deviation; zero without a draw when
+    /// the deviation is zero.
+    pub fn gaussian(&mut self, standard_deviation: f32) -> f32 {
+        if standard_deviation == 0.0 {
+            return 0.0;
+        }
+        let draw: f32 = StandardNormal.sample(self);
+        standard_deviation * draw
+    }
+
+    /// A draw from the uniform distribution over [0, 1).
+    pub fn uniform(&mut self) -> f32 {
+        // The upper 24 bits fill the mantissa exactly.
+        (self.0.next_u64() >> 40) as f32 / (1u64 << 24) as f32
+    }
+
+    /// True with this probability; no draw is made when the outcome is certain.
+    pub fn chance(&mut self, probability: f32) -> bool {
+        probability > 0.0 && (probability >= 1.0 || self.uniform() < probability)
+    }
+}
+
+impl TryRng for RandomStream {
+    type Error = Infallible;
+
+    fn try_next_u32(&mut self) -> Result<u32, Infallible> {
+        Ok(self.0.next_u32())
+    }
+
+    fn try_next_u64(&mut self) -> Result<u64, Infallible> {
+        Ok(self.0.next_u64())
+    }
+
+    fn try_fill_bytes(&mut self, bytes: &mut [u8]) -> Result<(), Infallible> {
+        self.0.fill_bytes(bytes);
+        Ok(())
+    }
+}
+
+/// The random streams of one robot, one a purpose.
+#[derive(Component, Clone, Debug, PartialEq, Reflect, Serialize, Deserialize)]
+#[reflect(Component, @Knowledge::Truth)]
+pub struct RandomStreams {
+    /// Error of the executed walk.
+    pub motion: RandomStream,
+    /// Error of a kick's direction and speed.
+    pub kick: RandomStream,
+    /// Noise, misses and false detections of the geometric vision.
+    pub vision: RandomStream,
+    /// Noise and missed echoes of the sonars.
+    pub sonar: RandomStream,
+    /// Error of the measured steps.
+    pub odometry: RandomStream,
+    /// Loss and delay of the messages that this robot should receive.
+    pub messages: RandomStream,
+    /// Pixel noise of the camera images.
+    pub camera: RandomStream,
+    /// Falls.
+    pub balance: RandomStream,
+}
+
+impl RandomStreams {
+    /// The streams of a robot in the match with this seed.
+    pub fn new(seed: u64, robot: RobotId) -> Self {
+        let stream = |purpose| RandomStream::new(seed, robot, purpose);
+        Self {
+            motion: stream("motion"),
+            kick: stream("kick"),
+            vision: stream("vision"),
+            sonar: stream("sonar"),
+            odometry: stream("odometry"),
+            messages: stream("messages"),
+            camera: stream("camera"),
+            balance: stream("balance"),
+        }
+    }
+}
+
+/// The finaliser of SplitMix64 (Steele, Lea, Flood: Fast Splittable Pseudorandom Number Generators, 2014).
+fn mix(value: u64) -> u64 {
+    let mut z = value.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::robot::Team;
+
+    #[test]
+    fn streams_differ_by_seed_robot_and_purpose_and_repeat() {
+        let blue1 = RobotId::new(Team::Blue, 1);
+        let first = |mut stream: RandomStream| stream.next_u64();
+        let reference = first(RandomStream::new(1, blue1, "motion"));
+        assert_eq!(reference, first(RandomStream::new(1, blue1, "motion")));
+        assert_ne!(reference, first(RandomStream::new(2, blue1, "motion")));
+        assert_ne!(reference, first(RandomStream::new(1, blue1, "kick")));
+        assert_ne!(reference, first(RandomStream::new(1, RobotId::new(Team::Pink, 1), "motion")));
+    }
+
+    #[test]
+    fn gaussian_draws_have_the_mean_and_deviation_asked_for() {
+        let mut stream = RandomStream::for_match(7, "test");
+        let count = 100_000;
+        let draws: Vec<f64> = (0..count).map(|_| f64::from(stream.gaussian(0.5))).collect();
+        let mean = draws.iter().sum::<f64>() / f64::from(count);
+        let variance = draws.iter().map(|draw| (draw - mean).powi(2)).sum::<f64>() / f64::from(count);
+        // Standard error of the mean: 0.5 / sqrt(1e5) = 0.0016; of the deviation: 0.5 / sqrt(2e5) = 0.0011.
+        // Four of them hold with 99.99 % confidence.
+        assert!(mean.abs() < 4.0 * 0.0016);
+        assert!((variance.sqrt() - 0.5).abs() < 4.0 * 0.0011);
+    }
+
+    #[test]
+    fn a_certain_outcome_draws_nothing() {
+        let mut stream = RandomStream::for_match(7, "test");
+        let before = stream.clone();
+        assert!(stream.chance(1.0) && !stream.chance(0.0) && stream.gaussian(0.0) == 0.0);
+        assert_eq!(stream, before);
+    }
+}
