@@ -160,6 +160,18 @@ pub struct GoalPost {
     pub colour: GoalColour,
 }
 
+/// A post as an entity of the simulation: a vertical cylinder at its [`Pose`](crate::geometry::Pose).
+#[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[reflect(Component, @Knowledge::Truth)]
+pub struct Post {
+    /// Radius, m.
+    pub radius_m: f32,
+    /// Height, m.
+    pub height_m: f32,
+    /// The colour of a goal post; none for an extra post.
+    pub colour: Option<GoalColour>,
+}
+
 /// A straight piece of line marking, at the centre of the line.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 pub struct LineSegment {
