@@ -11,6 +11,7 @@ pub mod knowledge;
 pub mod pitch;
 pub mod prelude;
 pub mod random;
+pub mod record;
 pub mod referee;
 pub mod robot;
 pub mod scenario;

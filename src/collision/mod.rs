@@ -174,8 +174,14 @@ impl Scratch {
                 .iter()
                 .map(|cylinder| Obstacle::Cylinder { centre: cylinder.centre, radius: cylinder.radius }),
         );
-        let radius = pitch.goal.bar_diameter_m / 2.0;
-        self.obstacles.extend(pitch.ground_bars().map(|bar| Obstacle::Bar { start: bar.start, end: bar.end, radius }));
+        if pitch.goal.ground_bars {
+            let radius = pitch.goal.bar_diameter_m / 2.0;
+            self.obstacles.extend(pitch.ground_bars().map(|bar| Obstacle::Bar {
+                start: bar.start,
+                end: bar.end,
+                radius,
+            }));
+        }
     }
 
     /// A ball that has nowhere to go stays, and whoever would walk into it stays too.

@@ -31,6 +31,7 @@ use crate::collision::CollisionPlugin;
 use crate::cycle::{CycleClock, CyclePlugin, run_cycle};
 use crate::events::{CycleEvents, MatchEvent};
 use crate::geometry::Pose;
+use crate::pitch::PitchPlugin;
 use crate::referee::{Game, GameState};
 use crate::robot::{RobotId, RobotPlugin, Roster};
 use crate::scenario::Scenario;
@@ -42,6 +43,7 @@ impl PluginGroup for NaoisisPlugins {
     fn build(self) -> PluginGroupBuilder {
         PluginGroupBuilder::start::<Self>()
             .add(CyclePlugin::default())
+            .add(PitchPlugin)
             .add(RobotPlugin)
             .add(BallPlugin)
             .add(CollisionPlugin)
