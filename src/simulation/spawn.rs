@@ -80,6 +80,9 @@ pub(super) fn start(world: &mut World, scenario: &Scenario) -> Result<(), StartE
         spawn_robot(world, scenario, robot);
     }
     world.insert_resource(scenario.clone());
+    Ok(())
+}
+
 /// The scenario's robots, or those of the two teams that it names, lined up for a kick-off; all behaviours exist.
 fn robots_of(world: &World, scenario: &Scenario) -> Result<Vec<RobotSpec>, StartError> {
     let _ = scenario;
