@@ -3,5 +3,8 @@
 
 mod barrier;
 mod collisions;
+mod commands;
+mod determinism;
 mod kicks;
+mod matches;
 mod support;
