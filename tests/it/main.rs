@@ -1,0 +1,3 @@
+//! Tests of the program from outside, as one crate.
+
+mod scenario_files;
