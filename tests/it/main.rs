@@ -7,4 +7,5 @@ mod commands;
 mod determinism;
 mod kicks;
 mod matches;
+mod scenario_files;
 mod support;
