@@ -16,6 +16,24 @@ pub struct Ball;
 #[reflect(Component, @Knowledge::Truth)]
 pub struct BallVelocity(pub Vec2);
 
+/// The ball's size and how it rolls and bounces.
+#[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[reflect(Component, @Knowledge::Public)]
+pub struct BallPhysics {
+    /// Radius, m: 0.03 (paper, section 3.1).
+    pub radius_m: f32,
+    /// How it slows down.
+    pub rolling: Rolling,
+    /// Share of the approach speed that is left after a bounce: 0.4 (rUNSWift 2019).
+    pub restitution: f32,
+}
+
+impl Default for BallPhysics {
+    fn default() -> Self {
+        Self { radius_m: 0.03, rolling: Rolling::default(), restitution: 0.4 }
+    }
+}
+
 /// Below this speed the ball rests, m/s. Exponential drag alone would never stop it.
 pub const REST_SPEED_MPS: f32 = 1e-3;
 

@@ -43,6 +43,12 @@ impl WalkCommand {
     }
 }
 
+/// What the robot really walked in the last cycle, after limits, error and collisions: the displacement in the robot
+/// frame as it was before. Being carried by the referee does not count.
+#[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[reflect(Component, @Knowledge::Truth)]
+pub struct ExecutedStep(pub WalkCommand);
+
 /// Standard deviations of the error that is added to every command that is not null.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]

@@ -308,11 +308,14 @@ mod tests {
     }
 
     #[test]
-    fn a_ball_at_the_feet_needs_a_nod_of_almost_19_degrees() {
-        // The paper's kicks want the ball from 10 cm on; at 15 cm, on the ground, 18.7° of pitch bring it into view.
+    fn a_ball_at_the_feet_needs_a_nod_of_19_degrees() {
+        // The paper's kicks want the ball from 10 cm on. A point of the ground at 15 cm comes into view where the lower
+        // edge of the image, 58.396° + pitch below the horizontal, meets it: at a pitch of 19.17°, as the lens is then
+        // at x = 0.0488 cos 19.17 + 0.0114 sin 19.17 = 0.04984 and z = 0.4595 - 0.0488 sin 19.17 + 0.0114 cos 19.17 =
+        // 0.45424, and tan(77.566°) = 4.5354 = 0.45424 / (0.15 - 0.04984).
         let ball = Vec3::new(0.15, 0.0, 0.0);
-        assert_eq!(view(CameraSide::Bottom, 0.0, 18.6).pixel_in_image(ball), None);
-        assert!(view(CameraSide::Bottom, 0.0, 18.8).pixel_in_image(ball).is_some());
+        assert_eq!(view(CameraSide::Bottom, 0.0, 19.1).pixel_in_image(ball), None);
+        assert!(view(CameraSide::Bottom, 0.0, 19.25).pixel_in_image(ball).is_some());
     }
 
     #[test]
