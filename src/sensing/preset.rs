@@ -52,6 +52,8 @@ impl<'de, T: Preset> Visitor<'de> for PresetVisitor<T> {
 }
 
 /// Reads a field that is there. For the fields of [`Preset::Changes`], where plain options would want `Some(...)` in RON.
-pub(crate) fn present<'de, T: serde::Deserialize<'de>, D: Deserializer<'de>>(deserializer: D) -> Result<Option<T>, D::Error> {
+pub(crate) fn present<'de, T: serde::Deserialize<'de>, D: Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Option<T>, D::Error> {
     T::deserialize(deserializer).map(Some)
 }
