@@ -31,7 +31,7 @@ use crate::collision::CollisionPlugin;
 use crate::cycle::{CycleClock, CyclePlugin, run_cycle};
 use crate::events::{CycleEvents, MatchEvent};
 use crate::geometry::Pose;
-use crate::referee::{Game, GameState};
+use crate::referee::{Game, GameState, RefereePlugin};
 use crate::robot::{RobotId, RobotPlugin, Roster};
 use crate::scenario::Scenario;
 
@@ -46,6 +46,7 @@ impl PluginGroup for NaoisisPlugins {
             .add(BallPlugin)
             .add(CollisionPlugin)
             .add(BehaviourPlugin)
+            .add(RefereePlugin)
             .add(invariants::InvariantPlugin)
     }
 }

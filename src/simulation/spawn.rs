@@ -12,7 +12,7 @@ use crate::events::CycleEvents;
 use crate::geometry::Pose;
 use crate::pitch::{Pitch, Post};
 use crate::random::RandomStreams;
-use crate::referee::GameStatus;
+use crate::referee::{self, GameStatus};
 use crate::robot::body::BodyBounds;
 use crate::robot::head::{HeadAngles, HeadCommand};
 use crate::robot::kick::{KickCommand, KickPhase};
@@ -74,6 +74,8 @@ pub(super) fn start(world: &mut World, scenario: &Scenario) -> Result<(), StartE
     world.insert_resource(CycleClock { cycle: 0, period_s: scenario.cycle_s });
     world.insert_resource(CycleEvents::default());
     world.insert_resource(Contacts::default());
+    let clock = *world.resource::<CycleClock>();
+    referee::start(world, &scenario.rules, &clock);
     spawn_posts(world, scenario);
     spawn_ball(world, scenario);
     for robot in &robots {
