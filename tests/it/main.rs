@@ -1,3 +1,11 @@
-//! Tests of the program from outside, as one crate.
+//! The integration tests: one crate, a module a subject.
+#![expect(clippy::unwrap_used, reason = "a failed test may panic")]
 
+mod barrier;
+mod collisions;
+mod commands;
+mod determinism;
+mod kicks;
+mod matches;
 mod scenario_files;
+mod support;
