@@ -205,7 +205,9 @@ fn ron_fault(text: &str, error: &ron::error::SpannedError) -> SyntaxFault {
         },
         Error::ExceededRecursionLimit => fault("the nesting is too deep", "at most 128 levels of lists and objects"),
         Error::TrailingCharacters => fault("something follows after the scenario's end", "the end of the file"),
-        Error::ExpectedComma => fault("there is no comma", "a comma, the end of the list or object, or a colon after a field's name"),
+        Error::ExpectedComma => {
+            fault("there is no comma", "a comma, the end of the list or object, or a colon after a field's name")
+        }
         Error::ExpectedMapColon => fault("there is no colon", "a colon and a value after a field's name"),
         Error::ExpectedArrayEnd => fault("the list does not go on like this", "a comma or a closing `]`"),
         Error::ExpectedMapEnd => fault("the object does not go on like this", "a comma or a closing `}`"),

@@ -75,11 +75,7 @@ fn texts_that_are_no_ron_or_json() {
 
 #[test]
 fn fields_that_there_are_not() {
-    refuses_both(
-        "{ \"seed\": 1,\n /ä/ «\"sede\": 2 }",
-        "no field `sede`: did you mean `seed`?",
-        "`seed`",
-    );
+    refuses_both("{ \"seed\": 1,\n \"name\": \"ä\", «\"sede\": 2 }", "no field `sede`: did you mean `seed`?", "`seed`");
     refuses_ron(
         "(\n  robots: [\n    (team: blue, number: 1, «positon: (0, 0)),\n  ],\n)",
         "no field `positon`",
