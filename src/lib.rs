@@ -18,3 +18,5 @@ pub mod robot;
 pub mod scenario;
 pub mod sensing;
 pub mod simulation;
+#[cfg(feature = "viewer")]
+pub mod viewer;

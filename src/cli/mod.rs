@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 mod check;
 mod list;
+mod play;
 mod report;
 mod run;
 
@@ -18,6 +19,8 @@ struct CommandLine {
 
 #[derive(Subcommand, Debug)]
 enum Command {
+    /// Watch a match in a window; the same as no command
+    Play(play::PlayArguments),
     /// Run a match headless, as fast as it goes
     Run(run::RunArguments),
     /// Check scenario files
@@ -29,9 +32,10 @@ enum Command {
 /// Parses the command line and carries it out.
 pub fn main() -> ExitCode {
     match CommandLine::parse().command {
+        Some(Command::Play(arguments)) => play::play(&arguments),
         Some(Command::Run(arguments)) => run::run(&arguments),
         Some(Command::Check(arguments)) => check::check(&arguments, |_| Ok(())),
         Some(Command::List(arguments)) => list::list(&arguments, []),
-        None => ExitCode::SUCCESS,
+        None => play::play(&play::PlayArguments::default()),
     }
 }

@@ -20,8 +20,6 @@ use crate::robot::Team;
 use crate::scenario::{Scenario, ScenarioFile};
 use crate::simulation::{MatchApp, NaoisisPlugins};
 
-/// Runs longer than the clock of a match without one, s.
-const DEFAULT_DURATION_S: f32 = 60.0;
 /// Cycles between two looks at the progress bar.
 const CYCLES_PER_PROGRESS: u64 = 512;
 
@@ -118,10 +116,9 @@ struct Outcome {
 
 fn run_to_the_end(world: &mut World, scenario: &Scenario, interrupted: &AtomicBool, quiet: bool) -> Outcome {
     let period_s = world.resource::<CycleClock>().period_s;
-    let duration_s = scenario.duration_s.or((!scenario.rules.clock).then_some(DEFAULT_DURATION_S));
-    let last_cycle = duration_s.map(|duration_s| (f64::from(duration_s) / period_s).round() as u64);
+    let last_cycle = scenario.last_cycle();
     let match_s = scenario.rules.half_s * scenario.rules.halves as f32;
-    let progress = progress_bar(duration_s.unwrap_or(match_s), quiet);
+    let progress = progress_bar(scenario.end_s().unwrap_or(match_s), quiet);
     let mut outcome = Outcome { reason: EndReason::Duration, goals: Vec::new(), broken_invariants: Vec::new() };
     loop {
         let cycle = world.resource::<CycleClock>().cycle;

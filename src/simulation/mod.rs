@@ -23,7 +23,7 @@ use bevy::prelude::*;
 pub mod invariants;
 mod spawn;
 
-pub use spawn::MatchEntity;
+pub use spawn::{MatchEntity, start as start_match};
 
 use crate::ball::{BallPlugin, BallVelocity};
 use crate::behaviour::BehaviourPlugin;
@@ -109,7 +109,7 @@ pub trait MatchApp {
 
 impl MatchApp for App {
     fn start_match(&mut self, scenario: &Scenario) -> Result<&mut Self, ScenarioFault> {
-        spawn::start(self.world_mut(), scenario)?;
+        start_match(self.world_mut(), scenario)?;
         Ok(self)
     }
 
