@@ -4,7 +4,24 @@ use bevy::math::ops;
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use crate::collision::ball::RollingBall;
+use crate::cycle::{Cycle, CycleClock, CycleSystems};
+use crate::geometry::Pose;
 use crate::knowledge::Knowledge;
+
+/// Rolls the ball in [`CycleSystems::RollBall`], as if nothing were in its way; what is, is seen to in
+/// [`CycleSystems::Collide`].
+pub struct BallPlugin;
+
+impl Plugin for BallPlugin {
+    fn build(&self, app: &mut App) {
+        app.register_type::<Ball>()
+            .register_type::<BallPhysics>()
+            .register_type::<BallVelocity>()
+            .register_type::<BallPath>()
+            .add_systems(Cycle, roll.in_set(CycleSystems::RollBall));
+    }
+}
 
 /// Marks the ball. Its [`Pose`](crate::geometry::Pose) is its centre's place above the ground.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
@@ -16,22 +33,26 @@ pub struct Ball;
 #[reflect(Component, @Knowledge::Truth)]
 pub struct BallVelocity(pub Vec2);
 
-/// The ball's size and how it rolls and bounces.
+/// What the ball is like.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Public)]
 pub struct BallPhysics {
-    /// Radius, m: 0.03 (paper, section 3.1).
+    /// Radius, m.
     pub radius_m: f32,
     /// How it slows down.
     pub rolling: Rolling,
-    /// Share of the approach speed that is left after a bounce: 0.4 (rUNSWift 2019).
+    /// Share of the approach speed that is left after a bounce.
     pub restitution: f32,
 }
 
-impl Default for BallPhysics {
-    fn default() -> Self {
-        Self { radius_m: 0.03, rolling: Rolling::default(), restitution: 0.4 }
-    }
+/// The ball's way through the cycle under way.
+#[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[reflect(Component, @Knowledge::Truth)]
+pub struct BallPath {
+    /// The velocity with which it began the cycle, after any kick, m/s.
+    pub start_velocity: Vec2,
+    /// The corners of its path, m: its place at the start of the cycle, at every bounce, and at the end.
+    pub corners: Vec<Vec2>,
 }
 
 /// Below this speed the ball rests, m/s. Exponential drag alone would never stop it.
@@ -98,6 +119,80 @@ impl Rolling {
             Rolling::ExponentialPerS(drag) => distance * drag + REST_SPEED_MPS,
             Rolling::ConstantMps2(deceleration) => {
                 (2.0 * deceleration * distance + REST_SPEED_MPS * REST_SPEED_MPS).sqrt()
+            }
+        }
+    }
+}
+
+fn roll(clock: Res<CycleClock>, mut balls: Query<(&mut Pose, &BallPhysics, &mut BallVelocity, &mut BallPath)>) {
+    for (mut pose, physics, mut velocity, mut path) in &mut balls {
+        path.start_velocity = velocity.0;
+        path.corners.clear();
+        path.corners.push(pose.position);
+        let end = physics.rolling_ball(pose.position, velocity.0).after(clock.period());
+        pose.position = end.position;
+        velocity.0 = end.velocity;
+        path.corners.push(pose.position);
+    }
+}
+
+impl BallPhysics {
+    /// The ball at this place, with this velocity.
+    pub fn rolling_ball(&self, position: Vec2, velocity: Vec2) -> RollingBall {
+        RollingBall { position, velocity, radius: self.radius_m, rolling: self.rolling, restitution: self.restitution }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+    use proptest::prelude::*;
+
+    #[test]
+    fn exponential_drag_rolls_in_proportion_to_the_speed() {
+        let rolling = Rolling::ExponentialPerS(0.5);
+        // s = (v0 - v_rest) / k
+        assert_relative_eq!(rolling.distance(2.0), (2.0 - 0.001) / 0.5);
+        // s(t) = v0 (1 - exp(-k t)) / k, v(t) = v0 exp(-k t)
+        let (distance, left) = rolling.advance(2.0, 1.0);
+        assert_relative_eq!(distance, 4.0 * (1.0 - (-0.5_f32).exp()), max_relative = 1e-6);
+        assert_relative_eq!(left, 2.0 * (-0.5_f32).exp(), max_relative = 1e-6);
+    }
+
+    #[test]
+    fn constant_deceleration_rolls_with_the_square_of_the_speed() {
+        let rolling = Rolling::ConstantMps2(0.3);
+        // s = v0² / (2 a), but for the speed at which it rests; after 2 s: s = v0 t - a t² / 2.
+        assert_relative_eq!(rolling.distance(1.2), 1.2 * 1.2 / 0.6, max_relative = 1e-5);
+        let (distance, left) = rolling.advance(1.2, 2.0);
+        assert_relative_eq!(distance, 2.4 - 0.6, max_relative = 1e-6);
+        assert_relative_eq!(left, 0.6, max_relative = 1e-6);
+    }
+
+    proptest! {
+        #[test]
+        fn the_cycle_length_does_not_change_where_the_ball_rests(
+            speed in 0.0f32..30.0, drag in 0.1f32..2.0, period in 0.01f32..0.5, constant: bool,
+        ) {
+            let rolling = if constant { Rolling::ConstantMps2(drag) } else { Rolling::ExponentialPerS(drag) };
+            let (mut left, mut distance, mut cycles) = (speed, 0.0f64, 0);
+            while left > 0.0 && cycles < 100_000 {
+                let (step, next) = rolling.advance(left, period);
+                distance += f64::from(step);
+                left = next;
+                cycles += 1;
+            }
+            let expected = f64::from(rolling.distance(speed));
+            prop_assert!((distance - expected).abs() < 1e-3 * expected.max(1.0), "{distance} {expected}");
+        }
+
+        #[test]
+        fn speed_for_distance_is_the_inverse_of_distance(distance in 0.001f32..50.0, drag in 0.1f32..2.0) {
+            for rolling in [Rolling::ExponentialPerS(drag), Rolling::ConstantMps2(drag)] {
+                assert_relative_eq!(
+                    rolling.distance(rolling.speed_for_distance(distance)), distance, max_relative = 1e-3
+                );
             }
         }
     }

@@ -1,1 +1,3 @@
+//! The `naoisis` command.
+
 fn main() {}

@@ -10,6 +10,15 @@ use serde::{Deserialize, Serialize};
 use crate::geometry::unit;
 use crate::knowledge::Knowledge;
 
+/// Registers the pitch's types.
+pub struct PitchPlugin;
+
+impl Plugin for PitchPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Pitch>().register_type::<Pitch>().register_type::<Post>();
+    }
+}
+
 /// A rectangular area in front of a goal.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -46,6 +55,8 @@ pub struct GoalDimensions {
     pub post_diameter_m: f32,
     /// Diameter of the crossbar, m.
     pub bar_diameter_m: f32,
+    /// Whether the bars on the ground that carry the net stop the ball. The paper has posts only, so not by default.
+    pub ground_bars: bool,
     /// Colour of the goal at -x.
     pub negative_x_colour: GoalColour,
     /// Colour of the goal at +x.
@@ -60,6 +71,7 @@ impl Default for GoalDimensions {
             depth_m: 0.4,
             post_diameter_m: 0.1,
             bar_diameter_m: 0.05,
+            ground_bars: false,
             negative_x_colour: GoalColour::Blue,
             positive_x_colour: GoalColour::Yellow,
         }
@@ -160,23 +172,16 @@ pub struct GoalPost {
     pub colour: GoalColour,
 }
 
-/// A post as a thing on the pitch: a vertical cylinder that stands where its [`Pose`](crate::geometry::Pose) is.
+/// A post as an entity of the simulation: a vertical cylinder at its [`Pose`](crate::geometry::Pose).
 #[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Truth)]
 pub struct Post {
     /// Radius, m.
-    pub radius: f32,
+    pub radius_m: f32,
     /// Height, m.
-    pub height: f32,
-    /// The colour of the goal that it belongs to; none for an extra post, which is no goal post but stands in the
-    /// way all the same.
+    pub height_m: f32,
+    /// The colour of a goal post; none for an extra post.
     pub colour: Option<GoalColour>,
-}
-
-impl From<GoalPost> for Post {
-    fn from(post: GoalPost) -> Self {
-        Self { radius: post.radius, height: post.height, colour: Some(post.colour) }
-    }
 }
 
 /// A straight piece of line marking, at the centre of the line.
@@ -255,8 +260,8 @@ impl Pitch {
         [post(End::NegativeX, -1.0), post(End::NegativeX, 1.0), post(End::PositiveX, -1.0), post(End::PositiveX, 1.0)]
     }
 
-    /// The bars on the ground that carry the nets: for each goal its two sides and its rear. A rolling ball
-    /// bounces off them; their radius is half the crossbar's diameter.
+    /// The bars on the ground that carry the nets: for each goal its two sides and its rear. Their radius is half
+    /// the crossbar's diameter. See [`GoalDimensions::ground_bars`].
     pub fn ground_bars(&self) -> [LineSegment; 6] {
         let bars = |end: End| {
             let front = end.sign() * self.goal_post_x();
@@ -401,7 +406,7 @@ mod tests {
         let pitch = Pitch::default();
         assert_eq!(pitch.validate(), Ok(()));
         assert_eq!(pitch.outer_half_extents(), Vec2::new(3.025, 2.025));
-        assert_eq!(pitch.goal_posts()[3].position, Vec2::new(2.975, 0.7));
+        assert!(pitch.goal_posts()[3].position.abs_diff_eq(Vec2::new(2.975, 0.7), 1e-6));
         assert_eq!(pitch.goal_posts()[0].colour, GoalColour::Blue);
         // 5 lines of the field and 3 of each penalty area.
         assert_eq!(pitch.line_segments().len(), 11);

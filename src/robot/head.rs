@@ -6,8 +6,28 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::motion::refusal;
+use super::{RobotId, Roster};
+use crate::cycle::{Cycle, CycleClock, CycleSystems};
+use crate::events::{CommandKind, CycleEvents, MatchEvent};
 use crate::geometry::{file_units, to_radians};
 use crate::knowledge::Knowledge;
+
+/// Turns the heads in [`CycleSystems::Act`].
+pub struct HeadPlugin;
+
+impl Plugin for HeadPlugin {
+    fn build(&self, app: &mut App) {
+        app.register_type::<HeadAngles>()
+            .register_type::<HeadCommand>()
+            .register_type::<HeadLimits>()
+            .add_systems(Cycle, turn_heads.in_set(HeadSystems).in_set(CycleSystems::Act));
+    }
+}
+
+/// The system that turns the heads.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct HeadSystems;
 
 /// Measured joint angles of the head.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
@@ -53,5 +73,54 @@ impl Default for HeadLimits {
             pitch: [-35.0, 30.0].map(to_radians),
             max_speed: to_radians(300.0),
         }
+    }
+}
+
+fn turn_heads(
+    roster: Res<Roster>,
+    clock: Res<CycleClock>,
+    mut events: ResMut<CycleEvents>,
+    mut robots: Query<(&RobotId, &HeadLimits, &mut HeadCommand, &mut HeadAngles)>,
+) {
+    for entity in roster.entities() {
+        let Ok((id, limits, mut command, mut angles)) = robots.get_mut(entity) else { continue };
+        if let Some(reason) = refusal([command.yaw, command.pitch]) {
+            events.push(MatchEvent::CommandRefused { robot: *id, command: CommandKind::Head, reason });
+            *command = HeadCommand { yaw: angles.yaw, pitch: angles.pitch };
+        }
+        *angles = turned(*angles, *command, limits, clock.period());
+    }
+}
+
+/// Where the head is after a cycle of `period` seconds.
+pub fn turned(angles: HeadAngles, command: HeadCommand, limits: &HeadLimits, period: f32) -> HeadAngles {
+    let most = limits.max_speed * period;
+    let towards = |from: f32, to: f32, [least, greatest]: [f32; 2]| {
+        let to = to.max(least).min(greatest);
+        if (to - from).abs() <= most { to } else { from + most.copysign(to - from) }
+    };
+    HeadAngles {
+        yaw: towards(angles.yaw, command.yaw, limits.yaw),
+        pitch: towards(angles.pitch, command.pitch, limits.pitch),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_abs_diff_eq;
+
+    #[test]
+    fn the_head_moves_at_its_speed_and_stops_at_its_limits() {
+        let limits = HeadLimits::default();
+        let command = HeadCommand { yaw: 3.0, pitch: -1.0 };
+        // 300 degrees per second for 1/30 s are 10 degrees.
+        let once = turned(HeadAngles::default(), command, &limits, 1.0 / 30.0);
+        assert_abs_diff_eq!(once.yaw, 10.0_f32.to_radians(), epsilon = 1e-6);
+        let mut angles = once;
+        for _ in 0..30 {
+            angles = turned(angles, command, &limits, 1.0 / 30.0);
+        }
+        assert_eq!([angles.yaw, angles.pitch], [limits.yaw[1], limits.pitch[0]]);
     }
 }

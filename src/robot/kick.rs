@@ -3,8 +3,42 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::geometry::file_units;
+use super::{RobotId, Roster};
+use crate::ball::{Ball, BallPhysics, BallVelocity, Rolling};
+use crate::cycle::{Cycle, CycleClock, CycleSystems};
+use crate::events::{CommandKind, CycleEvents, KickMiss, KickResult, MatchEvent, Refusal};
+use crate::geometry::{Pose, angle_of, file_units, unit, wrap_angle};
 use crate::knowledge::Knowledge;
+use crate::random::{RandomStream, RandomStreams};
+use crate::referee::{Game, GameState};
+
+/// Takes over kick commands in [`CycleSystems::Act`] and strikes the ball in [`CycleSystems::Kick`].
+pub struct KickPlugin;
+
+impl Plugin for KickPlugin {
+    fn build(&self, app: &mut App) {
+        app.register_type::<KickCommand>()
+            .register_type::<KickPhase>()
+            .register_type::<KickSettings>()
+            .add_systems(
+                Cycle,
+                take_kick_commands
+                    .in_set(KickSystems::TakeCommands)
+                    .in_set(CycleSystems::Act)
+                    .after(super::head::HeadSystems),
+            )
+            .add_systems(Cycle, swing_legs.in_set(KickSystems::SwingLegs).in_set(CycleSystems::Kick));
+    }
+}
+
+/// The systems of kicking.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum KickSystems {
+    /// Commands are checked and begun.
+    TakeCommands,
+    /// Kicks under way go on, the ball is struck.
+    SwingLegs,
+}
 
 /// The foot that kicks.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Reflect, Serialize, Deserialize)]
@@ -127,5 +161,296 @@ impl Default for KickSettings {
             direction_sd: 0.0,
             speed_sd: 0.0,
         }
+    }
+}
+
+impl KickType {
+    /// All four.
+    pub const ALL: [KickType; 4] =
+        [KickType::LeftStraight, KickType::RightStraight, KickType::LeftSide, KickType::RightSide];
+
+    /// The foot that kicks.
+    pub fn foot(self) -> Foot {
+        match self {
+            KickType::LeftStraight | KickType::LeftSide => Foot::Left,
+            KickType::RightStraight | KickType::RightSide => Foot::Right,
+        }
+    }
+
+    /// The rectangle in which the ball's centre must lie, robot frame, m (paper, Table 2).
+    pub fn admissible_rectangle(self) -> Rect {
+        let (min, max) = match self {
+            KickType::LeftStraight => (Vec2::new(0.10, 0.0), Vec2::new(0.20, 0.10)),
+            KickType::RightStraight => (Vec2::new(0.10, -0.10), Vec2::new(0.20, 0.0)),
+            KickType::LeftSide => (Vec2::new(0.10, -0.15), Vec2::new(0.22, 0.0)),
+            KickType::RightSide => (Vec2::new(0.10, 0.0), Vec2::new(0.22, 0.15)),
+        };
+        Rect { min, max }
+    }
+
+    /// Whether a ball there can be struck by this kick: edges included, with a hundredth of a millimetre for rounding.
+    pub fn admits(self, ball_in_robot: Vec2) -> bool {
+        self.admissible_rectangle().inflate(1e-5).contains(ball_in_robot)
+    }
+
+    /// The straight kick of the same foot.
+    fn straight(self) -> KickType {
+        match self.foot() {
+            Foot::Left => KickType::LeftStraight,
+            Foot::Right => KickType::RightStraight,
+        }
+    }
+}
+
+impl Foot {
+    /// The tip of the foot, robot frame, m (paper, caption of Table 2).
+    pub fn tip(self) -> Vec2 {
+        match self {
+            Foot::Left => Vec2::new(0.10, 0.05),
+            Foot::Right => Vec2::new(0.10, -0.05),
+        }
+    }
+}
+
+impl KickSettings {
+    /// The range of a type of kick.
+    pub fn range(&self, kick_type: KickType) -> KickRange {
+        match kick_type {
+            KickType::LeftStraight => self.left_straight,
+            KickType::RightStraight => self.right_straight,
+            KickType::LeftSide => self.left_side,
+            KickType::RightSide => self.right_side,
+        }
+    }
+}
+
+/// What a kick does to a ball within reach.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Strike {
+    /// Direction in which the ball leaves, robot frame, unit vector.
+    pub direction: Vec2,
+    /// The kick by whose range the ball goes.
+    pub range_of: KickType,
+    /// Whether it is a side kick from the wrong side, at reduced speed.
+    pub reduced: bool,
+}
+
+/// What a kick does to a ball at this place in the robot frame, if anything (paper, section 3.2).
+///
+/// The ball leaves along the ray from the tip of the foot through its centre; straight ahead if it lies on the tip.
+/// A side kick from the wrong side, with the ball where the same foot's straight kick reaches it, is a straight kick
+/// of reduced speed.
+pub fn strike(kick_type: KickType, ball_in_robot: Vec2) -> Option<Strike> {
+    let direction = || (ball_in_robot - kick_type.foot().tip()).normalize_or(Vec2::X);
+    if kick_type.admits(ball_in_robot) {
+        Some(Strike { direction: direction(), range_of: kick_type, reduced: false })
+    } else if kick_type.straight().admits(ball_in_robot) {
+        Some(Strike { direction: direction(), range_of: kick_type.straight(), reduced: true })
+    } else {
+        None
+    }
+}
+
+/// The speed at which the ball leaves, m/s: so that it rolls the kick's greatest distance at speed 1.
+pub fn launch_speed(
+    strike: Strike,
+    speed: f32,
+    settings: &KickSettings,
+    rolling: Rolling,
+    stream: &mut RandomStream,
+) -> f32 {
+    let greatest = rolling.speed_for_distance(settings.range(strike.range_of).max_distance_m);
+    let factor = if strike.reduced { settings.wrong_side_speed_factor } else { 1.0 };
+    let error = 1.0 + stream.gaussian(settings.speed_sd);
+    (greatest * speed * factor * error).max(0.0)
+}
+
+fn take_kick_commands(
+    roster: Res<Roster>,
+    clock: Res<CycleClock>,
+    game: Res<Game>,
+    mut events: ResMut<CycleEvents>,
+    mut robots: Query<(&RobotId, &KickSettings, &mut KickCommand, &mut KickPhase)>,
+) {
+    for entity in roster.entities() {
+        let Ok((id, settings, mut command, mut phase)) = robots.get_mut(entity) else { continue };
+        let Some(request) = command.0 else { continue };
+        command.0 = None;
+        let reason = if request.speed.is_nan() {
+            events.push(MatchEvent::CommandRefused {
+                robot: *id,
+                command: CommandKind::Kick,
+                reason: Refusal::NotFinite,
+            });
+            Some(KickMiss::NotANumber)
+        } else if *phase != KickPhase::Ready {
+            Some(KickMiss::Busy)
+        } else if game.state != GameState::Playing {
+            Some(KickMiss::PlayStopped)
+        } else {
+            None
+        };
+        if let Some(reason) = reason {
+            events.push(missed(*id, request, reason));
+            continue;
+        }
+        let request = KickRequest { speed: request.speed.clamp(0.0, 1.0), ..request };
+        *phase = KickPhase::WindUp { request, cycles_left: clock.cycles_in(settings.wind_up_s) };
+    }
+}
+
+fn swing_legs(
+    roster: Res<Roster>,
+    clock: Res<CycleClock>,
+    mut events: ResMut<CycleEvents>,
+    mut robots: Query<(&RobotId, &Pose, &KickSettings, &mut KickPhase, &mut RandomStreams)>,
+    mut ball: Query<(&Pose, &BallPhysics, &mut BallVelocity), (With<Ball>, Without<RobotId>)>,
+) {
+    // Several robots may strike the ball in the same cycle: it then gets the sum of what each would have given it.
+    let mut struck: Option<Vec2> = None;
+    for entity in roster.entities() {
+        let Ok((id, pose, settings, mut phase, mut streams)) = robots.get_mut(entity) else { continue };
+        let (request, next) = advance_phase(*phase, clock.cycles_in(settings.recovery_s));
+        *phase = next;
+        let Some(request) = request else { continue };
+        let Ok((ball_pose, physics, _)) = ball.single() else {
+            events.push(missed(*id, request, KickMiss::NoBall));
+            continue;
+        };
+        let Some(strike) = strike(request.kick_type, pose.inverse_transform_point(ball_pose.position)) else {
+            events.push(missed(*id, request, KickMiss::OutOfReach));
+            continue;
+        };
+        let speed = launch_speed(strike, request.speed, settings, physics.rolling, &mut streams.kick);
+        let direction =
+            wrap_angle(pose.heading + angle_of(strike.direction) + streams.kick.gaussian(settings.direction_sd));
+        *struck.get_or_insert_default() += unit(direction) * speed;
+        events.push(MatchEvent::Kick {
+            robot: *id,
+            kick_type: request.kick_type,
+            speed: Some(request.speed),
+            result: if strike.reduced { KickResult::Reduced } else { KickResult::Kicked },
+            reason: None,
+            direction: Some(direction),
+            launch_speed_mps: Some(speed),
+        });
+    }
+    if let (Some(velocity), Ok((_, _, mut ball_velocity))) = (struck, ball.single_mut()) {
+        ball_velocity.0 = velocity;
+    }
+}
+
+fn missed(robot: RobotId, request: KickRequest, reason: KickMiss) -> MatchEvent {
+    MatchEvent::Kick {
+        robot,
+        kick_type: request.kick_type,
+        speed: (!request.speed.is_nan()).then(|| request.speed.clamp(0.0, 1.0)),
+        result: KickResult::Missed,
+        reason: Some(reason),
+        direction: None,
+        launch_speed_mps: None,
+    }
+}
+
+/// One cycle of a kick: the request if the foot meets the ball now, and the next phase. The cycle of the strike is
+/// the first of the recovery.
+pub fn advance_phase(phase: KickPhase, recovery_cycles: u32) -> (Option<KickRequest>, KickPhase) {
+    let recovering = |cycles_left: u32| match cycles_left {
+        0 => KickPhase::Ready,
+        cycles_left => KickPhase::Recovering { cycles_left },
+    };
+    match phase {
+        KickPhase::Ready => (None, KickPhase::Ready),
+        KickPhase::WindUp { request, cycles_left: 0 } => (Some(request), recovering(recovery_cycles.saturating_sub(1))),
+        KickPhase::WindUp { request, cycles_left } => {
+            (None, KickPhase::WindUp { request, cycles_left: cycles_left - 1 })
+        }
+        KickPhase::Recovering { cycles_left } => (None, recovering(cycles_left.saturating_sub(1))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_abs_diff_eq;
+
+    #[test]
+    fn over_the_whole_of_each_rectangle_the_ball_leaves_along_the_ray_from_the_foot_tip() {
+        for kick_type in KickType::ALL {
+            let rectangle = kick_type.admissible_rectangle();
+            let tip = kick_type.foot().tip();
+            for column in 0..=20 {
+                for row in 0..=20 {
+                    let share = Vec2::new(column as f32, row as f32) / 20.0;
+                    let ball = rectangle.min + share * rectangle.size();
+                    let strike = strike(kick_type, ball).unwrap();
+                    assert!(!strike.reduced);
+                    // Direction: (ball - tip) / |ball - tip|; on the tip itself straight ahead.
+                    let ray = ball - tip;
+                    if ray.length() > 1e-4 {
+                        assert_abs_diff_eq!(strike.direction.perp_dot(ray), 0.0, epsilon = 1e-6);
+                        assert!(strike.direction.dot(ray) > 0.0);
+                    } else {
+                        assert_abs_diff_eq!(strike.direction, Vec2::X, epsilon = 1e-3);
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn just_outside_every_edge_nothing_moves_unless_the_straight_kick_reaches_it() {
+        for kick_type in KickType::ALL {
+            let rectangle = kick_type.admissible_rectangle();
+            let (centre, half) = (rectangle.center(), rectangle.half_size());
+            for step in [Vec2::X, -Vec2::X, Vec2::Y, -Vec2::Y] {
+                let inside = centre + step * (half - 1e-3);
+                let outside = centre + step * (half + 1e-3);
+                assert!(strike(kick_type, inside).is_some_and(|strike| !strike.reduced));
+                let expected = kick_type.straight() != kick_type && kick_type.straight().admits(outside);
+                assert_eq!(strike(kick_type, outside).is_some_and(|strike| strike.reduced), expected);
+                assert_eq!(strike(kick_type, outside).is_some(), expected);
+            }
+        }
+    }
+
+    #[test]
+    fn a_side_kick_sends_the_ball_to_its_side_and_from_the_wrong_side_ahead() {
+        // The left foot reaches over to a ball on the right: from (10, 5) to (15, -10) cm.
+        let right = strike(KickType::LeftSide, Vec2::new(0.15, -0.10)).unwrap();
+        assert_abs_diff_eq!(right.direction, Vec2::new(0.05, -0.15).normalize(), epsilon = 1e-6);
+        let wrong = strike(KickType::LeftSide, Vec2::new(0.15, 0.05)).unwrap();
+        assert!(wrong.reduced);
+        assert_eq!(wrong.range_of, KickType::LeftStraight);
+        assert_abs_diff_eq!(wrong.direction, Vec2::X, epsilon = 1e-6);
+    }
+
+    #[test]
+    fn the_launch_speed_scales_with_the_speed_and_reaches_the_greatest_distance() {
+        let mut stream = RandomStream::for_match(1, "test");
+        let (settings, rolling) = (KickSettings::default(), Rolling::default());
+        let straight = strike(KickType::RightStraight, Vec2::new(0.15, -0.05)).unwrap();
+        let full = launch_speed(straight, 1.0, &settings, rolling, &mut stream);
+        assert_abs_diff_eq!(rolling.distance(full), 4.0, epsilon = 1e-5);
+        assert_eq!(launch_speed(straight, 0.25, &settings, rolling, &mut stream), 0.25 * full);
+        assert_eq!(launch_speed(straight, 0.0, &settings, rolling, &mut stream), 0.0);
+        let wrong = strike(KickType::RightSide, Vec2::new(0.15, -0.05)).unwrap();
+        assert_eq!(launch_speed(wrong, 1.0, &settings, rolling, &mut stream), 0.5 * full);
+    }
+
+    #[test]
+    fn a_kick_takes_its_wind_up_and_recovery() {
+        let request = KickRequest { kick_type: KickType::LeftStraight, speed: 1.0 };
+        let mut phase = KickPhase::WindUp { request, cycles_left: 2 };
+        let mut strikes = Vec::new();
+        let mut cycles = 0;
+        while phase != KickPhase::Ready {
+            let (strike, next) = advance_phase(phase, 5);
+            strikes.push(strike.is_some());
+            phase = next;
+            cycles += 1;
+        }
+        // Two cycles of wind-up, then five of recovery, the first of which is that of the strike.
+        assert_eq!((cycles, strikes.iter().position(|strike| *strike)), (7, Some(2)));
     }
 }

@@ -12,6 +12,28 @@ pub mod head;
 pub mod kick;
 pub mod motion;
 
+use crate::cycle::{BeginCycle, Cycle, CycleSystems};
+use crate::geometry::Pose;
+
+/// Robots that exist, walk, turn their heads and kick. Adds the plugins of the submodules.
+pub struct RobotPlugin;
+
+impl Plugin for RobotPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Roster>()
+            .register_type::<RobotId>()
+            .register_type::<Velocity>()
+            .register_type::<Pose>()
+            .register_type::<PreviousPose>()
+            .register_type::<Roster>()
+            .register_type::<body::BodyBounds>()
+            .add_observer(enter_roster)
+            .add_observer(leave_roster)
+            .add_systems(Cycle, remember_poses.in_set(CycleSystems::First).after(BeginCycle))
+            .add_plugins((head::HeadPlugin, motion::MotionPlugin, kick::KickPlugin));
+    }
+}
+
 /// One of the two teams, named by the colour of their waistbands (2010 rule book, section 2.4).
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -120,6 +142,60 @@ pub struct Velocity {
     pub linear: Vec2,
     /// Radians per second, counter-clockwise.
     pub angular: f32,
+}
+
+/// Where a robot or the ball was at the start of the cycle under way.
+#[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[reflect(Component, @Knowledge::Truth)]
+pub struct PreviousPose(pub Pose);
+
+/// All robots, ordered by [`RobotId`]: whatever depends on an order goes through the robots in this one.
+#[derive(Resource, Clone, PartialEq, Eq, Debug, Default, Reflect)]
+#[reflect(Resource, @Knowledge::Truth)]
+pub struct Roster(Vec<(RobotId, Entity)>);
+
+impl Roster {
+    /// The robots' entities in the order of their ids.
+    pub fn entities(&self) -> impl ExactSizeIterator<Item = Entity> + '_ {
+        self.0.iter().map(|(_, entity)| *entity)
+    }
+
+    /// Ids and entities, in the order of the ids.
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = (RobotId, Entity)> + '_ {
+        self.0.iter().copied()
+    }
+
+    /// The entity of a robot.
+    pub fn get(&self, id: RobotId) -> Option<Entity> {
+        self.0.binary_search_by_key(&id, |(id, _)| *id).ok().map(|index| self.0[index].1)
+    }
+
+    /// The number of robots.
+    pub fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    /// Whether there is no robot.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+}
+
+fn enter_roster(added: On<Add, RobotId>, ids: Query<&RobotId>, mut roster: ResMut<Roster>) {
+    if let Ok(id) = ids.get(added.entity) {
+        let place = roster.0.partition_point(|(other, _)| other < id);
+        roster.0.insert(place, (*id, added.entity));
+    }
+}
+
+fn leave_roster(removed: On<Remove, RobotId>, mut roster: ResMut<Roster>) {
+    roster.0.retain(|(_, entity)| *entity != removed.entity);
+}
+
+fn remember_poses(mut poses: Query<(&Pose, &mut PreviousPose)>) {
+    for (pose, mut previous) in &mut poses {
+        previous.0 = *pose;
+    }
 }
 
 #[cfg(test)]

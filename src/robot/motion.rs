@@ -7,8 +7,27 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::geometry::file_units;
+use super::kick::{KickPhase, KickSystems};
+use super::{RobotId, Roster};
+use crate::cycle::{Cycle, CycleClock, CycleSystems};
+use crate::events::{CommandKind, CycleEvents, MatchEvent, Refusal};
+use crate::geometry::{Pose, file_units, wrap_angle};
 use crate::knowledge::Knowledge;
+use crate::random::{RandomStream, RandomStreams};
+use crate::referee::{Game, GameState};
+
+/// Takes over walk commands in [`CycleSystems::Act`] and walks in [`CycleSystems::Move`].
+pub struct MotionPlugin;
+
+impl Plugin for MotionPlugin {
+    fn build(&self, app: &mut App) {
+        app.register_type::<WalkCommand>()
+            .register_type::<ExecutedStep>()
+            .register_type::<MotionLimits>()
+            .add_systems(Cycle, take_walk_commands.in_set(CycleSystems::Act).after(KickSystems::TakeCommands))
+            .add_systems(Cycle, walk.in_set(CycleSystems::Move));
+    }
+}
 
 /// A displacement larger than this in metres or radians is refused as an error of the behaviour, where a merely
 /// ambitious one is scaled down.
@@ -43,12 +62,6 @@ impl WalkCommand {
     }
 }
 
-/// What the robot really walked in the last cycle, after limits, error and collisions: the displacement in the robot
-/// frame as it was before. Being carried by the referee does not count.
-#[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(Component, @Knowledge::Truth)]
-pub struct ExecutedStep(pub WalkCommand);
-
 /// Standard deviations of the error that is added to every command that is not null.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -79,5 +92,164 @@ pub struct MotionLimits {
 impl Default for MotionLimits {
     fn default() -> Self {
         Self { max_linear_mps: 0.2, max_angular: core::f32::consts::FRAC_PI_2, error_sd: MotionError::default() }
+    }
+}
+
+/// The displacement that the robot's legs made in the last cycle, m and radians, in the robot frame before the turn:
+/// the command after limits and error. A collision may have kept the robot from going all of it.
+#[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[reflect(Component, @Knowledge::Truth)]
+pub struct ExecutedStep(pub WalkCommand);
+
+/// Refuses what is no number, scales and perturbs the rest.
+fn take_walk_commands(
+    roster: Res<Roster>,
+    clock: Res<CycleClock>,
+    game: Res<Game>,
+    mut events: ResMut<CycleEvents>,
+    mut robots: Query<(&RobotId, &MotionLimits, &KickPhase, &mut WalkCommand, &mut ExecutedStep, &mut RandomStreams)>,
+) {
+    let may_walk = matches!(game.state, GameState::Ready | GameState::Playing);
+    for entity in roster.entities() {
+        let Ok((id, limits, kick, mut command, mut step, mut streams)) = robots.get_mut(entity) else { continue };
+        let wanted = core::mem::take(&mut *command);
+        let wanted = match refusal([wanted.dx, wanted.dy, wanted.dtheta]) {
+            None => wanted,
+            Some(reason) => {
+                events.push(MatchEvent::CommandRefused { robot: *id, command: CommandKind::Walk, reason });
+                WalkCommand::default()
+            }
+        };
+        step.0 = if may_walk && *kick == KickPhase::Ready {
+            executed_step(wanted, limits, clock.period(), &mut streams.motion)
+        } else {
+            WalkCommand::default()
+        };
+    }
+}
+
+fn walk(mut robots: Query<(&ExecutedStep, &mut Pose)>) {
+    for (step, mut pose) in &mut robots {
+        if !step.0.is_null() {
+            *pose = after_step(*pose, step.0);
+        }
+    }
+}
+
+/// Why numbers in a command are refused, if they are.
+pub fn refusal<const COUNT: usize>(numbers: [f32; COUNT]) -> Option<Refusal> {
+    if numbers.iter().any(|number| !number.is_finite()) {
+        Some(Refusal::NotFinite)
+    } else if numbers.iter().any(|number| number.abs() > LARGEST_COMMAND) {
+        Some(Refusal::TooLarge)
+    } else {
+        None
+    }
+}
+
+/// What the robot really does in a cycle of `period` seconds when it is told `command`: the translation is scaled as
+/// a vector to the linear limit, so that its direction is kept, the turn on its own; then the error is added. A null
+/// command is carried out exactly.
+pub fn executed_step(
+    command: WalkCommand,
+    limits: &MotionLimits,
+    period: f32,
+    stream: &mut RandomStream,
+) -> WalkCommand {
+    if command.is_null() {
+        return command;
+    }
+    let translation = command.translation().clamp_length_max(limits.max_linear_mps * period);
+    let most_turn = limits.max_angular * period;
+    WalkCommand {
+        dx: translation.x + stream.gaussian(limits.error_sd.dx_m),
+        dy: translation.y + stream.gaussian(limits.error_sd.dy_m),
+        dtheta: command.dtheta.clamp(-most_turn, most_turn) + stream.gaussian(limits.error_sd.dtheta),
+    }
+}
+
+/// The pose after a step: the translation is in the frame before the turn.
+pub fn after_step(pose: Pose, step: WalkCommand) -> Pose {
+    Pose { position: pose.transform_point(step.translation()), heading: wrap_angle(pose.heading + step.dtheta) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_abs_diff_eq;
+
+    const PERIOD: f32 = 1.0 / 30.0;
+
+    fn exact_step(command: WalkCommand) -> WalkCommand {
+        let mut stream = RandomStream::for_match(1, "test");
+        executed_step(command, &MotionLimits::default(), PERIOD, &mut stream)
+    }
+
+    #[test]
+    fn a_command_within_the_limits_is_carried_out_exactly() {
+        let command = WalkCommand::new(0.004, -0.003, 0.05);
+        assert_eq!(exact_step(command), command);
+    }
+
+    #[test]
+    fn a_longer_translation_keeps_its_direction_and_the_turn_is_limited_on_its_own() {
+        let step = exact_step(WalkCommand::new(3.0, 4.0, -0.01));
+        // 0.2 m/s for 1/30 s is 6.67 mm; the direction (3, 4) / 5 stays.
+        assert_abs_diff_eq!(step.dx, 0.6 * 0.2 / 30.0, epsilon = 1e-7);
+        assert_abs_diff_eq!(step.dy, 0.8 * 0.2 / 30.0, epsilon = 1e-7);
+        assert_eq!(step.dtheta, -0.01);
+        let turn = exact_step(WalkCommand::new(0.0, 0.0, -7.0)).dtheta;
+        // 90 degrees per second for 1/30 s are 3 degrees.
+        assert_abs_diff_eq!(turn, -3.0_f32.to_radians(), epsilon = 1e-6);
+    }
+
+    #[test]
+    fn a_robot_walks_along_its_heading() {
+        let mut pose = Pose::new(1.0, 2.0, 2.0);
+        for _ in 0..30 {
+            pose = after_step(pose, WalkCommand::new(0.005, 0.0, 0.0));
+        }
+        // 30 steps of 5 mm at heading 2 rad: (1, 2) + 0.15 (cos 2, sin 2).
+        assert_abs_diff_eq!(
+            pose.position,
+            Vec2::new(1.0 + 0.15 * 2.0_f32.cos(), 2.0 + 0.15 * 2.0_f32.sin()),
+            epsilon = 1e-5
+        );
+    }
+
+    #[test]
+    fn the_error_has_the_spread_asked_for_in_each_dimension_and_null_commands_have_none() {
+        let limits = MotionLimits {
+            error_sd: MotionError { dx_m: 0.001, dy_m: 0.002, dtheta: 0.01 },
+            ..MotionLimits::default()
+        };
+        let mut stream = RandomStream::for_match(5, "test");
+        assert!(executed_step(WalkCommand::default(), &limits, PERIOD, &mut stream).is_null());
+        let count = 20_000;
+        let command = WalkCommand::new(0.005, 0.0, 0.0);
+        let mut sums = [0.0f64; 6];
+        for _ in 0..count {
+            let step = executed_step(command, &limits, PERIOD, &mut stream);
+            for (index, error) in [step.dx - 0.005, step.dy, step.dtheta].into_iter().enumerate() {
+                sums[index] += f64::from(error);
+                sums[index + 3] += f64::from(error).powi(2);
+            }
+        }
+        for (index, sd) in [0.001, 0.002, 0.01].into_iter().enumerate() {
+            let mean = sums[index] / f64::from(count);
+            let spread = (sums[index + 3] / f64::from(count)).sqrt();
+            // Standard errors: sd / sqrt(n) = 0.7 % of sd for the mean, sd / sqrt(2 n) = 0.5 % for the spread. Four
+            // of them hold with 99.99 % confidence.
+            assert!(mean.abs() < 4.0 * sd / f64::from(count).sqrt());
+            assert!((spread / sd - 1.0).abs() < 4.0 * 0.005);
+        }
+    }
+
+    #[test]
+    fn what_is_no_number_is_refused_and_what_is_absurd_too() {
+        assert_eq!(refusal([0.0, f32::NAN]), Some(Refusal::NotFinite));
+        assert_eq!(refusal([0.0, f32::INFINITY]), Some(Refusal::NotFinite));
+        assert_eq!(refusal([0.0, -1e9]), Some(Refusal::TooLarge));
+        assert_eq!(refusal([0.0, 999.0]), None);
     }
 }

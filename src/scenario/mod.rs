@@ -16,6 +16,7 @@ use crate::robot::kick::{KickRequest, KickSettings};
 use crate::robot::motion::MotionLimits;
 use crate::robot::{RobotId, Team};
 use crate::sensing::camera::CameraSettings;
+use crate::sensing::odometry::OdometrySettings;
 use crate::sensing::sonar::SonarSettings;
 use crate::sensing::vision::VisionSettings;
 
@@ -52,6 +53,8 @@ pub struct Scenario {
     pub cameras: CameraSettings,
     /// What robots recognise, unless they say otherwise.
     pub vision: VisionSettings,
+    /// How exactly robots know their steps, unless they say otherwise.
+    pub odometry: OdometrySettings,
     /// How messages travel.
     pub messages: MessageSettings,
     /// The robots.
@@ -79,6 +82,7 @@ impl Default for Scenario {
             sonar: SonarSettings::default(),
             cameras: CameraSettings::default(),
             vision: VisionSettings::default(),
+            odometry: OdometrySettings::default(),
             messages: MessageSettings::default(),
             robots: Vec::new(),
             teams: None,
@@ -143,6 +147,9 @@ pub struct RobotSpec {
     /// What it recognises.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub vision: Option<VisionSettings>,
+    /// How exactly it knows its steps.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub odometry: Option<OdometrySettings>,
 }
 
 impl RobotSpec {

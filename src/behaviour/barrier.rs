@@ -1,0 +1,170 @@
+//! The information barrier: a behaviour knows what its robot's sensors tell it, and nothing else.
+//!
+//! [`inspect`] initialises a system and reads from the ECS which components it accesses. Every component of the
+//! simulation says by its [`Knowledge`] mark what it is, so the engine itself enforces for everybody's behaviours
+//! that they
+//!
+//! - neither read nor write ground truth, nor filter by it;
+//! - write only commands and beliefs;
+//! - touch only robots that carry the behaviour's own marker;
+//! - do not take the whole world, all components of an entity, or commands that change the world later.
+
+use bevy::ecs::component::ComponentId;
+use bevy::ecs::query::{ComponentAccessKind, FilteredAccess};
+use bevy::ecs::resource::IsResource;
+use bevy::prelude::*;
+use core::any::TypeId;
+
+use crate::knowledge::Knowledge;
+
+/// Why a behaviour was refused.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("behaviour `{behaviour}` is refused: its system `{system}` {reason}")]
+pub struct BarrierError {
+    /// The name under which it should have been registered.
+    pub behaviour: String,
+    /// The system.
+    pub system: String,
+    /// What it does wrong.
+    pub reason: Breach,
+}
+
+/// What a dishonest behaviour does.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum Breach {
+    /// It takes `&mut World`.
+    #[error("takes the whole world; a behaviour reads its robot's sensors through queries")]
+    Exclusive,
+    /// It has `Commands` or other deferred effects.
+    #[error(
+        "changes the world through deferred commands; a behaviour acts through its robot's command components only"
+    )]
+    Deferred,
+    /// It reads all components, as `&World`, `EntityRef` or `EntityMut` do.
+    #[error(
+        "reads whole entities or the whole world (`&World`, `EntityRef` and the like), ground truth included; \
+         name the sensor components that it needs"
+    )]
+    Unbounded,
+    /// It accesses something that is not for behaviours.
+    #[error("{verb} `{component}`, which is {knowledge}; a behaviour reads sensors, and writes commands and beliefs")]
+    Forbidden {
+        /// What it does.
+        verb: &'static str,
+        /// The component's or resource's type.
+        component: String,
+        /// What that is.
+        knowledge: String,
+    },
+    /// It queries robots that may not be its own.
+    #[error("accesses `{component}` of robots that need not be its own; add `With<{marker}>` to the query's filter")]
+    ForeignRobots {
+        /// The component's type.
+        component: String,
+        /// The behaviour's marker.
+        marker: String,
+    },
+}
+
+/// Checks which components a system accesses, on behalf of the behaviour `name` of robots with `Marker`.
+///
+/// # Errors
+/// The first breach of the barrier.
+pub fn inspect<Marker: Component>(
+    name: &str,
+    system: &mut impl System<In = (), Out = ()>,
+    world: &mut World,
+) -> Result<(), BarrierError> {
+    let system_name = system.name().to_string();
+    let refuse = |reason| BarrierError { behaviour: name.to_owned(), system: system_name.clone(), reason };
+    if system.is_exclusive() {
+        return Err(refuse(Breach::Exclusive));
+    }
+    let access = system.initialize(world);
+    if system.has_deferred() {
+        return Err(refuse(Breach::Deferred));
+    }
+    let marker = world.register_component::<Marker>();
+    let resource = world.register_component::<IsResource>();
+    for query in access.filtered_accesses() {
+        inspect_query(query, marker, resource, world).map_err(&refuse)?;
+    }
+    Ok(())
+}
+
+fn inspect_query(
+    query: &FilteredAccess,
+    marker: ComponentId,
+    resource: ComponentId,
+    world: &World,
+) -> Result<(), Breach> {
+    let is_resource = query.with_filters().any(|id| id == resource);
+    let own_robots_only = query.with_filters().any(|id| id == marker) || query.required().contains(marker);
+    let accesses = query.access().try_iter_access().map_err(|_| Breach::Unbounded)?;
+    for access in accesses {
+        let (id, writes, verb) = match access {
+            ComponentAccessKind::Exclusive(id) => (id, true, "writes"),
+            ComponentAccessKind::Shared(id) => (id, false, "reads"),
+            ComponentAccessKind::Archetypal(id) => (id, false, "asks about"),
+        };
+        if id == marker || id == resource {
+            continue;
+        }
+        let Some(knowledge) = knowledge_of(id, world)? else { continue };
+        let allowed = if writes { knowledge.is_writable() } else { knowledge.is_readable() };
+        if !allowed {
+            return Err(Breach::Forbidden {
+                verb,
+                component: component_name(id, world),
+                knowledge: knowledge.to_string(),
+            });
+        }
+        if !own_robots_only && !is_resource {
+            return Err(Breach::ForeignRobots {
+                component: component_name(id, world),
+                marker: component_name(marker, world),
+            });
+        }
+    }
+    for id in query.with_filters().chain(query.without_filters()) {
+        if knowledge_of(id, world)? == Some(Knowledge::Truth) {
+            return Err(Breach::Forbidden {
+                verb: "filters by",
+                component: component_name(id, world),
+                knowledge: Knowledge::Truth.to_string(),
+            });
+        }
+    }
+    Ok(())
+}
+
+/// What a component is to behaviours; none for components of the user's own.
+fn knowledge_of(id: ComponentId, world: &World) -> Result<Option<Knowledge>, Breach> {
+    let Some(info) = world.components().get_info(id) else { return Ok(None) };
+    let marked = info.type_id().and_then(|type_id| {
+        let registry = world.get_resource::<AppTypeRegistry>()?.read();
+        Knowledge::of_type(&registry, type_id)
+    });
+    if marked.is_some() {
+        return Ok(marked);
+    }
+    if info.type_id().is_some_and(mirrors_truth) || names_simulation(&component_name(id, world)) {
+        return Ok(Some(Knowledge::Truth));
+    }
+    Ok(None)
+}
+
+/// Bevy's own components that show where things are.
+fn mirrors_truth(type_id: TypeId) -> bool {
+    [TypeId::of::<Transform>(), TypeId::of::<GlobalTransform>()].contains(&type_id)
+}
+
+/// Whether a type is of this crate, or made of one: what is ours and not marked is not for behaviours.
+fn names_simulation(name: &str) -> bool {
+    name.match_indices("naoisis::")
+        .any(|(start, _)| !name[..start].ends_with(|character: char| character.is_alphanumeric() || character == '_'))
+}
+
+fn component_name(id: ComponentId, world: &World) -> String {
+    world.components().get_name(id).map_or_else(|| format!("{id:?}"), |name| name.to_string())
+}

@@ -1,0 +1,67 @@
+//! Scripts: commands at given times, from a scenario file.
+
+use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use crate::communication::Outbox;
+use crate::cycle::CycleClock;
+use crate::knowledge::Knowledge;
+use crate::robot::head::HeadCommand;
+use crate::robot::kick::KickCommand;
+use crate::robot::motion::WalkCommand;
+use crate::scenario::ScriptEntry;
+
+/// Controls a robot by a script instead of a behaviour.
+#[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[reflect(Component, @Knowledge::Command)]
+pub struct Script(pub Vec<ScriptEntry>);
+
+pub(super) fn run_scripts(
+    clock: Res<CycleClock>,
+    mut robots: Query<(&Script, &mut WalkCommand, &mut HeadCommand, &mut KickCommand, &mut Outbox)>,
+) {
+    for (script, mut walk, mut head, mut kick, mut outbox) in &mut robots {
+        for entry in script.0.iter().filter(|entry| is_active(entry, &clock)) {
+            if let Some([dx, dy, dtheta]) = entry.walk {
+                *walk = WalkCommand { dx, dy, dtheta };
+            }
+            if let Some([yaw, pitch]) = entry.head {
+                *head = HeadCommand { yaw, pitch };
+            }
+            if entry.kick.is_some() {
+                kick.0 = entry.kick;
+            }
+            if entry.say.is_some() {
+                outbox.0.clone_from(&entry.say);
+            }
+        }
+    }
+}
+
+/// Whether the entry acts in the clock's cycle: in every cycle with `from_s <= t < until_s`, without an end in the
+/// first one at or after `from_s`. Times that differ by less than a thousandth of a cycle are equal.
+pub fn is_active(entry: &ScriptEntry, clock: &CycleClock) -> bool {
+    let now = clock.start_time_s() + clock.period_s / 1000.0;
+    let until = entry.until_s.unwrap_or(entry.from_s + clock.period_s);
+    entry.from_s <= now && now < until
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn active_cycles(from_s: f64, until_s: Option<f64>) -> Vec<u64> {
+        let entry = ScriptEntry { from_s, until_s, ..ScriptEntry::default() };
+        (1..100).filter(|cycle| is_active(&entry, &CycleClock { cycle: *cycle, ..CycleClock::default() })).collect()
+    }
+
+    #[test]
+    fn entries_act_from_their_start_until_just_before_their_end() {
+        // Cycle n starts at (n - 1) / 30 s.
+        assert_eq!(active_cycles(0.0, None), [1]);
+        assert_eq!(active_cycles(1.0, None), [31]);
+        assert_eq!(active_cycles(0.99, None), [31]);
+        assert_eq!(active_cycles(1.0, Some(1.1)), [31, 32, 33]);
+        assert_eq!(active_cycles(2.0, Some(3.0)).len(), 30);
+    }
+}

@@ -1,0 +1,227 @@
+//! `naoisis run`: a match, headless, as fast as it goes.
+
+use bevy::log::{Level, LogPlugin};
+use bevy::prelude::*;
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+use std::io::{self, Write};
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use super::report;
+use crate::cycle::{CycleClock, run_cycle};
+use crate::events::{CycleEvents, MatchEvent};
+use crate::record::trace::{EndReason, TracePlugin, TraceRecorder, record_cycle};
+use crate::referee::Game;
+use crate::robot::Team;
+use crate::scenario::Scenario;
+use crate::simulation::{MatchApp, NaoisisPlugins};
+
+/// Runs longer than the clock of a match without one, s.
+const DEFAULT_DURATION_S: f32 = 60.0;
+/// Cycles between two looks at the progress bar.
+const CYCLES_PER_PROGRESS: u64 = 512;
+
+/// Arguments of `naoisis run`.
+#[derive(Args, Debug, Clone, Default)]
+pub struct RunArguments {
+    /// A scenario file (.ron or .json), or the name of a built-in scenario (see `naoisis list scenarios`)
+    pub scenario: String,
+    /// Seed of all random numbers, instead of the scenario's
+    #[arg(long)]
+    pub seed: Option<u64>,
+    /// Stop after this many simulated seconds
+    #[arg(long, value_name = "S", value_parser = positive_seconds)]
+    pub duration: Option<f32>,
+    /// Write a trace: a .jsonl file, .jsonl.zst for a compressed one, - for standard output
+    #[arg(long, value_name = "FILE")]
+    pub trace: Option<PathBuf>,
+    /// Print nothing but errors
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+fn positive_seconds(word: &str) -> Result<f32, String> {
+    match word.parse::<f32>() {
+        Ok(seconds) if seconds.is_finite() && seconds > 0.0 => Ok(seconds),
+        _ => Err("expected a positive number of seconds".to_owned()),
+    }
+}
+
+/// Runs the command.
+pub fn run(arguments: &RunArguments) -> ExitCode {
+    let mut scenario = match Scenario::find(&arguments.scenario) {
+        Ok(scenario) => scenario,
+        Err(error) => return report::scenario_error(&error),
+    };
+    if let Some(seed) = arguments.seed {
+        scenario.seed = seed;
+    }
+    run_scenario(scenario, arguments)
+}
+
+/// Runs a scenario with the command's other arguments.
+pub fn run_scenario(mut scenario: Scenario, arguments: &RunArguments) -> ExitCode {
+    if arguments.duration.is_some() {
+        scenario.duration_s = arguments.duration;
+    }
+    let mut app = App::new();
+    app.add_plugins((
+        LogPlugin { level: Level::WARN, filter: "warn".to_owned(), ..default() },
+        NaoisisPlugins,
+        TracePlugin,
+    ));
+    if let Err(error) = app.start_match(&scenario) {
+        return report::usage_error(&format!("{}: {error}", arguments.scenario));
+    }
+    let interrupted = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&interrupted);
+    if let Err(error) = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed)) {
+        return report::failure(&format!("cannot watch for interrupts: {error}"));
+    }
+    match open_trace(arguments) {
+        Ok(None) => {}
+        Ok(Some(mut recorder)) => {
+            recorder.write_header(&scenario);
+            app.insert_resource(recorder);
+            if let Err(error) = app.world_mut().run_system_cached(record_cycle) {
+                return report::failure(&format!("cannot record the start: {error}"));
+            }
+        }
+        Err(message) => return report::usage_error(&message),
+    }
+    let started = Instant::now();
+    let outcome = run_to_the_end(app.world_mut(), &scenario, &interrupted, arguments.quiet);
+    let wall_s = started.elapsed().as_secs_f64();
+    finish(app.world_mut(), &outcome, wall_s, arguments)
+}
+
+fn open_trace(arguments: &RunArguments) -> Result<Option<TraceRecorder>, String> {
+    let Some(path) = &arguments.trace else { return Ok(None) };
+    if path.as_os_str() == "-" {
+        return Ok(Some(TraceRecorder::plain(io::stdout())));
+    }
+    TraceRecorder::create(path)
+        .map(Some)
+        .map_err(|error| format!("cannot write the trace to {}: {error}", path.display()))
+}
+
+/// What came of a run.
+struct Outcome {
+    reason: EndReason,
+    goals: Vec<(f64, Team)>,
+    broken_invariants: Vec<String>,
+}
+
+fn run_to_the_end(world: &mut World, scenario: &Scenario, interrupted: &AtomicBool, quiet: bool) -> Outcome {
+    let period_s = world.resource::<CycleClock>().period_s;
+    let duration_s = scenario.duration_s.or((!scenario.rules.clock).then_some(DEFAULT_DURATION_S));
+    let last_cycle = duration_s.map(|duration_s| (f64::from(duration_s) / period_s).round() as u64);
+    let match_s = scenario.rules.half_s * scenario.rules.halves as f32;
+    let progress = progress_bar(duration_s.unwrap_or(match_s), quiet);
+    let mut outcome = Outcome { reason: EndReason::Duration, goals: Vec::new(), broken_invariants: Vec::new() };
+    loop {
+        let cycle = world.resource::<CycleClock>().cycle;
+        if cycle % CYCLES_PER_PROGRESS == 0 {
+            progress.set_position((cycle as f64 * period_s) as u64);
+        }
+        if world.resource::<Game>().state == crate::referee::GameState::Finished {
+            outcome.reason = EndReason::FinalWhistle;
+            break;
+        }
+        if last_cycle.is_some_and(|last| cycle >= last) {
+            break;
+        }
+        if interrupted.load(Ordering::Relaxed) {
+            outcome.reason = EndReason::Interrupted;
+            break;
+        }
+        if world.get_resource::<TraceRecorder>().is_some_and(|recorder| recorder.error().is_some()) {
+            outcome.reason = EndReason::Failed;
+            break;
+        }
+        run_cycle(world);
+        let time_s = world.resource::<CycleClock>().end_time_s();
+        for event in world.resource::<CycleEvents>().iter() {
+            match event {
+                MatchEvent::Goal { team, .. } => outcome.goals.push((time_s, *team)),
+                MatchEvent::InvariantBroken { message } => {
+                    outcome.broken_invariants.push(format!("{time_s:.2} s: {message}"));
+                }
+                _ => {}
+            }
+        }
+    }
+    progress.finish_and_clear();
+    outcome
+}
+
+/// Simulated seconds of the match's; hidden where standard error is no terminal.
+fn progress_bar(length_s: f32, quiet: bool) -> ProgressBar {
+    if quiet {
+        return ProgressBar::hidden();
+    }
+    let progress = ProgressBar::new(length_s.ceil() as u64);
+    if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} s simulated, {eta} left") {
+        progress.set_style(style);
+    }
+    progress
+}
+
+fn finish(world: &mut World, outcome: &Outcome, wall_s: f64, arguments: &RunArguments) -> ExitCode {
+    let clock = *world.resource::<CycleClock>();
+    let score = world.resource::<Game>().score;
+    if let Some(recorder) = world.remove_resource::<TraceRecorder>()
+        && let Err(error) = recorder.finish(outcome.reason, score, clock.cycle)
+    {
+        // Whoever reads the trace from a pipe may have seen enough.
+        if error.kind() == io::ErrorKind::BrokenPipe {
+            return ExitCode::SUCCESS;
+        }
+        return report::failure(&format!("cannot write the trace: {error}"));
+    }
+    if !arguments.quiet {
+        let summary = summary(outcome, clock, score, wall_s);
+        let to_stdout = arguments.trace.as_ref().is_none_or(|path| path.as_os_str() != "-");
+        let written = if to_stdout {
+            io::stdout().write_all(summary.as_bytes())
+        } else {
+            io::stderr().write_all(summary.as_bytes())
+        };
+        if written.is_err() {
+            return ExitCode::SUCCESS;
+        }
+    }
+    match outcome.broken_invariants.first() {
+        None => ExitCode::SUCCESS,
+        Some(first) => report::failure(&format!(
+            "{} times something that must always hold did not; first at {first}",
+            outcome.broken_invariants.len()
+        )),
+    }
+}
+
+fn summary(outcome: &Outcome, clock: CycleClock, score: crate::referee::Score, wall_s: f64) -> String {
+    let mut text = String::new();
+    for (time_s, team) in &outcome.goals {
+        text += &format!("{:>7.1} s  goal for {team}\n", time_s);
+    }
+    let end = match outcome.reason {
+        EndReason::FinalWhistle => "final whistle",
+        EndReason::Duration => "end",
+        EndReason::Interrupted => "interrupted",
+        EndReason::Failed => "stopped",
+    };
+    let simulated_s = clock.end_time_s();
+    text += &format!(
+        "{simulated_s:>7.1} s  {end}: blue {} : {} pink\n{} cycles in {wall_s:.2} s, {:.0} times real time\n",
+        score.blue,
+        score.pink,
+        clock.cycle,
+        simulated_s / wall_s.max(1e-9),
+    );
+    text
+}

@@ -1,0 +1,425 @@
+//! Collisions of robots with each other and with posts, resolved for all at once.
+//!
+//! A robot that runs into something gives up of its own advance, and slides along. Two that run into each other give
+//! up in proportion to how fast each advanced; a static robot keeps its place. Nothing depends on the order in which
+//! robots are given.
+
+use bevy::prelude::*;
+
+use crate::geometry::{Pose, wrap_angle};
+use crate::robot::body::BodyBox;
+
+/// The longest way that any point of a torso goes between two looks, m: a quarter of its thickness.
+const LONGEST_STEP: f32 = 0.02;
+/// More looks than this are never taken in one cycle.
+const MOST_STEPS: f32 = 256.0;
+/// Rounds of pushing apart before whoever still overlaps is held back.
+const PUSH_ROUNDS: usize = 8;
+/// Gap that is left between bodies that were pushed apart, m.
+const GAP: f32 = 1e-5;
+
+/// A robot as far as collisions are concerned.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct RobotBody {
+    /// Where it was at the start of the cycle.
+    pub start: Pose,
+    /// Where it wants to be at the end; after [`resolve_robots`], where it will be.
+    pub end: Pose,
+    /// Its torso.
+    pub torso: BodyBox,
+}
+
+impl RobotBody {
+    /// Whether it wants to move at all.
+    pub fn is_moving(&self) -> bool {
+        self.start != self.end
+    }
+}
+
+/// An upright cylinder on the ground.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Cylinder {
+    /// Centre, m.
+    pub centre: Vec2,
+    /// Radius, m.
+    pub radius: f32,
+}
+
+/// What a robot touched.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Touched {
+    /// The robot with this index.
+    Robot(usize),
+    /// The cylinder with this index.
+    Cylinder(usize),
+}
+
+/// A contact of a robot.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct RobotContact {
+    /// Index of the robot; of two robots the lower.
+    pub robot: usize,
+    /// What it touched.
+    pub touched: Touched,
+    /// Unit vector from the robot to what it touched.
+    pub normal: Vec2,
+    /// Where, about, m.
+    pub point: Vec2,
+    /// How far the two wanted to come closer during the cycle, along the normal, m.
+    pub approach: f32,
+    /// Whether the robot wanted to move.
+    pub robot_moved: bool,
+    /// Whether what it touched wanted to move.
+    pub touched_moved: bool,
+}
+
+/// Room that [`resolve_robots`] works in, kept between calls so that a steady match allocates nothing.
+#[derive(Default, Debug)]
+pub struct Workspace {
+    current: Vec<Pose>,
+    wanted: Vec<Pose>,
+    push: Vec<Vec2>,
+    held: Vec<bool>,
+}
+
+/// Moves all robots from their start towards their end, and writes back where they arrive. Every pair that met is in
+/// `contacts` once, in order of the indices.
+///
+/// Afterwards no two torsos overlap and none overlaps a cylinder, provided that none did at the start.
+pub fn resolve_robots(
+    robots: &mut [RobotBody],
+    cylinders: &[Cylinder],
+    workspace: &mut Workspace,
+    contacts: &mut Vec<RobotContact>,
+) {
+    contacts.clear();
+    let farthest = robots.iter().map(longest_way).fold(0.0, f32::max);
+    if farthest == 0.0 {
+        return;
+    }
+    let steps = (farthest / LONGEST_STEP).ceil().clamp(1.0, MOST_STEPS);
+    workspace.current.clear();
+    workspace.current.extend(robots.iter().map(|robot| robot.start));
+    for _ in 0..steps as usize {
+        workspace.wanted.clear();
+        workspace.wanted.extend(
+            robots.iter().zip(&workspace.current).map(|(robot, current)| advanced(robot, *current, 1.0 / steps)),
+        );
+        push_apart(robots, cylinders, workspace, contacts, 1.0 / steps);
+        hold_back(robots, cylinders, workspace);
+        workspace.current.clone_from(&workspace.wanted);
+    }
+    for (robot, pose) in robots.iter_mut().zip(&workspace.current) {
+        robot.end = *pose;
+    }
+    contacts.sort_by_key(|contact| (contact.robot, order_of(contact.touched)));
+}
+
+fn order_of(touched: Touched) -> (u8, usize) {
+    match touched {
+        Touched::Robot(index) => (0, index),
+        Touched::Cylinder(index) => (1, index),
+    }
+}
+
+/// The longest way of any point of the torso, m.
+fn longest_way(robot: &RobotBody) -> f32 {
+    let turn = wrap_angle(robot.end.heading - robot.start.heading).abs();
+    robot.start.position.distance(robot.end.position) + turn * robot.torso.reach()
+}
+
+/// `current` after this share of the robot's whole step.
+fn advanced(robot: &RobotBody, current: Pose, share: f32) -> Pose {
+    if !robot.is_moving() {
+        return current;
+    }
+    if share == 1.0 {
+        return robot.end;
+    }
+    let turn = wrap_angle(robot.end.heading - robot.start.heading);
+    Pose {
+        position: current.position + (robot.end.position - robot.start.position) * share,
+        heading: wrap_angle(current.heading + turn * share),
+    }
+}
+
+/// Calls `visit` with every overlap of the torsos at `poses`: index, what it overlaps, how.
+fn for_each_overlap(
+    robots: &[RobotBody],
+    cylinders: &[Cylinder],
+    poses: &[Pose],
+    mut visit: impl FnMut(usize, Touched, super::footprints::Overlap),
+) {
+    for (index, robot) in robots.iter().enumerate() {
+        let pose = poses[index];
+        let reach = robot.torso.reach();
+        let near = |point: Vec2, other_reach: f32| {
+            let distance = reach + other_reach;
+            pose.position.distance_squared(point) < distance * distance
+        };
+        for (other, other_robot) in robots.iter().enumerate().skip(index + 1) {
+            if near(poses[other].position, other_robot.torso.reach())
+                && let Some(overlap) = robot.torso.footprint(pose).overlap(&other_robot.torso.footprint(poses[other]))
+            {
+                visit(index, Touched::Robot(other), overlap);
+            }
+        }
+        for (other, cylinder) in cylinders.iter().enumerate() {
+            if near(cylinder.centre, cylinder.radius)
+                && let Some(overlap) = robot.torso.footprint(pose).overlap_disc(cylinder.centre, cylinder.radius)
+            {
+                visit(index, Touched::Cylinder(other), overlap);
+            }
+        }
+    }
+}
+
+/// Pushes overlapping torsos apart, all at once, a few times over.
+fn push_apart(
+    robots: &[RobotBody],
+    cylinders: &[Cylinder],
+    workspace: &mut Workspace,
+    contacts: &mut Vec<RobotContact>,
+    share: f32,
+) {
+    let Workspace { wanted, push, .. } = workspace;
+    for _ in 0..PUSH_ROUNDS {
+        push.clear();
+        push.resize(robots.len(), Vec2::ZERO);
+        let mut any = false;
+        for_each_overlap(robots, cylinders, wanted, |robot, touched, overlap| {
+            any = true;
+            if !contacts.iter().any(|contact| contact.robot == robot && contact.touched == touched) {
+                let torso = robots[robot].torso.footprint(wanted[robot]);
+                let point = torso.centre + overlap.normal * torso.half_extents.min_element();
+                let advance = |body: &RobotBody| (body.end.position - body.start.position).dot(overlap.normal);
+                let other = match touched {
+                    Touched::Robot(other) => Some(&robots[other]),
+                    Touched::Cylinder(_) => None,
+                };
+                contacts.push(RobotContact {
+                    robot,
+                    touched,
+                    normal: overlap.normal,
+                    point,
+                    approach: advance(&robots[robot]) - other.map_or(0.0, advance),
+                    robot_moved: robots[robot].is_moving(),
+                    touched_moved: other.is_some_and(RobotBody::is_moving),
+                });
+            }
+            let distance = overlap.depth + GAP;
+            match touched {
+                Touched::Cylinder(_) => push[robot] -= overlap.normal * distance,
+                Touched::Robot(other) => {
+                    let (own, others) = shares(&robots[robot], &robots[other], overlap.normal, share);
+                    push[robot] -= overlap.normal * (distance * own);
+                    push[other] += overlap.normal * (distance * others);
+                }
+            }
+        });
+        if !any {
+            return;
+        }
+        for (index, pose) in wanted.iter_mut().enumerate() {
+            if robots[index].is_moving() {
+                pose.position += push[index];
+            }
+        }
+    }
+}
+
+/// How much of an overlap each of two robots gives up: in proportion to its advance towards the other; equally, if
+/// neither advanced (one turned into the other); a static robot nothing. The shares add up to 1, unless both stand.
+fn shares(first: &RobotBody, second: &RobotBody, normal: Vec2, share: f32) -> (f32, f32) {
+    match (first.is_moving(), second.is_moving()) {
+        (false, false) => (0.0, 0.0),
+        (true, false) => (1.0, 0.0),
+        (false, true) => (0.0, 1.0),
+        (true, true) => {
+            let advance = ((first.end.position - first.start.position).dot(normal) * share).max(0.0);
+            let other_advance = (-(second.end.position - second.start.position).dot(normal) * share).max(0.0);
+            let sum = advance + other_advance;
+            if sum > 1e-7 { (advance / sum, other_advance / sum) } else { (0.5, 0.5) }
+        }
+    }
+}
+
+/// Whoever still overlaps stays where it was; and so on, until nobody overlaps.
+fn hold_back(robots: &[RobotBody], cylinders: &[Cylinder], workspace: &mut Workspace) {
+    let Workspace { current, wanted, held, .. } = workspace;
+    held.clear();
+    held.resize(robots.len(), false);
+    loop {
+        let mut anew = false;
+        for_each_overlap(robots, cylinders, wanted, |robot, touched, _| {
+            let other = match touched {
+                Touched::Robot(other) => Some(other),
+                Touched::Cylinder(_) => None,
+            };
+            for index in [Some(robot), other].into_iter().flatten() {
+                anew |= !held[index];
+                held[index] = true;
+            }
+        });
+        if !anew {
+            return;
+        }
+        for (index, pose) in wanted.iter_mut().enumerate() {
+            if held[index] {
+                *pose = current[index];
+            }
+        }
+    }
+}
+
+/// Puts robots that had to be held back for another reason at their start, and then whoever would overlap them.
+pub fn hold_back_from_end(robots: &mut [RobotBody], cylinders: &[Cylinder], held: &mut [bool]) {
+    loop {
+        for (robot, held) in robots.iter_mut().zip(held.iter()) {
+            if *held {
+                robot.end = robot.start;
+            }
+        }
+        let poses: Vec<Pose> = robots.iter().map(|robot| robot.end).collect();
+        let mut anew = false;
+        for_each_overlap(robots, cylinders, &poses, |robot, touched, _| {
+            let other = match touched {
+                Touched::Robot(other) => Some(other),
+                Touched::Cylinder(_) => None,
+            };
+            for index in [Some(robot), other].into_iter().flatten() {
+                anew |= !held[index];
+                held[index] = true;
+            }
+        });
+        if !anew {
+            return;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::unit;
+    use crate::robot::body::BodyBounds;
+    use approx::assert_abs_diff_eq;
+    use core::f32::consts::{FRAC_PI_2, PI};
+    use proptest::prelude::*;
+
+    fn robot(start: Pose, end: Pose) -> RobotBody {
+        RobotBody { start, end, torso: BodyBounds::default().torso }
+    }
+
+    fn resolve(robots: &mut [RobotBody], cylinders: &[Cylinder]) -> Vec<RobotContact> {
+        let mut contacts = Vec::new();
+        resolve_robots(robots, cylinders, &mut Workspace::default(), &mut contacts);
+        contacts
+    }
+
+    #[test]
+    fn equally_fast_robots_meet_in_the_middle() {
+        // Fronts are 5 cm ahead: two robots 20 cm apart that want to walk 10 cm each meet after 5 cm each.
+        let mut robots = [
+            robot(Pose::new(0.0, 0.0, 0.0), Pose::new(0.1, 0.0, 0.0)),
+            robot(Pose::new(0.2, 0.0, PI), Pose::new(0.1, 0.0, PI)),
+        ];
+        let contacts = resolve(&mut robots, &[]);
+        assert_abs_diff_eq!(robots[0].end.position.x, 0.05, epsilon = 1e-4);
+        assert_abs_diff_eq!(robots[1].end.position.x, 0.15, epsilon = 1e-4);
+        assert_eq!((contacts.len(), contacts[0].touched), (1, Touched::Robot(1)));
+    }
+
+    #[test]
+    fn each_gives_up_in_proportion_to_its_own_advance() {
+        // Gap 2 cm, advances 3 cm and 1 cm: they overlap by 2 cm, of which the first gives up 1.5 and the other 0.5.
+        let mut robots = [
+            robot(Pose::new(0.0, 0.0, 0.0), Pose::new(0.015, 0.0, 0.0)),
+            robot(Pose::new(0.11, 0.0, PI), Pose::new(0.105, 0.0, PI)),
+        ];
+        resolve(&mut robots, &[]);
+        // Gap 1 cm, advances 1.5 cm and 0.5 cm: overlap 1 cm, given up 0.75 and 0.25 cm.
+        assert_abs_diff_eq!(robots[0].end.position.x, 0.0075, epsilon = 1e-4);
+        assert_abs_diff_eq!(robots[1].end.position.x, 0.1075, epsilon = 1e-4);
+    }
+
+    #[test]
+    fn a_static_robot_keeps_its_place_and_the_other_stops_in_front_of_it() {
+        let standing = Pose::new(0.2, 0.0, FRAC_PI_2);
+        let mut robots = [robot(Pose::new(0.0, 0.0, 0.0), Pose::new(0.15, 0.0, 0.0)), robot(standing, standing)];
+        resolve(&mut robots, &[]);
+        assert_eq!(robots[1].end, standing);
+        // The standing robot faces +y, so its near side is 15 cm from its origin: 0.2 - 0.15 - 0.05 = 0.
+        assert_abs_diff_eq!(robots[0].end.position.x, 0.0, epsilon = 1e-4);
+    }
+
+    #[test]
+    fn a_robot_slides_along_a_post() {
+        let post = Cylinder { centre: Vec2::new(0.2, 0.12), radius: 0.05 };
+        let mut robots = [robot(Pose::new(0.0, 0.0, 0.0), Pose::new(0.3, 0.0, 0.0))];
+        let contacts = resolve(&mut robots, &[post]);
+        assert_eq!(contacts[0].touched, Touched::Cylinder(0));
+        let torso = robots[0].torso.footprint(robots[0].end);
+        assert!(torso.overlap_disc(post.centre, post.radius).is_none());
+        assert!(robots[0].end.position.y < -0.001 || robots[0].end.position.x < 0.11);
+    }
+
+    #[test]
+    fn a_fast_robot_does_not_jump_through_a_post() {
+        let post = Cylinder { centre: Vec2::new(1.0, 0.0), radius: 0.05 };
+        let mut robots = [robot(Pose::new(0.0, 0.0, 0.0), Pose::new(3.0, 0.0, 0.0))];
+        resolve(&mut robots, &[post]);
+        assert_abs_diff_eq!(robots[0].end.position.x, 0.9, epsilon = 1e-3);
+    }
+
+    proptest! {
+        #[test]
+        fn nobody_overlaps_and_the_order_does_not_matter(
+            places in proptest::collection::vec((-0.6f32..0.6, -0.6f32..0.6, -3.1f32..3.1), 6),
+            steps in proptest::collection::vec((-0.1f32..0.1, -0.1f32..0.1, -0.5f32..0.5), 6),
+        ) {
+            let cylinders = [Cylinder { centre: Vec2::new(0.1, 0.1), radius: 0.05 }];
+            let mut robots: Vec<RobotBody> = Vec::new();
+            for ((x, y, heading), (dx, dy, turn)) in places.into_iter().zip(steps) {
+                let start = Pose::new(x, y, heading);
+                let end = Pose { position: start.position + Vec2::new(dx, dy), heading: wrap_angle(heading + turn) };
+                let candidate = robot(start, end);
+                let free = robots.iter().all(|other| {
+                    other.torso.footprint(other.start).overlap(&candidate.torso.footprint(start)).is_none()
+                }) && candidate.torso.footprint(start).overlap_disc(cylinders[0].centre, cylinders[0].radius).is_none();
+                if free {
+                    robots.push(candidate);
+                }
+            }
+            let mut reversed: Vec<RobotBody> = robots.iter().rev().copied().collect();
+            resolve(&mut robots, &cylinders);
+            resolve(&mut reversed, &cylinders);
+            for (index, body) in robots.iter().enumerate() {
+                let torso = body.torso.footprint(body.end);
+                prop_assert!(torso.overlap_disc(cylinders[0].centre, cylinders[0].radius).is_none());
+                for other in &robots[index + 1..] {
+                    prop_assert!(torso.overlap(&other.torso.footprint(other.end)).is_none());
+                }
+                let mirrored = reversed[reversed.len() - 1 - index].end;
+                prop_assert!(body.end.position.distance(mirrored.position) < 1e-4, "{:?} {:?}", body.end, mirrored);
+            }
+        }
+
+        #[test]
+        fn a_collision_turned_by_an_angle_is_the_same_collision_turned(angle in -3.1f32..3.1) {
+            let turned = |pose: Pose| Pose {
+                position: unit(angle).rotate(pose.position),
+                heading: wrap_angle(pose.heading + angle),
+            };
+            let (a, b) = (Pose::new(0.0, 0.0, 0.0), Pose::new(0.05, 0.02, 0.1));
+            let (c, d) = (Pose::new(0.16, 0.03, 3.0), Pose::new(0.11, 0.03, 3.0));
+            let mut plain = [robot(a, b), robot(c, d)];
+            let mut other = [robot(turned(a), turned(b)), robot(turned(c), turned(d))];
+            resolve(&mut plain, &[]);
+            resolve(&mut other, &[]);
+            for (plain, other) in plain.iter().zip(&other) {
+                prop_assert!(turned(plain.end).position.distance(other.end.position) < 1e-4);
+            }
+        }
+    }
+}

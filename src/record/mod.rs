@@ -1,0 +1,3 @@
+//! Records of matches.
+
+pub mod trace;

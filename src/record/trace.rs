@@ -1,0 +1,250 @@
+//! Traces: a match as lines of JSON, one a cycle, written as it goes.
+//!
+//! A line has the world after its cycle, and the sensor readings and messages that the robots had in it. Lengths are
+//! in metres, angles in degrees within (-180, 180], places in the pitch frame but for percepts, which are in the
+//! robot's.
+
+use bevy::prelude::*;
+use serde::Serialize;
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+
+use crate::ball::{Ball, BallPhysics, BallVelocity};
+use crate::communication::{Inbox, ReceivedMessage};
+use crate::cycle::{Cycle, CycleClock, CycleSystems};
+use crate::events::{CycleEvents, MatchEvent};
+use crate::geometry::{Pose, file_units, to_degrees, wrapped_degrees};
+use crate::referee::{Game, GameState, Score};
+use crate::robot::head::HeadAngles;
+use crate::robot::{RobotId, Roster, Velocity};
+use crate::scenario::Scenario;
+use crate::sensing::odometry::Odometry;
+use crate::sensing::sonar::SonarReading;
+use crate::sensing::vision::Percepts;
+
+/// The format's name in the header.
+pub const FORMAT: &str = "naoisis-trace";
+/// The format's version in the header.
+pub const VERSION: u32 = 1;
+/// Lines between two flushes of a compressed trace: a line on its own hardly compresses.
+const LINES_PER_COMPRESSED_BLOCK: u32 = 30;
+
+/// Writes a line a cycle in [`CycleSystems::Record`] while there is a [`TraceRecorder`].
+pub struct TracePlugin;
+
+impl Plugin for TracePlugin {
+    fn build(&self, app: &mut App) {
+        app.add_systems(Cycle, record_cycle.in_set(CycleSystems::Record).run_if(resource_exists::<TraceRecorder>));
+    }
+}
+
+/// Where a trace goes.
+enum Sink {
+    Plain(BufWriter<Box<dyn Write + Send + Sync>>),
+    Compressed(zstd::stream::write::Encoder<'static, Box<dyn Write + Send + Sync>>),
+}
+
+/// A trace that is being written.
+#[derive(Resource)]
+pub struct TraceRecorder {
+    sink: Sink,
+    line: Vec<u8>,
+    lines_since_flush: u32,
+    error: Option<io::Error>,
+}
+
+impl TraceRecorder {
+    /// A trace into a writer, as plain lines.
+    pub fn plain(writer: impl Write + Send + Sync + 'static) -> Self {
+        Self::new(Sink::Plain(BufWriter::new(Box::new(writer))))
+    }
+
+    /// A trace into a new file; compressed if its name ends in `.zst`.
+    ///
+    /// # Errors
+    /// When the file cannot be created.
+    pub fn create(path: &Path) -> io::Result<Self> {
+        let file: Box<dyn Write + Send + Sync> = Box::new(File::create(path)?);
+        Ok(Self::new(if path.extension().is_some_and(|extension| extension == "zst") {
+            Sink::Compressed(zstd::stream::write::Encoder::new(file, 3)?)
+        } else {
+            Sink::Plain(BufWriter::new(file))
+        }))
+    }
+
+    fn new(sink: Sink) -> Self {
+        Self { sink, line: Vec::new(), lines_since_flush: 0, error: None }
+    }
+
+    /// Writes the header.
+    pub fn write_header(&mut self, scenario: &Scenario) {
+        self.write(&Header { line_type: "header", format: FORMAT, version: VERSION, seed: scenario.seed, scenario });
+    }
+
+    /// Writes the last line and closes the trace.
+    ///
+    /// # Errors
+    /// The first error that occurred while writing.
+    pub fn finish(mut self, reason: EndReason, score: Score, cycles: u64) -> io::Result<()> {
+        self.write(&End { line_type: "end", reason, score, cycles });
+        match (self.error, self.sink) {
+            (Some(error), _) => Err(error),
+            (None, Sink::Plain(mut writer)) => writer.flush(),
+            (None, Sink::Compressed(encoder)) => encoder.finish()?.flush(),
+        }
+    }
+
+    /// The first error that occurred while writing; after it, nothing more is written.
+    pub fn error(&self) -> Option<&io::Error> {
+        self.error.as_ref()
+    }
+
+    fn write(&mut self, line: &impl Serialize) {
+        if self.error.is_some() {
+            return;
+        }
+        self.line.clear();
+        let result = serde_json::to_writer(&mut self.line, line).map_err(io::Error::from).and_then(|()| {
+            self.line.push(b'\n');
+            self.lines_since_flush += 1;
+            match &mut self.sink {
+                Sink::Plain(writer) => {
+                    writer.write_all(&self.line)?;
+                    writer.flush()
+                }
+                Sink::Compressed(encoder) => {
+                    encoder.write_all(&self.line)?;
+                    if self.lines_since_flush >= LINES_PER_COMPRESSED_BLOCK {
+                        self.lines_since_flush = 0;
+                        encoder.flush()?;
+                    }
+                    Ok(())
+                }
+            }
+        });
+        self.error = result.err();
+    }
+}
+
+/// Why a match ended.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum EndReason {
+    /// The final whistle.
+    FinalWhistle,
+    /// The duration is over.
+    Duration,
+    /// The user or the system stopped the run.
+    Interrupted,
+    /// An error stopped the run.
+    Failed,
+}
+
+#[derive(Serialize)]
+struct Header<'a> {
+    #[serde(rename = "type")]
+    line_type: &'static str,
+    format: &'static str,
+    version: u32,
+    seed: u64,
+    scenario: &'a Scenario,
+}
+
+#[derive(Serialize)]
+struct End {
+    #[serde(rename = "type")]
+    line_type: &'static str,
+    reason: EndReason,
+    score: Score,
+    cycles: u64,
+}
+
+#[derive(Serialize)]
+struct CycleLine<'a> {
+    #[serde(rename = "type")]
+    line_type: &'static str,
+    cycle: u64,
+    time_s: f64,
+    ball: Option<BallLine>,
+    robots: Vec<RobotLine<'a>>,
+    game: GameLine,
+    events: &'a [MatchEvent],
+}
+
+#[derive(Serialize)]
+struct BallLine {
+    position_m: Vec3,
+    velocity_mps: Vec3,
+}
+
+#[derive(Serialize)]
+struct RobotLine<'a> {
+    id: RobotId,
+    #[serde(with = "file_units::pose")]
+    pose: Pose,
+    velocity: [f32; 3],
+    head_deg: [f32; 2],
+    penalised: Option<&'static str>,
+    #[serde(with = "file_units::pose")]
+    odometry: Pose,
+    sonar_m: SonarReading,
+    percepts: &'a Percepts,
+    inbox: &'a [ReceivedMessage],
+    belief: Option<()>,
+}
+
+#[derive(Serialize)]
+struct GameLine {
+    state: GameState,
+    score: Score,
+    half: u32,
+    time_left_s: f64,
+}
+
+/// Writes the line of the cycle under way, or of the start.
+pub fn record_cycle(
+    mut recorder: ResMut<TraceRecorder>,
+    clock: Res<CycleClock>,
+    roster: Res<Roster>,
+    game: Res<Game>,
+    events: Res<CycleEvents>,
+    balls: Query<(&Pose, &BallVelocity, &BallPhysics), With<Ball>>,
+    robots: Query<(&Pose, &Velocity, &HeadAngles, &Odometry, &SonarReading, &Percepts, &Inbox)>,
+) {
+    let line = CycleLine {
+        line_type: "cycle",
+        cycle: clock.cycle,
+        time_s: clock.end_time_s(),
+        ball: balls.iter().next().map(|(pose, velocity, physics)| BallLine {
+            position_m: pose.position.extend(physics.radius_m),
+            velocity_mps: velocity.0.extend(0.0),
+        }),
+        robots: roster
+            .iter()
+            .filter_map(|(id, entity)| {
+                let (pose, velocity, head, odometry, sonar, percepts, inbox) = robots.get(entity).ok()?;
+                Some(RobotLine {
+                    id,
+                    pose: *pose,
+                    velocity: [velocity.linear.x, velocity.linear.y, to_degrees(velocity.angular)],
+                    head_deg: [wrapped_degrees(head.yaw), wrapped_degrees(head.pitch)],
+                    penalised: None,
+                    odometry: odometry.0,
+                    sonar_m: *sonar,
+                    percepts,
+                    inbox: &inbox.0,
+                    belief: None,
+                })
+            })
+            .collect(),
+        game: GameLine {
+            state: game.state,
+            score: game.score,
+            half: game.half,
+            time_left_s: game.cycles_left as f64 * clock.period_s,
+        },
+        events: &events,
+    };
+    recorder.write(&line);
+}

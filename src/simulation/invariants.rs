@@ -1,0 +1,128 @@
+//! What must always hold, checked after every cycle. A breach is a bug: it is reported as an event and a warning, and
+//! the match goes on, so that its record can be looked at.
+
+use bevy::log::warn;
+use bevy::prelude::*;
+
+use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity};
+use crate::cycle::{Cycle, CycleClock, CycleSystems};
+use crate::events::{CycleEvents, MatchEvent};
+use crate::geometry::Pose;
+use crate::pitch::Post;
+use crate::robot::body::BodyBounds;
+use crate::robot::{PreviousPose, RobotId, Roster, Velocity};
+
+/// Depth of an overlap that counts as one, m.
+const TOLERANCE: f32 = 1e-4;
+/// How much deeper the ball may get into a base within a cycle, m.
+const BALL_TOLERANCE: f32 = 1e-3;
+
+/// Checks the invariants in [`CycleSystems::CheckInvariants`].
+pub struct InvariantPlugin;
+
+impl Plugin for InvariantPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_systems(Cycle, check_invariants.in_set(CycleSystems::CheckInvariants));
+    }
+}
+
+/// A robot as the invariants see it.
+#[derive(Clone, Copy, Debug)]
+pub struct RobotState {
+    /// Who.
+    pub id: RobotId,
+    /// Where.
+    pub pose: Pose,
+    /// Where at the start of the cycle.
+    pub previous: Pose,
+    /// How fast.
+    pub velocity: Velocity,
+    /// How large.
+    pub bounds: BodyBounds,
+}
+
+/// The ball as the invariants see it.
+#[derive(Clone, Copy, Debug)]
+pub struct BallState {
+    /// Where, m.
+    pub position: Vec2,
+    /// Where at the start of the cycle, m.
+    pub previous: Vec2,
+    /// How fast, m/s.
+    pub velocity: Vec2,
+    /// Radius, m.
+    pub radius: f32,
+}
+
+fn check_invariants(
+    mut robots_now: Local<Vec<RobotState>>,
+    roster: Res<Roster>,
+    clock: Res<CycleClock>,
+    mut events: ResMut<CycleEvents>,
+    robots: Query<(&Pose, &PreviousPose, &Velocity, &BodyBounds)>,
+    posts: Query<(&Pose, &Post)>,
+    balls: Query<(&Pose, &PreviousPose, &BallVelocity, &BallPhysics), (With<Ball>, With<BallPath>)>,
+) {
+    robots_now.clear();
+    robots_now.extend(roster.iter().filter_map(|(id, entity)| {
+        let (pose, previous, velocity, bounds) = robots.get(entity).ok()?;
+        Some(RobotState { id, pose: *pose, previous: previous.0, velocity: *velocity, bounds: *bounds })
+    }));
+    let ball = balls.iter().next().map(|(pose, previous, velocity, physics)| BallState {
+        position: pose.position,
+        previous: previous.0.position,
+        velocity: velocity.0,
+        radius: physics.radius_m,
+    });
+    let posts = posts.iter().map(|(pose, post)| (pose.position, post.radius_m));
+    broken_invariants(&robots_now, posts, ball, |message| {
+        warn!("cycle {}: {message}", clock.cycle);
+        events.push(MatchEvent::InvariantBroken { message });
+    });
+}
+
+/// Reports every invariant that does not hold: all numbers finite, no torso in another or in a post, the ball no
+/// deeper in a base than it was.
+pub fn broken_invariants(
+    robots: &[RobotState],
+    posts: impl Iterator<Item = (Vec2, f32)> + Clone,
+    ball: Option<BallState>,
+    mut report: impl FnMut(String),
+) {
+    for (index, robot) in robots.iter().enumerate() {
+        let finite = robot.pose.is_finite() && robot.velocity.linear.is_finite() && robot.velocity.angular.is_finite();
+        if !finite {
+            report(format!("{}: pose or velocity is not finite", robot.id));
+            continue;
+        }
+        let torso = robot.bounds.torso.footprint(robot.pose);
+        for other in &robots[index + 1..] {
+            if let Some(overlap) = torso.overlap(&other.bounds.torso.footprint(other.pose))
+                && overlap.depth > TOLERANCE
+            {
+                report(format!("{} and {} overlap by {} m", robot.id, other.id, overlap.depth));
+            }
+        }
+        for (centre, radius) in posts.clone() {
+            if let Some(overlap) = torso.overlap_disc(centre, radius)
+                && overlap.depth > TOLERANCE
+            {
+                report(format!("{} overlaps the post at {centre} by {} m", robot.id, overlap.depth));
+            }
+        }
+        let Some(ball) = ball else { continue };
+        let reach = robot.bounds.base.reach() + ball.radius;
+        if robot.pose.position.distance_squared(ball.position) < reach * reach {
+            let now = robot.bounds.base.footprint(robot.pose).signed_distance(ball.position).0;
+            let before = robot.bounds.base.footprint(robot.previous).signed_distance(ball.previous).0;
+            if now < before.min(ball.radius) - BALL_TOLERANCE {
+                report(format!("the ball got {} m into {}", ball.radius - now, robot.id));
+            }
+        }
+    }
+    if let Some(ball) = ball
+        && !(ball.position.is_finite() && ball.velocity.is_finite())
+    {
+        report("the ball's position or velocity is not finite".to_owned());
+    }
+}

@@ -1,0 +1,168 @@
+//! From a scenario to entities and resources.
+
+use bevy::prelude::*;
+
+use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity};
+use crate::behaviour::BehaviourRegistry;
+use crate::behaviour::script::Script;
+use crate::collision::Contacts;
+use crate::communication::{Inbox, MessageStatistics, MessagesInFlight, Outbox};
+use crate::cycle::CycleClock;
+use crate::events::CycleEvents;
+use crate::geometry::Pose;
+use crate::pitch::{Pitch, Post};
+use crate::random::RandomStreams;
+use crate::referee::GameStatus;
+use crate::robot::body::BodyBounds;
+use crate::robot::head::{HeadAngles, HeadCommand};
+use crate::robot::kick::{KickCommand, KickPhase};
+use crate::robot::motion::{ExecutedStep, WalkCommand};
+use crate::robot::{PreviousPose, RobotId, Team, Velocity};
+use crate::scenario::{BehaviourSpec, RobotSpec, Scenario};
+use crate::sensing::odometry::Odometry;
+use crate::sensing::sonar::SonarReading;
+use crate::sensing::status::BodyStatus;
+use crate::sensing::vision::Percepts;
+
+/// Why a match cannot be started.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum StartError {
+    /// A robot names a behaviour that is not registered.
+    #[error("robot {robot}: there is no behaviour `{name}`: expected one of {known}, or a script")]
+    UnknownBehaviour {
+        /// Which robot.
+        robot: RobotId,
+        /// The name.
+        name: String,
+        /// The names that would do.
+        known: String,
+    },
+    /// The scenario names a team that is not registered.
+    #[error("the {team} team: there is no team `{name}`: expected one of {known}")]
+    UnknownTeam {
+        /// Which team.
+        team: Team,
+        /// The name.
+        name: String,
+        /// The names that would do.
+        known: String,
+    },
+}
+
+/// Marks the entities of a match: robots, ball and posts.
+#[derive(Component, Clone, Copy, Default, Debug, Reflect)]
+#[reflect(Component, @crate::knowledge::Knowledge::Truth)]
+pub struct MatchEntity;
+
+/// A component of the ball.
+pub(super) fn ball_component<C: Component + Clone>(world: &World) -> Option<C> {
+    let mut balls = world.try_query_filtered::<&C, With<Ball>>()?;
+    balls.iter(world).next().cloned()
+}
+
+/// Replaces the match in the world by that of the scenario.
+pub(super) fn start(world: &mut World, scenario: &Scenario) -> Result<(), StartError> {
+    let robots = robots_of(world, scenario)?;
+    let mut old = world.query_filtered::<Entity, With<MatchEntity>>();
+    let old: Vec<Entity> = old.iter(world).collect();
+    for entity in old {
+        world.despawn(entity);
+    }
+    world.insert_resource(scenario.field.clone());
+    world.insert_resource(scenario.rules.clone());
+    world.insert_resource(scenario.messages.clone());
+    world.insert_resource(MessagesInFlight::default());
+    world.insert_resource(MessageStatistics::default());
+    world.insert_resource(CycleClock { cycle: 0, period_s: scenario.cycle_s });
+    world.insert_resource(CycleEvents::default());
+    world.insert_resource(Contacts::default());
+    spawn_posts(world, scenario);
+    spawn_ball(world, scenario);
+    for robot in &robots {
+        spawn_robot(world, scenario, robot);
+    }
+    world.insert_resource(scenario.clone());
+    Ok(())
+}
+
+/// The scenario's robots, or those of the two teams that it names, lined up for a kick-off; all behaviours exist.
+fn robots_of(world: &World, scenario: &Scenario) -> Result<Vec<RobotSpec>, StartError> {
+    let _ = scenario;
+    let registry = world.resource::<BehaviourRegistry>();
+    let mut robots = scenario.robots.clone();
+    robots.sort_by_key(RobotSpec::id);
+    for robot in &robots {
+        if let BehaviourSpec::Named(name) = &robot.behaviour
+            && registry.marker_of(name).is_none()
+        {
+            return Err(StartError::UnknownBehaviour {
+                robot: robot.id(),
+                name: name.clone(),
+                known: registry.behaviour_names().collect::<Vec<_>>().join(", "),
+            });
+        }
+    }
+    Ok(robots)
+}
+
+fn spawn_posts(world: &mut World, scenario: &Scenario) {
+    for post in Pitch::goal_posts(&scenario.field) {
+        world.spawn((
+            MatchEntity,
+            Pose { position: post.position, heading: 0.0 },
+            Post { radius_m: post.radius, height_m: post.height, colour: Some(post.colour) },
+        ));
+    }
+    for post in &scenario.posts {
+        world.spawn((
+            MatchEntity,
+            Pose { position: post.position_m, heading: 0.0 },
+            Post { radius_m: post.radius_m, height_m: post.height_m, colour: None },
+        ));
+    }
+}
+
+fn spawn_ball(world: &mut World, scenario: &Scenario) {
+    let Some(ball) = scenario.ball else { return };
+    let pose = Pose { position: ball.position_m, heading: 0.0 };
+    world.spawn((
+        MatchEntity,
+        Ball,
+        pose,
+        PreviousPose(pose),
+        BallVelocity(ball.velocity_mps),
+        BallPhysics { radius_m: ball.radius_m, rolling: ball.rolling, restitution: ball.restitution },
+        BallPath::default(),
+    ));
+}
+
+fn spawn_robot(world: &mut World, scenario: &Scenario, robot: &RobotSpec) {
+    let id = robot.id();
+    let head_limits = robot.head_limits.unwrap_or(scenario.head);
+    let [yaw, pitch] = robot.head;
+    let mut entity = world.spawn((
+        MatchEntity,
+        id,
+        (robot.pose, PreviousPose(robot.pose), Velocity::default(), BodyBounds::default()),
+        (robot.motion.unwrap_or(scenario.motion), WalkCommand::default(), ExecutedStep::default()),
+        (head_limits, HeadAngles { yaw, pitch }, HeadCommand { yaw, pitch }),
+        (scenario.kicks, KickCommand::default(), KickPhase::default()),
+        (robot.sonar.unwrap_or(scenario.sonar), SonarReading::default()),
+        (scenario.cameras, robot.vision.clone().unwrap_or_else(|| scenario.vision.clone()), Percepts::default()),
+        (robot.odometry.unwrap_or(scenario.odometry), Odometry::default()),
+        (BodyStatus::default(), GameStatus::default()),
+        (Outbox::default(), Inbox::default()),
+        RandomStreams::new(scenario.seed, id),
+    ));
+    match &robot.behaviour {
+        BehaviourSpec::Script(entries) => {
+            entity.insert(Script(entries.clone()));
+        }
+        BehaviourSpec::Named(name) => {
+            let marker = entity.world().resource::<BehaviourRegistry>().marker_of(name);
+            if let Some(insert) = marker {
+                insert(&mut entity);
+            }
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! A gallery of behaviours that cheat, each refused for its reason, and of honest ones.
+
+use bevy::ecs::system::SystemParam;
+use bevy::prelude::*;
+use naoisis::behaviour::barrier::{BarrierError, Breach};
+use naoisis::communication::Inbox;
+use naoisis::prelude::*;
+use naoisis::robot::kick::KickPhase;
+use naoisis::robot::{Roster, Velocity};
+
+#[derive(Component, Default)]
+struct Mine;
+
+#[derive(Component, Default)]
+struct Memory(u32);
+
+#[derive(Resource, Default)]
+struct TeamTactics;
+
+fn register<M>(system: impl IntoSystem<(), (), M>) -> Result<(), BarrierError> {
+    let mut app = App::new();
+    app.add_plugins(NaoisisPlugins).init_resource::<TeamTactics>();
+    app.try_add_behaviour::<Mine, M>("under test", system).map(|_| ())
+}
+
+fn refusal<M>(system: impl IntoSystem<(), (), M>) -> Breach {
+    register(system).expect_err("the behaviour should have been refused").reason
+}
+
+fn forbidden_component<M>(system: impl IntoSystem<(), (), M>) -> String {
+    match refusal(system) {
+        Breach::Forbidden { component, .. } => component,
+        other => panic!("refused for another reason: {other}"),
+    }
+}
+
+#[test]
+fn sensors_commands_own_components_and_own_resources_are_allowed() {
+    fn honest(
+        pitch: Res<Pitch>,
+        clock: Res<CycleClock>,
+        mut tactics: ResMut<TeamTactics>,
+        mut memory: Local<u64>,
+        mut robots: Query<(&Percepts, &Inbox, &mut WalkCommand, &mut KickCommand, Option<&mut Memory>), With<Mine>>,
+    ) {
+        *memory += clock.cycle;
+        let _ = (&mut *tactics, pitch.length_m);
+        for (percepts, inbox, mut walk, mut kick, own) in &mut robots {
+            walk.dx = percepts.goal_posts.len() as f32 + inbox.0.len() as f32;
+            kick.0 = None;
+            if let Some(mut own) = own {
+                own.0 += 1;
+            }
+        }
+    }
+    assert_eq!(register(honest), Ok(()));
+    // Reading the marker is as good as filtering by it.
+    assert_eq!(register(|_: Query<(&Mine, &Percepts)>| {}), Ok(()));
+}
+
+#[test]
+fn ground_truth_is_refused_and_named() {
+    assert!(forbidden_component(|_: Query<&Pose, With<Mine>>| {}).ends_with("Pose"));
+    assert!(forbidden_component(|_: Query<&mut Velocity, With<Mine>>| {}).ends_with("Velocity"));
+    assert!(forbidden_component(|_: Query<(&Percepts, Option<&KickPhase>), With<Mine>>| {}).ends_with("KickPhase"));
+    assert!(forbidden_component(|_: Query<(&Mine, Has<KickPhase>)>| {}).ends_with("KickPhase"));
+    assert!(forbidden_component(|_: Query<&BallVelocity>| {}).ends_with("BallVelocity"));
+    assert!(forbidden_component(|_: Res<Game>| {}).ends_with("Game"));
+    assert!(forbidden_component(|_: Option<Res<CycleEvents>>| {}).ends_with("CycleEvents"));
+    assert!(forbidden_component(|_: Res<Roster>| {}).ends_with("Roster"));
+    assert!(forbidden_component(|_: Query<&mut Percepts, With<Mine>>| {}).ends_with("Percepts"));
+    assert!(forbidden_component(|_: ResMut<CycleClock>| {}).ends_with("CycleClock"));
+}
+
+#[test]
+fn truth_through_filters_change_detection_or_display_components_is_refused() {
+    assert!(forbidden_component(|_: Query<Entity, With<Ball>>| {}).ends_with("Ball"));
+    assert!(forbidden_component(|_: Query<&Percepts, (With<Mine>, Changed<Pose>)>| {}).ends_with("Pose"));
+    assert!(forbidden_component(|_: Query<&Percepts, (With<Mine>, Without<Ball>)>| {}).ends_with("Ball"));
+    assert!(forbidden_component(|_: Query<&Transform>| {}).ends_with("Transform"));
+    assert!(forbidden_component(|_: Query<&GlobalTransform, With<Mine>>| {}).ends_with("GlobalTransform"));
+}
+
+#[test]
+fn truth_inside_parameter_sets_and_custom_parameters_is_refused() {
+    #[derive(SystemParam)]
+    struct Sneaky<'w, 's> {
+        balls: Query<'w, 's, &'static Pose, With<Mine>>,
+    }
+    fn sneaks(sneaky: Sneaky) {
+        let _ = sneaky.balls.iter().count();
+    }
+    assert!(forbidden_component(sneaks).ends_with("Pose"));
+    assert!(
+        forbidden_component(|_: ParamSet<(Query<&mut WalkCommand, With<Mine>>, Query<&Pose>)>| {}).ends_with("Pose")
+    );
+}
+
+#[test]
+fn the_whole_world_whole_entities_and_deferred_commands_are_refused() {
+    assert_eq!(refusal(|_: &mut World| {}), Breach::Exclusive);
+    assert_eq!(refusal(|_: &World| {}), Breach::Unbounded);
+    assert_eq!(refusal(|_: Query<EntityRef, With<Mine>>| {}), Breach::Unbounded);
+    assert_eq!(refusal(|_: Query<EntityMut, With<Mine>>| {}), Breach::Unbounded);
+    assert_eq!(refusal(|_: Commands| {}), Breach::Deferred);
+}
+
+#[test]
+fn other_robots_can_neither_be_read_nor_steered() {
+    let foreign = refusal(|_: Query<&mut WalkCommand>| {});
+    assert!(matches!(foreign, Breach::ForeignRobots { .. }), "{foreign}");
+    let foreign = refusal(|_: Query<(&RobotId, &Percepts), Without<Mine>>| {});
+    assert!(matches!(foreign, Breach::ForeignRobots { .. }), "{foreign}");
+    // A marker behind an `Or` is no marker.
+    let foreign = refusal(|_: Query<&Percepts, Or<(With<Mine>, With<Memory>)>>| {});
+    assert!(matches!(foreign, Breach::ForeignRobots { .. }), "{foreign}");
+}
+
+#[test]
+fn the_error_reads_well() {
+    fn peeks(_: Query<&Pose, With<Mine>>) {}
+    let message = register(peeks).unwrap_err().to_string();
+    assert!(message.starts_with("behaviour `under test` is refused: its system `"), "{message}");
+    assert!(message.contains("peeks") && message.contains("reads `naoisis::geometry::Pose`, which is ground truth"));
+    let message = register(|_: Query<&mut WalkCommand>| {}).unwrap_err().to_string();
+    assert!(message.contains("add `With<it::barrier::Mine>` to the query's filter"), "{message}");
+}

@@ -1,0 +1,7 @@
+//! The integration tests: one crate, a module a subject.
+#![expect(clippy::unwrap_used, reason = "a failed test may panic")]
+
+mod barrier;
+mod collisions;
+mod kicks;
+mod support;

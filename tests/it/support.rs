@@ -1,0 +1,40 @@
+//! What the tests share.
+
+use bevy::prelude::*;
+use naoisis::prelude::*;
+
+/// A headless app, ready for a match.
+pub fn headless_app() -> App {
+    let mut app = App::new();
+    app.add_plugins((MinimalPlugins, NaoisisPlugins));
+    app
+}
+
+/// A match from a scenario in JSON.
+pub fn match_of(json: &str) -> App {
+    let scenario = Scenario::from_json(json).unwrap_or_else(|error| panic!("{error}"));
+    let mut app = headless_app();
+    app.start_match(&scenario).unwrap_or_else(|error| panic!("{error}"));
+    app
+}
+
+/// Blue's robot with this number.
+pub const fn blue(number: u8) -> RobotId {
+    RobotId::new(Team::Blue, number)
+}
+
+/// Pink's robot with this number.
+pub const fn pink(number: u8) -> RobotId {
+    RobotId::new(Team::Pink, number)
+}
+
+/// Runs so many cycles and collects what happened in them, with the cycle's number.
+pub fn collect_events(app: &mut App, cycles: usize) -> Vec<(u64, MatchEvent)> {
+    let mut events = Vec::new();
+    for _ in 0..cycles {
+        app.run_cycles(1);
+        let cycle = app.cycle();
+        events.extend(app.events().iter().map(|event| (cycle, event.clone())));
+    }
+    events
+}
