@@ -115,6 +115,13 @@ pub mod file_units {
     use super::{Pose, to_degrees, to_radians, wrapped_degrees};
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+    /// The heading, radians within (-π, π], of an angle in degrees: so a pose reads the same after it was written.
+    fn heading_of(degrees: f32) -> f32 {
+        let degrees = f64::from(degrees);
+        let wrapped = degrees - 360.0 * (degrees / 360.0).round();
+        to_radians(if wrapped <= -180.0 { 180.0 } else { wrapped as f32 })
+    }
+
     /// An angle or angular speed: radians in memory, degrees in the file.
     pub mod degrees {
         use super::*;
@@ -156,7 +163,7 @@ pub mod file_units {
 
         /// Reads `[x, y, degrees]`.
         pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Pose, D::Error> {
-            <[f32; 3]>::deserialize(deserializer).map(|[x, y, degrees]| Pose::new(x, y, to_radians(degrees)))
+            <[f32; 3]>::deserialize(deserializer).map(|[x, y, degrees]| Pose::new(x, y, heading_of(degrees)))
         }
     }
 
@@ -172,7 +179,7 @@ pub mod file_units {
         /// Reads `[x, y, degrees]` or null.
         pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Pose>, D::Error> {
             Option::<[f32; 3]>::deserialize(deserializer)
-                .map(|pose| pose.map(|[x, y, degrees]| Pose::new(x, y, to_radians(degrees))))
+                .map(|pose| pose.map(|[x, y, degrees]| Pose::new(x, y, heading_of(degrees))))
         }
     }
 }

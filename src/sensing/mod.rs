@@ -23,7 +23,7 @@ use bevy::prelude::*;
 pub mod camera;
 pub mod fidelity;
 pub mod odometry;
-mod preset;
+pub(crate) mod preset;
 pub mod scene;
 pub mod sonar;
 pub mod status;

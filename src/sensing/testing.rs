@@ -6,7 +6,7 @@ use super::camera::{CameraPlugin, CameraSettings};
 use super::odometry::{OdometryPlugin, OdometrySettings};
 use super::sonar::{SonarNoise, SonarPlugin, SonarSettings};
 use super::vision::{VisionNoise, VisionPlugin, VisionSettings};
-use crate::ball::{Ball, BallPhysics, Rolling};
+use crate::ball::{Ball, BallPhysics};
 use crate::cycle::{CyclePlugin, run_cycle};
 use crate::geometry::{Pose, to_radians};
 use crate::pitch::Post;
@@ -53,18 +53,12 @@ pub(crate) fn spawn_robot(app: &mut App, team: Team, number: u8, pose: [f32; 3],
 
 /// The ball at a place on the pitch, m.
 pub(crate) fn spawn_ball(app: &mut App, x: f32, y: f32) -> Entity {
-    app.world_mut()
-        .spawn((
-            Ball,
-            BallPhysics { radius_m: 0.03, rolling: Rolling::default(), restitution: 0.4 },
-            Pose::new(x, y, 0.0),
-        ))
-        .id()
+    app.world_mut().spawn((Ball, BallPhysics::default(), Pose::new(x, y, 0.0))).id()
 }
 
 /// A post, 10 cm thick and 80 cm high, at a place on the pitch, m.
 pub(crate) fn spawn_post(app: &mut App, x: f32, y: f32, colour: Option<crate::pitch::GoalColour>) -> Entity {
-    app.world_mut().spawn((Post { radius_m: 0.05, height_m: 0.8, colour }, Pose::new(x, y, 0.0))).id()
+    app.world_mut().spawn((Post { radius: 0.05, height: 0.8, colour }, Pose::new(x, y, 0.0))).id()
 }
 
 /// Runs one cycle, and a copy of what a robot has in its component `C` then.

@@ -3,5 +3,9 @@
 
 mod barrier;
 mod collisions;
+mod commands;
+mod determinism;
 mod kicks;
+mod matches;
+mod scenario_files;
 mod support;

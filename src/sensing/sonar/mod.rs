@@ -235,8 +235,8 @@ pub fn echoes(settings: &SonarSettings, own_id: RobotId, own_pose: Pose, scene: 
     }
     for ScenePost { position, post } in &scene.posts {
         let centre = unrotate(forward, *position - own_position);
-        if post.height_m >= settings.height_m && is_near(centre, post.radius_m + range + EDGE_M) {
-            hear(&|axis| sector.distance_to_disc(unrotate(axis, centre), post.radius_m));
+        if post.height >= settings.height_m && is_near(centre, post.radius + range + EDGE_M) {
+            hear(&|axis| sector.distance_to_disc(unrotate(axis, centre), post.radius));
         }
     }
     nearest.map(|distance| distance.filter(|&distance| distance <= range + EDGE_M))

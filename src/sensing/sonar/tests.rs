@@ -110,7 +110,7 @@ fn a_low_post_is_not_heard() {
     let mut app = sensing_app();
     let robot = spawn_robot(&mut app, Team::Blue, 1, [0.0, 0.0, 0.0], [0.0, 0.0]);
     let post = spawn_post(&mut app, 0.42, 0.15, None);
-    set(&mut app, post, crate::pitch::Post { radius_m: 0.05, height_m: 0.39, colour: None });
+    set(&mut app, post, crate::pitch::Post { radius: 0.05, height: 0.39, colour: None });
     assert_reading(sense(&mut app, robot), None, None);
 }
 

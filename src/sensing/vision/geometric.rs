@@ -133,7 +133,7 @@ impl<'a> Observer<'a> {
         if class.is_too_far(place) {
             return None;
         }
-        let height = post.post.height_m;
+        let height = post.post.height;
         let target = Target::Post(index);
         let (side, cue) = self.best_cue(place, target, |observer, side| {
             let view = &observer.actual[side];
@@ -153,7 +153,7 @@ impl<'a> Observer<'a> {
         if self.stream.chance(class.miss_probability) {
             return None;
         }
-        let (pixel, position_m) = self.measured_standing_point(side, place, post.post.radius_m, cue, class.pixel_sd)?;
+        let (pixel, position_m) = self.measured_standing_point(side, place, post.post.radius, cue, class.pixel_sd)?;
         Some(GoalPostPercept { camera: CameraSide::BOTH[side], colour, pixel, position_m })
     }
 

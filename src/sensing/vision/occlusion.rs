@@ -61,8 +61,8 @@ impl Occluders {
         self.posts.clear();
         self.posts.extend(scene.posts.iter().map(|post| OccludingPost {
             position: unrotate(own_forward, post.position - own_pose.position),
-            radius: post.post.radius_m,
-            height: post.post.height_m,
+            radius: post.post.radius,
+            height: post.post.height,
         }));
     }
 
@@ -193,10 +193,8 @@ mod tests {
 
     #[test]
     fn a_post_hides_what_is_behind_its_cylinder() {
-        let post = |height| ScenePost {
-            position: Vec2::new(1.0539, 0.0),
-            post: Post { radius_m: 0.05, height_m: height, colour: None },
-        };
+        let post =
+            |height| ScenePost { position: Vec2::new(1.0539, 0.0), post: Post { radius: 0.05, height, colour: None } };
         let tall = around(&[], &[post(0.8)]);
         // At 1 m from the lens a radius of 5 cm hides ±asin(0.05): at x = 2.0539, 2 m away, ±0.100125 m.
         for side in [-1.0, 1.0] {

@@ -1,0 +1,180 @@
+//! What is wrong with a scenario file, where, and what would be right.
+
+use core::fmt;
+use core::ops::Range;
+use std::sync::Arc;
+
+use super::field_path::FieldPath;
+
+/// What kind of thing is wrong.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum ScenarioErrorKind {
+    /// There is no such file or built-in scenario.
+    NotFound,
+    /// The file cannot be read, or its name does not tell its format.
+    Unreadable,
+    /// The text is not RON or not JSON.
+    Syntax,
+    /// A field that there is not, or a value of the wrong type.
+    Shape,
+    /// A value that cannot be.
+    Value,
+}
+
+/// A place in a file.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Place {
+    /// Line, from 1.
+    pub line: usize,
+    /// Column in characters, from 1.
+    pub column: usize,
+    /// The bytes of the text that are at fault: at most up to the end of the line.
+    pub span: Range<usize>,
+    text: Arc<str>,
+}
+
+impl Place {
+    /// The place of these bytes of a text.
+    pub(super) fn new(text: &Arc<str>, span: Range<usize>) -> Place {
+        let mut start = span.start.min(text.len());
+        while !text.is_char_boundary(start) {
+            start -= 1;
+        }
+        let line_start = text[..start].rfind('\n').map_or(0, |newline| newline + 1);
+        let line_end = text[start..].find(['\n', '\r']).map_or(text.len(), |newline| start + newline);
+        let mut end = span.end.clamp(start, line_end);
+        while !text.is_char_boundary(end) {
+            end -= 1;
+        }
+        Place {
+            line: text[..line_start].matches('\n').count() + 1,
+            column: text[line_start..start].chars().count() + 1,
+            span: start..end,
+            text: Arc::clone(text),
+        }
+    }
+
+    /// The whole text of the file.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// The line that the place is in, without its end.
+    pub fn source_line(&self) -> &str {
+        self.text.lines().nth(self.line - 1).unwrap_or_default()
+    }
+}
+
+/// What is wrong with a scenario file. It displays as one paragraph: `PATH:LINE:COLUMN: ` and then what is wrong and
+/// what was expected.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct ScenarioError(Box<Details>);
+
+/// Boxed, as an error is large and rare.
+#[derive(Clone, PartialEq, Eq, Debug)]
+struct Details {
+    kind: ScenarioErrorKind,
+    file: String,
+    place: Option<Place>,
+    path: Option<FieldPath>,
+    message: String,
+    expected: String,
+}
+
+impl ScenarioError {
+    /// An error about a file as a whole.
+    pub(super) fn of_file(kind: ScenarioErrorKind, file: &str, message: String, expected: String) -> Self {
+        Self(Box::new(Details { kind, file: file.to_owned(), place: None, path: None, message, expected }))
+    }
+
+    /// The error with its place in the file.
+    #[must_use]
+    pub(super) fn at(mut self, place: Place) -> Self {
+        self.0.place = Some(place);
+        self
+    }
+
+    /// The error with its place in the scenario.
+    #[must_use]
+    pub(super) fn in_field(mut self, path: FieldPath) -> Self {
+        self.0.path = Some(path);
+        self
+    }
+
+    /// What kind of thing is wrong.
+    pub fn kind(&self) -> ScenarioErrorKind {
+        self.0.kind
+    }
+
+    /// The file as it was named, or the name of a built-in scenario.
+    pub fn file(&self) -> &str {
+        &self.0.file
+    }
+
+    /// Where in the file; none when it could not be read at all.
+    pub fn place(&self) -> Option<&Place> {
+        self.0.place.as_ref()
+    }
+
+    /// Line, from 1.
+    pub fn line(&self) -> Option<usize> {
+        self.place().map(|place| place.line)
+    }
+
+    /// Column in characters, from 1.
+    pub fn column(&self) -> Option<usize> {
+        self.place().map(|place| place.column)
+    }
+
+    /// The field at fault, when the text as such is well-formed.
+    pub fn path(&self) -> Option<&FieldPath> {
+        self.0.path.as_ref()
+    }
+
+    /// What is wrong.
+    pub fn message(&self) -> &str {
+        &self.0.message
+    }
+
+    /// What was expected instead.
+    pub fn expected(&self) -> &str {
+        &self.0.expected
+    }
+
+    /// `PATH:LINE:COLUMN: ` and what is wrong, without what was expected.
+    pub fn headline(&self) -> String {
+        match self.place() {
+            Some(place) => format!("{}:{}:{}: {}", self.file(), place.line, place.column, self.message()),
+            None => format!("{}: {}", self.file(), self.message()),
+        }
+    }
+}
+
+impl fmt::Display for Details {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{}:", self.file)?;
+        if let Some(place) = &self.place {
+            write!(formatter, "{}:{}:", place.line, place.column)?;
+        }
+        // A question mark of a suggestion ends the sentence already.
+        let separator = if self.message.ends_with('?') { "" } else { ";" };
+        write!(formatter, " {}{separator} expected {}", self.message, self.expected)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_count_lines_and_characters_from_one() {
+        let text: Arc<str> = Arc::from("ä\r\n  ö: \"über\",\r\n}");
+        let place = Place::new(&text, text.find("\"über").unwrap()..text.len());
+        assert_eq!((place.line, place.column), (2, 6));
+        assert_eq!(&text[place.span.clone()], "\"über\",");
+        assert_eq!(place.source_line(), "  ö: \"über\",");
+        let end = Place::new(&text, 1000..2000);
+        assert_eq!((end.line, end.column), (3, 2));
+    }
+}

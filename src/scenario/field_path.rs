@@ -1,0 +1,108 @@
+//! Places in a scenario, such as `robots[1].pose`.
+
+use core::fmt;
+
+/// A step into a scenario.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub enum Segment {
+    /// Into a field of an object.
+    Field(String),
+    /// Into an element of a list, from 0.
+    Index(usize),
+}
+
+/// A place in a scenario, as files spell it: `robots[1].pose`. The empty path is the whole scenario.
+#[derive(Clone, PartialEq, Eq, Hash, Debug, Default)]
+pub struct FieldPath(Vec<Segment>);
+
+impl FieldPath {
+    /// The place of a field within this one. The name may itself be a path, such as `goal.width_m`.
+    #[must_use]
+    pub fn field(&self, name: &str) -> FieldPath {
+        let mut path = self.clone();
+        path.0.extend(FieldPath::from(name).0);
+        path
+    }
+
+    /// The place of a list's element within this one, from 0.
+    #[must_use]
+    pub fn index(&self, index: usize) -> FieldPath {
+        let mut path = self.clone();
+        path.0.push(Segment::Index(index));
+        path
+    }
+
+    /// The steps from the whole scenario to this place.
+    pub fn segments(&self) -> &[Segment] {
+        &self.0
+    }
+
+    /// The name of the last step, if it is a field.
+    pub(super) fn last_field(&self) -> Option<&str> {
+        match self.0.last()? {
+            Segment::Field(name) => Some(name),
+            Segment::Index(_) => None,
+        }
+    }
+
+    /// The path without its first `count` steps.
+    pub(super) fn without_first(&self, count: usize) -> FieldPath {
+        FieldPath(self.0.iter().skip(count).cloned().collect())
+    }
+}
+
+impl From<&str> for FieldPath {
+    fn from(text: &str) -> Self {
+        let words = text.split(['.', '[']).filter(|word| !word.is_empty());
+        FieldPath(
+            words
+                .map(|word| match word.strip_suffix(']').and_then(|number| number.parse().ok()) {
+                    Some(index) => Segment::Index(index),
+                    None => Segment::Field(word.to_owned()),
+                })
+                .collect(),
+        )
+    }
+}
+
+impl From<&serde_path_to_error::Path> for FieldPath {
+    fn from(path: &serde_path_to_error::Path) -> Self {
+        use serde_path_to_error::Segment as Step;
+        FieldPath(
+            path.iter()
+                .filter_map(|step| match step {
+                    Step::Seq { index } => Some(Segment::Index(*index)),
+                    Step::Map { key } => Some(Segment::Field(key.clone())),
+                    Step::Enum { variant } => Some(Segment::Field(variant.clone())),
+                    Step::Unknown => None,
+                })
+                .collect(),
+        )
+    }
+}
+
+impl fmt::Display for FieldPath {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (position, segment) in self.0.iter().enumerate() {
+            match segment {
+                Segment::Index(index) => write!(formatter, "[{index}]")?,
+                Segment::Field(name) if position == 0 => write!(formatter, "{}", name.escape_debug())?,
+                Segment::Field(name) => write!(formatter, ".{}", name.escape_debug())?,
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_path_reads_as_it_prints() {
+        let path = FieldPath::default().field("robots").index(1).field("behaviour.script").index(0).field("walk");
+        assert_eq!(path.to_string(), "robots[1].behaviour.script[0].walk");
+        assert_eq!(FieldPath::from(path.to_string().as_str()), path);
+        assert_eq!(path.without_first(2).to_string(), "behaviour.script[0].walk");
+    }
+}

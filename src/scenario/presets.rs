@@ -1,0 +1,310 @@
+//! Presets: named fields, rules and noise, and how a scenario's own values are laid over them.
+
+use serde::Serialize;
+use serde_json::{Map, Value};
+
+use super::field_path::FieldPath;
+use super::load::Format;
+use super::read::read;
+use super::validate::ScenarioFault;
+use super::wording::{did_you_mean, one_of, quoted};
+use crate::pitch::Pitch;
+use crate::referee::Rules;
+use crate::robot::Team;
+use crate::sensing::odometry::OdometryNoise;
+use crate::sensing::preset::Preset as NoisePreset;
+use crate::sensing::vision::VisionNoise;
+
+/// A named set of values, as a file in RON that is embedded in the program.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Preset {
+    /// The name by which scenarios refer to it.
+    pub name: &'static str,
+    /// The file's text.
+    pub text: &'static str,
+}
+
+impl Preset {
+    fn value(&self) -> Value {
+        // A test reads every embedded file.
+        read(self.text, Format::Ron).map(|(value, _)| value).unwrap_or_default()
+    }
+}
+
+/// The fields that come with the program: `assets/fields`.
+pub const FIELD_PRESETS: &[Preset] = &[
+    Preset { name: "naoisis", text: include_str!("../../assets/fields/naoisis.ron") },
+    Preset { name: "spl2025", text: include_str!("../../assets/fields/spl2025.ron") },
+];
+
+/// The rules that come with the program: `assets/rules`.
+pub const RULES_PRESETS: &[Preset] = &[
+    Preset { name: "naoisis", text: include_str!("../../assets/rules/naoisis.ron") },
+    Preset { name: "spl2010", text: include_str!("../../assets/rules/spl2010.ron") },
+    Preset { name: "free", text: include_str!("../../assets/rules/free.ron") },
+];
+
+/// A sensor whose noise has presets, which are functions of the program.
+struct NoisySensor {
+    /// The field of its settings.
+    field: &'static str,
+    /// The names of its noise's presets.
+    names: &'static [&'static str],
+    /// The values of a preset.
+    value_of: fn(&str) -> Option<Value>,
+}
+
+const NOISY_SENSORS: [NoisySensor; 2] = [
+    NoisySensor { field: "vision", names: VisionNoise::NAMES, value_of: value_of_noise::<VisionNoise> },
+    NoisySensor { field: "odometry", names: OdometryNoise::NAMES, value_of: value_of_noise::<OdometryNoise> },
+];
+
+fn value_of_noise<Noise: NoisePreset + Serialize>(name: &str) -> Option<Value> {
+    serde_json::to_value(Noise::preset(name)?).ok()
+}
+
+impl Pitch {
+    /// The pitch of this name among the [`FIELD_PRESETS`].
+    pub fn preset(name: &str) -> Option<Pitch> {
+        let preset = FIELD_PRESETS.iter().find(|preset| preset.name == name)?;
+        serde_json::from_value(preset.value()).ok()
+    }
+}
+
+impl Rules {
+    /// The rules of this name among the [`RULES_PRESETS`].
+    pub fn preset(name: &str) -> Option<Rules> {
+        let preset = RULES_PRESETS.iter().find(|preset| preset.name == name)?;
+        serde_json::from_value(preset.value()).ok()
+    }
+}
+
+/// Fields whose value is a choice with contents, as object and field: another choice replaces it as a whole.
+const CHOICES: [(&str, &str); 1] = [("sonar", "noise")];
+
+/// Fills in what a file says by name or leaves to others: presets, the common settings for each robot, and jersey
+/// numbers.
+pub fn resolve(root: &mut Map<String, Value>) -> Result<(), ScenarioFault> {
+    let path = FieldPath::default();
+    for (field, presets) in [("field", FIELD_PRESETS), ("rules", RULES_PRESETS)] {
+        let names: Vec<&str> = presets.iter().map(|preset| preset.name).collect();
+        if let Some(value) = root.get_mut(field) {
+            fill_in(value, &path.field(field), &names, |name| {
+                presets.iter().find(|preset| preset.name == name).map(Preset::value)
+            })?;
+        }
+    }
+    for sensor in &NOISY_SENSORS {
+        fill_in_noise(root, sensor, &path)?;
+    }
+    let common: Vec<(&str, Value)> = ["motion", "sonar", "head", "vision", "odometry"]
+        .iter()
+        .filter_map(|&field| Some((field, root.get(field)?.clone())))
+        .collect();
+    let Some(Value::Array(robots)) = root.get_mut("robots") else { return Ok(()) };
+    for (index, robot) in robots.iter_mut().enumerate() {
+        let Value::Object(robot) = robot else { continue };
+        let path = path.field("robots").index(index);
+        let mut have_own_noise = Vec::new();
+        for sensor in &NOISY_SENSORS {
+            if fill_in_noise(robot, sensor, &path)? {
+                have_own_noise.push(sensor.field);
+            }
+        }
+        for (field, common) in &common {
+            let Some(own @ Value::Object(_)) = robot.get_mut(*field) else { continue };
+            let mut merged = common.clone();
+            if have_own_noise.contains(field)
+                && let Value::Object(merged) = &mut merged
+            {
+                merged.remove("noise");
+            }
+            lay_over(&mut merged, own.take(), field);
+            *own = merged;
+        }
+    }
+    number(robots);
+    Ok(())
+}
+
+/// Fills in the preset of a sensor's noise in the settings of all robots, or of one. Whether it had one.
+fn fill_in_noise(
+    settings: &mut Map<String, Value>,
+    sensor: &NoisySensor,
+    path: &FieldPath,
+) -> Result<bool, ScenarioFault> {
+    let Some(noise) = settings.get_mut(sensor.field).and_then(|settings| settings.get_mut("noise")) else {
+        return Ok(false);
+    };
+    fill_in(noise, &path.field(sensor.field).field("noise"), sensor.names, sensor.value_of)
+}
+
+/// Replaces a preset's name, or an object with `preset`, by the preset's values and the object's own over them.
+/// Whether there was a preset.
+fn fill_in(
+    value: &mut Value,
+    path: &FieldPath,
+    names: &[&str],
+    value_of: impl Fn(&str) -> Option<Value>,
+) -> Result<bool, ScenarioFault> {
+    let (name, name_path) = match value {
+        Value::String(name) => (Some(core::mem::take(name)), path.clone()),
+        Value::Object(fields) => match fields.remove("preset") {
+            None => return Ok(false),
+            Some(Value::String(name)) => (Some(name), path.field("preset")),
+            Some(_) => (None, path.field("preset")),
+        },
+        _ => (None, path.clone()),
+    };
+    let found = name.as_deref().and_then(&value_of);
+    let Some(mut preset) = found else {
+        let message = match &name {
+            Some(name) => {
+                let meant = did_you_mean(name, names.iter().copied());
+                format!("there is no preset {}{meant}", quoted(name))
+            }
+            None => format!("{} is not the name of a preset", quoted(name_path.last_field().unwrap_or_default())),
+        };
+        let or_object = if name_path == *path { ", or an object with fields" } else { "" };
+        let expected = format!("{}{or_object}", one_of(names.iter().copied()));
+        return Err(ScenarioFault::new(name_path, message, expected));
+    };
+    if value.is_object() {
+        lay_over(&mut preset, value.take(), "");
+    }
+    *value = preset;
+    Ok(true)
+}
+
+/// Lays `own` over `base`: objects field by field, everything else as a whole. `field` is the name of both.
+fn lay_over(base: &mut Value, own: Value, field: &str) {
+    match (base, own) {
+        (Value::Object(base), Value::Object(own)) => {
+            for (name, own) in own {
+                match base.get_mut(&name) {
+                    Some(base) if !CHOICES.contains(&(field, name.as_str())) => lay_over(base, own, &name),
+                    _ => {
+                        base.insert(name, own);
+                    }
+                }
+            }
+        }
+        (base, own) => *base = own,
+    }
+}
+
+/// Gives robots without a jersey number the least free one of their team.
+fn number(robots: &mut [Value]) {
+    let team_of =
+        |robot: &Value| robot.get("team").and_then(Value::as_str).unwrap_or(Team::default().name()).to_owned();
+    for index in 0..robots.len() {
+        if robots[index].get("number").is_some() {
+            continue;
+        }
+        let team = team_of(&robots[index]);
+        let taken: Vec<u64> = robots
+            .iter()
+            .filter(|robot| team_of(robot) == team)
+            .filter_map(|robot| robot.get("number").and_then(Value::as_u64))
+            .collect();
+        let Some(free) = (1..=u64::from(u8::MAX)).find(|number| !taken.contains(number)) else { continue };
+        if let Value::Object(robot) = &mut robots[index] {
+            robot.insert("number".to_owned(), free.into());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sensing::vision::VisionSettings;
+    use serde_json::json;
+
+    fn resolved(value: Value) -> Result<Value, ScenarioFault> {
+        let Value::Object(mut root) = value else { panic!("not an object") };
+        resolve(&mut root).map(|()| Value::Object(root))
+    }
+
+    #[test]
+    fn presets_read_as_their_types() {
+        assert_eq!(Pitch::preset("naoisis"), Some(Pitch::default()));
+        assert_eq!(Rules::preset("naoisis"), Some(Rules::default()));
+        for preset in FIELD_PRESETS {
+            let pitch = Pitch::preset(preset.name).unwrap();
+            assert_eq!((pitch.name.as_str(), pitch.validate()), (preset.name, Ok(())));
+        }
+        for preset in RULES_PRESETS {
+            assert_eq!(Rules::preset(preset.name).unwrap().name, preset.name);
+        }
+        assert_eq!(Pitch::preset("none"), None);
+    }
+
+    #[test]
+    fn an_object_changes_fields_of_its_preset_at_any_depth() {
+        let value = resolved(json!({ "field": { "preset": "spl2025", "goal": { "width_m": 2.0 } } })).unwrap();
+        let pitch: Pitch = serde_json::from_value(value["field"].clone()).unwrap();
+        let mut expected = Pitch::preset("spl2025").unwrap();
+        expected.goal.width_m = 2.0;
+        assert_eq!(pitch, expected);
+    }
+
+    #[test]
+    fn robots_change_fields_of_the_common_settings() {
+        let value = resolved(json!({
+            "motion": { "max_linear_mps": 0.1, "error_sd": { "dx_m": 0.01 } },
+            "sonar": { "noise": { "gaussian": { "sd_m": 0.1 } }, "max_m": 0.6 },
+            "robots": [
+                { "motion": { "error_sd": { "dy_m": 0.02 } } },
+                { "sonar": { "noise": { "uniform": { "half_width_m": 0.2 } } }, "vision": { "noise": "none" } },
+            ]
+        }))
+        .unwrap();
+        let expected = json!({ "max_linear_mps": 0.1, "error_sd": { "dx_m": 0.01, "dy_m": 0.02 } });
+        assert_eq!(value["robots"][0]["motion"], expected);
+        assert_eq!(
+            value["robots"][1]["sonar"],
+            json!({ "noise": { "uniform": { "half_width_m": 0.2 } }, "max_m": 0.6 })
+        );
+    }
+
+    #[test]
+    fn noise_is_a_presets_name_or_what_differs_from_one() {
+        let value = resolved(json!({
+            "vision": { "noise": { "preset": "none", "ball": { "pixel_sd": 2.0 } } },
+            "odometry": { "noise": "none" },
+            "robots": [
+                { "vision": { "noise": { "ball": { "miss_probability": 0.5 } } } },
+                { "vision": { "noise": "default" }, "odometry": { "noise": { "translation_sd_m": 0.5 } } },
+            ]
+        }))
+        .unwrap();
+        let vision = |value: &Value| serde_json::from_value::<VisionSettings>(value["vision"].clone()).unwrap().noise;
+        let mut expected = VisionNoise::none();
+        expected.ball.pixel_sd = 2.0;
+        assert_eq!(vision(&value), expected);
+        expected.ball.miss_probability = 0.5;
+        assert_eq!(vision(&value["robots"][0]), expected);
+        assert_eq!(vision(&value["robots"][1]), VisionNoise::default());
+        let noise: OdometryNoise = serde_json::from_value(value["odometry"]["noise"].clone()).unwrap();
+        assert_eq!(noise, OdometryNoise::none());
+        let noise: OdometryNoise = serde_json::from_value(value["robots"][1]["odometry"]["noise"].clone()).unwrap();
+        assert_eq!(noise, OdometryNoise { translation_sd_m: 0.5, ..OdometryNoise::none() });
+    }
+
+    #[test]
+    fn robots_without_a_number_get_the_least_free_one() {
+        let value = resolved(json!({ "robots": [{}, { "number": 1 }, { "team": "pink" }, {}] })).unwrap();
+        let numbers: Vec<u64> = (0..4).map(|index| value["robots"][index]["number"].as_u64().unwrap()).collect();
+        assert_eq!(numbers, [2, 1, 1, 3]);
+    }
+
+    #[test]
+    fn a_misspelled_preset_is_refused_with_the_names() {
+        let fault = resolved(json!({ "field": { "preset": "spl2052" } })).unwrap_err();
+        assert_eq!(fault.path.to_string(), "field.preset");
+        assert_eq!(fault.message, "there is no preset `spl2052`: did you mean `spl2025`?");
+        assert_eq!(fault.expected, "`naoisis` or `spl2025`");
+        assert!(resolved(json!({ "rules": 3 })).is_err());
+        assert!(resolved(json!({ "robots": [{ "vision": { "noise": "nothing" } }] })).is_err());
+    }
+}

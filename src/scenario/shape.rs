@@ -1,0 +1,369 @@
+//! From a tree of values to types, strictly: where `serde_json` would take a list for a struct, or let a number
+//! overflow to infinity, this refuses; and its errors are data, not sentences.
+
+use core::fmt;
+use serde::Deserializer;
+use serde::de::value::StrDeserializer;
+use serde::de::{
+    self, DeserializeSeed, EnumAccess, Expected, IntoDeserializer, MapAccess, SeqAccess, Unexpected, VariantAccess,
+    Visitor,
+};
+use serde::forward_to_deserialize_any;
+use serde_json::Value;
+
+use super::wording::{did_you_mean, one_of, quoted};
+
+/// What is wrong with a value.
+#[derive(Clone, PartialEq, Debug)]
+pub enum ShapeError {
+    /// An object has a field that it should not have.
+    UnknownField {
+        /// Its name.
+        name: String,
+        /// The names of those that it may have.
+        expected: &'static [&'static str],
+    },
+    /// An object lacks a field that has no default.
+    MissingField(&'static str),
+    /// A value is not what it should be.
+    Mismatch {
+        /// What it is.
+        found: String,
+        /// What it should be.
+        expected: String,
+    },
+    /// Anything else, in its own words.
+    Other(String),
+}
+
+impl ShapeError {
+    fn variant(found: &str, variants: &'static [&'static str]) -> Self {
+        let meant = did_you_mean(found, variants.iter().copied());
+        ShapeError::Mismatch { found: format!("{}{meant}", quoted(found)), expected: one_of(variants.iter().copied()) }
+    }
+
+    fn mismatch(value: &Value, expected: impl Into<String>) -> Self {
+        ShapeError::Mismatch { found: describe_value(value), expected: expected.into() }
+    }
+
+    /// What is wrong, and what was expected, of a field of this name.
+    pub fn words(&self, field: Option<&str>) -> (String, String) {
+        match self {
+            ShapeError::UnknownField { name, expected } => {
+                let meant = did_you_mean(name, expected.iter().copied());
+                (format!("there is no field {}{meant}", quoted(name)), one_of(expected.iter().copied()))
+            }
+            ShapeError::MissingField(name) => {
+                (format!("the field {} is missing", quoted(name)), format!("a field {}", quoted(name)))
+            }
+            ShapeError::Mismatch { found, expected } => {
+                let subject = field.map_or("it".to_owned(), quoted);
+                let expected = field.and_then(list_form).map_or(expected.clone(), str::to_owned);
+                (format!("{subject} is {found}"), expected)
+            }
+            ShapeError::Other(message) => (message.clone(), "what the description of scenario files says".to_owned()),
+        }
+    }
+}
+
+/// What the lists of numbers of a scenario hold, by the name of their field.
+fn list_form(field: &str) -> Option<&'static str> {
+    Some(match field {
+        "pose" => "a list of three numbers, [x m, y m, heading deg]",
+        "walk" => "a list of three numbers, [dx m, dy m, dtheta deg]",
+        "head_deg" => "a list of two numbers, [yaw deg, pitch deg]",
+        "yaw_deg" | "pitch_deg" => "a list of two numbers, [least deg, greatest deg]",
+        "position_m" | "ball_m" => "a list of two numbers, [x m, y m]",
+        "velocity_mps" => "a list of two numbers, [x m/s, y m/s]",
+        _ => return None,
+    })
+}
+
+fn describe_value(value: &Value) -> String {
+    match value {
+        Value::Null => "nothing (null)".to_owned(),
+        Value::Bool(value) => format!("`{value}`"),
+        Value::Number(number) => format!("the number {number}"),
+        Value::String(text) => format!("the text {}", quoted(text)),
+        Value::Array(values) => format!("a list of {}", values.len()),
+        Value::Object(_) => "an object".to_owned(),
+    }
+}
+
+fn describe_unexpected(unexpected: Unexpected) -> String {
+    match unexpected {
+        Unexpected::Bool(value) => format!("`{value}`"),
+        Unexpected::Unsigned(number) => format!("the number {number}"),
+        Unexpected::Signed(number) => format!("the number {number}"),
+        Unexpected::Float(number) => format!("the number {number:?}"),
+        Unexpected::Str(text) => format!("the text {}", quoted(text)),
+        Unexpected::Unit | Unexpected::Option => "nothing (null)".to_owned(),
+        Unexpected::Seq => "a list".to_owned(),
+        Unexpected::Map => "an object".to_owned(),
+        other => other.to_string(),
+    }
+}
+
+/// Serde's names of types, for people.
+fn describe_expected(expected: &dyn Expected) -> String {
+    let words = expected.to_string();
+    match words.as_str() {
+        "f32" | "f64" => "a number".to_owned(),
+        "u8" => "a whole number from 0 to 255".to_owned(),
+        "u16" | "u32" | "u64" | "usize" => "a whole number, not negative".to_owned(),
+        "i8" | "i16" | "i32" | "i64" => "a whole number".to_owned(),
+        "a boolean" => "`true` or `false`".to_owned(),
+        "a string" | "string" => "a text in quotes".to_owned(),
+        "a sequence" => "a list".to_owned(),
+        // glam's vectors.
+        "a sequence of 2 f32 values" => "a list of two numbers".to_owned(),
+        "a sequence of 3 f32 values" => "a list of three numbers".to_owned(),
+        words if words.starts_with("struct ") => "an object with named fields".to_owned(),
+        words => words.replace("an array of length", "a list of"),
+    }
+}
+
+impl fmt::Display for ShapeError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (message, expected) = self.words(None);
+        write!(formatter, "{message}; expected {expected}")
+    }
+}
+
+impl std::error::Error for ShapeError {}
+
+impl de::Error for ShapeError {
+    fn custom<T: fmt::Display>(message: T) -> Self {
+        ShapeError::Other(message.to_string())
+    }
+
+    fn invalid_type(unexpected: Unexpected, expected: &dyn Expected) -> Self {
+        ShapeError::Mismatch { found: describe_unexpected(unexpected), expected: describe_expected(expected) }
+    }
+
+    fn invalid_value(unexpected: Unexpected, expected: &dyn Expected) -> Self {
+        de::Error::invalid_type(unexpected, expected)
+    }
+
+    fn invalid_length(length: usize, expected: &dyn Expected) -> Self {
+        ShapeError::Mismatch { found: format!("a list of {length}"), expected: describe_expected(expected) }
+    }
+
+    fn unknown_variant(variant: &str, expected: &'static [&'static str]) -> Self {
+        ShapeError::variant(variant, expected)
+    }
+
+    fn unknown_field(name: &str, expected: &'static [&'static str]) -> Self {
+        ShapeError::UnknownField { name: name.to_owned(), expected }
+    }
+
+    fn missing_field(name: &'static str) -> Self {
+        ShapeError::MissingField(name)
+    }
+}
+
+/// Reads types from a value.
+#[derive(Clone, Copy)]
+pub struct Strict<'a>(pub &'a Value);
+
+impl<'de> Deserializer<'de> for Strict<'de> {
+    type Error = ShapeError;
+
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ShapeError> {
+        match self.0 {
+            Value::Null => visitor.visit_unit(),
+            Value::Bool(value) => visitor.visit_bool(*value),
+            Value::Number(number) => match (number.as_u64(), number.as_i64(), number.as_f64()) {
+                (Some(number), _, _) => visitor.visit_u64(number),
+                (_, Some(number), _) => visitor.visit_i64(number),
+                (_, _, Some(number)) => visitor.visit_f64(number),
+                _ => Err(ShapeError::mismatch(self.0, "a finite number")),
+            },
+            Value::String(text) => visitor.visit_borrowed_str(text),
+            Value::Array(values) => {
+                let mut elements = Elements { values: values.iter() };
+                let result = visitor.visit_seq(&mut elements)?;
+                if elements.values.len() > 0 {
+                    let expected = format!("a list of {}", values.len() - elements.values.len());
+                    return Err(ShapeError::mismatch(self.0, expected));
+                }
+                Ok(result)
+            }
+            Value::Object(fields) => visitor.visit_map(Fields { fields: fields.iter(), value: None }),
+        }
+    }
+
+    fn deserialize_f32<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ShapeError> {
+        if self.0.as_f64().is_some_and(|number| !(number as f32).is_finite()) {
+            return Err(ShapeError::mismatch(self.0, "a finite number, of single precision (at most 3.4e38)"));
+        }
+        self.deserialize_any(visitor)
+    }
+
+    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ShapeError> {
+        match self.0 {
+            Value::Null => visitor.visit_none(),
+            _ => visitor.visit_some(self),
+        }
+    }
+
+    fn deserialize_newtype_struct<V: Visitor<'de>>(
+        self,
+        _name: &'static str,
+        visitor: V,
+    ) -> Result<V::Value, ShapeError> {
+        visitor.visit_newtype_struct(self)
+    }
+
+    fn deserialize_struct<V: Visitor<'de>>(
+        self,
+        _name: &'static str,
+        _fields: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, ShapeError> {
+        match self.0 {
+            Value::Object(_) => self.deserialize_any(visitor),
+            _ => Err(ShapeError::mismatch(self.0, "an object with named fields")),
+        }
+    }
+
+    fn deserialize_enum<V: Visitor<'de>>(
+        self,
+        _name: &'static str,
+        variants: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, ShapeError> {
+        let (variant, value) = match self.0 {
+            Value::String(variant) => (variant, None),
+            Value::Object(fields) if fields.len() == 1 => match fields.iter().next() {
+                Some((variant, value)) => (variant, Some(value)),
+                None => return Err(ShapeError::mismatch(self.0, one_of(variants.iter().copied()))),
+            },
+            other => return Err(ShapeError::mismatch(other, one_of(variants.iter().copied()))),
+        };
+        visitor.visit_enum(Variant { variant, value })
+    }
+
+    forward_to_deserialize_any! {
+        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f64 char str string bytes byte_buf unit unit_struct seq tuple
+        tuple_struct map identifier ignored_any
+    }
+}
+
+impl<'de> IntoDeserializer<'de, ShapeError> for Strict<'de> {
+    type Deserializer = Self;
+
+    fn into_deserializer(self) -> Self {
+        self
+    }
+}
+
+struct Elements<'a> {
+    values: core::slice::Iter<'a, Value>,
+}
+
+impl<'de> SeqAccess<'de> for Elements<'de> {
+    type Error = ShapeError;
+
+    fn next_element_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<Option<T::Value>, ShapeError> {
+        self.values.next().map(|value| seed.deserialize(Strict(value))).transpose()
+    }
+
+    fn size_hint(&self) -> Option<usize> {
+        Some(self.values.len())
+    }
+}
+
+struct Fields<'a> {
+    fields: serde_json::map::Iter<'a>,
+    value: Option<&'a Value>,
+}
+
+impl<'de> MapAccess<'de> for Fields<'de> {
+    type Error = ShapeError;
+
+    fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, ShapeError> {
+        let Some((key, value)) = self.fields.next() else { return Ok(None) };
+        self.value = Some(value);
+        let key: StrDeserializer<'_, ShapeError> = key.as_str().into_deserializer();
+        seed.deserialize(key).map(Some)
+    }
+
+    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, ShapeError> {
+        seed.deserialize(Strict(self.value.take().unwrap_or(&Value::Null)))
+    }
+}
+
+struct Variant<'a> {
+    variant: &'a str,
+    value: Option<&'a Value>,
+}
+
+impl<'de> EnumAccess<'de> for Variant<'de> {
+    type Error = ShapeError;
+    type Variant = VariantContent<'de>;
+
+    fn variant_seed<V: DeserializeSeed<'de>>(self, seed: V) -> Result<(V::Value, VariantContent<'de>), ShapeError> {
+        let variant: StrDeserializer<'_, ShapeError> = self.variant.into_deserializer();
+        Ok((seed.deserialize(variant)?, VariantContent(self.value.unwrap_or(&Value::Null))))
+    }
+}
+
+struct VariantContent<'a>(&'a Value);
+
+impl<'de> VariantAccess<'de> for VariantContent<'de> {
+    type Error = ShapeError;
+
+    fn unit_variant(self) -> Result<(), ShapeError> {
+        match self.0 {
+            Value::Null => Ok(()),
+            other => Err(ShapeError::mismatch(other, "no value: the word alone")),
+        }
+    }
+
+    fn newtype_variant_seed<T: DeserializeSeed<'de>>(self, seed: T) -> Result<T::Value, ShapeError> {
+        seed.deserialize(Strict(self.0))
+    }
+
+    fn tuple_variant<V: Visitor<'de>>(self, _length: usize, visitor: V) -> Result<V::Value, ShapeError> {
+        match self.0 {
+            Value::Array(_) => Strict(self.0).deserialize_any(visitor),
+            other => Err(ShapeError::mismatch(other, "a list")),
+        }
+    }
+
+    fn struct_variant<V: Visitor<'de>>(
+        self,
+        fields: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, ShapeError> {
+        Strict(self.0).deserialize_struct("", fields, visitor)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ball::Rolling;
+    use crate::robot::motion::MotionLimits;
+    use crate::sensing::sonar::SonarNoise;
+    use serde::Deserialize;
+    use serde_json::json;
+
+    #[test]
+    fn lists_are_no_structs_and_numbers_stay_finite() {
+        assert!(MotionLimits::deserialize(Strict(&json!([0.1]))).is_err());
+        assert!(MotionLimits::deserialize(Strict(&json!({ "max_linear_mps": 1e300 }))).is_err());
+        assert!(<[f32; 2]>::deserialize(Strict(&json!([1, 2, 3]))).is_err());
+        assert_eq!(MotionLimits::deserialize(Strict(&json!({}))), Ok(MotionLimits::default()));
+    }
+
+    #[test]
+    fn enums_are_words_or_objects_with_one_field() {
+        assert_eq!(Rolling::deserialize(Strict(&json!({ "constant_mps2": 0.3 }))), Ok(Rolling::ConstantMps2(0.3)));
+        assert_eq!(SonarNoise::deserialize(Strict(&json!("none"))), Ok(SonarNoise::None));
+        assert!(SonarNoise::deserialize(Strict(&json!({ "gaussian": [0.1] }))).is_err());
+        assert!(SonarNoise::deserialize(Strict(&json!("gausian"))).unwrap_err().to_string().contains("did you mean"));
+        assert!(SonarNoise::deserialize(Strict(&json!({}))).is_err());
+    }
+}

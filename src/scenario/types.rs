@@ -1,0 +1,315 @@
+//! The types of a scenario, as programs build them and files spell them.
+
+use bevy::prelude::*;
+use core::fmt;
+use serde::de::{self, MapAccess, Visitor};
+use serde::ser::SerializeMap;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use crate::ball::Rolling;
+use crate::communication::{MessageSettings, TeamMessage};
+use crate::geometry::{Pose, file_units};
+use crate::pitch::Pitch;
+use crate::referee::Rules;
+use crate::robot::head::HeadLimits;
+use crate::robot::kick::{KickRequest, KickSettings};
+use crate::robot::motion::MotionLimits;
+use crate::robot::{RobotId, Team};
+use crate::sensing::camera::CameraSettings;
+use crate::sensing::odometry::OdometrySettings;
+use crate::sensing::sonar::SonarSettings;
+use crate::sensing::vision::VisionSettings;
+
+/// Everything that a match starts from.
+#[derive(Resource, Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[reflect(Resource, @crate::knowledge::Knowledge::Truth)]
+#[serde(default, deny_unknown_fields)]
+pub struct Scenario {
+    /// A name for display.
+    pub name: String,
+    /// What it shows, in a sentence.
+    pub description: String,
+    /// Seed of all random numbers.
+    pub seed: u64,
+    /// Duration of a cycle, s.
+    pub cycle_s: f64,
+    /// When to stop, s; without it, at the final whistle, or after 60 s where the rules have no clock.
+    pub duration_s: Option<f32>,
+    /// The pitch.
+    pub field: Pitch,
+    /// The rules.
+    pub rules: Rules,
+    /// The ball; none with `null`.
+    pub ball: Option<BallSpec>,
+    /// How robots walk, unless they say otherwise.
+    pub motion: MotionLimits,
+    /// How robots kick.
+    pub kicks: KickSettings,
+    /// How robots turn their heads, unless they say otherwise.
+    pub head: HeadLimits,
+    /// The sonars, unless a robot says otherwise.
+    pub sonar: SonarSettings,
+    /// The cameras.
+    pub cameras: CameraSettings,
+    /// What robots recognise, unless they say otherwise.
+    pub vision: VisionSettings,
+    /// How exactly robots know their steps, unless they say otherwise.
+    pub odometry: OdometrySettings,
+    /// How messages travel.
+    pub messages: MessageSettings,
+    /// The robots.
+    pub robots: Vec<RobotSpec>,
+    /// Two built-in teams lined up for a kick-off, instead of `robots`.
+    pub teams: Option<TeamsSpec>,
+    /// Extra posts.
+    pub posts: Vec<PostSpec>,
+}
+
+impl Default for Scenario {
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            description: String::new(),
+            seed: 1,
+            cycle_s: 1.0 / 30.0,
+            duration_s: None,
+            field: Pitch::default(),
+            rules: Rules::default(),
+            ball: Some(BallSpec::default()),
+            motion: MotionLimits::default(),
+            kicks: KickSettings::default(),
+            head: HeadLimits::default(),
+            sonar: SonarSettings::default(),
+            cameras: CameraSettings::default(),
+            vision: VisionSettings::default(),
+            odometry: OdometrySettings::default(),
+            messages: MessageSettings::default(),
+            robots: Vec::new(),
+            teams: None,
+            posts: Vec::new(),
+        }
+    }
+}
+
+/// The ball at the start.
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct BallSpec {
+    /// Centre, m, pitch frame.
+    pub position_m: Vec2,
+    /// Velocity, m/s, pitch frame.
+    pub velocity_mps: Vec2,
+    /// Radius, m: 0.03 (paper, section 3.1).
+    pub radius_m: f32,
+    /// How it slows down.
+    pub rolling: Rolling,
+    /// Share of the approach speed that is left after a bounce: 0.4 (rUNSWift 2019).
+    pub restitution: f32,
+}
+
+impl Default for BallSpec {
+    fn default() -> Self {
+        Self {
+            position_m: Vec2::ZERO,
+            velocity_mps: Vec2::ZERO,
+            radius_m: 0.03,
+            rolling: Rolling::default(),
+            restitution: 0.4,
+        }
+    }
+}
+
+/// A robot at the start.
+#[derive(Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct RobotSpec {
+    /// The team.
+    pub team: Team,
+    /// The jersey number, from 1.
+    pub number: u8,
+    /// Where it stands: `[x m, y m, heading deg]` in files.
+    #[serde(with = "file_units::pose")]
+    pub pose: Pose,
+    /// Yaw and pitch of the head, radians (degrees in files).
+    #[serde(rename = "head_deg", with = "file_units::degree_pair")]
+    pub head: [f32; 2],
+    /// What controls it.
+    pub behaviour: BehaviourSpec,
+    /// Its own way of walking.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub motion: Option<MotionLimits>,
+    /// Its own way of turning the head.
+    #[serde(rename = "head", skip_serializing_if = "Option::is_none")]
+    pub head_limits: Option<HeadLimits>,
+    /// Its own sonars.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sonar: Option<SonarSettings>,
+    /// What it recognises.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub vision: Option<VisionSettings>,
+    /// How exactly it knows its steps.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub odometry: Option<OdometrySettings>,
+}
+
+impl RobotSpec {
+    /// The robot's identity.
+    pub fn id(&self) -> RobotId {
+        RobotId::new(self.team, self.number)
+    }
+}
+
+/// What controls a robot: `"idle"`, the name of a registered behaviour, or `{ "script": [...] }`.
+#[derive(Clone, PartialEq, Debug, Reflect)]
+#[reflect(Serialize, Deserialize)]
+pub enum BehaviourSpec {
+    /// A registered behaviour; `idle` does nothing.
+    Named(String),
+    /// A script.
+    Script(Vec<ScriptEntry>),
+}
+
+impl Default for BehaviourSpec {
+    fn default() -> Self {
+        BehaviourSpec::Named("idle".to_owned())
+    }
+}
+
+impl Serialize for BehaviourSpec {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            BehaviourSpec::Named(name) => serializer.serialize_str(name),
+            BehaviourSpec::Script(entries) => {
+                let mut map = serializer.serialize_map(Some(1))?;
+                map.serialize_entry("script", entries)?;
+                map.end()
+            }
+        }
+    }
+}
+
+// By hand: an untagged enum would lose where in a script something is wrong.
+impl<'de> Deserialize<'de> for BehaviourSpec {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct BehaviourVisitor;
+
+        impl<'de> Visitor<'de> for BehaviourVisitor {
+            type Value = BehaviourSpec;
+
+            fn expecting(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+                formatter.write_str("`idle`, the name of a behaviour, or an object with a `script`")
+            }
+
+            fn visit_str<E: de::Error>(self, name: &str) -> Result<BehaviourSpec, E> {
+                Ok(BehaviourSpec::Named(name.to_owned()))
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<BehaviourSpec, A::Error> {
+                let mut script = None;
+                while let Some(ScriptField::Script) = map.next_key()? {
+                    script = Some(map.next_value()?);
+                }
+                script.map(BehaviourSpec::Script).ok_or_else(|| de::Error::missing_field("script"))
+            }
+        }
+
+        #[derive(Deserialize)]
+        #[serde(field_identifier, rename_all = "snake_case")]
+        enum ScriptField {
+            Script,
+        }
+
+        deserializer.deserialize_any(BehaviourVisitor)
+    }
+}
+
+/// One entry of a script: what to command in every cycle with `from_s <= t < until_s`; without `until_s` once, in
+/// the first cycle at or after `from_s`.
+#[derive(Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ScriptEntry {
+    /// Start, s.
+    pub from_s: f64,
+    /// End, s; none for a single cycle.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub until_s: Option<f64>,
+    /// Displacement in each of these cycles: dx m, dy m, dθ radians (degrees in files).
+    #[serde(with = "optional_walk", skip_serializing_if = "Option::is_none")]
+    pub walk: Option<[f32; 3]>,
+    /// A kick.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub kick: Option<KickRequest>,
+    /// Yaw and pitch for the head, radians (degrees in files).
+    #[serde(rename = "head_deg", with = "optional_degree_pair", skip_serializing_if = "Option::is_none")]
+    pub head: Option<[f32; 2]>,
+    /// A message for the team-mates.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub say: Option<TeamMessage>,
+}
+
+/// Two teams, by name.
+#[derive(Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct TeamsSpec {
+    /// The blue team.
+    pub blue: String,
+    /// The pink team.
+    pub pink: String,
+}
+
+impl Default for TeamsSpec {
+    fn default() -> Self {
+        Self { blue: "roles".to_owned(), pink: "chasers".to_owned() }
+    }
+}
+
+/// An extra post: a vertical cylinder.
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct PostSpec {
+    /// Centre on the ground, m, pitch frame.
+    pub position_m: Vec2,
+    /// Radius, m.
+    pub radius_m: f32,
+    /// Height, m.
+    pub height_m: f32,
+}
+
+impl Default for PostSpec {
+    fn default() -> Self {
+        Self { position_m: Vec2::ZERO, radius_m: 0.05, height_m: 0.8 }
+    }
+}
+
+mod optional_walk {
+    use crate::geometry::{to_degrees, to_radians};
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    /// A command is refused long before this, when it is given; here it must only stay finite in single precision.
+    const LARGEST: f64 = 1e30;
+
+    pub fn serialize<S: Serializer>(walk: &Option<[f32; 3]>, serializer: S) -> Result<S::Ok, S::Error> {
+        walk.map(|[dx, dy, turn]| [dx, dy, to_degrees(turn)]).serialize(serializer)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<[f32; 3]>, D::Error> {
+        let walk = Option::<[f64; 3]>::deserialize(deserializer)?;
+        Ok(walk.map(|walk| {
+            let [dx, dy, turn] = walk.map(|number| number.clamp(-LARGEST, LARGEST) as f32);
+            [dx, dy, to_radians(turn)]
+        }))
+    }
+}
+
+mod optional_degree_pair {
+    use crate::geometry::{to_degrees, to_radians};
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub fn serialize<S: Serializer>(pair: &Option<[f32; 2]>, serializer: S) -> Result<S::Ok, S::Error> {
+        pair.map(|pair| pair.map(to_degrees)).serialize(serializer)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<[f32; 2]>, D::Error> {
+        Ok(Option::<[f32; 2]>::deserialize(deserializer)?.map(|pair| pair.map(to_radians)))
+    }
+}

@@ -1,0 +1,228 @@
+//! What types cannot say: that numbers are finite and within their ranges, and that nothing overlaps.
+
+mod finite;
+mod placement;
+mod settings;
+
+pub(super) use placement::place_ball_beside_robots;
+
+use core::fmt::Display;
+use core::ops::RangeInclusive;
+
+use super::field_path::FieldPath;
+use super::types::{BehaviourSpec, RobotSpec, Scenario, ScriptEntry};
+use crate::geometry::to_degrees;
+
+/// A value of a scenario that cannot be.
+#[derive(Clone, PartialEq, Debug, thiserror::Error)]
+#[error("{path}: {message}; expected {expected}")]
+pub struct ScenarioFault {
+    /// The field at fault.
+    pub path: FieldPath,
+    /// Another field that has to do with it: where to look if `path` was left to its default.
+    pub related: Option<FieldPath>,
+    /// What is wrong.
+    pub message: String,
+    /// What was expected instead.
+    pub expected: String,
+}
+
+impl ScenarioFault {
+    /// Something wrong at `path`.
+    pub fn new(path: FieldPath, message: impl Into<String>, expected: impl Into<String>) -> Self {
+        Self { path, related: None, message: message.into(), expected: expected.into() }
+    }
+
+    /// The fault with another field that has to do with it.
+    #[must_use]
+    pub fn related_to(mut self, path: FieldPath) -> Self {
+        self.related = Some(path);
+        self
+    }
+}
+
+impl Scenario {
+    /// Checks what types cannot say. Names of behaviours and teams are not checked here: they are the program's.
+    ///
+    /// # Errors
+    /// The first of the [faults](Scenario::faults).
+    pub fn validate(&self) -> Result<(), ScenarioFault> {
+        self.faults().into_iter().next().map_or(Ok(()), Err)
+    }
+
+    /// Everything that is wrong, numbers first, then places.
+    pub fn faults(&self) -> Vec<ScenarioFault> {
+        // With a number that is not finite nothing else can be judged.
+        if let Err(fault) = finite::check(self) {
+            return vec![fault];
+        }
+        let mut checks = Checks::default();
+        checks.scenario(self);
+        checks.placement(self);
+        checks.faults
+    }
+}
+
+/// Collects faults.
+#[derive(Default)]
+struct Checks {
+    faults: Vec<ScenarioFault>,
+}
+
+impl Checks {
+    fn fault(&mut self, path: FieldPath, message: impl Into<String>, expected: impl Into<String>) {
+        self.faults.push(ScenarioFault::new(path, message, expected));
+    }
+
+    /// That a value is within a range.
+    fn range<T: PartialOrd + Display>(&mut self, path: FieldPath, value: T, range: RangeInclusive<T>, unit: &str) {
+        if !range.contains(&value) {
+            let name = path.last_field().unwrap_or("the value").to_owned();
+            let expected = format!("{} to {}{unit}", range.start(), range.end());
+            self.fault(path, format!("`{name}` is {value}"), expected);
+        }
+    }
+
+    /// That a value is above nought and not beyond `most`.
+    fn positive(&mut self, path: FieldPath, value: f32, most: f32, unit: &str) {
+        if !(value > 0.0 && value <= most) {
+            let name = path.last_field().unwrap_or("the value").to_owned();
+            self.fault(path, format!("`{name}` is {value}"), format!("more than 0, at most {most}{unit}"));
+        }
+    }
+
+    /// That an angle in radians is within a range of degrees.
+    fn degrees(&mut self, path: FieldPath, radians: f32, range: RangeInclusive<f32>, unit: &str) {
+        self.range(path, to_degrees(radians), range, unit);
+    }
+
+    fn probability(&mut self, path: FieldPath, value: f32) {
+        self.range(path, value, 0.0..=1.0, ", a probability");
+    }
+
+    fn scenario(&mut self, scenario: &Scenario) {
+        let root = FieldPath::default();
+        self.range(root.field("cycle_s"), scenario.cycle_s, 0.001..=1.0, " s");
+        if let Some(duration) = scenario.duration_s {
+            self.positive(root.field("duration_s"), duration, 1e6, " s");
+        }
+        if let Err(error) = scenario.field.validate() {
+            self.fault(root.field("field").field(error.field), error.message, error.expected);
+        }
+        self.rules(&root.field("rules"), &scenario.rules);
+        if let Some(ball) = &scenario.ball {
+            self.ball(&root.field("ball"), ball);
+        }
+        self.motion(&root.field("motion"), &scenario.motion);
+        self.kicks(&root.field("kicks"), &scenario.kicks);
+        self.head(&root.field("head"), &scenario.head);
+        self.sonar(&root.field("sonar"), &scenario.sonar);
+        self.cameras(&root.field("cameras"), &scenario.cameras);
+        self.vision(&root.field("vision"), &scenario.vision);
+        self.odometry(&root.field("odometry"), &scenario.odometry);
+        self.messages(&root.field("messages"), &scenario.messages);
+        for (index, robot) in scenario.robots.iter().enumerate() {
+            self.robot(&root.field("robots").index(index), robot, scenario);
+        }
+        self.numbers(&scenario.robots);
+        if let Some(teams) = &scenario.teams {
+            let path = root.field("teams");
+            if !scenario.robots.is_empty() {
+                self.fault(path.clone(), "both `teams` and `robots` are given", "one of the two");
+            }
+            for (side, name) in [("blue", &teams.blue), ("pink", &teams.pink)] {
+                if name.trim().is_empty() {
+                    let expected = "the name of a team, as `naoisis list teams` shows them";
+                    self.fault(path.field(side), format!("`{side}` has no name"), expected);
+                }
+            }
+        }
+        for (index, post) in scenario.posts.iter().enumerate() {
+            let path = root.field("posts").index(index);
+            self.positive(path.field("radius_m"), post.radius_m, 1.0, " m");
+            self.positive(path.field("height_m"), post.height_m, 10.0, " m");
+        }
+    }
+
+    fn robot(&mut self, path: &FieldPath, robot: &RobotSpec, scenario: &Scenario) {
+        if robot.number == 0 {
+            self.fault(path.field("number"), "`number` is 0", "a jersey number from 1 to 255");
+        }
+        if let Some(motion) = &robot.motion {
+            self.motion(&path.field("motion"), motion);
+        }
+        if let Some(head) = &robot.head_limits {
+            self.head(&path.field("head"), head);
+        }
+        if let Some(sonar) = &robot.sonar {
+            self.sonar(&path.field("sonar"), sonar);
+        }
+        if let Some(vision) = &robot.vision {
+            self.vision(&path.field("vision"), vision);
+        }
+        if let Some(odometry) = &robot.odometry {
+            self.odometry(&path.field("odometry"), odometry);
+        }
+        let limits = robot.head_limits.as_ref().unwrap_or(&scenario.head);
+        for (index, (angle, limit)) in robot.head.into_iter().zip([limits.yaw, limits.pitch]).enumerate() {
+            // Limits that exclude nought are kept at the start by turning the head there.
+            if angle != 0.0 && !(limit[0]..=limit[1]).contains(&angle) {
+                let name = ["yaw", "pitch"][index];
+                let [least, most] = limit.map(to_degrees);
+                self.fault(
+                    path.field("head_deg").index(index),
+                    format!("the head's {name} is {} degrees", to_degrees(angle)),
+                    format!("{least} to {most} degrees, this robot's limits"),
+                );
+            }
+        }
+        match &robot.behaviour {
+            BehaviourSpec::Named(name) if name.trim().is_empty() => {
+                let expected = "`idle`, the name of a behaviour, or a script";
+                self.fault(path.field("behaviour"), "`behaviour` has no name", expected);
+            }
+            BehaviourSpec::Named(_) => {}
+            BehaviourSpec::Script(entries) => {
+                for (index, entry) in entries.iter().enumerate() {
+                    self.script_entry(&path.field("behaviour.script").index(index), entry);
+                }
+            }
+        }
+    }
+
+    /// How far it commands is left to the run: what is too much is refused there.
+    fn script_entry(&mut self, path: &FieldPath, entry: &ScriptEntry) {
+        if entry.from_s < 0.0 {
+            self.fault(path.field("from_s"), format!("`from_s` is {}", entry.from_s), "0 s or later");
+        }
+        if let Some(until) = entry.until_s
+            && until <= entry.from_s
+        {
+            let message = format!("`until_s` is {until}, and `from_s` {}", entry.from_s);
+            self.fault(path.field("until_s"), message, "an end after the start, or none for a single cycle");
+        }
+        if entry.walk.is_none() && entry.kick.is_none() && entry.head.is_none() && entry.say.is_none() {
+            self.fault(path.clone(), "this entry of a script does nothing", "`walk`, `kick`, `head_deg` or `say`");
+        }
+    }
+
+    /// That no two robots of a team share a number.
+    fn numbers(&mut self, robots: &[RobotSpec]) {
+        let mut order: Vec<usize> = (0..robots.len()).collect();
+        order.sort_by_key(|&index| (robots[index].id(), index));
+        let mut repeated: Vec<(usize, usize)> = order
+            .windows(2)
+            .map(|pair| (pair[0], pair[1]))
+            .filter(|&(first, second)| robots[first].id() == robots[second].id())
+            .collect();
+        repeated.sort_by_key(|&(_, second)| second);
+        for (first, second) in repeated {
+            let path = FieldPath::default().field("robots").index(second).field("number");
+            self.fault(
+                path,
+                format!("there is a {} already: robots[{first}]", robots[second].id()),
+                "a number that no other robot of the team has",
+            );
+        }
+    }
+}

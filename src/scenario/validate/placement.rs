@@ -1,0 +1,182 @@
+//! That robots, ball and posts of a scenario have room, each on the carpet and none in another.
+
+use bevy::prelude::*;
+use parry3d::query::contact;
+
+use super::{Checks, ScenarioFault};
+use crate::geometry::{Pose, unrotate};
+use crate::robot::body::{BodyBounds, Footprint};
+use crate::scenario::field_path::FieldPath;
+use crate::scenario::types::{RobotSpec, Scenario};
+
+/// Touching is no overlap: less than this is rounding, m.
+const TOLERANCE_M: f32 = 1e-4;
+
+impl Checks {
+    pub(super) fn placement(&mut self, scenario: &Scenario) {
+        let root = FieldPath::default();
+        let carpet = scenario.field.carpet_half_extents();
+        let on_carpet = format!("a place on the carpet: x within ±{} m and y within ±{} m", carpet.x, carpet.y);
+        let outside = |position: Vec2| position.abs().cmpgt(carpet).any();
+        let words = |position: Vec2| format!("({}, {})", position.x, position.y);
+
+        let robots = &scenario.robots;
+        let pose_path = |index: usize| root.field("robots").index(index).field("pose");
+        for (index, robot) in robots.iter().enumerate() {
+            if outside(robot.pose.position) {
+                let message = format!("{} at {} is outside the carpet", robot.id(), words(robot.pose.position));
+                self.fault(pose_path(index), message, on_carpet.as_str());
+            }
+            for (other_index, other) in robots.iter().enumerate().take(index) {
+                if torsos_overlap(robot.pose, other.pose) {
+                    let message = format!("{} and {} stand in one place", other.id(), robot.id());
+                    let fault = ScenarioFault::new(pose_path(index), message, "a place where the two have room");
+                    self.faults.push(fault.related_to(pose_path(other_index)));
+                }
+            }
+            for post in scenario.field.goal_posts() {
+                if torso_reaches(robot, post.position, post.radius) {
+                    let message = format!("{} stands in the goal post at {}", robot.id(), words(post.position));
+                    self.fault(pose_path(index), message, "a place clear of posts");
+                }
+            }
+        }
+        for (index, post) in scenario.posts.iter().enumerate() {
+            let path = root.field("posts").index(index).field("position_m");
+            if outside(post.position_m) {
+                let message = format!("the post at {} is outside the carpet", words(post.position_m));
+                self.fault(path.clone(), message, on_carpet.as_str());
+            }
+            for (robot_index, robot) in robots.iter().enumerate() {
+                if torso_reaches(robot, post.position_m, post.radius_m) {
+                    let message = format!("{} stands in the post at {}", robot.id(), words(post.position_m));
+                    let fault = ScenarioFault::new(pose_path(robot_index), message, "a place clear of posts");
+                    self.faults.push(fault.related_to(path.clone()));
+                }
+            }
+        }
+        let Some(ball) = &scenario.ball else { return };
+        let path = root.field("ball").field("position_m");
+        if outside(ball.position_m) {
+            let message = format!("the ball at {} is outside the carpet", words(ball.position_m));
+            self.fault(path.clone(), message, on_carpet.as_str());
+        }
+        for (index, robot) in robots.iter().enumerate() {
+            if torso_reaches(robot, ball.position_m, ball.radius_m) {
+                let message = format!("the ball at {} is inside {}", words(ball.position_m), robot.id());
+                let expected = "a place clear of the robots' torsos; a ball to kick lies 0.10 m to 0.22 m in front";
+                self.faults.push(ScenarioFault::new(path.clone(), message, expected).related_to(pose_path(index)));
+            }
+        }
+        for (position, radius) in posts(scenario) {
+            if position.distance(ball.position_m) < radius + ball.radius_m - TOLERANCE_M {
+                let message =
+                    format!("the ball at {} is inside the post at {}", words(ball.position_m), words(position));
+                self.fault(path.clone(), message, "a place clear of posts");
+            }
+        }
+    }
+}
+
+/// Moves a ball that was left at its default place, the centre mark, to the nearest place that is free of robots and
+/// posts: a robot may well stand on the mark when the ball does not matter.
+pub fn place_ball_beside_robots(scenario: &mut Scenario) {
+    const STEP_M: f32 = 0.05;
+    const EIGHT_DIRECTIONS: [Vec2; 8] = [
+        Vec2::new(0.0, 1.0),
+        Vec2::new(0.0, -1.0),
+        Vec2::new(1.0, 0.0),
+        Vec2::new(-1.0, 0.0),
+        Vec2::new(1.0, 1.0),
+        Vec2::new(-1.0, -1.0),
+        Vec2::new(1.0, -1.0),
+        Vec2::new(-1.0, 1.0),
+    ];
+    let Some(ball) = scenario.ball else { return };
+    let carpet = scenario.field.carpet_half_extents();
+    let is_free = |place: Vec2| {
+        let base = BodyBounds::default().base;
+        let clear_of_robots = scenario.robots.iter().all(|robot| {
+            !torso_reaches(robot, place, ball.radius_m) && !reaches(base.footprint(robot.pose), place, ball.radius_m)
+        });
+        clear_of_robots && posts(scenario).all(|(post, radius)| post.distance(place) >= radius + ball.radius_m)
+    };
+    let rings = (1..200).flat_map(|ring| EIGHT_DIRECTIONS.map(|direction| direction * (ring as f32 * STEP_M)));
+    let mut places = core::iter::once(Vec2::ZERO).chain(rings).filter(|place| place.abs().cmple(carpet).all());
+    if let Some(place) = places.find(|&place| is_free(place))
+        && let Some(ball) = &mut scenario.ball
+    {
+        ball.position_m = place;
+    }
+}
+
+/// All posts of a scenario: their places, m, and radii, m.
+fn posts(scenario: &Scenario) -> impl Iterator<Item = (Vec2, f32)> {
+    let goals = scenario.field.goal_posts().map(|post| (post.position, post.radius));
+    goals.into_iter().chain(scenario.posts.iter().map(|post| (post.position_m, post.radius_m)))
+}
+
+fn torsos_overlap(one: Pose, other: Pose) -> bool {
+    let torso = BodyBounds::default().torso;
+    let (shape, far) = (torso.shape(), 2.0 * torso.reach());
+    if one.position.distance_squared(other.position) > far * far {
+        return false;
+    }
+    // Of two boxes, parry always knows.
+    let contact = contact(&torso.isometry(one), &shape, &torso.isometry(other), &shape, 0.0);
+    contact.ok().flatten().is_some_and(|contact| contact.dist < -TOLERANCE_M)
+}
+
+fn torso_reaches(robot: &RobotSpec, centre: Vec2, radius: f32) -> bool {
+    reaches(BodyBounds::default().torso.footprint(robot.pose), centre, radius)
+}
+
+/// Whether a circle overlaps a rectangle.
+fn reaches(footprint: Footprint, centre: Vec2, radius: f32) -> bool {
+    let local = unrotate(footprint.forward, centre - footprint.centre).abs();
+    (local - footprint.half_extents).max(Vec2::ZERO).length() < radius - TOLERANCE_M
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario::BallSpec;
+    use core::f32::consts::FRAC_PI_2;
+
+    #[test]
+    fn torsos_that_touch_do_not_overlap() {
+        // The torso is 8 cm deep and 30 cm wide.
+        let here = Pose::default();
+        for (pose, overlaps) in [
+            (Pose::new(0.08, 0.0, 0.0), false),
+            (Pose::new(0.0795, 0.0, 0.0), true),
+            (Pose::new(0.0, 0.30, 0.0), false),
+            (Pose::new(0.0, -0.2995, 0.0), true),
+            // Turned to the left: its torso is from -3 cm to 5 cm along y, the other's ends at 15 cm.
+            (Pose::new(0.0, 0.181, FRAC_PI_2), false),
+            (Pose::new(0.0, 0.179, FRAC_PI_2), true),
+        ] {
+            assert_eq!(torsos_overlap(here, pose), overlaps, "{pose:?}");
+            assert_eq!(torsos_overlap(pose, here), overlaps, "{pose:?}");
+        }
+    }
+
+    #[test]
+    fn a_circle_reaches_a_rectangle_from_its_edge_on() {
+        let torso = BodyBounds::default().torso.footprint(Pose::default());
+        assert!(reaches(torso, Vec2::new(0.079, 0.0), 0.03));
+        assert!(!reaches(torso, Vec2::new(0.081, 0.0), 0.03));
+        // 3 cm and 4 cm from the corner at (5, 15) cm: 5 cm.
+        assert!(reaches(torso, Vec2::new(0.08, 0.19), 0.0502));
+        assert!(!reaches(torso, Vec2::new(0.08, 0.19), 0.05));
+    }
+
+    #[test]
+    fn the_default_ball_makes_way_for_a_robot_on_the_mark() {
+        let mut scenario = Scenario { robots: vec![RobotSpec { number: 1, ..default() }], ..default() };
+        assert!(scenario.validate().is_err());
+        place_ball_beside_robots(&mut scenario);
+        assert_eq!(scenario.validate(), Ok(()));
+        assert_ne!(scenario.ball.unwrap_or_default(), BallSpec::default());
+    }
+}

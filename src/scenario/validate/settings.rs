@@ -1,0 +1,158 @@
+//! The ranges of settings: what a NAO, or any robot of its size, could be set to, generously.
+
+use super::Checks;
+use crate::ball::Rolling;
+use crate::communication::MessageSettings;
+use crate::geometry::to_degrees;
+use crate::referee::Rules;
+use crate::robot::head::HeadLimits;
+use crate::robot::kick::KickSettings;
+use crate::robot::motion::MotionLimits;
+use crate::scenario::field_path::FieldPath;
+use crate::scenario::types::BallSpec;
+use crate::sensing::camera::CameraSettings;
+use crate::sensing::odometry::OdometrySettings;
+use crate::sensing::sonar::{SonarNoise, SonarSettings};
+use crate::sensing::vision::VisionSettings;
+
+impl Checks {
+    pub(super) fn rules(&mut self, path: &FieldPath, rules: &Rules) {
+        self.range(path.field("halves"), rules.halves, 1..=10, "");
+        self.positive(path.field("half_s"), rules.half_s, 1e5, " s");
+        self.range(path.field("team_size"), rules.team_size, 1..=11, " robots");
+    }
+
+    pub(super) fn ball(&mut self, path: &FieldPath, ball: &BallSpec) {
+        self.range(path.field("radius_m"), ball.radius_m, 0.005..=0.5, " m");
+        const FASTEST_MPS: f32 = 100.0;
+        if ball.velocity_mps.length() > FASTEST_MPS {
+            let message = format!("the ball's speed is {} m/s", ball.velocity_mps.length());
+            self.fault(path.field("velocity_mps"), message, format!("a speed of at most {FASTEST_MPS} m/s"));
+        }
+        let rolling = path.field("rolling");
+        match ball.rolling {
+            Rolling::ExponentialPerS(drag) => self.positive(rolling.field("exponential_per_s"), drag, 1000.0, " /s"),
+            Rolling::ConstantMps2(deceleration) => {
+                self.positive(rolling.field("constant_mps2"), deceleration, 1000.0, " m/s²");
+            }
+        }
+        self.range(path.field("restitution"), ball.restitution, 0.0..=1.0, "");
+    }
+
+    pub(super) fn motion(&mut self, path: &FieldPath, motion: &MotionLimits) {
+        self.range(path.field("max_linear_mps"), motion.max_linear_mps, 0.0..=5.0, " m/s");
+        self.degrees(path.field("max_angular_degps"), motion.max_angular, 0.0..=1080.0, " degrees/s");
+        let error = path.field("error_sd");
+        self.range(error.field("dx_m"), motion.error_sd.dx_m, 0.0..=10.0, " m");
+        self.range(error.field("dy_m"), motion.error_sd.dy_m, 0.0..=10.0, " m");
+        self.degrees(error.field("dtheta_deg"), motion.error_sd.dtheta, 0.0..=360.0, " degrees");
+    }
+
+    pub(super) fn kicks(&mut self, path: &FieldPath, kicks: &KickSettings) {
+        let ranges = [
+            ("left_straight", kicks.left_straight),
+            ("right_straight", kicks.right_straight),
+            ("left_side", kicks.left_side),
+            ("right_side", kicks.right_side),
+        ];
+        for (name, range) in ranges {
+            self.positive(path.field(name).field("max_distance_m"), range.max_distance_m, 50.0, " m");
+        }
+        self.range(path.field("wrong_side_speed_factor"), kicks.wrong_side_speed_factor, 0.0..=1.0, "");
+        self.range(path.field("wind_up_s"), kicks.wind_up_s, 0.0..=60.0, " s");
+        self.range(path.field("recovery_s"), kicks.recovery_s, 0.0..=60.0, " s");
+        self.degrees(path.field("direction_sd_deg"), kicks.direction_sd, 0.0..=180.0, " degrees");
+        self.range(path.field("speed_sd"), kicks.speed_sd, 0.0..=10.0, ", a share of the speed");
+    }
+
+    pub(super) fn head(&mut self, path: &FieldPath, head: &HeadLimits) {
+        for (name, limit, farthest) in [("yaw_deg", head.yaw, 180.0), ("pitch_deg", head.pitch, 90.0)] {
+            let [least, most] = limit.map(to_degrees);
+            if least > most || least < -farthest || most > farthest {
+                self.fault(
+                    path.field(name),
+                    format!("`{name}` is [{least}, {most}]"),
+                    format!("the least and then the greatest angle, both from -{farthest} to {farthest} degrees"),
+                );
+            }
+        }
+        self.degrees(path.field("max_degps"), head.max_speed, 0.0..=3600.0, " degrees/s");
+    }
+
+    pub(super) fn sonar(&mut self, path: &FieldPath, sonar: &SonarSettings) {
+        const FARTHEST_M: f32 = 10.0;
+        self.range(path.field("min_m"), sonar.min_m, 0.0..=FARTHEST_M, " m");
+        if !(sonar.max_m > sonar.min_m && sonar.max_m <= FARTHEST_M) {
+            self.fault(
+                path.field("max_m"),
+                format!("`max_m` is {}, and `min_m` {}", sonar.max_m, sonar.min_m),
+                format!("more than `min_m`, at most {FARTHEST_M} m"),
+            );
+        }
+        self.degrees(path.field("heading_deg"), sonar.heading, -180.0..=180.0, " degrees");
+        self.degrees(path.field("half_angle_deg"), sonar.half_angle, 0.1..=90.0, " degrees");
+        self.range(path.field("height_m"), sonar.height_m, 0.0..=2.0, " m");
+        let noise = path.field("noise");
+        let deviation = 0.0..=FARTHEST_M;
+        match sonar.noise {
+            SonarNoise::None => {}
+            SonarNoise::Gaussian { sd_m } => self.range(noise.field("gaussian.sd_m"), sd_m, deviation, " m"),
+            SonarNoise::Uniform { half_width_m } => {
+                self.range(noise.field("uniform.half_width_m"), half_width_m, deviation, " m");
+            }
+            SonarNoise::Outliers { sd_m, probability } => {
+                self.range(noise.field("outliers.sd_m"), sd_m, deviation, " m");
+                self.probability(noise.field("outliers.probability"), probability);
+            }
+        }
+        self.probability(path.field("miss_probability"), sonar.miss_probability);
+    }
+
+    pub(super) fn cameras(&mut self, path: &FieldPath, cameras: &CameraSettings) {
+        self.range(path.field("width"), cameras.width, 1..=4096, " pixels");
+        self.range(path.field("height"), cameras.height, 1..=4096, " pixels");
+        self.degrees(path.field("diagonal_fov_deg"), cameras.diagonal_fov, 1.0..=170.0, " degrees");
+    }
+
+    pub(super) fn messages(&mut self, path: &FieldPath, messages: &MessageSettings) {
+        self.probability(path.field("loss"), messages.loss);
+        self.range(path.field("delay_cycles"), messages.delay_cycles, 1..=1000, " cycles");
+        self.range(path.field("jitter_cycles"), messages.jitter_cycles, 0..=1000, " cycles");
+        if let Some(range) = messages.range_m {
+            self.range(path.field("range_m"), range, 0.0..=1000.0, " m");
+        }
+    }
+
+    pub(super) fn vision(&mut self, path: &FieldPath, vision: &VisionSettings) {
+        let path = path.field("noise");
+        let noise = &vision.noise;
+        for (name, class) in [
+            ("ball", &noise.ball),
+            ("goal_posts", &noise.goal_posts),
+            ("robots", &noise.robots),
+            ("lines", &noise.lines),
+            ("junctions", &noise.junctions),
+            ("penalty_crosses", &noise.penalty_crosses),
+            ("centre_circle", &noise.centre_circle),
+        ] {
+            let path = path.field(name);
+            self.range(path.field("pixel_sd"), class.pixel_sd, 0.0..=1000.0, " pixels");
+            self.probability(path.field("miss_probability"), class.miss_probability);
+            self.probability(path.field("false_positive_probability"), class.false_positive_probability);
+            if let Some(distance) = class.max_distance_m {
+                self.range(path.field("max_distance_m"), distance, 0.0..=1000.0, " m");
+            }
+        }
+        self.degrees(path.field("head_angle_sd_deg"), noise.head_angle_sd, 0.0..=90.0, " degrees");
+    }
+
+    pub(super) fn odometry(&mut self, path: &FieldPath, odometry: &OdometrySettings) {
+        let path = path.field("noise");
+        let noise = &odometry.noise;
+        self.range(path.field("translation_sd_m"), noise.translation_sd_m, 0.0..=10.0, " m");
+        self.degrees(path.field("heading_per_metre_sd_deg"), noise.heading_per_metre_sd, 0.0..=180.0, " degrees");
+        self.degrees(path.field("rotation_sd_deg"), noise.rotation_sd, 0.0..=180.0, " degrees");
+        self.range(path.field("translation_scale"), noise.translation_scale, 0.0..=10.0, "");
+        self.range(path.field("rotation_scale"), noise.rotation_scale, 0.0..=10.0, "");
+    }
+}

@@ -1,0 +1,62 @@
+//! How errors word things: quotes, lists of names, the nearest name.
+
+/// A word from a file in quotes, on one line and not too long.
+pub fn quoted(word: &str) -> String {
+    const LONGEST: usize = 60;
+    let mut shown: String = word.chars().take(LONGEST).flat_map(char::escape_debug).collect();
+    if word.chars().nth(LONGEST).is_some() {
+        shown.push('…');
+    }
+    format!("`{shown}`")
+}
+
+/// Names as a list: `a`, `b` or `c`.
+pub fn one_of<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+    let names: Vec<String> = names.into_iter().map(quoted).collect();
+    match names.as_slice() {
+        [] => "nothing".to_owned(),
+        [only] => only.clone(),
+        [all_but_last @ .., last] => format!("{} or {last}", all_but_last.join(", ")),
+    }
+}
+
+/// The name that was probably meant by `word`: one that begins with it, or one that a few typing errors lead to.
+pub fn nearest<'a>(word: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let word: String = word.chars().take(100).collect::<String>().to_lowercase();
+    let tolerance = (word.chars().count() / 3).max(1);
+    names
+        .into_iter()
+        .filter_map(|name| {
+            let begins = word.len() >= 3 && name.starts_with(word.as_str());
+            let distance = if begins { 1 } else { strsim::damerau_levenshtein(&word, name) };
+            (distance <= tolerance).then_some((distance, name))
+        })
+        .min_by_key(|(distance, _)| *distance)
+        .map(|(_, name)| name)
+}
+
+/// `: did you mean ...?`, or nothing.
+pub fn did_you_mean<'a>(word: &str, names: impl IntoIterator<Item = &'a str>) -> String {
+    nearest(word, names).map(|name| format!(": did you mean `{name}`?")).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_nearest_name_is_found_or_none() {
+        let names = ["position_m", "velocity_mps", "radius_m"];
+        assert_eq!(nearest("radius", names), Some("radius_m"));
+        assert_eq!(nearest("Postion_m", names), Some("position_m"));
+        assert_eq!(nearest("colour", names), None);
+        assert_eq!(nearest("", names), None);
+    }
+
+    #[test]
+    fn words_are_quoted_on_one_line() {
+        assert_eq!(quoted("a\nb"), "`a\\nb`");
+        assert!(quoted(&"x".repeat(1000)).chars().count() < 70);
+        assert_eq!(one_of(["a", "b", "c"]), "`a`, `b` or `c`");
+    }
+}

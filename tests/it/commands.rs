@@ -1,0 +1,114 @@
+//! The command line, run as its user runs it.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn naoisis(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_naoisis")).current_dir(folder).args(arguments).output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+#[test]
+fn a_match_runs_from_any_folder_and_prints_its_result() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = naoisis(folder.path(), &["run", "kick_right_straight"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert!(text(&output.stdout).contains("blue 0 : 0 pink"));
+    let output = naoisis(folder.path(), &["run", "kick_right_straight", "--quiet"]);
+    assert!(output.status.success() && output.stdout.is_empty() && output.stderr.is_empty());
+}
+
+#[test]
+fn a_trace_has_a_header_the_start_every_cycle_and_an_end() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = naoisis(folder.path(), &["run", "match3v3", "--duration", "2", "--seed", "9", "--trace", "-"]);
+    assert!(output.status.success());
+    let lines: Vec<serde_json::Value> =
+        text(&output.stdout).lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!(lines.len(), 1 + 61 + 1);
+    assert_eq!(lines[0]["format"], "naoisis-trace");
+    assert_eq!(lines[0]["seed"], 9);
+    for (cycle, line) in lines[1..=61].iter().enumerate() {
+        assert_eq!((line["type"].as_str(), line["cycle"].as_u64()), (Some("cycle"), Some(cycle as u64)));
+        assert_eq!(line["robots"].as_array().unwrap().len(), 6);
+    }
+    assert_eq!(lines[62]["type"], "end");
+    assert_eq!(lines[62]["cycles"], 60);
+    // What the command has to say goes to standard error.
+    assert!(text(&output.stderr).contains("times real time"));
+}
+
+#[test]
+fn a_trace_is_compressed_by_its_name() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["plain.jsonl", "small.jsonl.zst"] {
+        let output = naoisis(folder.path(), &["run", "match3v3", "--duration", "1", "--trace", name, "--quiet"]);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+    }
+    let plain = std::fs::read(folder.path().join("plain.jsonl")).unwrap();
+    let small = std::fs::read(folder.path().join("small.jsonl.zst")).unwrap();
+    assert!(small.len() < plain.len());
+    assert!(zstd::decode_all(small.as_slice()).unwrap() == plain);
+}
+
+#[test]
+fn what_is_wrong_is_said_with_exit_status_2() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("typo.json"), "{\n  \"sede\": 3\n}\n").unwrap();
+    std::fs::write(folder.path().join("team.json"), r#"{ "teams": { "blue": "dragons" } }"#).unwrap();
+    for (arguments, expected) in [
+        (&["run", "nowhere.json"][..], "nowhere.json"),
+        (&["run", "match3v4"], "match3v3"),
+        (&["run", "typo.json"], "typo.json:2:3"),
+        (&["check", "typo.json"], "seed"),
+        (&["run", "team.json"], "chasers"),
+        (&["run", "match3v3", "--duration", "-1"], "positive"),
+        (&["run", "match3v3", "--seed", "x"], "--seed"),
+        (&["run", "match3v3", "--trace", "no/such/folder/t.jsonl"], "no/such/folder"),
+        (&["run"], "SCENARIO"),
+        (&["list", "dragons"], "scenarios"),
+    ] {
+        let output = naoisis(folder.path(), arguments);
+        let said = text(&output.stderr) + &text(&output.stdout);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
+        assert!(said.contains(expected), "{arguments:?}: {said}");
+        assert!(!said.contains("panicked"), "{arguments:?}: {said}");
+    }
+}
+
+#[test]
+fn lists_name_what_there_is() {
+    let folder = tempfile::tempdir().unwrap();
+    for (what, expected) in
+        [("scenarios", "match3v3"), ("teams", "chasers"), ("fields", "spl2025"), ("rules", "naoisis")]
+    {
+        let output = naoisis(folder.path(), &["list", what]);
+        assert!(output.status.success() && text(&output.stdout).contains(expected), "{}", text(&output.stdout));
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_closes_its_trace() {
+    let folder = tempfile::tempdir().unwrap();
+    let trace = folder.path().join("t.jsonl");
+    let mut child = Command::new(env!("CARGO_BIN_EXE_naoisis"))
+        .args(["run", "match3v3", "--trace"])
+        .arg(&trace)
+        .arg("--quiet")
+        .spawn()
+        .unwrap();
+    // Some lines are there before it is interrupted, and far fewer than of the whole match.
+    while std::fs::metadata(&trace).map_or(0, |metadata| metadata.len()) < 100_000 {
+        std::thread::yield_now();
+    }
+    let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(killed.success());
+    assert!(child.wait().unwrap().success());
+    let trace = std::fs::read_to_string(trace).unwrap();
+    let end: serde_json::Value = serde_json::from_str(trace.lines().last().unwrap()).unwrap();
+    assert_eq!((end["type"].as_str(), end["reason"].as_str()), (Some("end"), Some("interrupted")));
+}

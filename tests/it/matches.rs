@@ -1,0 +1,64 @@
+//! Whole matches between the built-in teams.
+
+use naoisis::prelude::*;
+
+use crate::support::{headless_app, pink};
+
+/// A match of two halves of `half_s` seconds, played to its end. Returns the goals in the order of scoring.
+fn play(name: &str, seed: u64, half_s: f32) -> (naoisis::referee::Score, Vec<MatchEvent>) {
+    let mut scenario = Scenario::named(name).unwrap();
+    scenario.seed = seed;
+    scenario.rules.half_s = half_s;
+    let mut app = headless_app();
+    app.start_match(&scenario).unwrap();
+    let mut events = Vec::new();
+    let ended = app.run_until((half_s * 2.0 * 30.0) as usize * 2, |app| {
+        events.extend(app.events().iter().cloned());
+        app.is_finished()
+    });
+    assert!(ended, "{name} with seed {seed} does not end");
+    (app.game().score, events)
+}
+
+#[test]
+fn a_match_ends_keeps_its_invariants_and_its_score_is_that_of_its_goals() {
+    let mut goals = 0;
+    for seed in 1..=3 {
+        let (score, events) = play("match3v3", seed, 300.0);
+        for event in &events {
+            assert!(!matches!(event, MatchEvent::InvariantBroken { .. }), "{event:?}");
+        }
+        for team in Team::BOTH {
+            let scored = events
+                .iter()
+                .filter(|event| matches!(event, MatchEvent::Goal { team: scorer, .. } if *scorer == team))
+                .count();
+            assert_eq!(score.of(team) as usize, scored);
+        }
+        goals += score.blue + score.pink;
+        assert_eq!(events.iter().filter(|event| **event == MatchEvent::FinalWhistle).count(), 1);
+    }
+    assert!(goals > 0, "no goal in three matches of ten minutes");
+}
+
+#[test]
+fn sides_are_changed_at_half_time() {
+    let mut scenario = Scenario::named("match3v3").unwrap();
+    scenario.rules.half_s = 5.0;
+    let mut app = headless_app();
+    app.start_match(&scenario).unwrap();
+    app.run_cycles(10);
+    assert!(app.robot_pose(pink(1)).unwrap().position.x > 0.0);
+    assert!(app.run_until(600, |app| app.game().half == 2));
+    app.run_cycles(2);
+    assert!(app.robot_pose(pink(1)).unwrap().position.x < 0.0);
+}
+
+#[test]
+fn seven_against_seven_play_on_the_large_pitch() {
+    let (_, events) = play("match7v7", 1, 30.0);
+    for event in &events {
+        assert!(!matches!(event, MatchEvent::InvariantBroken { .. }), "{event:?}");
+    }
+    assert!(events.iter().any(|event| matches!(event, MatchEvent::Kick { .. } | MatchEvent::Collision { .. })));
+}
