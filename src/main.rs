@@ -1,3 +1,7 @@
 //! The `naoisis` command.
 
-fn main() {}
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    naoisis::cli::main()
+}

@@ -2,6 +2,8 @@
 
 use std::process::ExitCode;
 
+use crate::scenario::ScenarioError;
+
 /// Exit status of a command whose arguments or files are wrong.
 const USAGE_ERROR: u8 = 2;
 
@@ -21,5 +23,8 @@ pub fn usage_error(message: &str) -> ExitCode {
 fn print_error(message: &str) {
     eprintln!("error: {message}");
 }
-    failure(e)
+
+/// Says what is wrong with a scenario, and where; exit status 2.
+pub fn scenario_error(error: &ScenarioError) -> ExitCode {
+    usage_error(&error.to_string())
 }

@@ -156,7 +156,7 @@ impl Scratch {
         }
         self.cylinders.clear();
         self.cylinders
-            .extend(posts.iter().map(|(pose, post)| Cylinder { centre: pose.position, radius: post.radius_m }));
+            .extend(posts.iter().map(|(pose, post)| Cylinder { centre: pose.position, radius: post.radius }));
         // Posts have no names; their places give them an order.
         self.cylinders.sort_by(|a, b| a.centre.x.total_cmp(&b.centre.x).then(a.centre.y.total_cmp(&b.centre.y)));
     }

@@ -23,7 +23,7 @@ use bevy::prelude::*;
 pub mod invariants;
 mod spawn;
 
-pub use spawn::StartError;
+pub use spawn::MatchEntity;
 
 use crate::ball::{BallPlugin, BallVelocity};
 use crate::behaviour::BehaviourPlugin;
@@ -34,7 +34,7 @@ use crate::geometry::Pose;
 use crate::pitch::PitchPlugin;
 use crate::referee::{Game, GameState};
 use crate::robot::{RobotId, RobotPlugin, Roster};
-use crate::scenario::Scenario;
+use crate::scenario::{Scenario, ScenarioFault};
 
 /// Everything that a headless match needs: no window, no renderer, no assets.
 pub struct NaoisisPlugins;
@@ -57,9 +57,9 @@ pub trait MatchApp {
     /// Puts the scenario's match into the app, in place of any that is there.
     ///
     /// # Errors
-    /// [`StartError`] when the scenario contradicts itself or names a behaviour or team that is not registered; the
+    /// [`ScenarioFault`] when the scenario contradicts itself or names a behaviour or team that is not registered; the
     /// app is then as it was.
-    fn start_match(&mut self, scenario: &Scenario) -> Result<&mut Self, StartError>;
+    fn start_match(&mut self, scenario: &Scenario) -> Result<&mut Self, ScenarioFault>;
 
     /// Runs this many cycles.
     fn run_cycles(&mut self, count: usize) -> &mut Self;
@@ -95,7 +95,7 @@ pub trait MatchApp {
 }
 
 impl MatchApp for App {
-    fn start_match(&mut self, scenario: &Scenario) -> Result<&mut Self, StartError> {
+    fn start_match(&mut self, scenario: &Scenario) -> Result<&mut Self, ScenarioFault> {
         spawn::start(self.world_mut(), scenario)?;
         Ok(self)
     }
