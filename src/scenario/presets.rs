@@ -45,7 +45,7 @@ pub const RULES_PRESETS: &[Preset] = &[
 type ComputedPreset = (&'static str, fn() -> VisionNoise);
 
 /// The noise of the geometric vision, by name.
-const VISION_NOISE_PRESETS: &[ComputedPreset] = &[("none", VisionNoise::default), ("default", VisionNoise::default)];
+const VISION_NOISE_PRESETS: &[ComputedPreset] = &[("none", VisionNoise::none), ("default", VisionNoise::default)];
 
 impl Pitch {
     /// The pitch of this name among the [`FIELD_PRESETS`].
@@ -81,7 +81,7 @@ pub fn resolve(root: &mut Map<String, Value>) -> Result<(), ScenarioFault> {
     if let Some(vision) = root.get_mut("vision") {
         fill_in_vision(vision, &path.field("vision"))?;
     }
-    let common: Vec<(&str, Value)> = ["motion", "sonar", "head", "vision"]
+    let common: Vec<(&str, Value)> = ["motion", "sonar", "odometry", "head", "vision"]
         .iter()
         .filter_map(|&field| Some((field, root.get(field)?.clone())))
         .collect();

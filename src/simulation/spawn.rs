@@ -121,11 +121,7 @@ fn quoted<'a>(names: impl Iterator<Item = &'a str>) -> String {
 
 fn spawn_posts(world: &mut World, scenario: &Scenario) {
     for post in Pitch::goal_posts(&scenario.field) {
-        world.spawn((
-            MatchEntity,
-            Pose { position: post.position, heading: 0.0 },
-            Post::from(post),
-        ));
+        world.spawn((MatchEntity, Pose { position: post.position, heading: 0.0 }, Post::from(post)));
     }
     for post in &scenario.posts {
         world.spawn((
@@ -163,7 +159,7 @@ fn spawn_robot(world: &mut World, scenario: &Scenario, robot: &RobotSpec) {
         (scenario.kicks, KickCommand::default(), KickPhase::default()),
         (robot.sonar.unwrap_or(scenario.sonar), SonarReading::default()),
         (scenario.cameras, robot.vision.clone().unwrap_or_else(|| scenario.vision.clone()), Percepts::default()),
-        (Odometry::default(), BodyStatus::default()),
+        (robot.odometry.unwrap_or(scenario.odometry), Odometry::default(), BodyStatus::default()),
         (Outbox::default(), Inbox::default()),
         RandomStreams::new(scenario.seed, id),
     ));

@@ -82,12 +82,9 @@ fn what_is_wrong_is_said_with_exit_status_2() {
 #[test]
 fn lists_name_what_there_is() {
     let folder = tempfile::tempdir().unwrap();
-    for (what, expected) in [
-        ("scenarios", "match3v3"),
-        ("teams", "chasers"),
-        ("fields", "spl2025"),
-        ("rules", "naoisis"),
-    ] {
+    for (what, expected) in
+        [("scenarios", "match3v3"), ("teams", "chasers"), ("fields", "spl2025"), ("rules", "naoisis")]
+    {
         let output = naoisis(folder.path(), &["list", what]);
         assert!(output.status.success() && text(&output.stdout).contains(expected), "{}", text(&output.stdout));
     }
