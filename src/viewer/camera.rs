@@ -3,8 +3,8 @@
 use bevy::core_pipeline::tonemapping::Tonemapping;
 use bevy::input::mouse::{AccumulatedMouseMotion, AccumulatedMouseScroll, MouseScrollUnit};
 use bevy::math::ops;
-use bevy::prelude::*;
 use bevy::pbr::{DistanceFog, FogFalloff};
+use bevy::prelude::*;
 use bevy_egui::input::egui_wants_any_pointer_input;
 use bevy_egui::{EguiGlobalSettings, PrimaryEguiContext};
 use core::f32::consts::FRAC_PI_2;
@@ -248,9 +248,10 @@ mod tests {
     #[test]
     fn the_whole_pitch_is_in_view() {
         let pitch = Pitch::default();
-        for (preset, aspect) in [ViewPreset::Broadcast, ViewPreset::TopDown].into_iter().flat_map(|preset| {
-            [1.3, 1.6, 16.0 / 9.0, 2.2].map(|aspect| (preset, aspect))
-        }) {
+        for (preset, aspect) in [ViewPreset::Broadcast, ViewPreset::TopDown]
+            .into_iter()
+            .flat_map(|preset| [1.3, 1.6, 16.0 / 9.0, 2.2].map(|aspect| (preset, aspect)))
+        {
             let camera_from_pitch = Viewpoint::of_pitch(preset, &pitch, aspect).transform().to_matrix().inverse();
             for corner in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
                 let point = Vec3::new(corner.0 * pitch.half_length(), corner.1 * pitch.half_width(), 0.0);

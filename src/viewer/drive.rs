@@ -34,10 +34,7 @@ impl Plugin for DrivePlugin {
             .add_systems(Startup, set_longest_frame)
             .add_systems(First, (obey_commands, set_clocks).chain().before(TimeSystems))
             .add_systems(FixedUpdate, run_cycle_in_time)
-            .add_systems(
-                RunFixedMainLoop,
-                find_display_fraction.in_set(RunFixedMainLoopSystems::AfterFixedMainLoop),
-            )
+            .add_systems(RunFixedMainLoop, find_display_fraction.in_set(RunFixedMainLoopSystems::AfterFixedMainLoop))
             .add_systems(Update, (run_cycles_as_fast_as_possible, measure_speed).chain());
     }
 }

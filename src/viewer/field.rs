@@ -151,9 +151,12 @@ fn goal_frame(pitch: &Pitch, end: End) -> Mesh {
         .add(Cylinder::new(radius, length), palette::goal(pitch.goal_colour(end)), along_y)
         .rod(ground[0], ground[1], radius * 0.8, palette::CHALK);
     for side in 0..2 {
-        frame = frame
-            .rod(post(bar[side]), ground[side], radius * 0.8, palette::CHALK)
-            .rod(bar[side], ground[side], radius * 0.4, palette::CHALK);
+        frame = frame.rod(post(bar[side]), ground[side], radius * 0.8, palette::CHALK).rod(
+            bar[side],
+            ground[side],
+            radius * 0.4,
+            palette::CHALK,
+        );
     }
     frame.finish()
 }

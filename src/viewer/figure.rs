@@ -157,9 +157,11 @@ fn head() -> Mesh {
         .ball(0.008, middle + Vec3::new(0.051, 0.0, -0.024), palette::JOINT);
     for side in [-1.0, 1.0] {
         let ear = Transform::from_translation(middle + Vec3::new(-0.004, side * 0.058, 0.0));
-        head = head
-            .add(Cylinder::new(0.03, 0.018), palette::JOINT, ear)
-            .ball(0.0135, middle + Vec3::new(0.0465, side * 0.024, 0.006), palette::EYE);
+        head = head.add(Cylinder::new(0.03, 0.018), palette::JOINT, ear).ball(
+            0.0135,
+            middle + Vec3::new(0.0465, side * 0.024, 0.006),
+            palette::EYE,
+        );
     }
     head.finish()
 }

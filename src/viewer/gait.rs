@@ -159,7 +159,8 @@ fn leg_angles(step: Vec2) -> LegAngles {
     let target = Vec2::new(step.x, THIGH + SHANK - step.y);
     let distance = target.length().clamp((THIGH - SHANK).abs() + 1e-4, THIGH + SHANK);
     // The law of cosines in the triangle of hip, knee and ankle.
-    let cosine = |a: f32, b: f32, opposite: f32| ((a * a + b * b - opposite * opposite) / (2.0 * a * b)).clamp(-1.0, 1.0);
+    let cosine =
+        |a: f32, b: f32, opposite: f32| ((a * a + b * b - opposite * opposite) / (2.0 * a * b)).clamp(-1.0, 1.0);
     let at_hip = ops::acos(cosine(THIGH, distance, SHANK));
     let at_knee = ops::acos(cosine(THIGH, SHANK, distance));
     LegAngles { hip: ops::atan2(target.x, target.y) + at_hip, knee: PI - at_knee }

@@ -13,12 +13,10 @@ pub struct KeysPlugin;
 
 impl Plugin for KeysPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<Shown>()
-            .add_message::<Action>()
-            .add_systems(
-                Update,
-                (read_keys.run_if(not(egui_wants_any_keyboard_input)), carry_out).chain().before(CameraSystems),
-            );
+        app.init_resource::<Shown>().add_message::<Action>().add_systems(
+            Update,
+            (read_keys.run_if(not(egui_wants_any_keyboard_input)), carry_out).chain().before(CameraSystems),
+        );
     }
 }
 
