@@ -90,8 +90,7 @@ impl BallEstimate {
                 + self.cross_covariance * (2.0 * duration)
                 + self.velocity_covariance * (duration * duration),
             cross_covariance: (self.cross_covariance + self.velocity_covariance * duration) * kept,
-            velocity_covariance: self.velocity_covariance * (kept * kept)
-                + Mat2::from_diagonal(Vec2::splat(noise)),
+            velocity_covariance: self.velocity_covariance * (kept * kept) + Mat2::from_diagonal(Vec2::splat(noise)),
             age_s: self.age_s + duration,
             doubted: self.doubted.map(|doubted| doubted - step.position),
             ..*self
@@ -112,9 +111,7 @@ impl BallEstimate {
         self.position = unrotate(forward, self.position);
         self.velocity = unrotate(forward, self.velocity);
         self.doubted = self.doubted.map(|doubted| unrotate(forward, doubted));
-        for covariance in
-            [&mut self.position_covariance, &mut self.cross_covariance, &mut self.velocity_covariance]
-        {
+        for covariance in [&mut self.position_covariance, &mut self.cross_covariance, &mut self.velocity_covariance] {
             *covariance = back * *covariance * ahead;
         }
     }
@@ -127,9 +124,7 @@ impl BallEstimate {
         if difference.dot(inverse * difference) > model.gate {
             let near = model.confirmation_m * sighting.place_in_robot.length_squared().max(1.0);
             return match self.doubted {
-                Some(before) if before.distance(sighting.place_in_robot) < near => {
-                    Self::first_seen(sighting, model)
-                }
+                Some(before) if before.distance(sighting.place_in_robot) < near => Self::first_seen(sighting, model),
                 _ => Self { doubted: Some(sighting.place_in_robot), ..*self },
             };
         }
@@ -218,8 +213,7 @@ mod tests {
     fn an_unseen_ball_rolls_on_and_gets_uncertain() {
         let model = BallModel::default();
         let mut estimate = watched(Vec2::new(3.0, 0.0), Vec2::new(-1.0, 0.0), 30);
-        let (start, speed, doubt) =
-            (estimate.position.x, estimate.velocity.x, estimate.position_covariance.x_axis.x);
+        let (start, speed, doubt) = (estimate.position.x, estimate.velocity.x, estimate.position_covariance.x_axis.x);
         for _ in 0..30 {
             estimate = estimate.advanced(Pose::default(), PERIOD, &model);
         }
@@ -233,15 +227,10 @@ mod tests {
     fn a_turn_of_the_robot_turns_the_ball_the_other_way() {
         let estimate = watched(Vec2::new(1.0, 0.0), Vec2::new(1.0, 0.0), 10);
         let place = estimate.position;
-        let turned =
-            estimate.advanced(Pose::new(0.0, 0.0, FRAC_PI_2), 0.0, &BallModel::default());
+        let turned = estimate.advanced(Pose::new(0.0, 0.0, FRAC_PI_2), 0.0, &BallModel::default());
         assert_abs_diff_eq!(turned.position, Vec2::new(0.0, -place.x), epsilon = 1e-5);
         assert!(turned.velocity.y < -0.5 && turned.velocity.x.abs() < 1e-3);
-        assert_abs_diff_eq!(
-            turned.position_covariance.y_axis.y,
-            estimate.position_covariance.x_axis.x,
-            epsilon = 1e-6
-        );
+        assert_abs_diff_eq!(turned.position_covariance.y_axis.y, estimate.position_covariance.x_axis.x, epsilon = 1e-6);
         let walked = estimate.advanced(Pose::new(0.1, 0.0, 0.0), 0.0, &BallModel::default());
         assert_abs_diff_eq!(walked.position.x, place.x - 0.1, epsilon = 1e-6);
     }

@@ -123,8 +123,7 @@ impl PoseEstimate {
         let expected = unrotate(forward, landmark - self.pose.position);
         let difference = sighting.place_in_robot - expected;
         // h(p) = R(-heading) (landmark - position); its rows' derivatives:
-        let rows =
-            [Vec3::new(-forward.x, -forward.y, expected.y), Vec3::new(forward.y, -forward.x, -expected.x)];
+        let rows = [Vec3::new(-forward.x, -forward.y, expected.y), Vec3::new(forward.y, -forward.x, -expected.x)];
         let cross = rows.map(|row| self.covariance * row);
         let spread = sighting.covariance()
             + Mat2::from_cols(
@@ -144,16 +143,10 @@ impl PoseEstimate {
         let Innovation { difference, gain, cross, .. } = innovation;
         let change = gain[0] * difference.x + gain[1] * difference.y;
         // P - K (P Hᵀ)ᵀ, column by column.
-        let column = |index: usize| {
-            self.covariance.col(index) - gain[0] * cross[0][index] - gain[1] * cross[1][index]
-        };
+        let column = |index: usize| self.covariance.col(index) - gain[0] * cross[0][index] - gain[1] * cross[1][index];
         let (x, y, heading) = (column(0), column(1), column(2));
         // Rounding must not let the matrix drift from symmetry.
-        let covariance = Mat3::from_cols(
-            x,
-            Vec3::new(x.y, y.y, y.z),
-            Vec3::new(x.z, y.z, heading.z),
-        );
+        let covariance = Mat3::from_cols(x, Vec3::new(x.y, y.y, y.z), Vec3::new(x.z, y.z, heading.z));
         Self {
             pose: Pose {
                 position: self.pose.position + change.truncate(),
@@ -244,9 +237,7 @@ mod tests {
         let estimate = PoseEstimate::new(Pose::default(), 0.1, 0.05);
         let forward = estimate.pose.forward();
         let sighting = sighting_from(Pose::new(0.1, 0.0, 0.0), Vec2::new(2.0, 0.7));
-        let distance = |landmark| {
-            estimate.innovation(forward, landmark, &sighting).distance_squared
-        };
+        let distance = |landmark| estimate.innovation(forward, landmark, &sighting).distance_squared;
         assert!(distance(Vec2::new(2.0, 0.7)) < 2.0);
         assert!(distance(Vec2::new(2.0, -0.7)) > 20.0);
     }

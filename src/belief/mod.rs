@@ -170,12 +170,7 @@ mod tests {
         let belief = Belief {
             pose_age_s: 0.5,
             ball: Some(BallBelief { position_m: Vec2::new(1.0, 2.0), age_s: 0.25, ..default() }),
-            opponents: vec![RobotBelief {
-                id: None,
-                position_m: Vec2::X,
-                covariance: [0.25, 0.0, 0.25],
-                age_s: 1.0,
-            }],
+            opponents: vec![RobotBelief { id: None, position_m: Vec2::X, covariance: [0.25, 0.0, 0.25], age_s: 1.0 }],
             ..Belief::at(Pose::new(-1.0, 0.5, FRAC_PI_2))
         };
         let json = serde_json::to_value(&belief).unwrap();

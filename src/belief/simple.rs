@@ -14,7 +14,7 @@ use super::{BallBelief, Belief, RobotBelief, place_covariance, pose_covariance};
 use crate::behaviour::{DecideSystems, barrier};
 use crate::communication::{Inbox, ReceivedMessage};
 use crate::cycle::{Cycle, CycleClock};
-use crate::geometry::{Pose, unrotate};
+use crate::geometry::Pose;
 use crate::knowledge::Knowledge;
 use crate::pitch::{End, GoalColour, JunctionShape, Pitch};
 use crate::referee::{GameState, GameStatus, Rules, formation};
@@ -152,7 +152,6 @@ const MARK_GATE_M: f32 = 0.6;
 const SAME_ROBOT_M: f32 = 0.6;
 
 /// The places of all marks on the ground. They are the same for both teams, as the pitch looks the same from both ends.
-#[derive(Default)]
 struct Marks {
     junctions: Vec<(JunctionShape, Vec2)>,
     crosses: [Vec2; 2],
@@ -202,8 +201,7 @@ fn estimate(
     let marks = marks.get_or_insert_with(|| Marks::of(&pitch));
     let period = clock.period();
     for (&id, settings, status, odometry, &head, camera, percepts, inbox, mut memory, mut belief) in &mut robots {
-        let place =
-            || formation(&pitch, rules.team_size, id.number, End::NegativeX, id.team == status.kick_off_team);
+        let place = || formation(&pitch, rules.team_size, id.number, End::NegativeX, id.team == status.kick_off_team);
         memory.begin_cycle(belief.pose, odometry.0, status, marks, place);
         memory.pass_time(odometry.0, settings, period);
         memory.listen(&inbox.0);
@@ -350,8 +348,7 @@ impl SimpleBeliefMemory {
             let Some((place, _)) = self.nearest(post.position_m, alike.map(|(_, place)| *place)) else { continue };
             let foot_in_image = post.pixel.cmpge(Vec2::ZERO).all() && post.pixel.cmple(image).all();
             let factor = if foot_in_image { 1.0 } else { HIDDEN_FOOT_FACTOR };
-            let mut sighting =
-                Sighting::on_ground(post.position_m, settings.goal_post_angle_sd, LENS_HEIGHT_M);
+            let mut sighting = Sighting::on_ground(post.position_m, settings.goal_post_angle_sd, LENS_HEIGHT_M);
             sighting.variance_along *= factor * factor;
             if self.correct(place, &sighting, settings.landmark_gate) {
                 self.contradictions = self.contradictions.saturating_sub(1);
@@ -393,12 +390,7 @@ impl SimpleBeliefMemory {
     }
 
     /// Weighs the pose against the pose turned by half a turn.
-    fn choose_side(
-        &mut self,
-        seen: &[GoalPostPercept],
-        posts: &[(GoalColour, Vec2); 4],
-        settings: &SimpleBelief,
-    ) {
+    fn choose_side(&mut self, seen: &[GoalPostPercept], posts: &[(GoalColour, Vec2); 4], settings: &SimpleBelief) {
         let Some(mut evidence) = self.sides else { return };
         for post in seen {
             let sighting = Sighting::on_ground(post.position_m, settings.goal_post_angle_sd, LENS_HEIGHT_M);

@@ -27,6 +27,8 @@ pub use spawn::MatchEntity;
 
 use crate::ball::{BallPlugin, BallVelocity};
 use crate::behaviour::BehaviourPlugin;
+use crate::behaviour::teams::BuiltInTeamsPlugin;
+use crate::belief::SimpleBeliefPlugin;
 use crate::collision::CollisionPlugin;
 use crate::cycle::{CycleClock, CyclePlugin, run_cycle};
 use crate::events::{CycleEvents, MatchEvent};
@@ -62,6 +64,8 @@ impl PluginGroup for NaoisisPlugins {
             .add(BehaviourPlugin)
             .add(RefereePlugin)
             .add(invariants::InvariantPlugin)
+            .add(SimpleBeliefPlugin)
+            .add(BuiltInTeamsPlugin)
     }
 }
 
