@@ -1,5 +1,6 @@
 //! Presets: named fields, rules and noise, and how a scenario's own values are laid over them.
 
+use serde::Serialize;
 use serde_json::{Map, Value};
 
 use super::field_path::FieldPath;
@@ -10,6 +11,8 @@ use super::wording::{did_you_mean, one_of, quoted};
 use crate::pitch::Pitch;
 use crate::referee::Rules;
 use crate::robot::Team;
+use crate::sensing::odometry::OdometryNoise;
+use crate::sensing::preset::Preset as NoisePreset;
 use crate::sensing::vision::VisionNoise;
 
 /// A named set of values, as a file in RON that is embedded in the program.
@@ -41,11 +44,24 @@ pub const RULES_PRESETS: &[Preset] = &[
     Preset { name: "free", text: include_str!("../../assets/rules/free.ron") },
 ];
 
-/// A preset that is a function of the program, by name.
-type ComputedPreset = (&'static str, fn() -> VisionNoise);
+/// A sensor whose noise has presets, which are functions of the program.
+struct NoisySensor {
+    /// The field of its settings.
+    field: &'static str,
+    /// The names of its noise's presets.
+    names: &'static [&'static str],
+    /// The values of a preset.
+    value_of: fn(&str) -> Option<Value>,
+}
 
-/// The noise of the geometric vision, by name.
-const VISION_NOISE_PRESETS: &[ComputedPreset] = &[("none", VisionNoise::none), ("default", VisionNoise::default)];
+const NOISY_SENSORS: [NoisySensor; 2] = [
+    NoisySensor { field: "vision", names: VisionNoise::NAMES, value_of: value_of_noise::<VisionNoise> },
+    NoisySensor { field: "odometry", names: OdometryNoise::NAMES, value_of: value_of_noise::<OdometryNoise> },
+];
+
+fn value_of_noise<Noise: NoisePreset + Serialize>(name: &str) -> Option<Value> {
+    serde_json::to_value(Noise::preset(name)?).ok()
+}
 
 impl Pitch {
     /// The pitch of this name among the [`FIELD_PRESETS`].
@@ -78,10 +94,10 @@ pub fn resolve(root: &mut Map<String, Value>) -> Result<(), ScenarioFault> {
             })?;
         }
     }
-    if let Some(vision) = root.get_mut("vision") {
-        fill_in_vision(vision, &path.field("vision"))?;
+    for sensor in &NOISY_SENSORS {
+        fill_in_noise(root, sensor, &path)?;
     }
-    let common: Vec<(&str, Value)> = ["motion", "sonar", "odometry", "head", "vision"]
+    let common: Vec<(&str, Value)> = ["motion", "sonar", "head", "vision", "odometry"]
         .iter()
         .filter_map(|&field| Some((field, root.get(field)?.clone())))
         .collect();
@@ -89,14 +105,18 @@ pub fn resolve(root: &mut Map<String, Value>) -> Result<(), ScenarioFault> {
     for (index, robot) in robots.iter_mut().enumerate() {
         let Value::Object(robot) = robot else { continue };
         let path = path.field("robots").index(index);
-        let has_own_noise = match robot.get_mut("vision") {
-            Some(vision) => fill_in_vision(vision, &path.field("vision"))?,
-            None => false,
-        };
+        let mut have_own_noise = Vec::new();
+        for sensor in &NOISY_SENSORS {
+            if fill_in_noise(robot, sensor, &path)? {
+                have_own_noise.push(sensor.field);
+            }
+        }
         for (field, common) in &common {
             let Some(own @ Value::Object(_)) = robot.get_mut(*field) else { continue };
             let mut merged = common.clone();
-            if has_own_noise && let Value::Object(merged) = &mut merged {
+            if have_own_noise.contains(field)
+                && let Value::Object(merged) = &mut merged
+            {
                 merged.remove("noise");
             }
             lay_over(&mut merged, own.take(), field);
@@ -107,14 +127,16 @@ pub fn resolve(root: &mut Map<String, Value>) -> Result<(), ScenarioFault> {
     Ok(())
 }
 
-/// Fills in the preset of a vision's noise. Whether it had one.
-fn fill_in_vision(vision: &mut Value, path: &FieldPath) -> Result<bool, ScenarioFault> {
-    let names: Vec<&str> = VISION_NOISE_PRESETS.iter().map(|(name, _)| *name).collect();
-    let Some(noise) = vision.get_mut("noise") else { return Ok(false) };
-    fill_in(noise, &path.field("noise"), &names, |name| {
-        let (_, noise) = VISION_NOISE_PRESETS.iter().find(|(preset, _)| *preset == name)?;
-        serde_json::to_value(noise()).ok()
-    })
+/// Fills in the preset of a sensor's noise in the settings of all robots, or of one. Whether it had one.
+fn fill_in_noise(
+    settings: &mut Map<String, Value>,
+    sensor: &NoisySensor,
+    path: &FieldPath,
+) -> Result<bool, ScenarioFault> {
+    let Some(noise) = settings.get_mut(sensor.field).and_then(|settings| settings.get_mut("noise")) else {
+        return Ok(false);
+    };
+    fill_in(noise, &path.field(sensor.field).field("noise"), sensor.names, sensor.value_of)
 }
 
 /// Replaces a preset's name, or an object with `preset`, by the preset's values and the object's own over them.
@@ -195,6 +217,7 @@ fn number(robots: &mut [Value]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sensing::vision::VisionSettings;
     use serde_json::json;
 
     fn resolved(value: Value) -> Result<Value, ScenarioFault> {
@@ -242,6 +265,30 @@ mod tests {
             value["robots"][1]["sonar"],
             json!({ "noise": { "uniform": { "half_width_m": 0.2 } }, "max_m": 0.6 })
         );
+    }
+
+    #[test]
+    fn noise_is_a_presets_name_or_what_differs_from_one() {
+        let value = resolved(json!({
+            "vision": { "noise": { "preset": "none", "ball": { "pixel_sd": 2.0 } } },
+            "odometry": { "noise": "none" },
+            "robots": [
+                { "vision": { "noise": { "ball": { "miss_probability": 0.5 } } } },
+                { "vision": { "noise": "default" }, "odometry": { "noise": { "translation_sd_m": 0.5 } } },
+            ]
+        }))
+        .unwrap();
+        let vision = |value: &Value| serde_json::from_value::<VisionSettings>(value["vision"].clone()).unwrap().noise;
+        let mut expected = VisionNoise::none();
+        expected.ball.pixel_sd = 2.0;
+        assert_eq!(vision(&value), expected);
+        expected.ball.miss_probability = 0.5;
+        assert_eq!(vision(&value["robots"][0]), expected);
+        assert_eq!(vision(&value["robots"][1]), VisionNoise::default());
+        let noise: OdometryNoise = serde_json::from_value(value["odometry"]["noise"].clone()).unwrap();
+        assert_eq!(noise, OdometryNoise::none());
+        let noise: OdometryNoise = serde_json::from_value(value["robots"][1]["odometry"]["noise"].clone()).unwrap();
+        assert_eq!(noise, OdometryNoise { translation_sd_m: 0.5, ..OdometryNoise::none() });
     }
 
     #[test]

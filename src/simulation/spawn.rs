@@ -7,7 +7,7 @@ use crate::behaviour::BehaviourRegistry;
 use crate::behaviour::script::Script;
 use crate::belief::{Belief, team_from_pitch};
 use crate::collision::Contacts;
-use crate::communication::{Inbox, Outbox};
+use crate::communication::{Inbox, MessageStatistics, MessagesInFlight, Outbox};
 use crate::cycle::CycleClock;
 use crate::events::CycleEvents;
 use crate::geometry::Pose;
@@ -48,6 +48,8 @@ pub(super) fn start(world: &mut World, scenario: &Scenario) -> Result<(), Scenar
     world.insert_resource(scenario.field.clone());
     world.insert_resource(scenario.rules.clone());
     world.insert_resource(scenario.messages.clone());
+    world.insert_resource(MessagesInFlight::default());
+    world.insert_resource(MessageStatistics::default());
     world.insert_resource(clock_of(scenario));
     referee::start(world, &scenario.rules, &clock_of(scenario));
     world.insert_resource(CycleEvents::default());
