@@ -33,16 +33,22 @@ pub struct Ball;
 #[reflect(Component, @Knowledge::Truth)]
 pub struct BallVelocity(pub Vec2);
 
-/// What the ball is like.
+/// The ball's size and how it rolls and bounces.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Public)]
 pub struct BallPhysics {
-    /// Radius, m.
+    /// Radius, m: 0.03 (paper, section 3.1).
     pub radius_m: f32,
     /// How it slows down.
     pub rolling: Rolling,
-    /// Share of the approach speed that is left after a bounce.
+    /// Share of the approach speed that is left after a bounce: 0.4 (rUNSWift 2019).
     pub restitution: f32,
+}
+
+impl Default for BallPhysics {
+    fn default() -> Self {
+        Self { radius_m: 0.03, rolling: Rolling::default(), restitution: 0.4 }
+    }
 }
 
 /// The ball's way through the cycle under way.

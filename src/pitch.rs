@@ -172,16 +172,23 @@ pub struct GoalPost {
     pub colour: GoalColour,
 }
 
-/// A post as an entity of the simulation: a vertical cylinder at its [`Pose`](crate::geometry::Pose).
+/// A post as a thing on the pitch: a vertical cylinder that stands where its [`Pose`](crate::geometry::Pose) is.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Truth)]
 pub struct Post {
     /// Radius, m.
-    pub radius_m: f32,
+    pub radius: f32,
     /// Height, m.
-    pub height_m: f32,
-    /// The colour of a goal post; none for an extra post.
+    pub height: f32,
+    /// The colour of the goal that it belongs to; none for an extra post, which is no goal post but stands in the
+    /// way all the same.
     pub colour: Option<GoalColour>,
+}
+
+impl From<GoalPost> for Post {
+    fn from(post: GoalPost) -> Self {
+        Self { radius: post.radius, height: post.height, colour: Some(post.colour) }
+    }
 }
 
 /// A straight piece of line marking, at the centre of the line.

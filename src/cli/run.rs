@@ -17,7 +17,7 @@ use crate::events::{CycleEvents, MatchEvent};
 use crate::record::trace::{EndReason, TracePlugin, TraceRecorder, record_cycle};
 use crate::referee::Game;
 use crate::robot::Team;
-use crate::scenario::Scenario;
+use crate::scenario::{Scenario, ScenarioFile};
 use crate::simulation::{MatchApp, NaoisisPlugins};
 
 /// Runs longer than the clock of a match without one, s.
@@ -53,18 +53,18 @@ fn positive_seconds(word: &str) -> Result<f32, String> {
 
 /// Runs the command.
 pub fn run(arguments: &RunArguments) -> ExitCode {
-    let mut scenario = match Scenario::find(&arguments.scenario) {
-        Ok(scenario) => scenario,
-        Err(error) => return report::scenario_error(&error),
-    };
-    if let Some(seed) = arguments.seed {
-        scenario.seed = seed;
+    match ScenarioFile::find(&arguments.scenario) {
+        Ok(file) => run_scenario(file, arguments),
+        Err(error) => report::scenario_error(&error),
     }
-    run_scenario(scenario, arguments)
 }
 
 /// Runs a scenario with the command's other arguments.
-pub fn run_scenario(mut scenario: Scenario, arguments: &RunArguments) -> ExitCode {
+pub fn run_scenario(file: ScenarioFile, arguments: &RunArguments) -> ExitCode {
+    let ScenarioFile { mut scenario, source } = file;
+    if let Some(seed) = arguments.seed {
+        scenario.seed = seed;
+    }
     if arguments.duration.is_some() {
         scenario.duration_s = arguments.duration;
     }
@@ -74,8 +74,8 @@ pub fn run_scenario(mut scenario: Scenario, arguments: &RunArguments) -> ExitCod
         NaoisisPlugins,
         TracePlugin,
     ));
-    if let Err(error) = app.start_match(&scenario) {
-        return report::usage_error(&format!("{}: {error}", arguments.scenario));
+    if let Err(fault) = app.start_match(&scenario) {
+        return report::scenario_error(&source.error(&fault));
     }
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&interrupted);

@@ -41,6 +41,11 @@ pub struct Contacts {
 }
 
 impl Contacts {
+    /// The robots whose bases the ball touched in the last cycle, in the order in which it touched them.
+    pub fn robots_at_ball(&self) -> impl DoubleEndedIterator<Item = RobotId> + '_ {
+        self.touching.iter().filter(|(_, with)| *with == CollisionPartner::Ball).filter_map(|(robot, _)| *robot)
+    }
+
     /// Notes the contacts of a cycle, and keeps of `collisions` those that began in it.
     fn update(&mut self, collisions: &mut Vec<Collision>) {
         let mut began = Vec::new();
@@ -155,8 +160,7 @@ impl Scratch {
             self.bodies.push(RobotBody { start: previous.0, end: *pose, torso: bounds.torso });
         }
         self.cylinders.clear();
-        self.cylinders
-            .extend(posts.iter().map(|(pose, post)| Cylinder { centre: pose.position, radius: post.radius_m }));
+        self.cylinders.extend(posts.iter().map(|(pose, post)| Cylinder { centre: pose.position, radius: post.radius }));
         // Posts have no names; their places give them an order.
         self.cylinders.sort_by(|a, b| a.centre.x.total_cmp(&b.centre.x).then(a.centre.y.total_cmp(&b.centre.y)));
     }

@@ -256,6 +256,22 @@ impl Scenario {
         ScenarioFile::from_text(text, format, name).map(|file| file.scenario)
     }
 
+    /// Reads a scenario in JSON, as programs and tests write it.
+    ///
+    /// # Errors
+    /// What is wrong with the text, and where.
+    pub fn from_json(text: &str) -> Result<Scenario, ScenarioError> {
+        Self::from_text(text, Format::Json, "scenario")
+    }
+
+    /// Reads a scenario in RON, as programs and tests write it.
+    ///
+    /// # Errors
+    /// What is wrong with the text, and where.
+    pub fn from_ron(text: &str) -> Result<Scenario, ScenarioError> {
+        Self::from_text(text, Format::Ron, "scenario")
+    }
+
     /// The scenario as JSON with every field, presets filled in. It loads again as it is.
     ///
     /// # Errors

@@ -16,6 +16,7 @@ use crate::robot::kick::{KickRequest, KickSettings};
 use crate::robot::motion::MotionLimits;
 use crate::robot::{RobotId, Team};
 use crate::sensing::camera::CameraSettings;
+use crate::sensing::odometry::OdometrySettings;
 use crate::sensing::sonar::SonarSettings;
 use crate::sensing::vision::VisionSettings;
 
@@ -48,6 +49,8 @@ pub struct Scenario {
     pub head: HeadLimits,
     /// The sonars, unless a robot says otherwise.
     pub sonar: SonarSettings,
+    /// How exactly robots know their steps, unless they say otherwise.
+    pub odometry: OdometrySettings,
     /// The cameras.
     pub cameras: CameraSettings,
     /// What robots recognise, unless they say otherwise.
@@ -77,6 +80,7 @@ impl Default for Scenario {
             kicks: KickSettings::default(),
             head: HeadLimits::default(),
             sonar: SonarSettings::default(),
+            odometry: OdometrySettings::default(),
             cameras: CameraSettings::default(),
             vision: VisionSettings::default(),
             messages: MessageSettings::default(),
@@ -140,6 +144,9 @@ pub struct RobotSpec {
     /// Its own sonars.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sonar: Option<SonarSettings>,
+    /// How exactly it knows its steps.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub odometry: Option<OdometrySettings>,
     /// What it recognises.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub vision: Option<VisionSettings>,

@@ -74,7 +74,7 @@ fn check_invariants(
         velocity: velocity.0,
         radius: physics.radius_m,
     });
-    let posts = posts.iter().map(|(pose, post)| (pose.position, post.radius_m));
+    let posts = posts.iter().map(|(pose, post)| (pose.position, post.radius));
     broken_invariants(&robots_now, posts, ball, |message| {
         warn!("cycle {}: {message}", clock.cycle);
         events.push(MatchEvent::InvariantBroken { message });

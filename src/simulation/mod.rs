@@ -23,7 +23,7 @@ use bevy::prelude::*;
 pub mod invariants;
 mod spawn;
 
-pub use spawn::StartError;
+pub use spawn::MatchEntity;
 
 use crate::ball::{BallPlugin, BallVelocity};
 use crate::behaviour::BehaviourPlugin;
@@ -32,9 +32,15 @@ use crate::cycle::{CycleClock, CyclePlugin, run_cycle};
 use crate::events::{CycleEvents, MatchEvent};
 use crate::geometry::Pose;
 use crate::pitch::PitchPlugin;
-use crate::referee::{Game, GameState};
+use crate::referee::{Game, GameState, RefereePlugin};
 use crate::robot::{RobotId, RobotPlugin, Roster};
-use crate::scenario::Scenario;
+use crate::scenario::{Scenario, ScenarioFault};
+use crate::sensing::camera::CameraPlugin;
+use crate::sensing::odometry::OdometryPlugin;
+use crate::sensing::scene::ScenePlugin;
+use crate::sensing::sonar::SonarPlugin;
+use crate::sensing::status::BodyStatusPlugin;
+use crate::sensing::vision::VisionPlugin;
 
 /// Everything that a headless match needs: no window, no renderer, no assets.
 pub struct NaoisisPlugins;
@@ -47,7 +53,14 @@ impl PluginGroup for NaoisisPlugins {
             .add(RobotPlugin)
             .add(BallPlugin)
             .add(CollisionPlugin)
+            .add(ScenePlugin)
+            .add(CameraPlugin)
+            .add(VisionPlugin)
+            .add(SonarPlugin)
+            .add(OdometryPlugin)
+            .add(BodyStatusPlugin)
             .add(BehaviourPlugin)
+            .add(RefereePlugin)
             .add(invariants::InvariantPlugin)
     }
 }
@@ -57,9 +70,9 @@ pub trait MatchApp {
     /// Puts the scenario's match into the app, in place of any that is there.
     ///
     /// # Errors
-    /// [`StartError`] when the scenario contradicts itself or names a behaviour or team that is not registered; the
+    /// [`ScenarioFault`] when the scenario contradicts itself or names a behaviour or team that is not registered; the
     /// app is then as it was.
-    fn start_match(&mut self, scenario: &Scenario) -> Result<&mut Self, StartError>;
+    fn start_match(&mut self, scenario: &Scenario) -> Result<&mut Self, ScenarioFault>;
 
     /// Runs this many cycles.
     fn run_cycles(&mut self, count: usize) -> &mut Self;
@@ -95,7 +108,7 @@ pub trait MatchApp {
 }
 
 impl MatchApp for App {
-    fn start_match(&mut self, scenario: &Scenario) -> Result<&mut Self, StartError> {
+    fn start_match(&mut self, scenario: &Scenario) -> Result<&mut Self, ScenarioFault> {
         spawn::start(self.world_mut(), scenario)?;
         Ok(self)
     }

@@ -12,42 +12,17 @@ use crate::events::CycleEvents;
 use crate::geometry::Pose;
 use crate::pitch::{Pitch, Post};
 use crate::random::RandomStreams;
-use crate::referee::GameStatus;
+use crate::referee::{self, Game, formation};
 use crate::robot::body::BodyBounds;
 use crate::robot::head::{HeadAngles, HeadCommand};
 use crate::robot::kick::{KickCommand, KickPhase};
 use crate::robot::motion::{ExecutedStep, WalkCommand};
-use crate::robot::{PreviousPose, RobotId, Team, Velocity};
-use crate::scenario::{BehaviourSpec, RobotSpec, Scenario};
+use crate::robot::{PreviousPose, Team, Velocity};
+use crate::scenario::{BehaviourSpec, FieldPath, RobotSpec, Scenario, ScenarioFault};
 use crate::sensing::odometry::Odometry;
 use crate::sensing::sonar::SonarReading;
 use crate::sensing::status::BodyStatus;
 use crate::sensing::vision::Percepts;
-
-/// Why a match cannot be started.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum StartError {
-    /// A robot names a behaviour that is not registered.
-    #[error("robot {robot}: there is no behaviour `{name}`: expected one of {known}, or a script")]
-    UnknownBehaviour {
-        /// Which robot.
-        robot: RobotId,
-        /// The name.
-        name: String,
-        /// The names that would do.
-        known: String,
-    },
-    /// The scenario names a team that is not registered.
-    #[error("the {team} team: there is no team `{name}`: expected one of {known}")]
-    UnknownTeam {
-        /// Which team.
-        team: Team,
-        /// The name.
-        name: String,
-        /// The names that would do.
-        known: String,
-    },
-}
 
 /// Marks the entities of a match: robots, ball and posts.
 #[derive(Component, Clone, Copy, Default, Debug, Reflect)]
@@ -61,7 +36,8 @@ pub(super) fn ball_component<C: Component + Clone>(world: &World) -> Option<C> {
 }
 
 /// Replaces the match in the world by that of the scenario.
-pub(super) fn start(world: &mut World, scenario: &Scenario) -> Result<(), StartError> {
+pub(super) fn start(world: &mut World, scenario: &Scenario) -> Result<(), ScenarioFault> {
+    scenario.validate()?;
     let robots = robots_of(world, scenario)?;
     let mut old = world.query_filtered::<Entity, With<MatchEntity>>();
     let old: Vec<Entity> = old.iter(world).collect();
@@ -71,7 +47,8 @@ pub(super) fn start(world: &mut World, scenario: &Scenario) -> Result<(), StartE
     world.insert_resource(scenario.field.clone());
     world.insert_resource(scenario.rules.clone());
     world.insert_resource(scenario.messages.clone());
-    world.insert_resource(CycleClock { cycle: 0, period_s: scenario.cycle_s });
+    world.insert_resource(clock_of(scenario));
+    referee::start(world, &scenario.rules, &clock_of(scenario));
     world.insert_resource(CycleEvents::default());
     world.insert_resource(Contacts::default());
     spawn_posts(world, scenario);
@@ -83,39 +60,74 @@ pub(super) fn start(world: &mut World, scenario: &Scenario) -> Result<(), StartE
     Ok(())
 }
 
-/// The scenario's robots, or those of the two teams that it names, lined up for a kick-off; all behaviours exist.
-fn robots_of(world: &World, scenario: &Scenario) -> Result<Vec<RobotSpec>, StartError> {
-    let _ = scenario;
+/// The scenario's robots, or those of the two teams that it names, lined up for a kick-off, ordered by id. All of
+/// their behaviours exist.
+fn robots_of(world: &World, scenario: &Scenario) -> Result<Vec<RobotSpec>, ScenarioFault> {
     let registry = world.resource::<BehaviourRegistry>();
-    let mut robots = scenario.robots.clone();
-    robots.sort_by_key(RobotSpec::id);
-    for robot in &robots {
+    for (index, robot) in scenario.robots.iter().enumerate() {
         if let BehaviourSpec::Named(name) = &robot.behaviour
             && registry.marker_of(name).is_none()
         {
-            return Err(StartError::UnknownBehaviour {
-                robot: robot.id(),
-                name: name.clone(),
-                known: registry.behaviour_names().collect::<Vec<_>>().join(", "),
-            });
+            return Err(ScenarioFault::new(
+                FieldPath::default().field("robots").index(index).field("behaviour"),
+                format!("there is no behaviour `{name}`"),
+                format!("a script, or one of {}", quoted(registry.behaviour_names())),
+            ));
         }
     }
+    let mut robots = scenario.robots.clone();
+    if let Some(teams) = &scenario.teams {
+        robots.extend(line_up(scenario, registry, Team::Blue, &teams.blue)?);
+        robots.extend(line_up(scenario, registry, Team::Pink, &teams.pink)?);
+    }
+    robots.sort_by_key(RobotSpec::id);
     Ok(robots)
+}
+
+/// The robots of a registered team at their places for the first kick-off.
+fn line_up(
+    scenario: &Scenario,
+    registry: &BehaviourRegistry,
+    team: Team,
+    name: &str,
+) -> Result<Vec<RobotSpec>, ScenarioFault> {
+    let Some(recipe) = registry.team(name) else {
+        return Err(ScenarioFault::new(
+            FieldPath::default().field("teams").field(team.name()),
+            format!("there is no team `{name}`"),
+            format!("one of {}", quoted(registry.teams().map(|(name, _)| name))),
+        ));
+    };
+    let size = scenario.rules.team_size;
+    let game = Game::at_start(&scenario.rules, &clock_of(scenario));
+    Ok((1..=size)
+        .map(|number| RobotSpec {
+            team,
+            number,
+            pose: formation(&scenario.field, size, number, game.own_end(team), game.kick_off_team == team),
+            behaviour: BehaviourSpec::Named((recipe.behaviour_of)(number, size).to_owned()),
+            ..RobotSpec::default()
+        })
+        .collect())
+}
+
+fn clock_of(scenario: &Scenario) -> CycleClock {
+    CycleClock { cycle: 0, period_s: scenario.cycle_s }
+}
+
+fn quoted<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    names.map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
 }
 
 fn spawn_posts(world: &mut World, scenario: &Scenario) {
     for post in Pitch::goal_posts(&scenario.field) {
-        world.spawn((
-            MatchEntity,
-            Pose { position: post.position, heading: 0.0 },
-            Post { radius_m: post.radius, height_m: post.height, colour: Some(post.colour) },
-        ));
+        world.spawn((MatchEntity, Pose { position: post.position, heading: 0.0 }, Post::from(post)));
     }
     for post in &scenario.posts {
         world.spawn((
             MatchEntity,
             Pose { position: post.position_m, heading: 0.0 },
-            Post { radius_m: post.radius_m, height_m: post.height_m, colour: None },
+            Post { radius: post.radius_m, height: post.height_m, colour: None },
         ));
     }
 }
@@ -147,7 +159,7 @@ fn spawn_robot(world: &mut World, scenario: &Scenario, robot: &RobotSpec) {
         (scenario.kicks, KickCommand::default(), KickPhase::default()),
         (robot.sonar.unwrap_or(scenario.sonar), SonarReading::default()),
         (scenario.cameras, robot.vision.clone().unwrap_or_else(|| scenario.vision.clone()), Percepts::default()),
-        (Odometry::default(), BodyStatus::default(), GameStatus::default()),
+        (robot.odometry.unwrap_or(scenario.odometry), Odometry::default(), BodyStatus::default()),
         (Outbox::default(), Inbox::default()),
         RandomStreams::new(scenario.seed, id),
     ));

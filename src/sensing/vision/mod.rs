@@ -1,12 +1,74 @@
 //! What the cameras recognise.
+//!
+//! **What it measures.** [`Percepts`]: the ball, goal posts with their colour, robots with their team by the waistband,
+//! stretches of line, line junctions (L, T, X), penalty crosses and the centre circle. Of each, the pixel in the
+//! camera's image, and the place on the ground that follows from that pixel and from where the robot, by its measured
+//! head angles, thinks that its camera looks. No image is rendered for it: what is in view follows from the
+//! [camera model](crate::sensing::camera::model), and from what hides it, robots' boxes and posts.
+//!
+//! | class | counts as seen when | measured at |
+//! |---|---|---|
+//! | ball | 3 of 5 points of its disc (centre, left, right, above, below) are visible | its centre, a ball's radius above the ground |
+//! | goal post | 2 of 5 points of its axis are visible | its foot; if that is not visible its top; else by its apparent width |
+//! | robot | 3 of 9 points of its waistband (25 to 35 cm high) are visible | its foot; else its waistband, at the height of which something is visible |
+//! | line | a stretch of at least 10 pixels is in the image, and 2 of 3 points of it are visible | both ends of the stretch |
+//! | junction, cross | it is visible | itself |
+//! | centre circle | 3 of 8 points of it are visible | its centre, wherever that is |
+//!
+//! A visible point is in the image, and no robot or post is in front of it. A thing that both cameras see is one
+//! percept, from the camera which sees its foot, or else nearer to the middle of the image; of a line each camera
+//! reports its own stretch. Percepts come in the order of the image from left to right, so that their order tells
+//! nothing more.
+//!
+//! **Units and rate.** Pixels and metres, the robot frame; once a cycle, both cameras.
+//!
+//! **Noise** lives in the image ([`VisionNoise`]): the pixel's spread, misses, false detections and a greatest distance
+//! for each class, and an error of the head angles, which puts the cameras elsewhere than the robot thinks. So the
+//! error of a place grows with the square of its distance, as it does on the robot. The preset `default` has the
+//! figures of B-Human's simulator of its own vision.
+//!
+//! **Truth** ([`VisionSource::Truth`]) is for debugging: everything on the pitch in its true place, wherever the robot
+//! looks and whatever is in the way.
+//!
+//! **The real NAO** in 2011 found colours in 160 x 120 or 320 x 240 images at 15 to 30 images per second, knew its camera's
+//! pose to about a degree, and saw a ball at up to 3 m, goals across the pitch.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use crate::cycle::Cycle;
+use crate::geometry::Pose;
 use crate::knowledge::Knowledge;
 use crate::pitch::{GoalColour, JunctionShape};
-use crate::robot::Team;
-use crate::sensing::camera::CameraSide;
+use crate::random::RandomStreams;
+use crate::robot::head::HeadAngles;
+use crate::robot::{RobotId, Team};
+use crate::sensing::camera::{CameraSettings, CameraSide};
+use crate::sensing::scene::{Scene, ScenePlugin, SensingSystems};
+
+mod geometric;
+mod landmarks;
+mod noise;
+mod occlusion;
+mod truth;
+
+use geometric::Observer;
+pub use noise::{ClassNoise, VisionNoise};
+use occlusion::Occluders;
+
+/// Fills every robot's [`Percepts`].
+pub struct VisionPlugin;
+
+impl Plugin for VisionPlugin {
+    fn build(&self, app: &mut App) {
+        if !app.is_plugin_added::<ScenePlugin>() {
+            app.add_plugins(ScenePlugin);
+        }
+        app.register_type::<VisionSettings>()
+            .register_type::<Percepts>()
+            .add_systems(Cycle, recognise.in_set(SensingSystems::Vision));
+    }
+}
 
 /// A ball in an image.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
@@ -95,6 +157,28 @@ pub struct Percepts {
     pub landmarks: Vec<LandmarkPercept>,
 }
 
+impl Percepts {
+    /// Forgets everything, and keeps the memory.
+    pub fn clear(&mut self) {
+        let Percepts { ball, goal_posts, robots, landmarks } = self;
+        *ball = None;
+        goal_posts.clear();
+        robots.clear();
+        landmarks.clear();
+    }
+
+    /// Puts everything in the order of the images: upper camera first, from left to right.
+    fn sort(&mut self) {
+        self.goal_posts.sort_unstable_by(|a, b| image_order((a.camera, a.pixel), (b.camera, b.pixel)));
+        self.robots.sort_unstable_by(|a, b| image_order((a.camera, a.pixel), (b.camera, b.pixel)));
+        self.landmarks.sort_unstable_by(|a, b| image_order((a.camera, a.pixel), (b.camera, b.pixel)));
+    }
+}
+
+fn image_order(a: (CameraSide, Vec2), b: (CameraSide, Vec2)) -> core::cmp::Ordering {
+    a.0.cmp(&b.0).then(a.1.x.total_cmp(&b.1.x)).then(a.1.y.total_cmp(&b.1.y))
+}
+
 /// Where a robot's percepts come from.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -106,13 +190,9 @@ pub enum VisionSource {
     Truth,
 }
 
-/// Errors of the geometric vision.
-#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct VisionNoise {}
-
 /// What a robot recognises in its images, and how well.
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[require(Percepts, CameraSettings)]
 #[reflect(Component, @Knowledge::Public)]
 #[serde(default, deny_unknown_fields)]
 pub struct VisionSettings {
@@ -121,3 +201,35 @@ pub struct VisionSettings {
     /// Errors of the geometric vision.
     pub noise: VisionNoise,
 }
+
+fn recognise(
+    scene: Res<Scene>,
+    mut occluders: Local<Occluders>,
+    mut robots: Query<(
+        &RobotId,
+        &Pose,
+        &HeadAngles,
+        &CameraSettings,
+        &VisionSettings,
+        &mut Percepts,
+        &mut RandomStreams,
+    )>,
+) {
+    for (&id, &pose, &head, camera, settings, mut percepts, mut streams) in &mut robots {
+        percepts.clear();
+        let stream = &mut streams.vision;
+        let own_index = scene.robots.iter().position(|robot| robot.id == id);
+        match settings.source {
+            VisionSource::Truth => truth::know_everything(&mut percepts, &scene, own_index, pose, camera, head),
+            VisionSource::Geometric => {
+                occluders.gather(&scene, own_index, pose);
+                let mut observer = Observer::new(camera, head, pose, &settings.noise, &occluders, stream);
+                observer.recognise_everything(&mut percepts, &scene, own_index);
+            }
+        }
+        percepts.sort();
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,363 @@
+//! The camera model: where each lens is, what it looks at, and how points, pixels and the ground relate.
+//!
+//! Pure geometry in the robot frame, computed once per camera and cycle ([`CameraView::both`]) and cheap from then
+//! on. The vision, the renderers and the overlays all use this one model.
+//!
+//! Table 1(a) of the paper gives the lens positions at zero head angles. A lens turns with the head about the
+//! [`NECK`]; the top camera looks along the head's x axis, the bottom camera [`BOTTOM_TILT`] further down. Both are
+//! pinholes with square pixels and the principal point at the image's centre: at 320 x 240 and 58° along the
+//! diagonal, the focal length is 200 px / tan 29° = 360.81 px.
+
+use bevy::math::ops;
+use bevy::prelude::*;
+
+use super::{CameraSettings, CameraSide};
+use crate::geometry::unit;
+use crate::robot::head::HeadAngles;
+
+/// The point about which the head turns, m, robot frame (NAO V3.2: straight legs, 459.5 mm).
+pub const NECK: Vec3 = Vec3::new(0.0, 0.0, 0.4595);
+
+/// How much further down the bottom camera looks than the top one, radians: 40° (paper, section 3.1).
+pub const BOTTOM_TILT: f32 = 0.698_131_7;
+
+/// Cosine and sine of [`BOTTOM_TILT`].
+const BOTTOM_TILT_UNIT: Vec2 = Vec2::new(0.766_044_44, 0.642_787_6);
+
+/// Nearer than this to the plane of the lens, a point has no pixel, m.
+const NEAR_PLANE_M: f32 = 1e-3;
+
+impl CameraSide {
+    /// The lens at zero head angles, m, robot frame (paper, Table 1a).
+    pub const fn lens(self) -> Vec3 {
+        match self {
+            CameraSide::Top => Vec3::new(0.0539, 0.0, 0.5372),
+            CameraSide::Bottom => Vec3::new(0.0488, 0.0, 0.4709),
+        }
+    }
+
+    /// How far below the head's x axis the camera looks, radians.
+    pub const fn tilt(self) -> f32 {
+        match self {
+            CameraSide::Top => 0.0,
+            CameraSide::Bottom => BOTTOM_TILT,
+        }
+    }
+
+    const fn tilt_unit(self) -> Vec2 {
+        match self {
+            CameraSide::Top => Vec2::X,
+            CameraSide::Bottom => BOTTOM_TILT_UNIT,
+        }
+    }
+}
+
+/// The pinhole: focal length, principal point and size of the image.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct CameraIntrinsics {
+    /// Focal length, pixels.
+    pub focal_length: f32,
+    /// The principal point [u, v], pixels: the image's centre.
+    pub centre: Vec2,
+    /// Width and height of the image, pixels.
+    pub size: Vec2,
+}
+
+impl From<&CameraSettings> for CameraIntrinsics {
+    fn from(settings: &CameraSettings) -> Self {
+        let size = Vec2::new(settings.width as f32, settings.height as f32);
+        let focal_length = size.length() / 2.0 / ops::tan(settings.diagonal_fov / 2.0);
+        Self { focal_length, centre: size / 2.0, size }
+    }
+}
+
+/// One camera at one instant: its pinhole and where it is in the robot frame.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct CameraView {
+    /// The pinhole.
+    pub intrinsics: CameraIntrinsics,
+    /// The lens, m, robot frame.
+    pub lens: Vec3,
+    /// The direction of the image's u axis, unit vector, robot frame.
+    pub right: Vec3,
+    /// The direction of the image's v axis, unit vector, robot frame.
+    pub down: Vec3,
+    /// The direction in which the camera looks, unit vector, robot frame.
+    pub forward: Vec3,
+}
+
+impl CameraView {
+    /// The view of one camera of a head at these angles.
+    pub fn new(intrinsics: CameraIntrinsics, side: CameraSide, head: HeadAngles) -> Self {
+        Self::from_units(intrinsics, side, unit(head.yaw), unit(head.pitch))
+    }
+
+    /// The views of both cameras, in the order of [`CameraSide::BOTH`].
+    pub fn both(intrinsics: CameraIntrinsics, head: HeadAngles) -> [Self; 2] {
+        let (yaw, pitch) = (unit(head.yaw), unit(head.pitch));
+        CameraSide::BOTH.map(|side| Self::from_units(intrinsics, side, yaw, pitch))
+    }
+
+    /// From the unit vectors at the head's yaw and pitch. The head's rotation is Rz(yaw) Ry(pitch).
+    fn from_units(intrinsics: CameraIntrinsics, side: CameraSide, yaw: Vec2, pitch: Vec2) -> Self {
+        let offset = side.lens() - NECK;
+        let lens_ahead = offset.x * pitch.x + offset.z * pitch.y;
+        let lens_up = offset.z * pitch.x - offset.x * pitch.y;
+        let gaze = pitch.rotate(side.tilt_unit());
+        Self {
+            intrinsics,
+            lens: NECK + Vec3::new(yaw.x * lens_ahead, yaw.y * lens_ahead, lens_up),
+            right: Vec3::new(yaw.y, -yaw.x, 0.0),
+            down: Vec3::new(-yaw.x * gaze.y, -yaw.y * gaze.y, -gaze.x),
+            forward: Vec3::new(yaw.x * gaze.x, yaw.y * gaze.x, -gaze.y),
+        }
+    }
+
+    /// The rotation from the camera's axes (right, down, forward) to the robot frame.
+    pub fn robot_from_camera(&self) -> Mat3 {
+        Mat3::from_cols(self.right, self.down, self.forward)
+    }
+
+    /// A point of the robot frame in the camera's frame: to the right, down and ahead of the lens, m.
+    pub fn camera_from_robot(&self, point: Vec3) -> Vec3 {
+        let offset = point - self.lens;
+        Vec3::new(self.right.dot(offset), self.down.dot(offset), self.forward.dot(offset))
+    }
+
+    /// The pixel of a point in front of the lens (robot frame, m), inside the image or not.
+    pub fn project(&self, point: Vec3) -> Option<Vec2> {
+        let in_camera = self.camera_from_robot(point);
+        (in_camera.z >= NEAR_PLANE_M).then(|| self.pixel_of(in_camera))
+    }
+
+    /// The pixel of a point anywhere: that of [`CameraView::project`] where there is one. A point behind the lens
+    /// is treated as if it were just before it, far outside the image on the right side.
+    pub fn project_anywhere(&self, point: Vec3) -> Vec2 {
+        let in_camera = self.camera_from_robot(point);
+        self.pixel_of(Vec3 { z: in_camera.z.max(NEAR_PLANE_M), ..in_camera })
+    }
+
+    /// The pixel of a point of the robot frame, m, if it is in the image.
+    pub fn pixel_in_image(&self, point: Vec3) -> Option<Vec2> {
+        self.project(point).filter(|&pixel| self.contains(pixel))
+    }
+
+    /// Whether a pixel is in the image: [0, width) x [0, height).
+    pub fn contains(&self, pixel: Vec2) -> bool {
+        let size = self.intrinsics.size;
+        pixel.x >= 0.0 && pixel.y >= 0.0 && pixel.x < size.x && pixel.y < size.y
+    }
+
+    /// The direction in which a pixel looks, robot frame, with a unit component along [`CameraView::forward`].
+    pub fn ray(&self, pixel: Vec2) -> Vec3 {
+        let slope = (pixel - self.intrinsics.centre) / self.intrinsics.focal_length;
+        self.forward + slope.x * self.right + slope.y * self.down
+    }
+
+    /// Where a pixel looks on the plane `height` m above the ground: x and y in the robot frame, m. None when it
+    /// looks along or away from that plane.
+    pub fn point_at_height(&self, pixel: Vec2, height: f32) -> Option<Vec2> {
+        let ray = self.ray(pixel);
+        let distance = (height - self.lens.z) / ray.z;
+        (distance.is_finite() && distance > 0.0).then(|| self.lens.truncate() + distance * ray.truncate())
+    }
+
+    /// Where a pixel looks on the ground: x and y in the robot frame, m. None above the horizon.
+    pub fn ground_point(&self, pixel: Vec2) -> Option<Vec2> {
+        self.point_at_height(pixel, 0.0)
+    }
+
+    /// The part of the segment from `start` to `end` (robot frame, m) that is in the image, as shares of its length
+    /// from its start. None when none of it is.
+    pub fn visible_part(&self, start: Vec3, end: Vec3) -> Option<[f32; 2]> {
+        let (start, end) = (self.camera_from_robot(start), self.camera_from_robot(end));
+        let CameraIntrinsics { focal_length, centre, size } = self.intrinsics;
+        let far_corner = size - centre;
+        // Each plane of the view's frustum as its signed "inside" distance at both ends (Liang and Barsky, 1984).
+        let planes = |point: Vec3| {
+            let Vec3 { x, y, z } = point;
+            [
+                z - NEAR_PLANE_M,
+                focal_length * x + centre.x * z,
+                far_corner.x * z - focal_length * x,
+                focal_length * y + centre.y * z,
+                far_corner.y * z - focal_length * y,
+            ]
+        };
+        let (at_start, at_end) = (planes(start), planes(end));
+        let mut part = [0.0f32, 1.0];
+        for (inside_start, inside_end) in at_start.into_iter().zip(at_end) {
+            if inside_start < 0.0 && inside_end < 0.0 {
+                return None;
+            }
+            if inside_start < 0.0 {
+                part[0] = part[0].max(inside_start / (inside_start - inside_end));
+            } else if inside_end < 0.0 {
+                part[1] = part[1].min(inside_start / (inside_start - inside_end));
+            }
+        }
+        (part[0] < part[1]).then_some(part)
+    }
+
+    /// The nearest point of the image to a pixel.
+    pub fn clamp_to_image(&self, pixel: Vec2) -> Vec2 {
+        // The right and lower edges are not part of the image.
+        pixel.clamp(Vec2::ZERO, self.intrinsics.size - Vec2::splat(1e-3))
+    }
+
+    /// The distance of a pixel from the image's centre, squared, pixels².
+    pub fn offset_from_centre_squared(&self, pixel: Vec2) -> f32 {
+        pixel.distance_squared(self.intrinsics.centre)
+    }
+
+    fn pixel_of(&self, in_camera: Vec3) -> Vec2 {
+        self.intrinsics.centre + in_camera.truncate() * (self.intrinsics.focal_length / in_camera.z)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::to_radians;
+    use approx::assert_abs_diff_eq;
+
+    fn view(side: CameraSide, yaw_deg: f32, pitch_deg: f32) -> CameraView {
+        let head = HeadAngles { yaw: to_radians(yaw_deg), pitch: to_radians(pitch_deg) };
+        CameraView::new((&CameraSettings::default()).into(), side, head)
+    }
+
+    #[track_caller]
+    fn assert_pixel(view: CameraView, point: [f32; 3], pixel: [f32; 2]) {
+        let actual = view.project(point.into()).unwrap();
+        assert_abs_diff_eq!(actual.x, pixel[0], epsilon = 0.02);
+        assert_abs_diff_eq!(actual.y, pixel[1], epsilon = 0.02);
+    }
+
+    #[test]
+    fn the_focal_length_follows_from_the_diagonal() {
+        // Half of the diagonal of 320 x 240 is 200 px; 200 / tan 29° = 360.81.
+        let intrinsics = CameraIntrinsics::from(&CameraSettings::default());
+        assert_abs_diff_eq!(intrinsics.focal_length, 360.81, epsilon = 0.005);
+        assert_abs_diff_eq!(ops::cos(BOTTOM_TILT), BOTTOM_TILT_UNIT.x, epsilon = 1e-7);
+        assert_abs_diff_eq!(ops::sin(BOTTOM_TILT), BOTTOM_TILT_UNIT.y, epsilon = 1e-7);
+        assert_abs_diff_eq!(BOTTOM_TILT, to_radians(40.0), epsilon = 1e-7);
+    }
+
+    #[test]
+    fn a_level_top_camera_sees_what_is_ahead_in_the_middle() {
+        let level = view(CameraSide::Top, 0.0, 0.0);
+        assert_pixel(level, [2.0539, 0.0, 0.5372], [160.0, 120.0]);
+        // 0.5 m to the left at 2 m: 360.81 * 0.25 = 90.20 px left of the centre.
+        assert_pixel(level, [2.0539, 0.5, 0.5372], [160.0 - 90.20, 120.0]);
+        // On the ground at 2 m: 360.81 * 0.5372 / 2 = 96.91 px below the centre.
+        assert_pixel(level, [2.0539, 0.0, 0.0], [160.0, 120.0 + 96.91]);
+        assert_eq!(level.project(Vec3::new(0.0, 0.0, 0.5)), None);
+    }
+
+    #[test]
+    fn turning_the_head_turns_the_lens_and_the_view() {
+        // At 90° to the left, the lens is 5.39 cm to the left of the neck and looks along +y.
+        let left = view(CameraSide::Top, 90.0, 0.0);
+        assert_abs_diff_eq!(left.lens, Vec3::new(0.0, 0.0539, 0.5372), epsilon = 1e-6);
+        // What is ahead of the robot is to the right in the image.
+        assert_pixel(left, [0.5, 2.0539, 0.5372], [160.0 + 90.20, 120.0]);
+        let right = view(CameraSide::Top, -120.0, 0.0);
+        // Looks along (cos -120°, sin -120°) = (-0.5, -0.8660).
+        assert_pixel(right, [-0.5 * 2.0539, -0.866_025 * 2.0539, 0.5372], [160.0, 120.0]);
+    }
+
+    #[test]
+    fn nodding_moves_the_lens_about_the_neck() {
+        // Lens offset (0.0539, 0.0777) turned down by 30°: x = 0.0539 cos 30 + 0.0777 sin 30 = 0.08553,
+        // z = 0.4595 - 0.0539 sin 30 + 0.0777 cos 30 = 0.49984.
+        let down = view(CameraSide::Top, 0.0, 30.0);
+        assert_abs_diff_eq!(down.lens, Vec3::new(0.085_53, 0.0, 0.499_84), epsilon = 1e-5);
+        // The middle of the image looks at x = 0.08553 + 0.49984 / tan 30° = 0.95128.
+        let ground = down.ground_point(down.intrinsics.centre).unwrap();
+        assert_abs_diff_eq!(ground, Vec2::new(0.951_28, 0.0), epsilon = 1e-4);
+        // Up by 35° nothing of the ground is in the image of the top camera: its lower edge looks 35° - 18.4° up.
+        let up = view(CameraSide::Top, 0.0, -35.0);
+        assert_eq!(up.ground_point(Vec2::new(160.0, 239.9)), None);
+    }
+
+    #[test]
+    fn the_bottom_camera_looks_40_degrees_further_down() {
+        // x = 0.0488 + 0.4709 / tan 40° = 0.6100.
+        let level = view(CameraSide::Bottom, 0.0, 0.0);
+        assert_abs_diff_eq!(level.ground_point(Vec2::new(160.0, 120.0)).unwrap().x, 0.6100, epsilon = 1e-4);
+        assert_pixel(level, [0.6100, 0.0, 0.0], [160.0, 120.0]);
+        // Head to the left by 40° and down by 10°: the lens is (0.0488 cos 10 + 0.0114 sin 10) = 0.05004 ahead of
+        // the neck and 0.4595 - 0.0488 sin 10 + 0.0114 cos 10 = 0.46225 high; the centre looks 50° down:
+        // 0.05004 + 0.46225 / tan 50° = 0.43791 along the yaw.
+        let turned = view(CameraSide::Bottom, 40.0, 10.0);
+        let ground = turned.ground_point(turned.intrinsics.centre).unwrap();
+        assert_abs_diff_eq!(ground, 0.437_91 * unit(to_radians(40.0)), epsilon = 1e-4);
+    }
+
+    #[test]
+    fn the_visible_stretch_of_floor_with_a_level_head() {
+        // Half the vertical opening is atan(120 / 360.81) = 18.396°.
+        // Top: 0.0539 + 0.5372 / tan 18.396° = 1.669 m to the horizon.
+        let top = view(CameraSide::Top, 0.0, 0.0);
+        assert_abs_diff_eq!(top.ground_point(Vec2::new(160.0, 240.0)).unwrap().x, 1.669, epsilon = 5e-4);
+        assert_eq!(top.ground_point(Vec2::new(160.0, 120.0)), None);
+        // Bottom: 0.0488 + 0.4709 / tan(40° + 18.396°) = 0.339 to 0.0488 + 0.4709 / tan(40° - 18.396°) = 1.238.
+        let bottom = view(CameraSide::Bottom, 0.0, 0.0);
+        assert_abs_diff_eq!(bottom.ground_point(Vec2::new(160.0, 240.0)).unwrap().x, 0.339, epsilon = 5e-4);
+        assert_abs_diff_eq!(bottom.ground_point(Vec2::new(160.0, 0.0)).unwrap().x, 1.238, epsilon = 5e-4);
+    }
+
+    #[test]
+    fn a_ball_at_the_feet_needs_a_nod_of_19_degrees() {
+        // The paper's kicks want the ball from 10 cm on. A point of the ground at 15 cm comes into view where the lower
+        // edge of the image, 58.396° + pitch below the horizontal, meets it: at a pitch of 19.17°, as the lens is then
+        // at x = 0.0488 cos 19.17 + 0.0114 sin 19.17 = 0.04984 and z = 0.4595 - 0.0488 sin 19.17 + 0.0114 cos 19.17 =
+        // 0.45424, and tan(77.566°) = 4.5354 = 0.45424 / (0.15 - 0.04984).
+        let ball = Vec3::new(0.15, 0.0, 0.0);
+        assert_eq!(view(CameraSide::Bottom, 0.0, 19.1).pixel_in_image(ball), None);
+        assert!(view(CameraSide::Bottom, 0.0, 19.25).pixel_in_image(ball).is_some());
+    }
+
+    #[test]
+    fn pixel_and_ray_are_inverse_in_any_head_pose() {
+        for (side, yaw, pitch) in
+            [(CameraSide::Top, 33.0, 17.0), (CameraSide::Bottom, -75.0, -20.0), (CameraSide::Top, -120.0, 30.0)]
+        {
+            let view = view(side, yaw, pitch);
+            for pixel in [Vec2::new(0.0, 0.0), Vec2::new(319.0, 100.0), Vec2::new(47.5, 239.5)] {
+                let back = view.project(view.lens + 1.7 * view.ray(pixel)).unwrap();
+                assert_abs_diff_eq!(back, pixel, epsilon = 1e-3);
+                if let Some(ground) = view.ground_point(pixel) {
+                    assert_abs_diff_eq!(view.project(ground.extend(0.0)).unwrap(), pixel, epsilon = 0.02);
+                }
+            }
+            // The axes are a right-handed orthonormal frame.
+            assert_abs_diff_eq!(view.right.cross(view.down), view.forward, epsilon = 1e-6);
+            assert_abs_diff_eq!(view.robot_from_camera().determinant(), 1.0, epsilon = 1e-6);
+        }
+    }
+
+    #[test]
+    fn the_image_includes_its_left_and_upper_edges_only() {
+        let view = view(CameraSide::Top, 0.0, 0.0);
+        assert!(view.contains(Vec2::ZERO) && view.contains(Vec2::new(319.99, 239.99)));
+        assert!(!view.contains(Vec2::new(320.0, 100.0)) && !view.contains(Vec2::new(100.0, -0.01)));
+    }
+
+    #[test]
+    fn a_segment_is_clipped_at_the_edges_of_the_image() {
+        // A line across the view at x = 2.0539: 2 m ahead of the lens, visible to 160 / 360.81 * 2 = 0.88689 m on
+        // either side. Of a segment from y = -2 to 2 that is (2 ± 0.88689) / 4.
+        let top = view(CameraSide::Top, 0.0, 0.0);
+        let part = top.visible_part(Vec3::new(2.0539, -2.0, 0.0), Vec3::new(2.0539, 2.0, 0.0)).unwrap();
+        assert_abs_diff_eq!(part[0], (2.0 - 0.886_89) / 4.0, epsilon = 1e-4);
+        assert_abs_diff_eq!(part[1], (2.0 + 0.886_89) / 4.0, epsilon = 1e-4);
+        // Away from the robot along y = 0, from behind it to 5 m ahead: visible from 1.669 m on.
+        let part = top.visible_part(Vec3::new(-5.0, 0.0, 0.0), Vec3::new(5.0, 0.0, 0.0)).unwrap();
+        assert_abs_diff_eq!(-5.0 + 10.0 * part[0], 1.669, epsilon = 1e-3);
+        assert_eq!(part[1], 1.0);
+        // Behind the robot, or beside the view: nothing.
+        assert_eq!(top.visible_part(Vec3::new(-1.0, -1.0, 0.0), Vec3::new(-1.0, 1.0, 0.0)), None);
+        assert_eq!(top.visible_part(Vec3::new(1.0, 3.0, 0.0), Vec3::new(3.0, 3.0, 0.0)), None);
+    }
+}

@@ -1,0 +1,290 @@
+//! The two sonars (paper, section 3.1 and Fig. 4).
+//!
+//! **What they measure.** Each sonar hears the nearest point of another robot's torso or of a post inside a sector of
+//! ±18° about its direction, 19.48° to the left or right of the robot's x axis. The apex is the robot's centre, and
+//! distances are taken at the sonar's height, 0.40 m: the ball is too low to be heard, and so are legs. The sonars
+//! are in the chest, so they turn with the body and not with the head.
+//!
+//! **Units, range and rate.** Metres, from 0.15 to 0.75. Without an echo in that range there is no reading. A thing
+//! nearer than the minimum gives no reading either, and hides what is behind it: the manual of 2010 says that "under
+//! 15 cm there is no distance information". One reading a cycle.
+//!
+//! **Noise.** [`SonarNoise`] is added to the distance of an echo, and the sum is held within the range; a missed echo
+//! ([`SonarSettings::miss_probability`]) is no reading. The default is a normal distribution with 1 cm standard deviation
+//! and no misses: the sensor's resolution is 1 cm, and NaoDevils' simulator has ±1 cm too, and misses 10 % of the echoes.
+//! Noise of your own: set [`SonarNoise::None`] and change the [`SonarReading`] in a system in
+//! [`SensingSystems::Custom`], with its random numbers from a [`RandomStream`] of its own.
+//!
+//! **The real NAO** measures every 100 ms, both sonars hear each other's pulses, and the effective cone is given as 60°.
+//! rUNSWift's report of 2010 found spikes ([`SonarNoise::Outliers`]) and readings beyond 1 m unreliable.
+//!
+//! ```
+//! use bevy::prelude::*;
+//! use naoisis::cycle::{Cycle, CycleSystems};
+//! use naoisis::random::RandomStream;
+//! use naoisis::sensing::scene::SensingSystems;
+//! use naoisis::sensing::sonar::SonarReading;
+//!
+//! /// An old sonar, whose readings are multiples of 5 cm.
+//! fn coarse_readings(mut sonars: Query<&mut SonarReading>) {
+//!     for mut reading in &mut sonars {
+//!         reading.left = reading.left.map(|distance| (distance * 20.0).round() / 20.0);
+//!     }
+//! }
+//!
+//! fn plugin(app: &mut App) {
+//!     app.add_systems(Cycle, coarse_readings.in_set(SensingSystems::Custom));
+//! }
+//! ```
+
+use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use crate::cycle::Cycle;
+use crate::geometry::{Pose, file_units, to_radians, unit, unrotate};
+use crate::knowledge::Knowledge;
+use crate::random::{RandomStream, RandomStreams};
+use crate::robot::RobotId;
+use crate::sensing::scene::{Scene, ScenePlugin, ScenePost, SceneRobot, SensingSystems};
+
+pub mod sector;
+
+use sector::{Sector, nearer};
+
+/// The ends of the range belong to it, give or take what single precision makes of a distance, m.
+const EDGE_M: f32 = 1e-6;
+
+/// Fills every robot's [`SonarReading`].
+pub struct SonarPlugin;
+
+impl Plugin for SonarPlugin {
+    fn build(&self, app: &mut App) {
+        if !app.is_plugin_added::<ScenePlugin>() {
+            app.add_plugins(ScenePlugin);
+        }
+        app.register_type::<SonarSettings>()
+            .register_type::<SonarReading>()
+            .add_systems(Cycle, measure_distances.in_set(SensingSystems::Sonar));
+    }
+}
+
+/// What the two sonars measured in this cycle, m; nothing in range is no reading.
+#[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[reflect(Component, @Knowledge::Sensor)]
+pub struct SonarReading {
+    /// The left sonar's distance, m.
+    pub left: Option<f32>,
+    /// The right sonar's distance, m.
+    pub right: Option<f32>,
+}
+
+/// Where a robot's sonar readings come from.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SonarSource {
+    /// From the echoes in the sector.
+    #[default]
+    Echo,
+    /// Perfect, for debugging: exact and at any distance, but in the sector still.
+    Truth,
+}
+
+/// The error of a measured distance. In files also `"default"`: that of [`SonarSettings::default`].
+#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", from = "SonarNoiseForm")]
+pub enum SonarNoise {
+    /// Exact distances.
+    #[default]
+    None,
+    /// Normally distributed.
+    Gaussian {
+        /// Standard deviation, m.
+        sd_m: f32,
+    },
+    /// Uniformly distributed.
+    Uniform {
+        /// Greatest deviation to either side, m.
+        half_width_m: f32,
+    },
+    /// Normally distributed, now and then anywhere in the range.
+    Outliers {
+        /// Standard deviation of the good readings, m.
+        sd_m: f32,
+        /// Probability of a reading anywhere between minimum and maximum.
+        probability: f32,
+    },
+}
+
+/// How a [`SonarNoise`] is read.
+#[derive(Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+enum SonarNoiseForm {
+    None,
+    Default,
+    Gaussian { sd_m: f32 },
+    Uniform { half_width_m: f32 },
+    Outliers { sd_m: f32, probability: f32 },
+}
+
+impl From<SonarNoiseForm> for SonarNoise {
+    fn from(form: SonarNoiseForm) -> Self {
+        match form {
+            SonarNoiseForm::None => SonarNoise::None,
+            SonarNoiseForm::Default => SonarNoise::DEFAULT,
+            SonarNoiseForm::Gaussian { sd_m } => SonarNoise::Gaussian { sd_m },
+            SonarNoiseForm::Uniform { half_width_m } => SonarNoise::Uniform { half_width_m },
+            SonarNoiseForm::Outliers { sd_m, probability } => SonarNoise::Outliers { sd_m, probability },
+        }
+    }
+}
+
+impl SonarNoise {
+    /// The noise of [`SonarSettings::default`]: 1 cm, normally distributed.
+    pub const DEFAULT: SonarNoise = SonarNoise::Gaussian { sd_m: 0.01 };
+
+    /// A measured distance, from the true one, before it is held within the range from `min` to `max` m.
+    pub fn perturb(self, distance: f32, [min, max]: [f32; 2], stream: &mut RandomStream) -> f32 {
+        match self {
+            SonarNoise::None => distance,
+            SonarNoise::Gaussian { sd_m } => distance + stream.gaussian(sd_m),
+            SonarNoise::Uniform { half_width_m } => distance + half_width_m * (2.0 * stream.uniform() - 1.0),
+            SonarNoise::Outliers { sd_m, probability } => {
+                if stream.chance(probability) {
+                    min + (max - min) * stream.uniform()
+                } else {
+                    distance + stream.gaussian(sd_m)
+                }
+            }
+        }
+    }
+}
+
+/// Geometry and noise of a robot's sonars.
+#[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[require(SonarReading)]
+#[reflect(Component, @Knowledge::Public)]
+#[serde(default, deny_unknown_fields)]
+pub struct SonarSettings {
+    /// Where the readings come from.
+    pub source: SonarSource,
+    /// Least distance, m: 0.15 (paper, section 3.1).
+    pub min_m: f32,
+    /// Greatest distance, m: 0.75 (paper, section 3.1).
+    pub max_m: f32,
+    /// Direction of the left sonar, radians (degrees in files); the right one is mirrored: 19.48° (paper, Fig. 4b).
+    #[serde(rename = "heading_deg", with = "file_units::degrees")]
+    pub heading: f32,
+    /// Half the opening of the sector, radians (degrees in files): 18° (paper, Fig. 4b).
+    #[serde(rename = "half_angle_deg", with = "file_units::degrees")]
+    pub half_angle: f32,
+    /// Height above the ground, m: 0.40 (paper, Fig. 4b).
+    pub height_m: f32,
+    /// Error of the distance.
+    pub noise: SonarNoise,
+    /// Probability that an echo is missed.
+    pub miss_probability: f32,
+}
+
+impl Default for SonarSettings {
+    fn default() -> Self {
+        Self {
+            source: SonarSource::Echo,
+            min_m: 0.15,
+            max_m: 0.75,
+            heading: to_radians(19.48),
+            half_angle: to_radians(18.0),
+            height_m: 0.40,
+            noise: SonarNoise::DEFAULT,
+            miss_probability: 0.0,
+        }
+    }
+}
+
+fn measure_distances(
+    scene: Res<Scene>,
+    mut robots: Query<(&RobotId, &Pose, &SonarSettings, &mut SonarReading, &mut RandomStreams)>,
+) {
+    for (&id, &pose, settings, mut reading, mut streams) in &mut robots {
+        *reading = measure(settings, echoes(settings, id, pose, &scene), &mut streams.sonar);
+    }
+}
+
+/// The true distances to the nearest points in the sectors of both sonars, left and right, at any range up to the
+/// settings' greatest.
+pub fn echoes(settings: &SonarSettings, own_id: RobotId, own_pose: Pose, scene: &Scene) -> [Option<f32>; 2] {
+    let Pose { position: own_position, .. } = own_pose;
+    let forward = own_pose.forward();
+    let sector = Sector::new(settings.half_angle);
+    let left_axis = unit(settings.heading);
+    let right_axis = Vec2::new(left_axis.x, -left_axis.y);
+    let range = match settings.source {
+        SonarSource::Echo => settings.max_m,
+        SonarSource::Truth => f32::INFINITY,
+    };
+    let mut nearest = [None, None];
+    let mut hear = |distance_to: &dyn Fn(Vec2) -> Option<f32>| {
+        nearest[0] = nearer(nearest[0], distance_to(left_axis));
+        nearest[1] = nearer(nearest[1], distance_to(right_axis));
+    };
+    for robot in &scene.robots {
+        let centre = unrotate(forward, robot.position - own_position);
+        if robot.id != own_id && is_near(centre, robot.reach + range + EDGE_M) {
+            let facing = unrotate(forward, robot.forward);
+            hear(&|axis| distance_to_body(sector, axis, robot, centre, facing, settings.height_m));
+        }
+    }
+    for ScenePost { position, post } in &scene.posts {
+        let centre = unrotate(forward, *position - own_position);
+        if post.height >= settings.height_m && is_near(centre, post.radius + range + EDGE_M) {
+            hear(&|axis| sector.distance_to_disc(unrotate(axis, centre), post.radius));
+        }
+    }
+    nearest.map(|distance| distance.filter(|&distance| distance <= range + EDGE_M))
+}
+
+fn is_near(offset: Vec2, distance: f32) -> bool {
+    offset.length_squared() <= distance * distance
+}
+
+/// The distance to that box of a robot's body which is as high as the sonar: at the default height, its torso. The
+/// robot stands at `centre` and faces along `facing`, both in the frame of the robot that listens.
+fn distance_to_body(
+    sector: Sector,
+    axis: Vec2,
+    robot: &SceneRobot,
+    centre: Vec2,
+    facing: Vec2,
+    height: f32,
+) -> Option<f32> {
+    let (centre, facing) = (unrotate(axis, centre), unrotate(axis, facing));
+    let distance_to = |body: crate::robot::body::BodyBox| {
+        let [rear, front] = body.x_m;
+        let half_width = body.half_width_m;
+        let corners = [(rear, -half_width), (front, -half_width), (front, half_width), (rear, half_width)];
+        sector.distance_to_polygon(corners.map(|(x, y)| centre + facing.rotate(Vec2::new(x, y))))
+    };
+    [robot.bounds.torso, robot.bounds.base]
+        .into_iter()
+        .filter(|body| (body.z_m[0]..=body.z_m[1]).contains(&height))
+        .filter_map(distance_to)
+        .reduce(f32::min)
+}
+
+/// What the sonars make of the true distances.
+pub fn measure(settings: &SonarSettings, [left, right]: [Option<f32>; 2], stream: &mut RandomStream) -> SonarReading {
+    let mut listen = |distance: Option<f32>| match settings.source {
+        SonarSource::Truth => distance,
+        SonarSource::Echo => {
+            let distance = distance.filter(|&distance| distance >= settings.min_m - EDGE_M)?;
+            if stream.chance(settings.miss_probability) {
+                return None;
+            }
+            let measured = settings.noise.perturb(distance, [settings.min_m, settings.max_m], stream);
+            Some(measured.max(settings.min_m).min(settings.max_m))
+        }
+    };
+    SonarReading { left: listen(left), right: listen(right) }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,363 @@
+//! The geometric vision: which things are in view, and what their pixels make of them.
+
+use bevy::prelude::*;
+
+use super::occlusion::{Occluders, Target};
+use super::{BallPercept, ClassNoise, GoalPostPercept, Percepts, RobotPercept, VisionNoise};
+use crate::geometry::{Pose, unrotate};
+use crate::pitch::GoalColour;
+use crate::random::RandomStream;
+use crate::robot::Team;
+use crate::robot::head::HeadAngles;
+use crate::sensing::camera::model::{CameraIntrinsics, CameraView};
+use crate::sensing::camera::{CameraSettings, CameraSide};
+use crate::sensing::scene::{Scene, SceneBall, ScenePost, SceneRobot};
+
+/// Heights on the waistband at which a robot is looked for, m: the band is 10 cm high, above the hips.
+const WAISTBAND_HEIGHTS_M: [f32; 3] = [0.30, 0.25, 0.35];
+
+/// Where across the line of sight the waistband is looked at, m: the trunk without the arms is 12 cm wide.
+const WAISTBAND_OFFSETS_M: [f32; 3] = [0.0, -0.04, 0.04];
+
+/// Visible points that make a waistband seen, of nine.
+const WAISTBAND_POINTS_NEEDED: usize = 3;
+
+/// Heights at which a goal post is looked for, as shares of its own.
+const POST_HEIGHTS: [f32; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
+
+/// Visible points that make a post seen, of five.
+const POST_POINTS_NEEDED: usize = 2;
+
+/// Where on its disc a ball is looked for, as shares of its radius across and up.
+const BALL_OFFSETS: [[f32; 2]; 5] = [[0.0, 0.0], [-0.7, 0.0], [0.7, 0.0], [0.0, -0.7], [0.0, 0.7]];
+
+/// Visible points that make a ball seen, of five.
+const BALL_POINTS_NEEDED: usize = 3;
+
+/// The distance of a thing cannot be told from its height in the image when that is nearer than this to the lens's, m.
+const LEAST_HEIGHT_DIFFERENCE_M: f32 = 0.1;
+
+/// What seems further away than this is not on any pitch, m.
+const GREATEST_DISTANCE_M: f32 = 20.0;
+
+/// How often a false detection is tried until it has a place on the ground.
+const FALSE_POSITIVE_ATTEMPTS: usize = 8;
+
+/// A robot that looks, in one cycle.
+pub(super) struct Observer<'a> {
+    pub(super) pose: Pose,
+    forward: Vec2,
+    /// Where the cameras are.
+    pub(super) actual: [CameraView; 2],
+    /// Where the robot thinks that they are.
+    believed: [CameraView; 2],
+    pub(super) noise: &'a VisionNoise,
+    occluders: &'a Occluders,
+    pub(super) stream: &'a mut RandomStream,
+}
+
+/// What of a thing that stands on the ground its place is told by, best first.
+#[derive(Clone, Copy, PartialEq, PartialOrd, Debug)]
+enum Cue {
+    /// The point where it stands.
+    Foot,
+    /// A point of it this high above the ground, m.
+    Height(f32),
+    /// Its width in the image, seen at this height, m.
+    Width(f32),
+}
+
+impl<'a> Observer<'a> {
+    pub(super) fn new(
+        camera: &CameraSettings,
+        measured: HeadAngles,
+        pose: Pose,
+        noise: &'a VisionNoise,
+        occluders: &'a Occluders,
+        stream: &'a mut RandomStream,
+    ) -> Self {
+        let intrinsics = CameraIntrinsics::from(camera);
+        let believed = CameraView::both(intrinsics, measured);
+        let actual = if noise.head_angle_sd == 0.0 {
+            believed
+        } else {
+            let yaw = measured.yaw + stream.gaussian(noise.head_angle_sd);
+            let pitch = measured.pitch + stream.gaussian(noise.head_angle_sd);
+            CameraView::both(intrinsics, HeadAngles { yaw, pitch })
+        };
+        Self { pose, forward: pose.forward(), actual, believed, noise, occluders, stream }
+    }
+
+    pub(super) fn recognise_everything(&mut self, percepts: &mut Percepts, scene: &Scene, own_index: Option<usize>) {
+        percepts.ball = scene.ball.and_then(|ball| self.see_ball(ball));
+        for (index, post) in scene.posts.iter().enumerate() {
+            percepts.goal_posts.extend(self.see_goal_post(index, post));
+        }
+        for (index, robot) in scene.robots.iter().enumerate() {
+            if Some(index) != own_index {
+                percepts.robots.extend(self.see_robot(index, robot));
+            }
+        }
+        self.see_landmarks(&mut percepts.landmarks, &scene.markings);
+        self.imagine(percepts, scene);
+    }
+
+    fn see_ball(&mut self, ball: SceneBall) -> Option<BallPercept> {
+        let class = self.noise.ball;
+        let place = self.in_robot_frame(ball.position);
+        if class.is_too_far(place) {
+            return None;
+        }
+        let centre = place.extend(ball.radius);
+        let side = self.best_camera(|observer, side| {
+            let view = &observer.actual[side];
+            let pixel = view.project(centre)?;
+            let across = across_sight(view, place) * ball.radius;
+            let points = BALL_OFFSETS.map(|[right, up]| centre + (right * across).extend(up * ball.radius));
+            let is_seen =
+                observer.count_visible(side, &points, Target::Other, BALL_POINTS_NEEDED) >= BALL_POINTS_NEEDED;
+            is_seen.then(|| view.offset_from_centre_squared(pixel))
+        })?;
+        if self.stream.chance(class.miss_probability) {
+            return None;
+        }
+        let pixel = self.measured_pixel_in_image(side, centre, class.pixel_sd)?;
+        let position_m = on_pitch(self.believed[side].point_at_height(pixel, ball.radius))?;
+        Some(BallPercept { camera: CameraSide::BOTH[side], pixel, position_m })
+    }
+
+    fn see_goal_post(&mut self, index: usize, post: &ScenePost) -> Option<GoalPostPercept> {
+        let colour = post.post.colour?;
+        let class = self.noise.goal_posts;
+        let place = self.in_robot_frame(post.position);
+        if class.is_too_far(place) {
+            return None;
+        }
+        let height = post.post.height;
+        let target = Target::Post(index);
+        let (side, cue) = self.best_cue(place, target, |observer, side| {
+            let view = &observer.actual[side];
+            view.project(place.extend(view.lens.z))?;
+            let visible = POST_HEIGHTS.map(|share| observer.is_visible(side, place.extend(share * height), target));
+            if visible.iter().filter(|&&visible| visible).count() < POST_POINTS_NEEDED {
+                return None;
+            }
+            let lowest = visible.iter().position(|&visible| visible)?;
+            let can_tell_by_top = (height - view.lens.z).abs() >= LEAST_HEIGHT_DIFFERENCE_M;
+            Some(match visible {
+                [true, ..] => Cue::Foot,
+                [.., true] if can_tell_by_top => Cue::Height(height),
+                _ => Cue::Width(POST_HEIGHTS[lowest] * height),
+            })
+        })?;
+        if self.stream.chance(class.miss_probability) {
+            return None;
+        }
+        let (pixel, position_m) = self.measured_standing_point(side, place, post.post.radius, cue, class.pixel_sd)?;
+        Some(GoalPostPercept { camera: CameraSide::BOTH[side], colour, pixel, position_m })
+    }
+
+    fn see_robot(&mut self, index: usize, robot: &SceneRobot) -> Option<RobotPercept> {
+        let class = self.noise.robots;
+        let place = self.in_robot_frame(robot.position);
+        if class.is_too_far(place) {
+            return None;
+        }
+        let target = Target::Robot(index);
+        let (side, cue) = self.best_cue(place, target, |observer, side| observer.robot_cue(side, place, target))?;
+        if self.stream.chance(class.miss_probability) {
+            return None;
+        }
+        let (pixel, position_m) = self.measured_standing_point(side, place, 0.0, cue, class.pixel_sd)?;
+        Some(RobotPercept { camera: CameraSide::BOTH[side], team: robot.id.team, pixel, position_m })
+    }
+
+    /// By what one camera sees a robot, if it sees enough of its waistband.
+    fn robot_cue(&self, side: usize, place: Vec2, target: Target) -> Option<Cue> {
+        let view = &self.actual[side];
+        view.project(place.extend(WAISTBAND_HEIGHTS_M[0]))?;
+        let across = across_sight(view, place);
+        let mut visible = 0;
+        let mut height = None;
+        for band_height in WAISTBAND_HEIGHTS_M {
+            let points = WAISTBAND_OFFSETS_M.map(|offset| (place + offset * across).extend(band_height));
+            let visible_here = self.count_visible(side, &points, target, 1);
+            if visible_here > 0 {
+                height.get_or_insert(band_height);
+            }
+            visible += visible_here;
+            if visible >= WAISTBAND_POINTS_NEEDED {
+                break;
+            }
+        }
+        let height = height.filter(|_| visible >= WAISTBAND_POINTS_NEEDED)?;
+        Some(if self.is_visible(side, place.extend(0.0), target) { Cue::Foot } else { Cue::Height(height) })
+    }
+
+    /// Things where there are none.
+    fn imagine(&mut self, percepts: &mut Percepts, scene: &Scene) {
+        let VisionNoise { ball, goal_posts, robots, .. } = *self.noise;
+        if percepts.ball.is_none() && self.stream.chance(ball.false_positive_probability) {
+            let radius = scene.ball.map_or(0.0, |ball| ball.radius);
+            percepts.ball = self.imagined_place(&ball, radius).map(|(camera, pixel, position_m)| BallPercept {
+                camera,
+                pixel,
+                position_m,
+            });
+        }
+        if self.stream.chance(goal_posts.false_positive_probability) {
+            let [one, other] = scene.markings.goal_colours.unwrap_or([GoalColour::White; 2]);
+            let colour = if self.stream.chance(0.5) { one } else { other };
+            percepts.goal_posts.extend(
+                self.imagined_place(&goal_posts, 0.0).map(|(camera, pixel, position_m)| GoalPostPercept {
+                    camera,
+                    colour,
+                    pixel,
+                    position_m,
+                }),
+            );
+        }
+        if self.stream.chance(robots.false_positive_probability) {
+            let team = if self.stream.chance(0.5) { Team::Blue } else { Team::Pink };
+            percepts.robots.extend(self.imagined_place(&robots, 0.0).map(|(camera, pixel, position_m)| RobotPercept {
+                camera,
+                team,
+                pixel,
+                position_m,
+            }));
+        }
+    }
+
+    /// A pixel anywhere in the two images that has a place on the ground within the class's greatest distance.
+    fn imagined_place(&mut self, class: &ClassNoise, height: f32) -> Option<(CameraSide, Vec2, Vec2)> {
+        (0..FALSE_POSITIVE_ATTEMPTS).find_map(|_| {
+            let side = usize::from(self.stream.chance(0.5));
+            let view = &self.believed[side];
+            let pixel = view.intrinsics.size * Vec2::new(self.stream.uniform(), self.stream.uniform());
+            let place = on_pitch(view.point_at_height(pixel, height)).filter(|&place| !class.is_too_far(place))?;
+            Some((CameraSide::BOTH[side], pixel, place))
+        })
+    }
+
+    /// A point of the pitch in the robot's frame.
+    pub(super) fn in_robot_frame(&self, point: Vec2) -> Vec2 {
+        unrotate(self.forward, point - self.pose.position)
+    }
+
+    /// Whether a camera sees a point (robot frame, m) of a target.
+    pub(super) fn is_visible(&self, side: usize, point: Vec3, target: Target) -> bool {
+        let view = &self.actual[side];
+        view.pixel_in_image(point).is_some() && !self.occluders.hide(view.lens, point, target)
+    }
+
+    /// How many of these points a camera sees; stops counting as soon as `needed` cannot be reached any more.
+    pub(super) fn count_visible(&self, side: usize, points: &[Vec3], target: Target, needed: usize) -> usize {
+        let mut visible = 0;
+        for (index, &point) in points.iter().enumerate() {
+            if visible + points.len() - index < needed {
+                break;
+            }
+            visible += usize::from(self.is_visible(side, point, target));
+        }
+        visible
+    }
+
+    /// The camera with the least score, if any has one.
+    pub(super) fn best_camera(&self, score: impl Fn(&Self, usize) -> Option<f32>) -> Option<usize> {
+        match [score(self, 0), score(self, 1)] {
+            [Some(top), Some(bottom)] => Some(usize::from(bottom < top)),
+            [Some(_), None] => Some(0),
+            [None, Some(_)] => Some(1),
+            [None, None] => None,
+        }
+    }
+
+    /// The camera and the cue by which a target that stands at `place` is best located, if a camera recognises it by a
+    /// cue at all. Then the foot of the target counts, whichever camera sees it: of two, that which has it nearer to the
+    /// middle of its image.
+    fn best_cue(&self, place: Vec2, target: Target, cue: impl Fn(&Self, usize) -> Option<Cue>) -> Option<(usize, Cue)> {
+        let foot = place.extend(0.0);
+        let cues = [cue(self, 0), cue(self, 1)];
+        let sees_foot = |side: usize| cues[side] == Some(Cue::Foot) || self.is_visible(side, foot, target);
+        let by_foot = |side: usize| Some((side, Cue::Foot));
+        match cues {
+            [None, None] => None,
+            _ => match [sees_foot(0), sees_foot(1)] {
+                [true, true] => {
+                    let offset = |side: usize| {
+                        let view = &self.actual[side];
+                        view.offset_from_centre_squared(view.project_anywhere(foot))
+                    };
+                    by_foot(usize::from(offset(1) < offset(0)))
+                }
+                [true, false] => by_foot(0),
+                [false, true] => by_foot(1),
+                [false, false] => match cues {
+                    [Some(top), Some(bottom)] if bottom < top => Some((1, bottom)),
+                    [top, bottom] => top.map(|cue| (0, cue)).or(bottom.map(|cue| (1, cue))),
+                },
+            },
+        }
+    }
+
+    /// The measured pixel of a point (robot frame, m).
+    pub(super) fn measured_pixel(&mut self, side: usize, point: Vec3, pixel_sd: f32) -> Option<Vec2> {
+        let pixel = self.actual[side].project(point)?;
+        Some(pixel + Vec2::new(self.stream.gaussian(pixel_sd), self.stream.gaussian(pixel_sd)))
+    }
+
+    /// The measured pixel of a point in view: noise does not push it out of the image.
+    pub(super) fn measured_pixel_in_image(&mut self, side: usize, point: Vec3, pixel_sd: f32) -> Option<Vec2> {
+        let pixel = self.measured_pixel(side, point, pixel_sd)?;
+        Some(self.actual[side].clamp_to_image(pixel))
+    }
+
+    /// Where a pixel lies on the ground, as the robot sees it.
+    pub(super) fn place_on_ground(&self, side: usize, pixel: Vec2) -> Option<Vec2> {
+        on_pitch(self.believed[side].ground_point(pixel))
+    }
+
+    /// The pixel where a thing at `place` stands, and its estimated place, measured by one of its cues. The pixel
+    /// belongs to the estimate, and is outside the image when the cue is not the foot.
+    fn measured_standing_point(
+        &mut self,
+        side: usize,
+        place: Vec2,
+        radius: f32,
+        cue: Cue,
+        pixel_sd: f32,
+    ) -> Option<(Vec2, Vec2)> {
+        let position = match cue {
+            Cue::Foot => {
+                let pixel = self.measured_pixel_in_image(side, place.extend(0.0), pixel_sd)?;
+                return Some((pixel, self.place_on_ground(side, pixel)?));
+            }
+            Cue::Height(height) => {
+                let pixel = self.measured_pixel(side, place.extend(height), pixel_sd)?;
+                self.believed[side].point_at_height(pixel, height)
+            }
+            Cue::Width(height) => {
+                let point = place.extend(height);
+                let pixel = self.measured_pixel(side, point, pixel_sd)?;
+                // At depth z a diameter d is f d / z wide; each of the two edges has its own error.
+                let scale = 2.0 * radius * self.actual[side].intrinsics.focal_length;
+                let width = scale / self.actual[side].camera_from_robot(point).z
+                    + self.stream.gaussian(core::f32::consts::SQRT_2 * pixel_sd);
+                let view = &self.believed[side];
+                Some((view.lens + scale / width.max(1.0) * view.ray(pixel)).truncate())
+            }
+        };
+        let position = on_pitch(position)?;
+        Some((self.believed[side].project_anywhere(position.extend(0.0)), position))
+    }
+}
+
+/// The horizontal unit vector across the line of sight to `place`, to the left.
+fn across_sight(view: &CameraView, place: Vec2) -> Vec2 {
+    (place - view.lens.truncate()).normalize_or(Vec2::X).perp()
+}
+
+/// A place that something on a pitch may have.
+fn on_pitch(place: Option<Vec2>) -> Option<Vec2> {
+    place.filter(|place| place.length_squared() <= GREATEST_DISTANCE_M * GREATEST_DISTANCE_M)
+}

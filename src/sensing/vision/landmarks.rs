@@ -1,0 +1,154 @@
+//! What is painted on the ground: stretches of line, junctions, crosses and the centre circle.
+
+use bevy::prelude::*;
+
+use super::geometric::Observer;
+use super::occlusion::Target;
+use super::{ClassNoise, LandmarkKind, LandmarkPercept};
+use crate::pitch::LineSegment;
+use crate::sensing::camera::CameraSide;
+use crate::sensing::scene::Markings;
+
+/// A shorter stretch of line is not recognised, pixels.
+const SHORTEST_LINE_PX: f32 = 10.0;
+
+/// Where along a stretch of line it is looked at, as shares of it.
+const LINE_SAMPLES: [f32; 3] = [0.5, 1.0 / 6.0, 5.0 / 6.0];
+
+/// Visible points that make a stretch of line seen, of three.
+const LINE_POINTS_NEEDED: usize = 2;
+
+/// Visible points that make the centre circle seen, of eight.
+const CIRCLE_POINTS_NEEDED: usize = 3;
+
+impl Observer<'_> {
+    pub(super) fn see_landmarks(&mut self, landmarks: &mut Vec<LandmarkPercept>, markings: &Markings) {
+        let noise = *self.noise;
+        for line in &markings.lines {
+            self.see_line(landmarks, *line, &noise.lines);
+        }
+        for junction in &markings.junctions {
+            let kind = LandmarkKind::Junction { shape: junction.shape };
+            landmarks.extend(self.see_mark(junction.position, kind, &noise.junctions));
+        }
+        for cross in markings.penalty_crosses {
+            landmarks.extend(self.see_mark(cross, LandmarkKind::PenaltyCross, &noise.penalty_crosses));
+        }
+        landmarks.extend(self.see_centre_circle(&markings.centre_circle, &noise.centre_circle));
+    }
+
+    /// The stretches of a line that the cameras see, one each.
+    fn see_line(&mut self, landmarks: &mut Vec<LandmarkPercept>, line: LineSegment, class: &ClassNoise) {
+        let ends = [self.in_robot_frame(line.start), self.in_robot_frame(line.end)];
+        let Some([start, end]) = within_distance(ends, class.max_distance_m) else { return };
+        for side in [0, 1] {
+            landmarks.extend(self.see_stretch(side, [start.extend(0.0), end.extend(0.0)], class));
+        }
+    }
+
+    fn see_stretch(&mut self, side: usize, [start, end]: [Vec3; 2], class: &ClassNoise) -> Option<LandmarkPercept> {
+        let view = &self.actual[side];
+        let [from, to] = view.visible_part(start, end)?;
+        let (start, end) = (start.lerp(end, from), start.lerp(end, to));
+        if view.project(start)?.distance_squared(view.project(end)?) < SHORTEST_LINE_PX * SHORTEST_LINE_PX {
+            return None;
+        }
+        let points = LINE_SAMPLES.map(|share| start.lerp(end, share));
+        if self.count_visible(side, &points, Target::Other, LINE_POINTS_NEEDED) < LINE_POINTS_NEEDED
+            || self.stream.chance(class.miss_probability)
+        {
+            return None;
+        }
+        let start_pixel = self.measured_pixel_in_image(side, start, class.pixel_sd)?;
+        let end_pixel = self.measured_pixel_in_image(side, end, class.pixel_sd)?;
+        // The left end first: which end the pitch's list calls the start, no image tells.
+        let (pixel, end_pixel) =
+            if start_pixel.x <= end_pixel.x { (start_pixel, end_pixel) } else { (end_pixel, start_pixel) };
+        Some(LandmarkPercept {
+            camera: CameraSide::BOTH[side],
+            kind: LandmarkKind::Line { end_pixel, end_position_m: self.place_on_ground(side, end_pixel)? },
+            pixel,
+            position_m: self.place_on_ground(side, pixel)?,
+        })
+    }
+
+    fn see_mark(&mut self, position: Vec2, kind: LandmarkKind, class: &ClassNoise) -> Option<LandmarkPercept> {
+        let place = self.in_robot_frame(position);
+        if class.is_too_far(place) {
+            return None;
+        }
+        let place = place.extend(0.0);
+        let side = self.best_camera(|observer, side| {
+            observer.is_visible(side, place, Target::Other).then(|| observer.offset_in_image(side, place))
+        })?;
+        if self.stream.chance(class.miss_probability) {
+            return None;
+        }
+        let pixel = self.measured_pixel_in_image(side, place, class.pixel_sd)?;
+        self.landmark(side, kind, pixel)
+    }
+
+    fn see_centre_circle(&mut self, points: &[Vec2; 8], class: &ClassNoise) -> Option<LandmarkPercept> {
+        let centre = self.in_robot_frame(Vec2::ZERO);
+        if class.is_too_far(centre) {
+            return None;
+        }
+        let points = points.map(|point| self.in_robot_frame(point).extend(0.0));
+        let centre = centre.extend(0.0);
+        let side = self.best_camera(|observer, side| {
+            let visible = observer.count_visible(side, &points, Target::Other, CIRCLE_POINTS_NEEDED);
+            (visible >= CIRCLE_POINTS_NEEDED).then(|| observer.offset_in_image(side, centre))
+        })?;
+        if self.stream.chance(class.miss_probability) {
+            return None;
+        }
+        let pixel = self.measured_pixel(side, centre, class.pixel_sd)?;
+        self.landmark(side, LandmarkKind::CentreCircle, pixel)
+    }
+
+    fn landmark(&self, side: usize, kind: LandmarkKind, pixel: Vec2) -> Option<LandmarkPercept> {
+        let position_m = self.place_on_ground(side, pixel)?;
+        Some(LandmarkPercept { camera: CameraSide::BOTH[side], kind, pixel, position_m })
+    }
+
+    fn offset_in_image(&self, side: usize, point: Vec3) -> f32 {
+        let view = &self.actual[side];
+        view.offset_from_centre_squared(view.project_anywhere(point))
+    }
+}
+
+/// The part of a segment that is within a distance of the origin.
+fn within_distance([start, end]: [Vec2; 2], distance: Option<f32>) -> Option<[Vec2; 2]> {
+    let Some(distance) = distance else { return Some([start, end]) };
+    let radius_squared = distance * distance;
+    if start.length_squared() <= radius_squared && end.length_squared() <= radius_squared {
+        return Some([start, end]);
+    }
+    // |start + t along| = distance
+    let along = end - start;
+    let a = along.length_squared();
+    let half_b = start.dot(along);
+    let discriminant = half_b * half_b - a * (start.length_squared() - radius_squared);
+    if a == 0.0 || discriminant <= 0.0 {
+        return None;
+    }
+    let root = discriminant.sqrt();
+    let (from, to) = (((-half_b - root) / a).max(0.0), ((-half_b + root) / a).min(1.0));
+    (from < to).then(|| [start + from * along, start + to * along])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_is_seen_as_far_as_the_greatest_distance() {
+        let ends = [Vec2::new(3.0, -6.0), Vec2::new(3.0, 1.0)];
+        assert_eq!(within_distance(ends, None), Some(ends));
+        // At x = 3, 5 m are reached at y = -4.
+        let [start, end] = within_distance(ends, Some(5.0)).unwrap();
+        assert!(start.distance(Vec2::new(3.0, -4.0)) < 1e-5 && end == ends[1]);
+        assert_eq!(within_distance(ends, Some(2.9)), None);
+        assert_eq!(within_distance([Vec2::new(6.0, 0.0), Vec2::new(9.0, 0.0)], Some(5.0)), None);
+    }
+}

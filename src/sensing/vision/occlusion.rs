@@ -1,0 +1,211 @@
+//! What hides things from a robot's eyes: the bodies of other robots and posts.
+
+use bevy::prelude::*;
+use parry3d::bounding_volume::Aabb;
+use parry3d::query::{Ray, RayCast};
+
+use crate::geometry::{Pose, unrotate};
+use crate::robot::body::BodyBox;
+use crate::sensing::scene::Scene;
+
+/// The bodies and posts around one robot, in its frame. Filled anew for each robot, keeping its memory.
+#[derive(Default, Debug)]
+pub struct Occluders {
+    robots: Vec<OccludingRobot>,
+    posts: Vec<OccludingPost>,
+}
+
+/// A robot, its boxes in its own frame, where they are axis-aligned.
+#[derive(Debug)]
+struct OccludingRobot {
+    /// Index in [`Scene::robots`].
+    index: usize,
+    position: Vec2,
+    forward: Vec2,
+    reach: f32,
+    boxes: [Aabb; 2],
+}
+
+#[derive(Debug)]
+struct OccludingPost {
+    position: Vec2,
+    radius: f32,
+    height: f32,
+}
+
+/// The thing that is looked at: it does not hide itself.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Target {
+    /// By index in [`Scene::robots`].
+    Robot(usize),
+    /// By index in [`Scene::posts`].
+    Post(usize),
+    /// Something that hides nothing.
+    Other,
+}
+
+impl Occluders {
+    /// Takes over everything around the robot at `own_pose`, which has this index in the scene if it has a body.
+    pub fn gather(&mut self, scene: &Scene, own_index: Option<usize>, own_pose: Pose) {
+        let own_forward = own_pose.forward();
+        self.robots.clear();
+        self.robots.extend(scene.robots.iter().enumerate().filter(|&(index, _)| Some(index) != own_index).map(
+            |(index, robot)| OccludingRobot {
+                index,
+                position: unrotate(own_forward, robot.position - own_pose.position),
+                forward: unrotate(own_forward, robot.forward),
+                reach: robot.reach,
+                boxes: [robot.bounds.torso, robot.bounds.base].map(bounding_box),
+            },
+        ));
+        self.posts.clear();
+        self.posts.extend(scene.posts.iter().map(|post| OccludingPost {
+            position: unrotate(own_forward, post.position - own_pose.position),
+            radius: post.post.radius,
+            height: post.post.height,
+        }));
+    }
+
+    /// Whether something other than the target itself is between the lens and a point of the target (both in the
+    /// robot frame, m).
+    pub fn hide(&self, lens: Vec3, point: Vec3, target: Target) -> bool {
+        let sight = point - lens;
+        let on_ground = sight.truncate();
+        let length_squared = on_ground.length_squared();
+        // Most things are not near the line of sight at all, which a few products tell.
+        let is_near_sight = |position: Vec2, reach: f32| {
+            let offset = position - lens.truncate();
+            let across = on_ground.perp_dot(offset);
+            let reach_squared = reach * reach;
+            if across * across > reach_squared * length_squared {
+                return false;
+            }
+            let along = on_ground.dot(offset);
+            let beyond = (along - length_squared).max(-along);
+            beyond <= 0.0 || beyond * beyond <= reach_squared * length_squared
+        };
+        self.robots.iter().any(|robot| {
+            target != Target::Robot(robot.index)
+                && is_near_sight(robot.position, robot.reach)
+                && robot.is_in_the_way(lens, sight)
+        }) || self.posts.iter().enumerate().any(|(index, post)| {
+            target != Target::Post(index)
+                && is_near_sight(post.position, post.radius)
+                && post.is_in_the_way(lens, sight)
+        })
+    }
+}
+
+impl OccludingRobot {
+    fn is_in_the_way(&self, lens: Vec3, sight: Vec3) -> bool {
+        let origin = unrotate(self.forward, lens.truncate() - self.position).extend(lens.z);
+        let ray = Ray::new(origin, unrotate(self.forward, sight.truncate()).extend(sight.z));
+        self.boxes.iter().any(|body| body.intersects_local_ray(&ray, 1.0))
+    }
+}
+
+impl OccludingPost {
+    /// The sight passes through the upright cylinder: where it is within the circle, it is not above the top.
+    fn is_in_the_way(&self, lens: Vec3, sight: Vec3) -> bool {
+        let offset = lens.truncate() - self.position;
+        let direction = sight.truncate();
+        // |offset + t direction| = radius
+        let a = direction.length_squared();
+        let half_b = offset.dot(direction);
+        let discriminant = half_b * half_b - a * (offset.length_squared() - self.radius * self.radius);
+        if a == 0.0 || discriminant < 0.0 {
+            return false;
+        }
+        let root = discriminant.sqrt();
+        let (enter, leave) = (((-half_b - root) / a).max(0.0), ((-half_b + root) / a).min(1.0));
+        enter <= leave && (lens.z + enter * sight.z).min(lens.z + leave * sight.z) <= self.height
+    }
+}
+
+fn bounding_box(body: BodyBox) -> Aabb {
+    Aabb::new(
+        Vec3::new(body.x_m[0], -body.half_width_m, body.z_m[0]),
+        Vec3::new(body.x_m[1], body.half_width_m, body.z_m[1]),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::unit;
+    use crate::pitch::Post;
+    use crate::robot::body::BodyBounds;
+    use crate::robot::{RobotId, Team};
+    use crate::sensing::scene::{ScenePost, SceneRobot};
+
+    const LENS: Vec3 = Vec3::new(0.0539, 0.0, 0.5372);
+
+    fn robot(team: Team, x: f32, y: f32, heading: f32) -> SceneRobot {
+        let bounds = BodyBounds::default();
+        let reach = bounds.torso.reach();
+        SceneRobot { id: RobotId::new(team, 1), position: Vec2::new(x, y), forward: unit(heading), bounds, reach }
+    }
+
+    fn around(others: &[SceneRobot], posts: &[ScenePost]) -> Occluders {
+        let mut scene = Scene { robots: vec![robot(Team::Blue, 0.0, 0.0, 0.0)], ..default() };
+        scene.robots.extend_from_slice(others);
+        scene.posts.extend_from_slice(posts);
+        let mut occluders = Occluders::default();
+        occluders.gather(&scene, Some(0), Pose::default());
+        occluders
+    }
+
+    #[test]
+    fn a_body_hides_what_is_just_behind_its_edge_and_no_more() {
+        // A robot at 1 m that faces this one: its torso reaches to y = ±0.15 and its front is at x = 0.95. On the way to
+        // a point on the ground at x = 3, the sight is at the height of the torso (below 0.46) from
+        // t = (0.5372 - 0.46) / 0.5372 = 0.1437 on, x = 0.477, and below its lower edge 0.25 from t = 0.5346,
+        // x = 1.629, on: in between is the whole torso, of which the edge at x = 0.95..1.03 is the outline.
+        let occluders = around(&[robot(Team::Pink, 1.0, 0.0, core::f32::consts::PI)], &[]);
+        // The outermost sight touches the near corner (0.95, 0.15): slope 0.15 / (0.95 - 0.0539) = 0.16739; at x = 3
+        // that is y = 0.49315.
+        for side in [-1.0, 1.0] {
+            assert!(occluders.hide(LENS, Vec3::new(3.0, side * 0.492, 0.0), Target::Other));
+            assert!(!occluders.hide(LENS, Vec3::new(3.0, side * 0.494, 0.0), Target::Other));
+        }
+        // In front of it, and the robot itself, nothing is hidden.
+        assert!(!occluders.hide(LENS, Vec3::new(0.8, 0.0, 0.0), Target::Other));
+        assert!(!occluders.hide(LENS, Vec3::new(1.0, 0.0, 0.3), Target::Robot(1)));
+        // Above its shoulders the sight is free: at x = 0.95 it must be above 0.46, which the sight to a point at
+        // x = 3 is if its height z satisfies 0.5372 + (z - 0.5372) 0.3042 > 0.46 at x = 0.95 and, lower, at 1.03
+        // (0.3313): z > 0.3042.
+        assert!(!occluders.hide(LENS, Vec3::new(3.0, 0.0, 0.306), Target::Other));
+        assert!(occluders.hide(LENS, Vec3::new(3.0, 0.0, 0.302), Target::Other));
+    }
+
+    #[test]
+    fn a_body_turned_sideways_is_narrower() {
+        let occluders = around(&[robot(Team::Pink, 1.0, 0.0, core::f32::consts::FRAC_PI_2)], &[]);
+        // Facing +y, the torso reaches from y = -0.03 to 0.05 and from x = 0.85 to 1.15, the feet to y = 0.11 and from
+        // x = 0.9 to 1.1. The sight to the ground at x = 2 comes below their upper edge, 0.25, after 1 - 0.25 / 0.5372 =
+        // 0.53462 of its way, x = 1.0943: it meets them if y < 0.11 / 0.53462 = 0.20575.
+        assert!(occluders.hide(LENS, Vec3::new(2.0, 0.2052, 0.0), Target::Other));
+        assert!(!occluders.hide(LENS, Vec3::new(2.0, 0.2063, 0.0), Target::Other));
+        // To the right, the corner (0.85, -0.03): slope 0.03 / 0.7961 = 0.03768; at x = 2 y = -0.07334.
+        assert!(occluders.hide(LENS, Vec3::new(2.0, -0.0730, 0.2), Target::Other));
+        assert!(!occluders.hide(LENS, Vec3::new(2.0, -0.0737, 0.2), Target::Other));
+    }
+
+    #[test]
+    fn a_post_hides_what_is_behind_its_cylinder() {
+        let post =
+            |height| ScenePost { position: Vec2::new(1.0539, 0.0), post: Post { radius: 0.05, height, colour: None } };
+        let tall = around(&[], &[post(0.8)]);
+        // At 1 m from the lens a radius of 5 cm hides ±asin(0.05): at x = 2.0539, 2 m away, ±0.100125 m.
+        for side in [-1.0, 1.0] {
+            assert!(tall.hide(LENS, Vec3::new(2.0539, side * 0.0999, 0.0), Target::Other));
+            assert!(!tall.hide(LENS, Vec3::new(2.0539, side * 0.1003, 0.0), Target::Other));
+        }
+        assert!(!tall.hide(LENS, Vec3::new(1.0539, 0.0, 0.3), Target::Post(0)));
+        assert!(!tall.hide(LENS, Vec3::new(0.9, 0.0, 0.0), Target::Other));
+        // The sight to the ground at 2 m leaves the cylinder at 1.05 m, at z = 0.5372 * 0.475 = 0.2552.
+        let sight = Vec3::new(2.0539, 0.0, 0.0);
+        assert!(around(&[], &[post(0.256)]).hide(LENS, sight, Target::Other));
+        assert!(!around(&[], &[post(0.254)]).hide(LENS, sight, Target::Other));
+    }
+}
