@@ -27,10 +27,7 @@ fn refuses(format: Format, marked: &str, message: &str, expected: &str) {
     let column = before.rsplit('\n').next().unwrap().chars().count() + 1;
     let text = marked.replace('«', "");
     let name = if format == Format::Ron { "wrong.ron" } else { "wrong.json" };
-    let error = match Scenario::from_text(&text, format, name) {
-        Ok(_) => panic!("this loads:\n{text}"),
-        Err(error) => error,
-    };
+    let Err(error) = Scenario::from_text(&text, format, name) else { panic!("this loads:\n{text}") };
     let whole = error.to_string();
     assert!(marked.contains('«'), "{whole}\n{text}");
     assert!(whole.starts_with(&format!("{name}:{line}:{column}: ")), "{line}:{column} expected, not {whole}\n{text}");
