@@ -202,6 +202,13 @@ pub enum MatchEvent {
         /// The team that kicks off.
         team: Team,
     },
+    /// The ball was thrown in, and play runs on (2010 rule book, section 3.9).
+    ThrowIn {
+        /// The team that did not touch it last.
+        team: Team,
+        /// Where it was put down, m, pitch frame.
+        position_m: Vec2,
+    },
     /// A half begins.
     HalfBegins {
         /// From 1.

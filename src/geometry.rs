@@ -100,9 +100,11 @@ pub fn wrapped_degrees(angle: f32) -> f32 {
     if degrees <= -180.0 { degrees + 360.0 } else { degrees }
 }
 
-/// Degrees of an angle in radians, rounded once.
+/// Degrees of an angle in radians: a round number of them, if that is the same angle in single precision.
 pub fn to_degrees(radians: f32) -> f32 {
-    f64::from(radians).to_degrees() as f32
+    let degrees = f64::from(radians).to_degrees();
+    let round = ((degrees * 1e3).round() / 1e3) as f32;
+    if to_radians(round) == radians { round } else { degrees as f32 }
 }
 
 /// Radians of an angle in degrees, rounded once.

@@ -41,6 +41,11 @@ pub struct Contacts {
 }
 
 impl Contacts {
+    /// The robots whose bases the ball touched in the last cycle, in the order in which it touched them.
+    pub fn robots_at_ball(&self) -> impl DoubleEndedIterator<Item = RobotId> + '_ {
+        self.touching.iter().filter(|(_, with)| *with == CollisionPartner::Ball).filter_map(|(robot, _)| *robot)
+    }
+
     /// Notes the contacts of a cycle, and keeps of `collisions` those that began in it.
     fn update(&mut self, collisions: &mut Vec<Collision>) {
         let mut began = Vec::new();

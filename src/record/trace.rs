@@ -199,7 +199,7 @@ struct GameLine {
     state: GameState,
     score: Score,
     half: u32,
-    time_left_s: f64,
+    time_left_s: Option<f64>,
 }
 
 /// Writes the line of the cycle under way, or of the start.
@@ -242,7 +242,7 @@ pub fn record_cycle(
             state: game.state,
             score: game.score,
             half: game.half,
-            time_left_s: game.cycles_left as f64 * clock.period_s,
+            time_left_s: game.cycles_left.map(|cycles| cycles as f64 * clock.period_s),
         },
         events: &events,
     };

@@ -33,10 +33,15 @@ use crate::cycle::{CycleClock, CyclePlugin, run_cycle};
 use crate::events::{CycleEvents, MatchEvent};
 use crate::geometry::Pose;
 use crate::pitch::PitchPlugin;
-use crate::referee::{Game, GameState};
+use crate::referee::{Game, GameState, RefereePlugin};
 use crate::robot::{RobotId, RobotPlugin, Roster};
 use crate::scenario::{Scenario, ScenarioFault};
-use crate::sensing::SensingPlugin;
+use crate::sensing::camera::CameraPlugin;
+use crate::sensing::odometry::OdometryPlugin;
+use crate::sensing::scene::ScenePlugin;
+use crate::sensing::sonar::SonarPlugin;
+use crate::sensing::status::BodyStatusPlugin;
+use crate::sensing::vision::VisionPlugin;
 
 /// Everything that a headless match needs: no window, no renderer, no assets.
 pub struct NaoisisPlugins;
@@ -49,9 +54,15 @@ impl PluginGroup for NaoisisPlugins {
             .add(RobotPlugin)
             .add(BallPlugin)
             .add(CollisionPlugin)
-            .add(SensingPlugin)
+            .add(ScenePlugin)
+            .add(CameraPlugin)
+            .add(VisionPlugin)
+            .add(SonarPlugin)
+            .add(OdometryPlugin)
+            .add(BodyStatusPlugin)
             .add(CommunicationPlugin)
             .add(BehaviourPlugin)
+            .add(RefereePlugin)
             .add(invariants::InvariantPlugin)
     }
 }

@@ -1,0 +1,78 @@
+//! The ball out of play, and where it comes back (2010 rule book, section 3.9).
+
+use bevy::prelude::*;
+
+use super::boundary::{Boundary, Crossing};
+use super::snapshot::MatchSnapshot;
+use crate::events::BoundaryLine;
+use crate::pitch::{End, Pitch};
+use crate::robot::Team;
+
+/// The throw-in lines run this far inside the side lines, m.
+const THROW_IN_INSET: f32 = 0.4;
+/// The throw-in lines end this far before the goal lines, m: on the pitch of 2010 they are 4 m long.
+const THROW_IN_END: f32 = 1.0;
+/// How far back a ball is thrown in, m.
+const THROW_IN_BACK: f32 = 1.0;
+
+/// A ball out of play.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct BallOut {
+    /// Over which line.
+    pub line: BoundaryLine,
+    /// At which end of the pitch: that of the goal line, or the half in which the side line was crossed.
+    pub end: End,
+    /// Where, m, pitch frame.
+    pub position: Vec2,
+    /// The team that touched it last.
+    pub last_touch: Option<Team>,
+    /// The team that the restart is for: the one that did not touch the ball last. If nobody did, the one that
+    /// defends the half in which it went out.
+    pub restart_team: Team,
+}
+
+/// The ball out of play that a crossing is, if the rules know it. Where goals do not count, a ball in the goal is out.
+pub fn judge(snapshot: &MatchSnapshot, crossing: &Crossing) -> Option<BallOut> {
+    if !snapshot.rules.ball_out {
+        return None;
+    }
+    let half = if crossing.position.x > 0.0 { End::PositiveX } else { End::NegativeX };
+    let (line, end) = match crossing.boundary {
+        Boundary::Goal(_) if snapshot.rules.goals => return None,
+        Boundary::Goal(end) | Boundary::GoalLine(end) => (BoundaryLine::Goal, end),
+        Boundary::SideLine => (BoundaryLine::Side, half),
+    };
+    let last_touch = snapshot.last_touch.map(|touch| touch.robot.team);
+    let restart_team = last_touch.map_or(snapshot.game.defender_of(half), Team::opponent);
+    Some(BallOut { line, end, position: crossing.position, last_touch, restart_team })
+}
+
+/// Where the ball is thrown in: on a line 40 cm inside the side line over which, or nearer to which, it went out,
+/// within 1 m of the goal lines at most. 'Back' is towards the goal of the team that touched the ball last.
+///
+/// - Over a side line: 1 m back from where it went out or from the robot that touched it, whichever is farther back.
+/// - Over the goal line of the team that touched it: the near end of the throw-in line.
+/// - Over the other goal line: 1 m back from the robot, or the halfway line, whichever is farther back.
+///
+/// Where nobody touched it, it comes back where it went out, or at the near end of the line.
+pub fn throw_in_place(snapshot: &MatchSnapshot, out: &BallOut) -> Vec2 {
+    let most = throw_in_half_length(snapshot.pitch);
+    let y = (snapshot.pitch.half_width() - THROW_IN_INSET).copysign(out.position.y);
+    let Some(touch) = snapshot.last_touch else {
+        return Vec2::new(out.position.x.clamp(-most, most), y);
+    };
+    let own_end = snapshot.game.own_end(touch.robot.team);
+    let back = own_end.sign();
+    let farther_back = |a: f32, b: f32| if a * back > b * back { a } else { b };
+    let behind_robot = touch.robot_position.x + back * THROW_IN_BACK;
+    let x = match out.line {
+        BoundaryLine::Side => farther_back(out.position.x + back * THROW_IN_BACK, behind_robot),
+        BoundaryLine::Goal if out.end == own_end => back * most,
+        BoundaryLine::Goal => farther_back(0.0, behind_robot),
+    };
+    Vec2::new(x.clamp(-most, most), y)
+}
+
+fn throw_in_half_length(pitch: &Pitch) -> f32 {
+    (pitch.half_length() - THROW_IN_END).max(0.0)
+}

@@ -1,0 +1,115 @@
+//! The state of the match: game state, score, half, clock, sides.
+
+use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::rules::Rules;
+use crate::cycle::CycleClock;
+use crate::knowledge::Knowledge;
+use crate::pitch::End;
+use crate::robot::Team;
+
+/// The state of the game (2010 rule book, section 3.2).
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum GameState {
+    /// Before the match.
+    #[default]
+    Initial,
+    /// Robots walk to their places for a kick-off.
+    Ready,
+    /// Robots stand and wait for the whistle.
+    Set,
+    /// The ball is in play.
+    Playing,
+    /// After the final whistle.
+    Finished,
+}
+
+/// A number for each team.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+pub struct Score {
+    /// Of the blue team.
+    pub blue: u32,
+    /// Of the pink team.
+    pub pink: u32,
+}
+
+impl Score {
+    /// The number of this team.
+    pub fn of(self, team: Team) -> u32 {
+        match team {
+            Team::Blue => self.blue,
+            Team::Pink => self.pink,
+        }
+    }
+
+    /// The number of this team, to change it.
+    pub fn of_mut(&mut self, team: Team) -> &mut u32 {
+        match team {
+            Team::Blue => &mut self.blue,
+            Team::Pink => &mut self.pink,
+        }
+    }
+}
+
+/// The true state of the match.
+#[derive(Resource, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[reflect(Resource, @Knowledge::Truth)]
+pub struct Game {
+    /// The state.
+    pub state: GameState,
+    /// Goals.
+    pub score: Score,
+    /// The half under way, from 1.
+    pub half: u32,
+    /// Cycles left in this half; none where the rules have no clock.
+    pub cycles_left: Option<u64>,
+    /// Which end the blue team defends.
+    pub blue_end: End,
+    /// The team that has, or had last, the kick-off.
+    pub kick_off_team: Team,
+    /// How often the robots were placed for a restart.
+    pub restarts: u32,
+}
+
+impl Game {
+    /// The match before its first cycle: blue defends the blue goal and kicks off. Without a clock, as in debug mode,
+    /// there is nothing to wait for, and the ball is in play.
+    pub fn at_start(rules: &Rules, clock: &CycleClock) -> Self {
+        Self {
+            state: if rules.clock { GameState::Initial } else { GameState::Playing },
+            half: 1,
+            cycles_left: rules.clock.then(|| half_cycles(rules, clock)),
+            ..Self::default()
+        }
+    }
+
+    /// The end that `team` defends.
+    pub fn own_end(&self, team: Team) -> End {
+        match team {
+            Team::Blue => self.blue_end,
+            Team::Pink => self.blue_end.opposite(),
+        }
+    }
+
+    /// The team that defends `end`.
+    pub fn defender_of(&self, end: End) -> Team {
+        if end == self.blue_end { Team::Blue } else { Team::Pink }
+    }
+
+    /// Seconds left in this half; none where the rules have no clock.
+    pub fn time_left_s(&self, clock: &CycleClock) -> Option<f32> {
+        self.cycles_left.map(|cycles| (cycles as f64 * clock.period_s) as f32)
+    }
+
+    /// The team that kicks off the half: blue the first, then in turn.
+    pub fn first_kick_off_of_half(half: u32) -> Team {
+        if half % 2 == 1 { Team::Blue } else { Team::Pink }
+    }
+}
+
+/// Cycles in a half, at least one.
+pub(super) fn half_cycles(rules: &Rules, clock: &CycleClock) -> u64 {
+    u64::from(clock.cycles_in(rules.half_s)).max(1)
+}
