@@ -3,6 +3,8 @@
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
 
+mod check;
+mod list;
 mod report;
 mod run;
 
@@ -18,12 +20,18 @@ struct CommandLine {
 enum Command {
     /// Run a match headless, as fast as it goes
     Run(run::RunArguments),
+    /// Check scenario files
+    Check(check::CheckArguments),
+    /// List what comes with the program
+    List(list::ListArguments),
 }
 
 /// Parses the command line and carries it out.
 pub fn main() -> ExitCode {
     match CommandLine::parse().command {
         Some(Command::Run(arguments)) => run::run(&arguments),
+        Some(Command::Check(arguments)) => check::check(&arguments, |_| Ok(())),
+        Some(Command::List(arguments)) => list::list(&arguments, []),
         None => ExitCode::SUCCESS,
     }
 }

@@ -227,24 +227,21 @@ impl<'a> Scanner<'a> {
                 let after_word = self.position;
                 self.skip_blanks();
                 if self.peek() == Some('(') {
-                    let inner_start = self.position;
-                    let mut content = self.parentheses(depth)?;
+                    let start = self.position;
+                    let content = self.parentheses(depth)?;
+                    let mut inner = Node { span: start..self.position, content, is_named_struct: false };
                     // `variant(value)` is the value itself, not a list of one.
-                    if let Content::List(nodes) = &mut content
+                    if let Content::List(nodes) = &mut inner.content
                         && nodes.len() == 1
                         && let Some(only) = nodes.pop()
                     {
-                        content = only.content;
+                        inner = only;
                     }
-                    if word == "Some" {
-                        content
-                    } else if word.starts_with(char::is_uppercase) {
-                        is_named_struct = true;
-                        content
+                    is_named_struct = word != "Some" && word.starts_with(char::is_uppercase);
+                    if word == "Some" || is_named_struct {
+                        inner.content
                     } else {
-                        let span = inner_start..self.position;
-                        let value = Node { span, content, is_named_struct: false };
-                        Content::Map(vec![Entry { key: word.to_owned(), key_span: word_span, value }])
+                        Content::Map(vec![Entry { key: word.to_owned(), key_span: word_span, value: inner }])
                     }
                 } else {
                     self.position = after_word;
@@ -407,7 +404,7 @@ mod tests {
         assert_eq!(found(text, "ball.position_m[1]", Aim::Value), "-.5");
         assert_eq!(found(text, "noise.gaussian.sd_m", Aim::Value), "0.1");
         assert_eq!(found(text, "noise.gaussian.sd_m", Aim::Key), "sd_m");
-        assert_eq!(found(text, "rolling.exponential_per_s", Aim::Value), "(0.5)");
+        assert_eq!(found(text, "rolling.exponential_per_s", Aim::Value), "0.5");
         assert_eq!(found(text, "robots[0].type", Aim::Value), "r#\"a \" b\"#");
         assert_eq!(found(text, "robots[0].behaviour.script[0].walk[2]", Aim::Value), "3");
         assert!(Node::of_text(text).unwrap().is_named_struct);

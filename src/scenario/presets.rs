@@ -97,7 +97,7 @@ pub fn resolve(root: &mut Map<String, Value>) -> Result<(), ScenarioFault> {
     for sensor in &NOISY_SENSORS {
         fill_in_noise(root, sensor, &path)?;
     }
-    let common: Vec<(&str, Value)> = ["motion", "sonar", "odometry", "head", "vision"]
+    let common: Vec<(&str, Value)> = ["motion", "sonar", "head", "vision", "odometry"]
         .iter()
         .filter_map(|&field| Some((field, root.get(field)?.clone())))
         .collect();

@@ -138,8 +138,10 @@ fn position_of(text: &str, line: usize, column_bytes: impl Fn(&str) -> usize) ->
 
 fn json_fault(text: &str, error: &serde_json::Error) -> SyntaxFault {
     // serde_json counts bytes, and the one that it stumbled over is the last that it read.
-    let position = position_of(text, error.line(), |_| error.column().saturating_sub(1));
-    let mut position = position.min(text.len());
+    let mut position = position_of(text, error.line(), |_| error.column().saturating_sub(1));
+    if error.is_eof() {
+        position = text.len();
+    }
     while !text.is_char_boundary(position) {
         position -= 1;
     }
@@ -203,7 +205,9 @@ fn ron_fault(text: &str, error: &ron::error::SpannedError) -> SyntaxFault {
         },
         Error::ExceededRecursionLimit => fault("the nesting is too deep", "at most 128 levels of lists and objects"),
         Error::TrailingCharacters => fault("something follows after the scenario's end", "the end of the file"),
-        Error::ExpectedComma => fault("there is no comma", "a comma, or the end of the list or object"),
+        Error::ExpectedComma => {
+            fault("there is no comma", "a comma, the end of the list or object, or a colon after a field's name")
+        }
         Error::ExpectedMapColon => fault("there is no colon", "a colon and a value after a field's name"),
         Error::ExpectedArrayEnd => fault("the list does not go on like this", "a comma or a closing `]`"),
         Error::ExpectedMapEnd => fault("the object does not go on like this", "a comma or a closing `}`"),

@@ -18,6 +18,8 @@
 //! How true a sensor is can be chosen for each robot and sensor, in a scenario or at run time: see [`fidelity`]. The
 //! behaviours' code does not change.
 
+use bevy::prelude::*;
+
 pub mod camera;
 pub mod fidelity;
 pub mod odometry;
@@ -26,6 +28,22 @@ pub mod scene;
 pub mod sonar;
 pub mod status;
 pub mod vision;
+
+/// All sensors.
+pub struct SensingPlugin;
+
+impl Plugin for SensingPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_plugins((
+            scene::ScenePlugin,
+            camera::CameraPlugin,
+            vision::VisionPlugin,
+            sonar::SonarPlugin,
+            odometry::OdometryPlugin,
+            status::BodyStatusPlugin,
+        ));
+    }
+}
 
 #[cfg(test)]
 pub(crate) mod testing;

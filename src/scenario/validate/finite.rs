@@ -6,25 +6,42 @@ use serde::ser::{
     self, Serialize, SerializeMap, SerializeSeq, SerializeStruct, SerializeStructVariant, SerializeTuple,
     SerializeTupleStruct, SerializeTupleVariant, Serializer,
 };
-use serde_path_to_error::Track;
 
 use super::ScenarioFault;
-use crate::scenario::field_path::FieldPath;
+use crate::scenario::field_path::{FieldPath, Segment};
 
 /// Finds the first number that is not finite.
 pub fn check(value: &impl Serialize) -> Result<(), ScenarioFault> {
-    let mut track = Track::new();
-    value.serialize(serde_path_to_error::Serializer::new(FiniteOnly, &mut track)).map_err(|NotFinite(what)| {
-        ScenarioFault::new(FieldPath::from(&track.path()), what, "a finite number, of single precision")
+    value.serialize(FiniteOnly).map_err(|NotFinite { what, steps }| {
+        let path = steps.iter().rev().fold(FieldPath::default(), |path, step| match step {
+            Segment::Field(name) => path.field(name),
+            Segment::Index(index) => path.index(*index),
+        });
+        ScenarioFault::new(path, what, "a finite number, of single precision")
     })
 }
 
+/// What was found, and the steps that lead there, the last one first.
 #[derive(Debug)]
-struct NotFinite(String);
+struct NotFinite {
+    what: String,
+    steps: Vec<Segment>,
+}
+
+impl NotFinite {
+    fn inside(mut self, step: Segment) -> Self {
+        self.steps.push(step);
+        self
+    }
+
+    fn inside_field(self, name: &str) -> Self {
+        self.inside(Segment::Field(name.to_owned()))
+    }
+}
 
 impl fmt::Display for NotFinite {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(&self.0)
+        formatter.write_str(&self.what)
     }
 }
 
@@ -32,29 +49,46 @@ impl std::error::Error for NotFinite {}
 
 impl ser::Error for NotFinite {
     fn custom<T: fmt::Display>(message: T) -> Self {
-        NotFinite(message.to_string())
+        NotFinite { what: message.to_string(), steps: Vec::new() }
     }
 }
 
 struct FiniteOnly;
 
-macro_rules! nothing_to_check {
-    ($($method:ident($type:ty))*) => {
-        $(fn $method(self, _: $type) -> Result<(), NotFinite> {
-            Ok(())
-        })*
-    };
+/// A list, an object or a variant with contents, of which the elements up to `index` are done.
+#[derive(Default)]
+struct Inside {
+    index: usize,
+    key: String,
+    variant: Option<&'static str>,
 }
 
-macro_rules! whatever_is_inside {
-    ($($trait:ident::$method:ident($($key:ident)?))*) => {
-        $(impl $trait for FiniteOnly {
+impl Inside {
+    fn check(&self, value: &(impl ?Sized + Serialize), step: Segment) -> Result<(), NotFinite> {
+        value.serialize(FiniteOnly).map_err(|found| match self.variant {
+            Some(variant) => found.inside(step).inside_field(variant),
+            None => found.inside(step),
+        })
+    }
+
+    fn element(&mut self, value: &(impl ?Sized + Serialize)) -> Result<(), NotFinite> {
+        self.index += 1;
+        self.check(value, Segment::Index(self.index - 1))
+    }
+
+    fn field(&mut self, name: &str, value: &(impl ?Sized + Serialize)) -> Result<(), NotFinite> {
+        self.check(value, Segment::Field(name.to_owned()))
+    }
+}
+
+macro_rules! lists {
+    ($($trait:ident::$method:ident)*) => {
+        $(impl $trait for Inside {
             type Ok = ();
             type Error = NotFinite;
 
-            fn $method<T: ?Sized + Serialize>(&mut self, $($key: &'static str,)? value: &T) -> Result<(), NotFinite> {
-                $(let _ = $key;)?
-                value.serialize(FiniteOnly)
+            fn $method<T: ?Sized + Serialize>(&mut self, value: &T) -> Result<(), NotFinite> {
+                self.element(value)
             }
 
             fn end(self) -> Result<(), NotFinite> {
@@ -64,22 +98,42 @@ macro_rules! whatever_is_inside {
     };
 }
 
-whatever_is_inside! {
-    SerializeSeq::serialize_element() SerializeTuple::serialize_element() SerializeTupleStruct::serialize_field()
-    SerializeTupleVariant::serialize_field() SerializeStruct::serialize_field(key)
-    SerializeStructVariant::serialize_field(key)
+lists! {
+    SerializeSeq::serialize_element SerializeTuple::serialize_element SerializeTupleStruct::serialize_field
+    SerializeTupleVariant::serialize_field
 }
 
-impl SerializeMap for FiniteOnly {
+macro_rules! structs {
+    ($($trait:ident)*) => {
+        $(impl $trait for Inside {
+            type Ok = ();
+            type Error = NotFinite;
+
+            fn serialize_field<T: ?Sized + Serialize>(&mut self, key: &'static str, value: &T) -> Result<(), NotFinite> {
+                self.field(key, value)
+            }
+
+            fn end(self) -> Result<(), NotFinite> {
+                Ok(())
+            }
+        })*
+    };
+}
+
+structs! { SerializeStruct SerializeStructVariant }
+
+impl SerializeMap for Inside {
     type Ok = ();
     type Error = NotFinite;
 
-    fn serialize_key<T: ?Sized + Serialize>(&mut self, _key: &T) -> Result<(), NotFinite> {
+    fn serialize_key<T: ?Sized + Serialize>(&mut self, key: &T) -> Result<(), NotFinite> {
+        self.key = serde_json::to_value(key).ok().and_then(|key| key.as_str().map(str::to_owned)).unwrap_or_default();
         Ok(())
     }
 
     fn serialize_value<T: ?Sized + Serialize>(&mut self, value: &T) -> Result<(), NotFinite> {
-        value.serialize(FiniteOnly)
+        let key = core::mem::take(&mut self.key);
+        self.field(&key, value)
     }
 
     fn end(self) -> Result<(), NotFinite> {
@@ -87,16 +141,24 @@ impl SerializeMap for FiniteOnly {
     }
 }
 
+macro_rules! nothing_to_check {
+    ($($method:ident($type:ty))*) => {
+        $(fn $method(self, _: $type) -> Result<(), NotFinite> {
+            Ok(())
+        })*
+    };
+}
+
 impl Serializer for FiniteOnly {
     type Ok = ();
     type Error = NotFinite;
-    type SerializeSeq = Self;
-    type SerializeTuple = Self;
-    type SerializeTupleStruct = Self;
-    type SerializeTupleVariant = Self;
-    type SerializeMap = Self;
-    type SerializeStruct = Self;
-    type SerializeStructVariant = Self;
+    type SerializeSeq = Inside;
+    type SerializeTuple = Inside;
+    type SerializeTupleStruct = Inside;
+    type SerializeTupleVariant = Inside;
+    type SerializeMap = Inside;
+    type SerializeStruct = Inside;
+    type SerializeStructVariant = Inside;
 
     nothing_to_check! {
         serialize_bool(bool) serialize_i8(i8) serialize_i16(i16) serialize_i32(i32) serialize_i64(i64)
@@ -109,7 +171,7 @@ impl Serializer for FiniteOnly {
     }
 
     fn serialize_f64(self, number: f64) -> Result<(), NotFinite> {
-        if number.is_finite() { Ok(()) } else { Err(NotFinite(format!("{number} is not a finite number"))) }
+        if number.is_finite() { Ok(()) } else { Err(ser::Error::custom(format!("{number} is not a finite number"))) }
     }
 
     fn serialize_none(self) -> Result<(), NotFinite> {
@@ -136,38 +198,50 @@ impl Serializer for FiniteOnly {
         self,
         _: &'static str,
         _: u32,
-        _: &'static str,
+        variant: &'static str,
         value: &T,
     ) -> Result<(), NotFinite> {
-        value.serialize(self)
+        value.serialize(self).map_err(|found| found.inside_field(variant))
     }
 
-    fn serialize_seq(self, _: Option<usize>) -> Result<Self, NotFinite> {
-        Ok(self)
+    fn serialize_seq(self, _: Option<usize>) -> Result<Inside, NotFinite> {
+        Ok(Inside::default())
     }
 
-    fn serialize_tuple(self, _: usize) -> Result<Self, NotFinite> {
-        Ok(self)
+    fn serialize_tuple(self, _: usize) -> Result<Inside, NotFinite> {
+        Ok(Inside::default())
     }
 
-    fn serialize_tuple_struct(self, _: &'static str, _: usize) -> Result<Self, NotFinite> {
-        Ok(self)
+    fn serialize_tuple_struct(self, _: &'static str, _: usize) -> Result<Inside, NotFinite> {
+        Ok(Inside::default())
     }
 
-    fn serialize_tuple_variant(self, _: &'static str, _: u32, _: &'static str, _: usize) -> Result<Self, NotFinite> {
-        Ok(self)
+    fn serialize_tuple_variant(
+        self,
+        _: &'static str,
+        _: u32,
+        variant: &'static str,
+        _: usize,
+    ) -> Result<Inside, NotFinite> {
+        Ok(Inside { variant: Some(variant), ..Inside::default() })
     }
 
-    fn serialize_map(self, _: Option<usize>) -> Result<Self, NotFinite> {
-        Ok(self)
+    fn serialize_map(self, _: Option<usize>) -> Result<Inside, NotFinite> {
+        Ok(Inside::default())
     }
 
-    fn serialize_struct(self, _: &'static str, _: usize) -> Result<Self, NotFinite> {
-        Ok(self)
+    fn serialize_struct(self, _: &'static str, _: usize) -> Result<Inside, NotFinite> {
+        Ok(Inside::default())
     }
 
-    fn serialize_struct_variant(self, _: &'static str, _: u32, _: &'static str, _: usize) -> Result<Self, NotFinite> {
-        Ok(self)
+    fn serialize_struct_variant(
+        self,
+        _: &'static str,
+        _: u32,
+        variant: &'static str,
+        _: usize,
+    ) -> Result<Inside, NotFinite> {
+        Ok(Inside { variant: Some(variant), ..Inside::default() })
     }
 }
 

@@ -18,7 +18,10 @@ impl Checks {
         let carpet = scenario.field.carpet_half_extents();
         let on_carpet = format!("a place on the carpet: x within ±{} m and y within ±{} m", carpet.x, carpet.y);
         let outside = |position: Vec2| position.abs().cmpgt(carpet).any();
-        let words = |position: Vec2| format!("({}, {})", position.x, position.y);
+        let words = |position: Vec2| {
+            let millimetres = |metres: f32| f64::from((metres * 1000.0).round()) / 1000.0;
+            format!("({}, {})", millimetres(position.x), millimetres(position.y))
+        };
 
         let robots = &scenario.robots;
         let pose_path = |index: usize| root.field("robots").index(index).field("pose");

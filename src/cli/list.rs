@@ -1,0 +1,97 @@
+//! `naoisis list`: what comes with the program, by name.
+
+use clap::{Args, ValueEnum};
+use std::io::{self, Write};
+use std::process::ExitCode;
+
+use super::report;
+use crate::pitch::Pitch;
+use crate::referee::Rules;
+use crate::scenario::{FIELD_PRESETS, LIBRARY, RULES_PRESETS, ScenarioError};
+
+/// Arguments of `naoisis list`.
+#[derive(Args, Debug, Clone)]
+pub struct ListArguments {
+    /// What to list
+    #[arg(value_enum)]
+    pub what: Listing,
+}
+
+/// What can be listed.
+#[derive(ValueEnum, Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Listing {
+    /// Built-in scenarios
+    Scenarios,
+    /// Built-in teams
+    Teams,
+    /// Presets of fields
+    Fields,
+    /// Presets of rules
+    Rules,
+}
+
+/// Prints names and what they stand for, a line each. `teams` are the names and descriptions of the teams.
+pub fn list(arguments: &ListArguments, teams: impl IntoIterator<Item = (String, String)>) -> ExitCode {
+    let rows = match arguments.what {
+        Listing::Scenarios => scenarios(),
+        Listing::Teams => Ok(teams.into_iter().collect()),
+        Listing::Fields => Ok(fields()),
+        Listing::Rules => Ok(rules()),
+    };
+    match rows {
+        Ok(rows) => {
+            // Whoever closed standard output has seen enough.
+            let _ = io::stdout().write_all(table(&rows).as_bytes());
+            ExitCode::SUCCESS
+        }
+        Err(error) => report::scenario_error(&error),
+    }
+}
+
+fn scenarios() -> Result<Vec<(String, String)>, ScenarioError> {
+    LIBRARY.iter().map(|entry| Ok((entry.name.to_owned(), entry.description()?))).collect()
+}
+
+fn fields() -> Vec<(String, String)> {
+    let row = |name: &str| {
+        let pitch = Pitch::preset(name)?;
+        let description = format!("{} x {} m, goals {} m wide", pitch.length_m, pitch.width_m, pitch.goal.width_m);
+        Some((name.to_owned(), description))
+    };
+    FIELD_PRESETS.iter().filter_map(|preset| row(preset.name)).collect()
+}
+
+fn rules() -> Vec<(String, String)> {
+    let row = |name: &str| {
+        let rules = Rules::preset(name)?;
+        let play = match (rules.clock, rules.goals || rules.ball_out) {
+            (true, _) => format!("{} x {} s, teams of {}", rules.halves, rules.half_s, rules.team_size),
+            (false, true) => format!("no clock, teams of {}", rules.team_size),
+            (false, false) => "no referee: nothing is repositioned".to_owned(),
+        };
+        Some((name.to_owned(), play))
+    };
+    RULES_PRESETS.iter().filter_map(|preset| row(preset.name)).collect()
+}
+
+/// Rows of two columns.
+fn table(rows: &[(String, String)]) -> String {
+    let width = rows.iter().map(|(name, _)| name.chars().count()).max().unwrap_or_default();
+    rows.iter()
+        .map(|(name, description)| format!("{name:width$}  {description}").trim_end().to_owned() + "\n")
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_name_has_a_line_that_begins_with_it() {
+        let names: Vec<&str> = LIBRARY.iter().map(|entry| entry.name).collect();
+        let text = table(&scenarios().expect("the embedded scenarios load"));
+        assert_eq!(text.lines().filter_map(|line| line.split_whitespace().next()).collect::<Vec<_>>(), names);
+        assert_eq!(table(&fields()), "naoisis  6 x 4 m, goals 1.4 m wide\nspl2025  9 x 6 m, goals 1.6 m wide\n");
+        assert!(table(&rules()).contains("free     no referee"));
+    }
+}
