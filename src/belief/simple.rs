@@ -14,7 +14,7 @@ use super::{BallBelief, Belief, RobotBelief, place_covariance, pose_covariance};
 use crate::behaviour::{DecideSystems, barrier};
 use crate::communication::{Inbox, ReceivedMessage};
 use crate::cycle::{Cycle, CycleClock};
-use crate::geometry::{Pose, unrotate};
+use crate::geometry::Pose;
 use crate::knowledge::Knowledge;
 use crate::pitch::{End, GoalColour, JunctionShape, Pitch};
 use crate::referee::{GameState, GameStatus, Rules, formation};
@@ -152,7 +152,6 @@ const MARK_GATE_M: f32 = 0.6;
 const SAME_ROBOT_M: f32 = 0.6;
 
 /// The places of all marks on the ground. They are the same for both teams, as the pitch looks the same from both ends.
-#[derive(Default)]
 struct Marks {
     junctions: Vec<(JunctionShape, Vec2)>,
     crosses: [Vec2; 2],

@@ -27,6 +27,8 @@ pub use spawn::MatchEntity;
 
 use crate::ball::{BallPlugin, BallVelocity};
 use crate::behaviour::BehaviourPlugin;
+use crate::behaviour::teams::BuiltInTeamsPlugin;
+use crate::belief::SimpleBeliefPlugin;
 use crate::collision::CollisionPlugin;
 use crate::communication::CommunicationPlugin;
 use crate::cycle::{CycleClock, CyclePlugin, run_cycle};
@@ -54,6 +56,8 @@ impl PluginGroup for NaoisisPlugins {
             .add(BehaviourPlugin)
             .add(RefereePlugin)
             .add(invariants::InvariantPlugin)
+            .add(SimpleBeliefPlugin)
+            .add(BuiltInTeamsPlugin)
     }
 }
 

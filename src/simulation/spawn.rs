@@ -5,6 +5,7 @@ use bevy::prelude::*;
 use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity};
 use crate::behaviour::BehaviourRegistry;
 use crate::behaviour::script::Script;
+use crate::belief::{Belief, team_from_pitch};
 use crate::collision::Contacts;
 use crate::communication::{Inbox, MessageStatistics, MessagesInFlight, Outbox};
 use crate::cycle::CycleClock;
@@ -173,6 +174,11 @@ fn spawn_robot(world: &mut World, scenario: &Scenario, robot: &RobotSpec) {
             let marker = entity.world().resource::<BehaviourRegistry>().marker_of(name);
             if let Some(insert) = marker {
                 insert(&mut entity);
+            }
+            // A robot is put down where its team knows that it will be.
+            if entity.contains::<Belief>() {
+                let own_end = entity.world().resource::<Game>().own_end(id.team);
+                entity.insert(Belief::at(team_from_pitch(robot.pose, own_end)));
             }
         }
     }

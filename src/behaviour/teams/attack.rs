@@ -7,8 +7,8 @@ use super::looking;
 use super::player::{Decision, Player, PlayerMemory};
 use super::walking::{BALL_CLEARANCE_M, approach};
 use crate::geometry::unit;
-use crate::robot::kick::{KickRequest, KickType};
 use crate::robot::head::HeadCommand;
+use crate::robot::kick::{KickRequest, KickType};
 
 /// An opponent nearer to the ball than this puts the attacker under pressure, m.
 const PRESSURE_DISTANCE_M: f32 = 0.5;
@@ -52,11 +52,8 @@ pub fn attack_towards(player: &Player, memory: &mut PlayerMemory, aim: &Aim) -> 
     let opponent_distance = player.nearest_opponent(ball.position_m);
     if ball.age_s < FRESH_BALL_S && ball.heard_from.is_none() {
         let waited_s = memory.preparing_since_s.map_or(0.0, |since| now - since);
-        let patience = if opponent_distance < PRESSURE_DISTANCE_M || waited_s > PREPARATION_S {
-            PRESSURE_PATIENCE
-        } else {
-            1.0
-        };
+        let patience =
+            if opponent_distance < PRESSURE_DISTANCE_M || waited_s > PREPARATION_S { PRESSURE_PATIENCE } else { 1.0 };
         let kick = kick_now(in_robot, player.forward, aim, player.kicks, patience)
             .or_else(|| emergency_kick(player, in_robot, opponent_distance));
         if let Some(kick) = kick {

@@ -1,7 +1,5 @@
 //! Chasers: everybody after the ball, except that whoever is further away than a team-mate keeps out of the way.
 
-use bevy::prelude::*;
-
 use super::attack::{attack, search};
 use super::player::{Decision, Player, PlayerMemory};
 use super::roles::{SUPPORT_DISTANCE_M, has_turn, support};

@@ -35,11 +35,9 @@ pub fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
     }
     let clear_distance = if memory.attacks { GIVE_UP_DISTANCE_M } else { CLEAR_DISTANCE_M };
     let distance = position.distance(goal);
-    let nearer_mate = player
-        .belief
-        .team_mates
-        .iter()
-        .any(|mate| mate.age_s < 1.0 && mate.position_m.distance(position) < 0.6 * player.position().distance(position));
+    let nearer_mate = player.belief.team_mates.iter().any(|mate| {
+        mate.age_s < 1.0 && mate.position_m.distance(position) < 0.6 * player.position().distance(position)
+    });
     memory.attacks = distance < clear_distance && !nearer_mate && velocity.length() < SHOT_SPEED_MPS;
     if memory.attacks {
         return attack(player, memory);

@@ -58,13 +58,7 @@ impl Aim {
 
     /// For a ball that is shot: into the goal where there is most room between posts and opponents, if `range_m` reaches
     /// it. Otherwise towards it, or in front of it from the side, past opponents, and not over the lines.
-    pub fn choose(
-        ball: Vec2,
-        opponents: &[RobotBelief],
-        pitch: &Pitch,
-        range_m: f32,
-        previous: Option<Vec2>,
-    ) -> Self {
+    pub fn choose(ball: Vec2, opponents: &[RobotBelief], pitch: &Pitch, range_m: f32, previous: Option<Vec2>) -> Self {
         let half_goal = pitch.goal.width_m / 2.0;
         let post_radius = pitch.goal.post_diameter_m / 2.0;
         let goal_x = pitch.half_length() + pitch.line_width_m;
@@ -130,8 +124,7 @@ fn room_along(ball: Vec2, direction: Vec2, distance_m: f32, opponents: &[RobotBe
             let offset = opponent.position_m - ball;
             let along = direction.dot(offset);
             let across = direction.perp_dot(offset).abs();
-            (along > 0.0 && along < distance_m + 0.2)
-                .then(|| across - BLOCKED_HALF_WIDTH_M - BLOCKED_PER_METRE * along)
+            (along > 0.0 && along < distance_m + 0.2).then(|| across - BLOCKED_HALF_WIDTH_M - BLOCKED_PER_METRE * along)
         })
         .fold(ENOUGH_ROOM_M, f32::min)
 }
@@ -183,8 +176,8 @@ impl KickPlan {
             // The chord of the angle to turn by is near enough to it.
             let turn_s = (facing - forward).length() / 1.4;
             let ball_side = -way.normalize_or_zero().perp_dot(ball - own.position).abs();
-            let passes_ball = way.dot(ball - own.position) > 0.0
-                && way.length_squared() > ball.distance_squared(own.position);
+            let passes_ball =
+                way.dot(ball - own.position) > 0.0 && way.length_squared() > ball.distance_squared(own.position);
             let detour_s = if passes_ball { 4.0 * (0.25 + ball_side).max(0.0) } else { 0.0 };
             let mut cost_s = (way.length() / 0.2).max(turn_s) + 0.4 * turn_s + detour_s;
             if is_side_kick(kick_type) {
@@ -193,7 +186,8 @@ impl KickPlan {
                     cost_s += 5.0;
                 }
             }
-            if others.clone().any(|other| other.distance_squared(position) < OCCUPIED_DISTANCE_M * OCCUPIED_DISTANCE_M) {
+            if others.clone().any(|other| other.distance_squared(position) < OCCUPIED_DISTANCE_M * OCCUPIED_DISTANCE_M)
+            {
                 cost_s += OCCUPIED_COST_S;
             }
             if previous == Some(kick_type) {

@@ -53,13 +53,15 @@ impl Plugin for BuiltInTeamsPlugin {
             .add_behaviour::<Striker, _>("striker", play::<Striker>)
             .add_behaviour::<Supporter, _>("supporter", play::<Supporter>)
             .add_team("chasers", "Everybody goes for the ball.", |_, _| "chaser")
-            .add_team("roles", "A keeper, a striker, and supporters who take the striker's place when they are nearer to the ball.", |number, size| {
-                match number {
+            .add_team(
+                "roles",
+                "A keeper, a striker, and supporters who take the striker's place when they are nearer to the ball.",
+                |number, size| match number {
                     1 if size > 1 => "keeper",
                     0..=2 => "striker",
                     _ => "supporter",
-                }
-            });
+                },
+            );
     }
 }
 
@@ -210,12 +212,8 @@ fn note_kick_off(player: &Player, memory: &mut PlayerMemory) {
     };
     memory.restarts = Some(player.status.restarts);
     if placed {
-        *memory = PlayerMemory {
-            restarts: memory.restarts,
-            kick_off_since_s: Some(now),
-            last_glance_s: now,
-            ..default()
-        };
+        *memory =
+            PlayerMemory { restarts: memory.restarts, kick_off_since_s: Some(now), last_glance_s: now, ..default() };
     }
     let in_play = player.ball().is_some_and(|ball| ball.position_m.length_squared() > IN_PLAY_M * IN_PLAY_M);
     if memory.kick_off_since_s.is_some_and(|since| in_play || now - since > KICK_OFF_S) {

@@ -90,9 +90,7 @@ pub fn way_around(from: Vec2, to: Vec2, obstacles: &Obstacles) -> Vec2 {
             let radius = obstacle.radius_m.min(0.9 * obstacle.centre.distance(to));
             blocks(from, way / distance, distance, obstacle.centre, radius).then_some((obstacle.centre, radius))
         })
-        .min_by(|(first, _), (second, _)| {
-            first.distance_squared(from).total_cmp(&second.distance_squared(from))
-        });
+        .min_by(|(first, _), (second, _)| first.distance_squared(from).total_cmp(&second.distance_squared(from)));
     let Some((centre, radius)) = first else { return way };
     let clear = |way: Vec2, length: f32| {
         obstacles
@@ -144,9 +142,5 @@ pub fn approach(own: Vec2, forward: Vec2, position: Vec2, facing: Vec2) -> (Vec2
     let behind = -offset.x;
     let in_corridor = behind > -0.02 && offset.y.abs() < 0.02 + 0.3 * behind.clamp(0.0, 0.3);
     let aligned = facing.dot(forward) > 0.96;
-    if in_corridor && aligned && behind < 0.3 {
-        (position, true)
-    } else {
-        (position - facing * 0.09, false)
-    }
+    if in_corridor && aligned && behind < 0.3 { (position, true) } else { (position - facing * 0.09, false) }
 }
