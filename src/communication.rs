@@ -382,6 +382,11 @@ mod tests {
         &app.world().get::<Inbox>(robot).unwrap().0
     }
 
+    fn refusals(app: &App) -> Vec<MatchEvent> {
+        let is_refusal = |event: &&MatchEvent| matches!(event, MatchEvent::CommandRefused { .. });
+        app.world().resource::<CycleEvents>().iter().filter(is_refusal).cloned().collect()
+    }
+
     fn statistics(app: &App) -> TeamMessageStatistics {
         *app.world().resource::<MessageStatistics>().of(Team::Blue)
     }
