@@ -491,11 +491,6 @@ mod tests {
         assert_eq!((statistics(&app).delivered, statistics(&app).out_of_range), (1, 1));
     }
 
-    fn refusals(app: &App) -> Vec<MatchEvent> {
-        let events = &app.world().resource::<CycleEvents>().0;
-        events.iter().filter(|event| matches!(event, MatchEvent::CommandRefused { .. })).cloned().collect()
-    }
-
     #[test]
     fn what_is_too_long_or_not_finite_is_refused() {
         let (mut app, robots) = talking_app(MessageSettings::default());

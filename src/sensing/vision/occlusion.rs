@@ -72,11 +72,12 @@ impl Occluders {
     /// `place`: it saves looking again for every point.
     pub fn judge(&self, target: Target, lens: Vec3, place: Vec2, radius: f32) -> Target {
         let sight = Sight::new(lens, place);
-        let is_obstructed = self.robots.iter().any(|robot| {
-            target != Target::Robot(robot.index) && sight.passes(robot.position, robot.reach + radius)
-        }) || self.posts.iter().enumerate().any(|(index, post)| {
-            target != Target::Post(index) && sight.passes(post.position, post.radius + radius)
-        });
+        let is_obstructed =
+            self.robots.iter().any(|robot| {
+                target != Target::Robot(robot.index) && sight.passes(robot.position, robot.reach + radius)
+            }) || self.posts.iter().enumerate().any(|(index, post)| {
+                target != Target::Post(index) && sight.passes(post.position, post.radius + radius)
+            });
         if is_obstructed { target } else { Target::Unobstructed }
     }
 
