@@ -11,6 +11,7 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 use crate::ball::{Ball, BallPhysics, BallVelocity};
+use crate::belief::Belief;
 use crate::communication::{Inbox, ReceivedMessage};
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
 use crate::events::{CycleEvents, MatchEvent};
@@ -191,7 +192,7 @@ struct RobotLine<'a> {
     sonar_m: SonarReading,
     percepts: &'a Percepts,
     inbox: &'a [ReceivedMessage],
-    belief: Option<()>,
+    belief: Option<&'a Belief>,
 }
 
 #[derive(Serialize)]
@@ -216,7 +217,17 @@ pub fn record_cycle(
     game: Res<Game>,
     events: Res<CycleEvents>,
     balls: Query<(&Pose, &BallVelocity, &BallPhysics), With<Ball>>,
-    robots: Query<(&Pose, &Velocity, &HeadAngles, &Penalty, &Odometry, &SonarReading, &Percepts, &Inbox)>,
+    robots: Query<(
+        &Pose,
+        &Velocity,
+        &HeadAngles,
+        &Penalty,
+        &Odometry,
+        &SonarReading,
+        &Percepts,
+        &Inbox,
+        Option<&Belief>,
+    )>,
 ) {
     let line = CycleLine {
         line_type: "cycle",
@@ -229,7 +240,8 @@ pub fn record_cycle(
         robots: roster
             .iter()
             .filter_map(|(id, entity)| {
-                let (pose, velocity, head, penalty, odometry, sonar, percepts, inbox) = robots.get(entity).ok()?;
+                let (pose, velocity, head, penalty, odometry, sonar, percepts, inbox, belief) =
+                    robots.get(entity).ok()?;
                 Some(RobotLine {
                     id,
                     pose: *pose,
@@ -243,7 +255,7 @@ pub fn record_cycle(
                     sonar_m: *sonar,
                     percepts,
                     inbox: &inbox.0,
-                    belief: None,
+                    belief,
                 })
             })
             .collect(),

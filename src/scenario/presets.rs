@@ -1,5 +1,6 @@
 //! Presets: named fields, rules and noise, and how a scenario's own values are laid over them.
 
+use serde::Serialize;
 use serde_json::{Map, Value};
 
 use super::field_path::FieldPath;
@@ -10,6 +11,8 @@ use super::wording::{did_you_mean, one_of, quoted};
 use crate::pitch::Pitch;
 use crate::referee::Rules;
 use crate::robot::Team;
+use crate::sensing::odometry::OdometryNoise;
+use crate::sensing::preset::Preset as NoisePreset;
 use crate::sensing::vision::VisionNoise;
 
 /// A named set of values, as a file in RON that is embedded in the program.
@@ -40,12 +43,6 @@ pub const RULES_PRESETS: &[Preset] = &[
     Preset { name: "spl2010", text: include_str!("../../assets/rules/spl2010.ron") },
     Preset { name: "free", text: include_str!("../../assets/rules/free.ron") },
 ];
-
-/// A preset that is a function of the program, by name.
-type ComputedPreset = (&'static str, fn() -> VisionNoise);
-
-/// The noise of the geometric vision, by name.
-const VISION_NOISE_PRESETS: &[ComputedPreset] = &[("none", VisionNoise::none), ("default", VisionNoise::default)];
 
 impl Pitch {
     /// The pitch of this name among the [`FIELD_PRESETS`].
@@ -78,9 +75,7 @@ pub fn resolve(root: &mut Map<String, Value>) -> Result<(), ScenarioFault> {
             })?;
         }
     }
-    if let Some(vision) = root.get_mut("vision") {
-        fill_in_vision(vision, &path.field("vision"))?;
-    }
+    fill_in_noises(root, &path)?;
     let common: Vec<(&str, Value)> = ["motion", "sonar", "odometry", "head", "vision"]
         .iter()
         .filter_map(|&field| Some((field, root.get(field)?.clone())))
@@ -89,14 +84,14 @@ pub fn resolve(root: &mut Map<String, Value>) -> Result<(), ScenarioFault> {
     for (index, robot) in robots.iter_mut().enumerate() {
         let Value::Object(robot) = robot else { continue };
         let path = path.field("robots").index(index);
-        let has_own_noise = match robot.get_mut("vision") {
-            Some(vision) => fill_in_vision(vision, &path.field("vision"))?,
-            None => false,
-        };
+        let with_own_noise = fill_in_noises(robot, &path)?;
         for (field, common) in &common {
             let Some(own @ Value::Object(_)) = robot.get_mut(*field) else { continue };
             let mut merged = common.clone();
-            if has_own_noise && let Value::Object(merged) = &mut merged {
+            // A preset is the whole noise, whatever the common one is.
+            if with_own_noise.contains(field)
+                && let Value::Object(merged) = &mut merged
+            {
                 merged.remove("noise");
             }
             lay_over(&mut merged, own.take(), field);
@@ -107,13 +102,27 @@ pub fn resolve(root: &mut Map<String, Value>) -> Result<(), ScenarioFault> {
     Ok(())
 }
 
-/// Fills in the preset of a vision's noise. Whether it had one.
-fn fill_in_vision(vision: &mut Value, path: &FieldPath) -> Result<bool, ScenarioFault> {
-    let names: Vec<&str> = VISION_NOISE_PRESETS.iter().map(|(name, _)| *name).collect();
-    let Some(noise) = vision.get_mut("noise") else { return Ok(false) };
-    fill_in(noise, &path.field("noise"), &names, |name| {
-        let (_, noise) = VISION_NOISE_PRESETS.iter().find(|(preset, _)| *preset == name)?;
-        serde_json::to_value(noise()).ok()
+/// Fills in the presets of the sensors' noises. The names of the sensors that had one.
+fn fill_in_noises(settings: &mut Map<String, Value>, path: &FieldPath) -> Result<Vec<&'static str>, ScenarioFault> {
+    let mut with_preset = Vec::new();
+    if fill_in_noise::<VisionNoise>(settings, path, "vision")? {
+        with_preset.push("vision");
+    }
+    if fill_in_noise::<OdometryNoise>(settings, path, "odometry")? {
+        with_preset.push("odometry");
+    }
+    Ok(with_preset)
+}
+
+/// Fills in the preset of one sensor's noise. Whether it had one.
+fn fill_in_noise<Noise: NoisePreset + Serialize>(
+    settings: &mut Map<String, Value>,
+    path: &FieldPath,
+    sensor: &str,
+) -> Result<bool, ScenarioFault> {
+    let Some(noise) = settings.get_mut(sensor).and_then(|sensor| sensor.get_mut("noise")) else { return Ok(false) };
+    fill_in(noise, &path.field(sensor).field("noise"), Noise::NAMES, |name| {
+        serde_json::to_value(Noise::preset(name)?).ok()
     })
 }
 
@@ -230,9 +239,11 @@ mod tests {
         let value = resolved(json!({
             "motion": { "max_linear_mps": 0.1, "error_sd": { "dx_m": 0.01 } },
             "sonar": { "noise": { "gaussian": { "sd_m": 0.1 } }, "max_m": 0.6 },
+            "vision": { "noise": { "preset": "none", "ball": { "miss_probability": 0.5 } } },
             "robots": [
                 { "motion": { "error_sd": { "dy_m": 0.02 } } },
                 { "sonar": { "noise": { "uniform": { "half_width_m": 0.2 } } }, "vision": { "noise": "none" } },
+                { "vision": { "noise": { "ball": { "pixel_sd": 2.0 } } }, "odometry": { "noise": "default" } },
             ]
         }))
         .unwrap();
@@ -242,6 +253,14 @@ mod tests {
             value["robots"][1]["sonar"],
             json!({ "noise": { "uniform": { "half_width_m": 0.2 } }, "max_m": 0.6 })
         );
+        let noise = |robot: usize, sensor: &str| value["robots"][robot][sensor]["noise"].clone();
+        assert_eq!(noise(1, "vision"), serde_json::to_value(VisionNoise::none()).unwrap());
+        let common = serde_json::from_value::<VisionNoise>(value["vision"]["noise"].clone()).unwrap();
+        let mut expected = common;
+        expected.ball.pixel_sd = 2.0;
+        assert_eq!(common.ball.miss_probability, 0.5);
+        assert_eq!(serde_json::from_value::<VisionNoise>(noise(2, "vision")).unwrap(), expected);
+        assert_eq!(noise(2, "odometry"), serde_json::to_value(OdometryNoise::default()).unwrap());
     }
 
     #[test]

@@ -9,6 +9,7 @@ use crate::cycle::{Cycle, CycleSystems};
 use crate::geometry::{Pose, unit};
 use crate::knowledge::Knowledge;
 use crate::pitch::{End, GoalColour, LineJunction, LineSegment, Pitch, Post};
+use crate::referee::Penalty;
 use crate::robot::RobotId;
 use crate::robot::body::BodyBounds;
 
@@ -18,8 +19,6 @@ pub struct ScenePlugin;
 impl Plugin for ScenePlugin {
     fn build(&self, app: &mut App) {
         app.register_type::<Scene>()
-            .register_type::<Post>()
-            .register_type::<BallPhysics>()
             .init_resource::<Pitch>()
             .init_resource::<Scene>()
             .configure_sets(
@@ -58,7 +57,8 @@ pub enum SensingSystems {
 #[derive(Resource, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Resource, @Knowledge::Truth)]
 pub struct Scene {
-    /// The robots, ordered by their ids.
+    /// The robots, ordered by their ids. Those that the referee has taken off the pitch are not among them, but they
+    /// sense the others.
     pub robots: Vec<SceneRobot>,
     /// The posts, ordered by their places.
     pub posts: Vec<ScenePost>,
@@ -137,13 +137,14 @@ impl Markings {
 fn gather_scene(
     mut scene: ResMut<Scene>,
     pitch: Res<Pitch>,
-    robots: Query<(&RobotId, &Pose, &BodyBounds)>,
+    robots: Query<(&RobotId, &Pose, &BodyBounds, Option<&Penalty>)>,
     posts: Query<(&Post, &Pose)>,
-    ball: Query<(&Pose, Option<&BallPhysics>), With<Ball>>,
+    ball: Query<(&Pose, &BallPhysics), With<Ball>>,
 ) {
     let scene = &mut *scene;
     scene.robots.clear();
-    scene.robots.extend(robots.iter().map(|(&id, pose, &bounds)| SceneRobot {
+    let playing = robots.iter().filter(|(.., penalty)| !penalty.is_some_and(Penalty::is_active));
+    scene.robots.extend(playing.map(|(&id, pose, &bounds, _)| SceneRobot {
         id,
         position: pose.position,
         forward: unit(pose.heading),
@@ -156,10 +157,8 @@ fn gather_scene(
     scene
         .posts
         .sort_unstable_by(|a, b| a.position.x.total_cmp(&b.position.x).then(a.position.y.total_cmp(&b.position.y)));
-    scene.ball = ball.iter().next().map(|(pose, physics)| SceneBall {
-        position: pose.position,
-        radius: physics.map_or(BallPhysics::default().radius_m, |physics| physics.radius_m),
-    });
+    scene.ball =
+        ball.iter().next().map(|(pose, physics)| SceneBall { position: pose.position, radius: physics.radius_m });
     if pitch.is_changed() {
         scene.markings = Markings::new(&pitch);
     }
