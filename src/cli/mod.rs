@@ -1,7 +1,11 @@
 //! The command line: one file a command.
 
+use bevy::app::App;
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
+
+use crate::behaviour::BehaviourRegistry;
+use crate::simulation::{MatchApp, NaoisisPlugins};
 
 mod check;
 mod list;
@@ -34,8 +38,22 @@ pub fn main() -> ExitCode {
     match CommandLine::parse().command {
         Some(Command::Play(arguments)) => play::play(&arguments),
         Some(Command::Run(arguments)) => run::run(&arguments),
-        Some(Command::Check(arguments)) => check::check(&arguments, |_| Ok(())),
-        Some(Command::List(arguments)) => list::list(&arguments, []),
+        Some(Command::Check(arguments)) => {
+            let mut app = simulator();
+            check::check(&arguments, |scenario| app.start_match(scenario).map(|_| ()))
+        }
+        Some(Command::List(arguments)) => {
+            let app = simulator();
+            let teams = app.world().resource::<BehaviourRegistry>().teams();
+            list::list(&arguments, teams.map(|(name, team)| (name.to_owned(), team.description.clone())))
+        }
         None => play::play(&play::PlayArguments::default()),
     }
+}
+
+/// A simulator without a match, with all built-in behaviours and teams.
+fn simulator() -> App {
+    let mut app = App::new();
+    app.add_plugins(NaoisisPlugins);
+    app
 }

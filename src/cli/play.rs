@@ -1,6 +1,5 @@
 //! `naoisis play`: a match in a window.
 
-use bevy::prelude::*;
 use clap::Args;
 use std::process::ExitCode;
 
@@ -8,7 +7,6 @@ use super::report;
 use super::run::{RunArguments, run_scenario};
 use crate::behaviour::BehaviourRegistry;
 use crate::scenario::{ScenarioFile, TeamsSpec};
-use crate::simulation::NaoisisPlugins;
 
 /// The match that is played when none is named.
 const DEFAULT_SCENARIO: &str = "match3v3";
@@ -63,8 +61,7 @@ pub fn play(arguments: &PlayArguments) -> ExitCode {
 /// Puts the teams of the command line into the scenario.
 fn choose_teams(file: &mut ScenarioFile, arguments: &PlayArguments) -> Result<(), String> {
     let chosen = [("--blue", &arguments.blue), ("--pink", &arguments.pink)];
-    let mut app = App::new();
-    app.add_plugins(NaoisisPlugins);
+    let app = super::simulator();
     let registry = app.world().resource::<BehaviourRegistry>();
     for (option, team) in chosen {
         let Some(team) = team else { continue };
@@ -113,8 +110,9 @@ fn display() -> Result<(), &'static str> {
 
 #[cfg(feature = "viewer")]
 fn watch(file: &ScenarioFile) -> ExitCode {
-    use crate::simulation::MatchApp;
+    use crate::simulation::{MatchApp, NaoisisPlugins};
     use crate::viewer::ViewerPlugins;
+    use bevy::app::{App, AppExit};
 
     let mut app = App::new();
     app.add_plugins((ViewerPlugins, NaoisisPlugins));

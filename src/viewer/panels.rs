@@ -5,11 +5,11 @@ use bevy_egui::egui::{self, Align2, Color32, CornerRadius, Frame, Margin, RichTe
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 use super::drive::{Playback, Speed, ViewerCommand, is_over};
-use super::event_log::EventLog;
+use super::event_log::{EventLog, reason_name};
 use super::keys::{Action, BINDINGS, MOUSE, Shown, Switch};
 use super::palette;
 use crate::cycle::CycleClock;
-use crate::referee::{Game, GameState, Penalty, PenaltyReason};
+use crate::referee::{Game, GameState, Penalty};
 use crate::robot::{RobotId, Team};
 use crate::scenario::Scenario;
 
@@ -200,12 +200,8 @@ fn show_events(
         card().show(ui, |ui| {
             ui.set_width(232.0);
             for (id, penalty) in &penalties {
-                let reason = match penalty.reason {
-                    PenaltyReason::Pushing => "pushing",
-                    PenaltyReason::Stalling => "stalling",
-                };
                 let left_s = penalty.cycles_left as f64 * clock.period_s;
-                let text = format!("⛔ {id}: {reason}, {left_s:.0} s");
+                let text = format!("⛔ {id}: {}, {left_s:.0} s", reason_name(penalty.reason));
                 ui.label(RichText::new(text).color(team_colour(id.team)));
             }
             for entry in log.iter().rev().take(EVENTS_SHOWN) {
