@@ -17,6 +17,7 @@ use crate::robot::RobotId;
 pub mod ball;
 pub mod localisation;
 pub mod robots;
+pub mod sighting;
 pub mod simple;
 
 pub use simple::{SimpleBelief, SimpleBeliefPlugin};

@@ -7,9 +7,10 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::ball::{BallEstimate, BallModel, LENS_HEIGHT_M};
-use super::localisation::{PoseEstimate, Sighting, StepError, pose_from_two};
+use super::ball::{BallEstimate, BallModel};
+use super::localisation::{PoseEstimate, StepError, pose_from_two};
 use super::robots::{RobotTrack, TrackModel, advance_tracks, see_robot};
+use super::sighting::Sighting;
 use super::{BallBelief, Belief, RobotBelief, place_covariance, pose_covariance};
 use crate::behaviour::{DecideSystems, barrier};
 use crate::communication::{Inbox, ReceivedMessage};
@@ -51,7 +52,7 @@ pub struct SimpleBelief {
     /// Expected error of the angle at which a goal post's foot is seen: standard deviation, radians. 3 pixels at 361
     /// pixels of focal length are 0.0083.
     pub goal_post_angle_sd: f32,
-    /// The same for marks on the ground, radians.
+    /// The same for junctions and crosses, radians. The centre circle is seen as badly as goal posts.
     pub mark_angle_sd: f32,
     /// The same for the ball, radians.
     pub ball_angle_sd: f32,
@@ -60,7 +61,7 @@ pub struct SimpleBelief {
     /// What is seen further from the expectation than this is not the landmark that it is taken for: squared
     /// Mahalanobis distance.
     pub landmark_gate: f32,
-    /// After so many goal posts more out of place than in place, the robot doubts its pose.
+    /// After so many landmarks more out of place than in place, the robot doubts its pose.
     pub contradictions: u32,
     /// How the ball is expected to behave.
     pub ball: BallModel,
@@ -115,7 +116,7 @@ pub struct SimpleBeliefMemory {
     /// How much goal posts contradict the pose and the pose turned by half a turn, while the robot does not know which
     /// of the two it has.
     sides: Option<[f32; 2]>,
-    /// Goal posts seen out of place, less those seen in place.
+    /// Landmarks seen out of place, less those seen in place.
     contradictions: u32,
     /// The ball.
     ball: Option<BallEstimate>,
@@ -143,7 +144,7 @@ const PLACED_SD: [f32; 2] = [0.03, 0.02];
 /// The doubt about the pose of a robot that comes back from a penalty: it may have been put down a little elsewhere.
 const RETURNED_SD: [f32; 2] = [0.4, 0.1];
 /// The doubt that is added when what is seen contradicts the pose.
-const LOST_SD: [f32; 2] = [0.5, 0.4];
+const LOST_SD: [f32; 2] = [0.4, 0.3];
 /// A post whose foot is not in the image is measured by its top or its width, so much worse.
 const HIDDEN_FOOT_FACTOR: f32 = 4.0;
 /// Marks on the ground are taken for the nearest of their kind if that is not further away than this, m.
@@ -156,6 +157,7 @@ struct Marks {
     junctions: Vec<(JunctionShape, Vec2)>,
     crosses: [Vec2; 2],
     half_width: f32,
+    half_extents: Vec2,
     /// Goal posts in the frame of the team that defends -x.
     posts: [(GoalColour, Vec2); 4],
 }
@@ -167,6 +169,7 @@ impl Marks {
             junctions: pitch.line_junctions().iter().map(|junction| (junction.shape, junction.position)).collect(),
             crosses: [own_cross, cross],
             half_width: pitch.half_width(),
+            half_extents: pitch.carpet_half_extents(),
             posts: pitch.goal_posts().map(|post| (post.colour, post.position)),
         }
     }
@@ -250,12 +253,7 @@ impl SimpleBeliefMemory {
         self.contradictions = 0;
         self.tracks.clear();
         // The ball lies on the centre mark; a look will tell.
-        let sighting = Sighting {
-            place_in_robot: pose.inverse_transform_point(Vec2::ZERO),
-            variance_along: 0.01,
-            variance_across: 0.01,
-        };
-        self.ball = Some(BallEstimate::first_seen(&sighting, &BallModel { start_speed_sd: 0.05, ..default() }));
+        self.ball = Some(BallEstimate::at_rest(pose.inverse_transform_point(Vec2::ZERO), 0.1));
     }
 
     /// Back from a penalty: at the halfway line's end on the side away from the ball, facing the other side (2010 rule
@@ -325,14 +323,25 @@ impl SimpleBeliefMemory {
                     self.nearest(mark.position_m, alike.map(|(_, place)| *place))
                 }
                 LandmarkKind::PenaltyCross => self.nearest(mark.position_m, marks.crosses),
-                LandmarkKind::CentreCircle => self.nearest(mark.position_m, [Vec2::ZERO]),
+                LandmarkKind::CentreCircle => {
+                    Some((Vec2::ZERO, self.own.pose.transform_point(mark.position_m).length()))
+                }
                 LandmarkKind::Line { .. } => None,
             };
             let Some((place, distance)) = seen else { continue };
             if distance < MARK_GATE_M {
-                let sighting = Sighting::on_ground(mark.position_m, settings.mark_angle_sd, LENS_HEIGHT_M);
+                let angle_sd = match mark.kind {
+                    LandmarkKind::CentreCircle => settings.goal_post_angle_sd,
+                    _ => settings.mark_angle_sd,
+                };
+                let sighting = Sighting::new(mark.position_m, angle_sd);
                 self.correct(place, &sighting, settings.landmark_gate);
             }
+        }
+        if self.contradictions > settings.contradictions {
+            self.contradictions = 0;
+            self.own = self.own.doubted(LOST_SD[0], LOST_SD[1]);
+            self.start_from_goal(&percepts.goal_posts, posts, marks.half_extents);
         }
     }
 
@@ -348,23 +357,14 @@ impl SimpleBeliefMemory {
             let Some((place, _)) = self.nearest(post.position_m, alike.map(|(_, place)| *place)) else { continue };
             let foot_in_image = post.pixel.cmpge(Vec2::ZERO).all() && post.pixel.cmple(image).all();
             let factor = if foot_in_image { 1.0 } else { HIDDEN_FOOT_FACTOR };
-            let mut sighting = Sighting::on_ground(post.position_m, settings.goal_post_angle_sd, LENS_HEIGHT_M);
-            sighting.variance_along *= factor * factor;
-            if self.correct(place, &sighting, settings.landmark_gate) {
-                self.contradictions = self.contradictions.saturating_sub(1);
-            } else {
-                self.contradictions += 1;
-            }
-        }
-        if self.contradictions > settings.contradictions {
-            self.contradictions = 0;
-            self.own = self.own.doubted(LOST_SD[0], LOST_SD[1]);
-            self.start_from_goal(seen, posts);
+            let mut sighting = Sighting::new(post.position_m, settings.goal_post_angle_sd);
+            sighting.distance_factor = factor;
+            self.correct(place, &sighting, settings.landmark_gate);
         }
     }
 
     /// A lost robot that sees both posts of a goal knows where it is.
-    fn start_from_goal(&mut self, seen: &[GoalPostPercept], posts: &[(GoalColour, Vec2); 4]) {
+    fn start_from_goal(&mut self, seen: &[GoalPostPercept], posts: &[(GoalColour, Vec2); 4], half_extents: Vec2) {
         let [first, second] = match seen {
             [first, second] if first.colour == second.colour => [first, second],
             _ => return,
@@ -382,7 +382,8 @@ impl SimpleBeliefMemory {
             // With two goals of one colour, that in front of which the robot thinks that it is.
             let turned = pose.forward().dot(self.own.pose.forward()) < 0.0;
             let unique = posts.iter().filter(|(colour, _)| *colour == left.colour).count() == 2;
-            if unique || !turned {
+            let on_carpet = pose.position.abs().cmplt(half_extents).all();
+            if on_carpet && (unique || !turned) {
                 self.own = PoseEstimate { pose, covariance: doubt.covariance };
                 return;
             }
@@ -393,7 +394,7 @@ impl SimpleBeliefMemory {
     fn choose_side(&mut self, seen: &[GoalPostPercept], posts: &[(GoalColour, Vec2); 4], settings: &SimpleBelief) {
         let Some(mut evidence) = self.sides else { return };
         for post in seen {
-            let sighting = Sighting::on_ground(post.position_m, settings.goal_post_angle_sd, LENS_HEIGHT_M);
+            let sighting = Sighting::new(post.position_m, settings.goal_post_angle_sd);
             for (pose, sum) in [self.own.pose, self.own.pose.turned_half()].into_iter().zip(&mut evidence) {
                 let own = PoseEstimate { pose, ..self.own };
                 let forward = pose.forward();
@@ -425,20 +426,21 @@ impl SimpleBeliefMemory {
             .map(|(place, distance_squared)| (place, distance_squared.sqrt()))
     }
 
-    /// Corrects the pose by a landmark, unless that is too unlikely. Returns whether it was.
-    fn correct(&mut self, landmark: Vec2, sighting: &Sighting, gate: f32) -> bool {
+    /// Corrects the pose by a landmark, unless that is too unlikely.
+    fn correct(&mut self, landmark: Vec2, sighting: &Sighting, gate: f32) {
         let innovation = self.own.innovation(self.own.pose.forward(), landmark, sighting);
-        let likely = innovation.distance_squared < gate;
-        if likely {
+        if innovation.distance_squared < gate {
             self.own = self.own.corrected(&innovation);
             self.own_age_s = 0.0;
+            self.contradictions = self.contradictions.saturating_sub(1);
+        } else {
+            self.contradictions += 1;
         }
-        likely
     }
 
     fn watch_ball(&mut self, percepts: &Percepts, head: HeadAngles, settings: &SimpleBelief, period: f32) {
         if let Some(seen) = &percepts.ball {
-            let sighting = Sighting::on_ground(seen.position_m, settings.ball_angle_sd, LENS_HEIGHT_M);
+            let sighting = Sighting::new(seen.position_m, settings.ball_angle_sd);
             self.ball = Some(match &self.ball {
                 Some(ball) => ball.seen(&sighting, &settings.ball),
                 None => BallEstimate::first_seen(&sighting, &settings.ball),
@@ -455,7 +457,7 @@ impl SimpleBeliefMemory {
 
     fn watch_robots(&mut self, percepts: &Percepts, settings: &SimpleBelief) {
         for seen in &percepts.robots {
-            let sighting = Sighting::on_ground(seen.position_m, settings.robot_angle_sd, LENS_HEIGHT_M);
+            let sighting = Sighting::new(seen.position_m, settings.robot_angle_sd);
             see_robot(&mut self.tracks, seen.team, &sighting, &settings.robots);
         }
     }
