@@ -115,8 +115,10 @@ pub enum CommandKind {
 pub enum Refusal {
     /// A number in it is not finite.
     NotFinite,
-    /// A number in it is beyond anything that could be meant.
+    /// A number in it is beyond anything that could be meant, or a text in it is too long.
     TooLarge,
+    /// The team has sent all the messages or bytes that it may send in a match. Reported once a team.
+    BudgetSpent,
 }
 
 /// A line over which the ball left the pitch.

@@ -2,6 +2,7 @@
 
 pub mod ball;
 pub mod behaviour;
+pub mod belief;
 pub mod cli;
 pub mod collision;
 pub mod communication;

@@ -33,6 +33,7 @@ use std::collections::BTreeMap;
 
 pub mod barrier;
 pub mod script;
+pub mod teams;
 
 use crate::cycle::{Cycle, CycleSystems};
 use crate::knowledge::Knowledge;

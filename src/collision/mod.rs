@@ -17,6 +17,7 @@ use crate::events::{CollisionPartner, CollisionType, CycleEvents, MatchEvent};
 use crate::geometry::{Pose, wrap_angle};
 use crate::knowledge::Knowledge;
 use crate::pitch::{Pitch, Post};
+use crate::referee::Penalty;
 use crate::robot::body::BodyBounds;
 use crate::robot::{PreviousPose, RobotId, Roster, Velocity};
 use ball::{BallContact, Obstacle, roll_ball};
@@ -95,7 +96,7 @@ fn collide(
     mut contacts: ResMut<Contacts>,
     mut events: ResMut<CycleEvents>,
     posts: Query<(&Pose, &Post), (Without<RobotId>, Without<Ball>)>,
-    mut robots: Query<(&mut Pose, &PreviousPose, &BodyBounds, &mut Velocity), With<RobotId>>,
+    mut robots: Query<(&mut Pose, &PreviousPose, &BodyBounds, &Penalty, &mut Velocity), With<RobotId>>,
     mut balls: Query<
         (&mut Pose, &PreviousPose, &BallPhysics, &mut BallVelocity, &mut BallPath),
         (With<Ball>, Without<RobotId>),
@@ -128,7 +129,7 @@ fn collide(
         position_m: collision.position,
     }));
     for (entity, body) in scratch.entities.iter().zip(&scratch.bodies) {
-        let Ok((mut pose, _, _, mut velocity)) = robots.get_mut(*entity) else { continue };
+        let Ok((mut pose, _, _, _, mut velocity)) = robots.get_mut(*entity) else { continue };
         if *pose != body.end {
             *pose = body.end;
         }
@@ -144,7 +145,7 @@ impl Scratch {
         &mut self,
         roster: &Roster,
         posts: &Query<(&Pose, &Post), (Without<RobotId>, Without<Ball>)>,
-        robots: Query<(&Pose, &PreviousPose, &BodyBounds, &Velocity), With<RobotId>>,
+        robots: Query<(&Pose, &PreviousPose, &BodyBounds, &Penalty, &Velocity), With<RobotId>>,
     ) {
         self.ids.clear();
         self.entities.clear();
@@ -152,7 +153,10 @@ impl Scratch {
         self.bodies.clear();
         self.held.clear();
         for (id, entity) in roster.iter() {
-            let Ok((pose, previous, bounds, _)) = robots.get(entity) else { continue };
+            let Ok((pose, previous, bounds, penalty, _)) = robots.get(entity) else { continue };
+            if penalty.is_active() {
+                continue;
+            }
             self.ids.push(id);
             self.entities.push(entity);
             self.bounds.push(*bounds);

@@ -11,11 +11,12 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 use crate::ball::{Ball, BallPhysics, BallVelocity};
+use crate::belief::Belief;
 use crate::communication::{Inbox, ReceivedMessage};
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
 use crate::events::{CycleEvents, MatchEvent};
 use crate::geometry::{Pose, file_units, to_degrees, wrapped_degrees};
-use crate::referee::{Game, GameState, Score};
+use crate::referee::{Game, GameState, Penalty, PenaltyReason, Score};
 use crate::robot::head::HeadAngles;
 use crate::robot::{RobotId, Roster, Velocity};
 use crate::scenario::Scenario;
@@ -185,13 +186,19 @@ struct RobotLine<'a> {
     pose: Pose,
     velocity: [f32; 3],
     head_deg: [f32; 2],
-    penalised: Option<&'static str>,
+    penalised: Option<PenaltyLine>,
     #[serde(with = "file_units::pose")]
     odometry: Pose,
     sonar_m: SonarReading,
     percepts: &'a Percepts,
     inbox: &'a [ReceivedMessage],
-    belief: Option<()>,
+    belief: Option<&'a Belief>,
+}
+
+#[derive(Serialize)]
+struct PenaltyLine {
+    reason: PenaltyReason,
+    time_left_s: f64,
 }
 
 #[derive(Serialize)]
@@ -210,7 +217,17 @@ pub fn record_cycle(
     game: Res<Game>,
     events: Res<CycleEvents>,
     balls: Query<(&Pose, &BallVelocity, &BallPhysics), With<Ball>>,
-    robots: Query<(&Pose, &Velocity, &HeadAngles, &Odometry, &SonarReading, &Percepts, &Inbox)>,
+    robots: Query<(
+        &Pose,
+        &Velocity,
+        &HeadAngles,
+        &Penalty,
+        &Odometry,
+        &SonarReading,
+        &Percepts,
+        &Inbox,
+        Option<&Belief>,
+    )>,
 ) {
     let line = CycleLine {
         line_type: "cycle",
@@ -223,18 +240,22 @@ pub fn record_cycle(
         robots: roster
             .iter()
             .filter_map(|(id, entity)| {
-                let (pose, velocity, head, odometry, sonar, percepts, inbox) = robots.get(entity).ok()?;
+                let (pose, velocity, head, penalty, odometry, sonar, percepts, inbox, belief) =
+                    robots.get(entity).ok()?;
                 Some(RobotLine {
                     id,
                     pose: *pose,
                     velocity: [velocity.linear.x, velocity.linear.y, to_degrees(velocity.angular)],
                     head_deg: [wrapped_degrees(head.yaw), wrapped_degrees(head.pitch)],
-                    penalised: None,
+                    penalised: penalty.0.map(|active| PenaltyLine {
+                        reason: active.reason,
+                        time_left_s: active.cycles_left as f64 * clock.period_s,
+                    }),
                     odometry: odometry.0,
                     sonar_m: *sonar,
                     percepts,
                     inbox: &inbox.0,
-                    belief: None,
+                    belief,
                 })
             })
             .collect(),

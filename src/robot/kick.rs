@@ -10,7 +10,7 @@ use crate::events::{CommandKind, CycleEvents, KickMiss, KickResult, MatchEvent, 
 use crate::geometry::{Pose, angle_of, file_units, unit, wrap_angle};
 use crate::knowledge::Knowledge;
 use crate::random::{RandomStream, RandomStreams};
-use crate::referee::{Game, GameState};
+use crate::referee::{Game, GameState, Penalty};
 
 /// Takes over kick commands in [`CycleSystems::Act`] and strikes the ball in [`CycleSystems::Kick`].
 pub struct KickPlugin;
@@ -270,10 +270,10 @@ fn take_kick_commands(
     clock: Res<CycleClock>,
     game: Res<Game>,
     mut events: ResMut<CycleEvents>,
-    mut robots: Query<(&RobotId, &KickSettings, &mut KickCommand, &mut KickPhase)>,
+    mut robots: Query<(&RobotId, &KickSettings, &Penalty, &mut KickCommand, &mut KickPhase)>,
 ) {
     for entity in roster.entities() {
-        let Ok((id, settings, mut command, mut phase)) = robots.get_mut(entity) else { continue };
+        let Ok((id, settings, penalty, mut command, mut phase)) = robots.get_mut(entity) else { continue };
         let Some(request) = command.0 else { continue };
         command.0 = None;
         let reason = if request.speed.is_nan() {
@@ -283,6 +283,8 @@ fn take_kick_commands(
                 reason: Refusal::NotFinite,
             });
             Some(KickMiss::NotANumber)
+        } else if penalty.is_active() {
+            Some(KickMiss::Penalised)
         } else if *phase != KickPhase::Ready {
             Some(KickMiss::Busy)
         } else if game.state != GameState::Playing {

@@ -14,7 +14,7 @@ use crate::events::{CommandKind, CycleEvents, MatchEvent, Refusal};
 use crate::geometry::{Pose, file_units, wrap_angle};
 use crate::knowledge::Knowledge;
 use crate::random::{RandomStream, RandomStreams};
-use crate::referee::{Game, GameState};
+use crate::referee::{Game, GameState, Penalty};
 
 /// Takes over walk commands in [`CycleSystems::Act`] and walks in [`CycleSystems::Move`].
 pub struct MotionPlugin;
@@ -107,11 +107,21 @@ fn take_walk_commands(
     clock: Res<CycleClock>,
     game: Res<Game>,
     mut events: ResMut<CycleEvents>,
-    mut robots: Query<(&RobotId, &MotionLimits, &KickPhase, &mut WalkCommand, &mut ExecutedStep, &mut RandomStreams)>,
+    mut robots: Query<(
+        &RobotId,
+        &MotionLimits,
+        &KickPhase,
+        &Penalty,
+        &mut WalkCommand,
+        &mut ExecutedStep,
+        &mut RandomStreams,
+    )>,
 ) {
     let may_walk = matches!(game.state, GameState::Ready | GameState::Playing);
     for entity in roster.entities() {
-        let Ok((id, limits, kick, mut command, mut step, mut streams)) = robots.get_mut(entity) else { continue };
+        let Ok((id, limits, kick, penalty, mut command, mut step, mut streams)) = robots.get_mut(entity) else {
+            continue;
+        };
         let wanted = core::mem::take(&mut *command);
         let wanted = match refusal([wanted.dx, wanted.dy, wanted.dtheta]) {
             None => wanted,
@@ -120,7 +130,7 @@ fn take_walk_commands(
                 WalkCommand::default()
             }
         };
-        step.0 = if may_walk && *kick == KickPhase::Ready {
+        step.0 = if may_walk && *kick == KickPhase::Ready && !penalty.is_active() {
             executed_step(wanted, limits, clock.period(), &mut streams.motion)
         } else {
             WalkCommand::default()

@@ -49,12 +49,12 @@ pub struct Scenario {
     pub head: HeadLimits,
     /// The sonars, unless a robot says otherwise.
     pub sonar: SonarSettings,
-    /// How exactly robots know their steps, unless they say otherwise.
-    pub odometry: OdometrySettings,
     /// The cameras.
     pub cameras: CameraSettings,
     /// What robots recognise, unless they say otherwise.
     pub vision: VisionSettings,
+    /// How exactly robots know their steps, unless they say otherwise.
+    pub odometry: OdometrySettings,
     /// How messages travel.
     pub messages: MessageSettings,
     /// The robots.
@@ -80,9 +80,9 @@ impl Default for Scenario {
             kicks: KickSettings::default(),
             head: HeadLimits::default(),
             sonar: SonarSettings::default(),
-            odometry: OdometrySettings::default(),
             cameras: CameraSettings::default(),
             vision: VisionSettings::default(),
+            odometry: OdometrySettings::default(),
             messages: MessageSettings::default(),
             robots: Vec::new(),
             teams: None,
@@ -144,12 +144,12 @@ pub struct RobotSpec {
     /// Its own sonars.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sonar: Option<SonarSettings>,
-    /// How exactly it knows its steps.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub odometry: Option<OdometrySettings>,
     /// What it recognises.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub vision: Option<VisionSettings>,
+    /// How exactly it knows its steps.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub odometry: Option<OdometrySettings>,
 }
 
 impl RobotSpec {

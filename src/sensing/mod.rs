@@ -1,12 +1,49 @@
 //! What a robot can know: its cameras, sonars, joints, steps and its own state.
+//!
+//! A sensor is two components of a robot: its settings, and its reading, which the settings require. One system fills
+//! it, once a cycle. All sensors of all robots read the same instant, the start of the cycle, which [`scene::Scene`]
+//! has gathered for them. Each page below says what a sensor measures, in which units and how often, with which
+//! noise, and what the real NAO does.
+//!
+//! | sensor | settings | reading |
+//! |---|---|---|
+//! | [cameras](camera) | [`camera::CameraSettings`] | images, where they are rendered |
+//! | [vision] | [`vision::VisionSettings`] | [`vision::Percepts`] |
+//! | [sonar] | [`sonar::SonarSettings`] | [`sonar::SonarReading`] |
+//! | [odometry] | [`odometry::OdometrySettings`] | [`odometry::Odometry`] |
+//! | joints | | [`HeadAngles`](crate::robot::head::HeadAngles), exact to a tenth of a degree on the NAO |
+//! | [status] | | [`status::BodyStatus`], [`GameStatus`](crate::referee::GameStatus) |
+//! | [team messages](crate::communication) | [`MessageSettings`](crate::communication::MessageSettings) | [`Inbox`](crate::communication::Inbox) |
+//!
+//! How true a sensor is can be chosen for each robot and sensor, in a scenario or at run time: see [`fidelity`]. The
+//! behaviours' code does not change.
+
+use bevy::prelude::*;
 
 pub mod camera;
+pub mod fidelity;
 pub mod odometry;
 pub(crate) mod preset;
 pub mod scene;
 pub mod sonar;
 pub mod status;
 pub mod vision;
+
+/// All sensors.
+pub struct SensingPlugin;
+
+impl Plugin for SensingPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_plugins((
+            scene::ScenePlugin,
+            camera::CameraPlugin,
+            vision::VisionPlugin,
+            sonar::SonarPlugin,
+            odometry::OdometryPlugin,
+            status::BodyStatusPlugin,
+        ));
+    }
+}
 
 #[cfg(test)]
 pub(crate) mod testing;

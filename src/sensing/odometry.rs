@@ -1,7 +1,8 @@
 //! Odometry: where the robot's steps should have brought it.
 //!
-//! **What it measures.** The pose relative to that at the start of the match, summed up from the steps that the robot
-//! really walked, each with an error. It does not know of being carried by the referee, and nothing ever corrects it.
+//! **What it measures.** The pose relative to that at the start of the match, summed up from the steps that the robot's
+//! legs really made ([`ExecutedStep`]: after limits and the error of the motion), each with an error of its own. It does
+//! not know of slipping in a collision or of being carried by the referee, and nothing ever corrects it.
 //!
 //! **Units and rate.** Metres and radians, in the frame of the first pose; once a cycle, for the motion of the cycle
 //! before.
@@ -37,7 +38,6 @@ impl Plugin for OdometryPlugin {
         }
         app.register_type::<OdometrySettings>()
             .register_type::<Odometry>()
-            .register_type::<ExecutedStep>()
             .add_systems(Cycle, count_steps.in_set(SensingSystems::Odometry));
     }
 }

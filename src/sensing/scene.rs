@@ -18,8 +18,6 @@ pub struct ScenePlugin;
 impl Plugin for ScenePlugin {
     fn build(&self, app: &mut App) {
         app.register_type::<Scene>()
-            .register_type::<Post>()
-            .register_type::<BallPhysics>()
             .init_resource::<Pitch>()
             .init_resource::<Scene>()
             .configure_sets(
@@ -139,7 +137,7 @@ fn gather_scene(
     pitch: Res<Pitch>,
     robots: Query<(&RobotId, &Pose, &BodyBounds)>,
     posts: Query<(&Post, &Pose)>,
-    ball: Query<(&Pose, Option<&BallPhysics>), With<Ball>>,
+    ball: Query<(&Pose, &BallPhysics), With<Ball>>,
 ) {
     let scene = &mut *scene;
     scene.robots.clear();
@@ -156,10 +154,8 @@ fn gather_scene(
     scene
         .posts
         .sort_unstable_by(|a, b| a.position.x.total_cmp(&b.position.x).then(a.position.y.total_cmp(&b.position.y)));
-    scene.ball = ball.iter().next().map(|(pose, physics)| SceneBall {
-        position: pose.position,
-        radius: physics.map_or(BallPhysics::default().radius_m, |physics| physics.radius_m),
-    });
+    scene.ball =
+        ball.iter().next().map(|(pose, physics)| SceneBall { position: pose.position, radius: physics.radius_m });
     if pitch.is_changed() {
         scene.markings = Markings::new(&pitch);
     }

@@ -9,6 +9,7 @@ use crate::cycle::{Cycle, CycleClock, CycleSystems};
 use crate::events::{CycleEvents, MatchEvent};
 use crate::geometry::Pose;
 use crate::pitch::Post;
+use crate::referee::Penalty;
 use crate::robot::body::BodyBounds;
 use crate::robot::{PreviousPose, RobotId, Roster, Velocity};
 
@@ -59,14 +60,20 @@ fn check_invariants(
     roster: Res<Roster>,
     clock: Res<CycleClock>,
     mut events: ResMut<CycleEvents>,
-    robots: Query<(&Pose, &PreviousPose, &Velocity, &BodyBounds)>,
+    robots: Query<(&Pose, &PreviousPose, &Velocity, &BodyBounds, &Penalty)>,
     posts: Query<(&Pose, &Post)>,
     balls: Query<(&Pose, &PreviousPose, &BallVelocity, &BallPhysics), (With<Ball>, With<BallPath>)>,
 ) {
     robots_now.clear();
     robots_now.extend(roster.iter().filter_map(|(id, entity)| {
-        let (pose, previous, velocity, bounds) = robots.get(entity).ok()?;
-        Some(RobotState { id, pose: *pose, previous: previous.0, velocity: *velocity, bounds: *bounds })
+        let (pose, previous, velocity, bounds, penalty) = robots.get(entity).ok()?;
+        (!penalty.is_active()).then_some(RobotState {
+            id,
+            pose: *pose,
+            previous: previous.0,
+            velocity: *velocity,
+            bounds: *bounds,
+        })
     }));
     let ball = balls.iter().next().map(|(pose, previous, velocity, physics)| BallState {
         position: pose.position,

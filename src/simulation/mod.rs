@@ -27,7 +27,10 @@ pub use spawn::MatchEntity;
 
 use crate::ball::{BallPlugin, BallVelocity};
 use crate::behaviour::BehaviourPlugin;
+use crate::behaviour::teams::BuiltInTeamsPlugin;
+use crate::belief::SimpleBeliefPlugin;
 use crate::collision::CollisionPlugin;
+use crate::communication::CommunicationPlugin;
 use crate::cycle::{CycleClock, CyclePlugin, run_cycle};
 use crate::events::{CycleEvents, MatchEvent};
 use crate::geometry::Pose;
@@ -35,12 +38,7 @@ use crate::pitch::PitchPlugin;
 use crate::referee::{Game, GameState, RefereePlugin};
 use crate::robot::{RobotId, RobotPlugin, Roster};
 use crate::scenario::{Scenario, ScenarioFault};
-use crate::sensing::camera::CameraPlugin;
-use crate::sensing::odometry::OdometryPlugin;
-use crate::sensing::scene::ScenePlugin;
-use crate::sensing::sonar::SonarPlugin;
-use crate::sensing::status::BodyStatusPlugin;
-use crate::sensing::vision::VisionPlugin;
+use crate::sensing::SensingPlugin;
 
 /// Everything that a headless match needs: no window, no renderer, no assets.
 pub struct NaoisisPlugins;
@@ -53,15 +51,13 @@ impl PluginGroup for NaoisisPlugins {
             .add(RobotPlugin)
             .add(BallPlugin)
             .add(CollisionPlugin)
-            .add(ScenePlugin)
-            .add(CameraPlugin)
-            .add(VisionPlugin)
-            .add(SonarPlugin)
-            .add(OdometryPlugin)
-            .add(BodyStatusPlugin)
+            .add(SensingPlugin)
+            .add(CommunicationPlugin)
             .add(BehaviourPlugin)
             .add(RefereePlugin)
             .add(invariants::InvariantPlugin)
+            .add(SimpleBeliefPlugin)
+            .add(BuiltInTeamsPlugin)
     }
 }
 

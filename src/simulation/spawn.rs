@@ -5,8 +5,9 @@ use bevy::prelude::*;
 use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity};
 use crate::behaviour::BehaviourRegistry;
 use crate::behaviour::script::Script;
+use crate::belief::{Belief, team_from_pitch};
 use crate::collision::Contacts;
-use crate::communication::{Inbox, Outbox};
+use crate::communication::{Inbox, MessageStatistics, MessagesInFlight, Outbox};
 use crate::cycle::CycleClock;
 use crate::events::CycleEvents;
 use crate::geometry::Pose;
@@ -47,6 +48,8 @@ pub(super) fn start(world: &mut World, scenario: &Scenario) -> Result<(), Scenar
     world.insert_resource(scenario.field.clone());
     world.insert_resource(scenario.rules.clone());
     world.insert_resource(scenario.messages.clone());
+    world.insert_resource(MessagesInFlight::default());
+    world.insert_resource(MessageStatistics::default());
     world.insert_resource(clock_of(scenario));
     referee::start(world, &scenario.rules, &clock_of(scenario));
     world.insert_resource(CycleEvents::default());
@@ -171,6 +174,11 @@ fn spawn_robot(world: &mut World, scenario: &Scenario, robot: &RobotSpec) {
             let marker = entity.world().resource::<BehaviourRegistry>().marker_of(name);
             if let Some(insert) = marker {
                 insert(&mut entity);
+            }
+            // A robot is put down where its team knows that it will be.
+            if entity.contains::<Belief>() {
+                let own_end = entity.world().resource::<Game>().own_end(id.team);
+                entity.insert(Belief::at(team_from_pitch(robot.pose, own_end)));
             }
         }
     }

@@ -68,7 +68,7 @@ fn a_torso_is_heard_by_its_nearest_point_and_legs_and_ball_are_not() {
     assert_reading(sense(&mut app, robot), Some(0.350_117), Some(0.350_117));
     // Just to the left of x = 0.5, y = 0.3 its chest is at y = 0.15..0.45: the corner (0.45, 0.15) is the nearest point.
     set(&mut app, other, Pose::new(0.5, 0.3, core::f32::consts::PI));
-    assert_reading(sense(&mut app, robot), Some(0.45f32.hypot(0.15)), None);
+    assert_reading(sense(&mut app, robot), Some(Vec2::new(0.45, 0.15).length()), None);
     // Far away: 0.8 m, with the ball in between, and its feet (at x = 0.8 - 0.11) within the range.
     spawn_ball(&mut app, 0.4, 0.1);
     set(&mut app, other, Pose::new(0.81, 0.0, core::f32::consts::PI));

@@ -1,0 +1,171 @@
+//! Going for the ball: behind it, around it, lining up, kicking. Shared by all built-in players.
+
+use bevy::prelude::*;
+
+use super::kicking::{Aim, KickPlan, kick_now, stays_inside};
+use super::looking;
+use super::player::{Decision, Player, PlayerMemory};
+use super::walking::{BALL_CLEARANCE_M, approach};
+use crate::geometry::unit;
+use crate::robot::head::HeadCommand;
+use crate::robot::kick::{KickRequest, KickType};
+
+/// An opponent nearer to the ball than this puts the attacker under pressure, m.
+const PRESSURE_DISTANCE_M: f32 = 0.5;
+/// How much less exact a kick may be under pressure.
+const PRESSURE_PATIENCE: f32 = 2.5;
+/// After lining up for so long, less exact kicks will do, s.
+const PREPARATION_S: f32 = 4.0;
+/// The ball must have been seen within this time for a kick, s.
+const FRESH_BALL_S: f32 = 0.4;
+/// A ball faster than this is not lined up for but met, m/s.
+const ROLLING_BALL_MPS: f32 = 0.15;
+/// Of a rolling ball it is reckoned where it will be after this time, s.
+const LEAD_S: f32 = 1.0;
+/// A shot is tried from this share of the greatest kick's distance.
+const SHOT_RANGE_SHARE: f32 = 0.95;
+
+/// Goes for the ball and kicks it.
+pub fn attack(player: &Player, memory: &mut PlayerMemory) -> Decision {
+    let Some(ball) = player.ball() else { return search(player, memory) };
+    let aim = choose_aim(player, memory, ball.position_m);
+    attack_towards(player, memory, &aim)
+}
+
+fn choose_aim(player: &Player, memory: &mut PlayerMemory, ball: Vec2) -> Aim {
+    let aim = if memory.kick_off_since_s.is_some() && player.status.kick_off_team == player.id.team {
+        Aim::kick_off(ball, player.status.restarts % 2 == 0)
+    } else {
+        let range_m = SHOT_RANGE_SHARE * player.kicks.range(KickType::LeftStraight).max_distance_m;
+        Aim::choose(ball, &player.belief.opponents, player.pitch, range_m, memory.aim)
+    };
+    memory.aim = Some(aim.direction);
+    aim
+}
+
+/// Goes for the ball and kicks it where `aim` says.
+pub fn attack_towards(player: &Player, memory: &mut PlayerMemory, aim: &Aim) -> Decision {
+    let Some(ball) = player.ball() else { return search(player, memory) };
+    memory.lost_since_s = None;
+    let now = player.status.time_s;
+    let in_robot = player.in_robot(ball.position_m);
+    let opponent_distance = player.nearest_opponent(ball.position_m);
+    if ball.age_s < FRESH_BALL_S && ball.heard_from.is_none() {
+        let waited_s = memory.preparing_since_s.map_or(0.0, |since| now - since);
+        let patience =
+            if opponent_distance < PRESSURE_DISTANCE_M || waited_s > PREPARATION_S { PRESSURE_PATIENCE } else { 1.0 };
+        let kick = kick_now(in_robot, player.forward, aim, player.kicks, patience)
+            .or_else(|| emergency_kick(player, in_robot, opponent_distance));
+        if let Some(kick) = kick {
+            memory.kick = None;
+            memory.preparing_since_s = None;
+            return Decision { kick: Some(kick), intention: "kick", ..default() };
+        }
+    }
+    let rolling = ball.velocity_mps.length_squared() > ROLLING_BALL_MPS * ROLLING_BALL_MPS;
+    let target = if rolling { ball.position_m + ball.velocity_mps * LEAD_S } else { ball.position_m };
+    let others = player.belief.opponents.iter().chain(&player.belief.team_mates).map(|robot| robot.position_m);
+    let plan = KickPlan::choose(target, aim, player.pose(), others, player.kicks, memory.kick);
+    memory.kick = Some(plan.kick_type);
+    let (place, last_stretch) = approach(player.position(), player.forward, plan.position, plan.facing);
+    if last_stretch {
+        memory.preparing_since_s.get_or_insert(now);
+    } else if in_robot.length_squared() > 0.5 * 0.5 {
+        memory.preparing_since_s = None;
+    }
+    let mut obstacles = player.obstacles();
+    // Far away it is enough to face where the ball is; near it, where it shall go.
+    let walk = if last_stretch {
+        player.walk_to(place, plan.facing, &obstacles)
+    } else {
+        obstacles.add(ball.position_m, BALL_CLEARANCE_M);
+        let facing = if in_robot.length_squared() > 0.7 * 0.7 {
+            (ball.position_m - player.position()).normalize_or(plan.facing)
+        } else {
+            plan.facing
+        };
+        player.walk_to(place, facing, &obstacles)
+    };
+    Decision { walk, intention: "attack", ..default() }
+}
+
+/// A kick for want of a better one: an opponent is at the ball and the ball lies before a foot.
+fn emergency_kick(player: &Player, ball_in_robot: Vec2, opponent_distance: f32) -> Option<KickRequest> {
+    if opponent_distance > PRESSURE_DISTANCE_M {
+        return None;
+    }
+    let ball = player.position() + player.forward.rotate(ball_in_robot);
+    KickType::ALL
+        .into_iter()
+        .filter(|kick_type| kick_type.admissible_rectangle().inflate(-0.004).contains(ball_in_robot))
+        .filter_map(|kick_type| {
+            let strike = crate::robot::kick::strike(kick_type, ball_in_robot)?;
+            let direction = player.forward.rotate(strike.direction);
+            // Past the opponents, forwards, and not over a line.
+            let free = player.belief.opponents.iter().all(|opponent| {
+                let offset = opponent.position_m - ball;
+                offset.length_squared() > 0.8 * 0.8
+                    || direction.dot(offset) < 0.0
+                    || direction.perp_dot(offset).abs() > 0.2
+            });
+            let worth = direction.x;
+            (free && worth > -0.2 && stays_inside(ball, direction, 0.8, player.pitch)).then_some((worth, kick_type))
+        })
+        .max_by(|(first, _), (second, _)| first.total_cmp(second))
+        .map(|(_, kick_type)| KickRequest { kick_type, speed: 0.8 })
+}
+
+/// Looks for the ball: turns around towards where it was lost, then walks from place to place.
+pub fn search(player: &Player, memory: &mut PlayerMemory) -> Decision {
+    /// How fast the body turns while the head searches: a share of the greatest speed.
+    const TURN_SHARE: f32 = 0.4;
+    /// How long it turns before it walks, s.
+    const TURN_S: f32 = 8.0;
+    /// How long it walks to a place before it goes to the next, s.
+    const PATROL_S: f32 = 12.0;
+    let now = player.status.time_s;
+    let since = *memory.lost_since_s.get_or_insert(now);
+    memory.kick = None;
+    memory.preparing_since_s = None;
+    let head = Some(looking::search(now - since));
+    let turn = if memory.lost_left { 1.0 } else { -1.0 };
+    let searched_s = now - since;
+    if searched_s < TURN_S {
+        let facing = player.forward.rotate(unit(turn * TURN_SHARE * player.limits.max_angular * player.period));
+        let walk = player.walk_to(player.position(), facing, &default());
+        return Decision { walk, head, intention: "search", ..default() };
+    }
+    let (x, y) = (0.45 * player.pitch.half_length(), 0.5 * player.pitch.half_width());
+    let places = [Vec2::ZERO, Vec2::new(x, y), Vec2::new(-x, -y), Vec2::new(x, -y), Vec2::new(-x, y)];
+    let index = ((searched_s - TURN_S) / PATROL_S) as usize + usize::from(player.id.number);
+    let place = places[index % places.len()];
+    let facing = (place - player.position()).normalize_or(player.forward);
+    let walk = player.walk_to(place, facing, &player.obstacles());
+    Decision { walk, head, intention: "search", ..default() }
+}
+
+/// Where to look when nothing else is decided: at the ball, now and then around for landmarks.
+pub fn watch(player: &Player, memory: &mut PlayerMemory) -> HeadCommand {
+    /// A pose that was not confirmed for so long needs a look around, s.
+    const OLD_POSE_S: f32 = 1.0;
+    /// How long a look around takes at most, s.
+    const GLANCE_S: f32 = 0.5;
+    /// Between two looks around the ball is watched for so long, s.
+    const WATCH_S: f32 = 1.5;
+    let now = player.status.time_s;
+    let Some(ball) = player.belief.ball_in_robot() else { return looking::search(now) };
+    memory.lost_left = ball.y > 0.0;
+    let pose_is_old = player.belief.pose_age_s > OLD_POSE_S;
+    if now > memory.glance_until_s && pose_is_old && now - memory.last_glance_s > WATCH_S {
+        memory.glance_until_s = now + GLANCE_S;
+        memory.last_glance_s = now + GLANCE_S;
+    }
+    if now < memory.glance_until_s && player.belief.pose_age_s > 0.1 {
+        // The goal that needs the lesser turn of the head.
+        let goals = [player.opponent_goal(), player.own_goal()].map(|goal| player.in_robot(goal));
+        let [first, second] = goals.map(|goal| goal.normalize_or(Vec2::X).x);
+        let goal = if first >= second { goals[0] } else { goals[1] };
+        return looking::look_along(crate::geometry::angle_of(goal));
+    }
+    looking::look_at(ball)
+}

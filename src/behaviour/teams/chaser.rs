@@ -1,0 +1,13 @@
+//! Chasers: everybody after the ball, except that whoever is further away than a team-mate keeps out of the way.
+
+use super::attack::{attack, search};
+use super::player::{Decision, Player, PlayerMemory};
+use super::roles::{SUPPORT_DISTANCE_M, has_turn, support};
+
+/// Decides for a chaser.
+pub fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
+    let Some(ball) = player.ball().map(|ball| ball.position_m) else { return search(player, memory) };
+    memory.attacks = has_turn(player, memory, ball, |_| true);
+    let crowding = player.position().distance_squared(ball) < 1.5 * SUPPORT_DISTANCE_M * SUPPORT_DISTANCE_M;
+    if memory.attacks || !crowding { attack(player, memory) } else { support(player, ball) }
+}

@@ -1,0 +1,91 @@
+//! The keeper stays between the ball and the goal, steps into shots, and clears a ball that comes near.
+
+use bevy::prelude::*;
+
+use super::attack::attack;
+use super::looking;
+use super::player::{Decision, Player, PlayerMemory};
+
+/// Distance of the keeper's place from the middle of the goal line, m.
+const GUARD_DISTANCE_M: f32 = 0.45;
+/// The keeper's place is at least so far in front of the goal line, m.
+const LEAST_DEPTH_M: f32 = 0.2;
+/// A ball nearer to the goal than this is cleared, m.
+const CLEAR_DISTANCE_M: f32 = 1.1;
+/// Once it has left to clear the ball, it gives up only when that is further away than this, m.
+const GIVE_UP_DISTANCE_M: f32 = 1.4;
+/// A ball that comes at this speed is a shot, m/s.
+const SHOT_SPEED_MPS: f32 = 0.2;
+
+/// Decides for a keeper.
+pub fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
+    let goal = player.own_goal();
+    let Some(ball) = player.ball() else {
+        memory.attacks = false;
+        let place = goal + Vec2::new(GUARD_DISTANCE_M, 0.0);
+        let walk = player.travel_to(place, Vec2::X, &player.obstacles());
+        return Decision { walk, head: Some(looking::search(player.status.time_s)), intention: "keep", ..default() };
+    };
+    let (position, velocity) = (ball.position_m, ball.velocity_mps);
+    if let Some(y) = crossing(position, velocity, player.position().x, 0.5 * player.pitch.goal.width_m + 0.15) {
+        memory.attacks = false;
+        let place = Vec2::new(player.position().x, y);
+        let walk = player.walk_to(place, Vec2::X, &default());
+        return Decision { walk, intention: "save", ..default() };
+    }
+    let clear_distance = if memory.attacks { GIVE_UP_DISTANCE_M } else { CLEAR_DISTANCE_M };
+    let distance = position.distance(goal);
+    let nearer_mate = player.belief.team_mates.iter().any(|mate| {
+        mate.age_s < 1.0 && mate.position_m.distance(position) < 0.6 * player.position().distance(position)
+    });
+    memory.attacks = distance < clear_distance && !nearer_mate && velocity.length() < SHOT_SPEED_MPS;
+    if memory.attacks {
+        return attack(player, memory);
+    }
+    memory.kick = None;
+    let place = guard_place(position, goal, player.pitch.goal.width_m / 2.0);
+    let facing = (position - player.position()).normalize_or(Vec2::X);
+    let walk = player.travel_to(place, facing, &player.obstacles());
+    Decision { walk, intention: "keep", ..default() }
+}
+
+/// Between the ball and the middle of the goal.
+fn guard_place(ball: Vec2, goal: Vec2, half_width: f32) -> Vec2 {
+    let towards_ball = (ball - goal).normalize_or(Vec2::X);
+    let place = goal + towards_ball * GUARD_DISTANCE_M;
+    Vec2::new(place.x.max(goal.x + LEAST_DEPTH_M), place.y.clamp(0.15 - half_width, half_width - 0.15))
+}
+
+/// Where a ball that rolls towards the goal crosses the line x = `line_x`, if that is within `half_width`.
+fn crossing(ball: Vec2, velocity: Vec2, line_x: f32, half_width: f32) -> Option<f32> {
+    if velocity.x > -SHOT_SPEED_MPS || ball.x < line_x {
+        return None;
+    }
+    let y = ball.y + velocity.y / velocity.x * (line_x - ball.x);
+    (y.abs() < half_width).then_some(y)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_abs_diff_eq;
+
+    #[test]
+    fn the_guard_stands_on_the_line_from_the_ball_to_the_goal() {
+        let goal = Vec2::new(-3.0, 0.0);
+        let place = guard_place(Vec2::new(-1.0, 1.0), goal, 0.7);
+        // Along (2, 1) / √5, 0.45 m from the goal.
+        assert_abs_diff_eq!(place, goal + Vec2::new(0.4025, 0.2012), epsilon = 1e-3);
+        assert!(guard_place(Vec2::new(-2.9, 2.0), goal, 0.7).x >= -2.8);
+    }
+
+    #[test]
+    fn a_shot_is_met_where_it_crosses() {
+        // From (0, 1) along (-2, -0.5): at x = -2.5 it is at y = 1 - 0.25 * 2.5 = 0.375.
+        let y = crossing(Vec2::new(0.0, 1.0), Vec2::new(-1.0, -0.25), -2.5, 0.85);
+        assert_abs_diff_eq!(y.unwrap(), 0.375, epsilon = 1e-6);
+        assert_eq!(crossing(Vec2::new(0.0, 1.0), Vec2::new(1.0, 0.0), -2.5, 0.85), None);
+        assert_eq!(crossing(Vec2::new(0.0, 1.0), Vec2::new(-1.0, 0.5), -2.5, 0.85), None);
+        assert_eq!(crossing(Vec2::new(0.0, 1.0), Vec2::new(-0.01, 0.0), -2.5, 0.85), None);
+    }
+}

@@ -1,0 +1,249 @@
+//! Where to kick the ball, where to stand for it, and when to strike.
+
+use bevy::prelude::*;
+
+use crate::belief::RobotBelief;
+use crate::geometry::{Pose, unrotate};
+use crate::pitch::Pitch;
+use crate::robot::kick::{KickRequest, KickSettings, KickType, strike};
+
+/// Half the width that an opponent blocks: its feet and the ball's radius, m.
+const BLOCKED_HALF_WIDTH_M: f32 = 0.15;
+/// How far an opponent steps aside while the ball rolls a metre towards it: it walks 0.2 m/s, a ball rolls 1 to 2 m/s.
+const BLOCKED_PER_METRE: f32 = 0.12;
+/// More room than this between the ball's path and whatever could stop it is no better, m.
+const ENOUGH_ROOM_M: f32 = 0.35;
+/// Shots with less room to both posts are not tried, m.
+const LEAST_ROOM_M: f32 = 0.04;
+/// Places along the goal line that are considered as aims.
+const GOAL_AIMS: [f32; 7] = [0.0, 0.17, -0.17, 0.34, -0.34, 0.5, -0.5];
+/// Advantage of the aim chosen before, m of room.
+const AIM_PREFERENCE_M: f32 = 0.05;
+/// The direction of a pass or of a clearance may be off by this much: its sine.
+const PASS_TOLERANCE: f32 = 0.26;
+/// A ball that is passed stays this far from the lines, m.
+const LINE_MARGIN_M: f32 = 0.35;
+/// Advantage of the type of kick chosen before, s.
+const KICK_PREFERENCE_S: f32 = 0.5;
+/// What a side kick is worse by, s: it is the weaker.
+const SIDE_KICK_COST_S: f32 = 0.6;
+/// What a place next to which another robot stands is worse by, s.
+const OCCUPIED_COST_S: f32 = 2.5;
+/// Nearer to another robot than this, a place is taken, m.
+const OCCUPIED_DISTANCE_M: f32 = 0.3;
+
+/// Where the ball should go.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Aim {
+    /// The direction, unit vector, team frame.
+    pub direction: Vec2,
+    /// How far it should go, m.
+    pub distance_m: f32,
+    /// How far off the direction may be: the sine of the angle.
+    pub tolerance: f32,
+    /// Whether it is a shot at the goal, as strong as possible.
+    pub is_shot: bool,
+}
+
+impl Aim {
+    /// Towards a place, to stop there.
+    pub fn at(ball: Vec2, place: Vec2) -> Self {
+        Self {
+            direction: (place - ball).normalize_or(Vec2::X),
+            distance_m: place.distance(ball),
+            tolerance: PASS_TOLERANCE,
+            is_shot: false,
+        }
+    }
+
+    /// For a ball that is shot: into the goal where there is most room between posts and opponents, if `range_m` reaches
+    /// it. Otherwise towards it, or in front of it from the side, past opponents, and not over the lines.
+    pub fn choose(ball: Vec2, opponents: &[RobotBelief], pitch: &Pitch, range_m: f32, previous: Option<Vec2>) -> Self {
+        let half_goal = pitch.goal.width_m / 2.0;
+        let post_radius = pitch.goal.post_diameter_m / 2.0;
+        let goal_x = pitch.half_length() + pitch.line_width_m;
+        let posts = [-half_goal, half_goal].map(|y| Vec2::new(pitch.goal_post_x(), y));
+        let preference = |direction: Vec2| {
+            previous.map_or(0.0, |previous| if direction.dot(previous) > 0.99 { AIM_PREFERENCE_M } else { 0.0 })
+        };
+        let mut best: Option<(f32, f32, Aim)> = None;
+        for y in GOAL_AIMS.map(|share| 2.0 * share * half_goal) {
+            let way = Vec2::new(goal_x, y) - ball;
+            let distance_m = way.length();
+            let direction = way / distance_m;
+            let between_posts = posts
+                .map(|post| direction.perp_dot(post - ball).abs() - post_radius - 0.03)
+                .into_iter()
+                .fold(f32::MAX, f32::min);
+            let room = room_along(ball, direction, distance_m, opponents).min(between_posts);
+            let score = room.min(ENOUGH_ROOM_M) + preference(direction);
+            if best.is_none_or(|(least, ..)| score > least) {
+                let tolerance = (0.8 * room.max(0.05) / distance_m).clamp(0.03, 0.3);
+                best = Some((score, between_posts, Aim { direction, distance_m, tolerance, is_shot: true }));
+            }
+        }
+        let Some((score, between_posts, aim)) = best else { return Self::at(ball, Vec2::new(goal_x, 0.0)) };
+        let reaches = aim.distance_m < range_m;
+        if reaches && between_posts > LEAST_ROOM_M && score > 0.0 {
+            return aim;
+        }
+        if reaches && between_posts <= LEAST_ROOM_M {
+            // From the side there is no opening: to the front of the goal.
+            return Self::at(ball, Vec2::new(pitch.half_length() - 0.9, 0.0));
+        }
+        // Ahead, or along a wing when that is free and the middle is not.
+        let wing_x = (ball.x + 1.6).min(pitch.half_length() - 0.7);
+        let wing_y = pitch.half_width() - 0.5;
+        let ahead = if reaches {
+            (score, aim)
+        } else {
+            let place = ball + aim.direction * range_m.min(aim.distance_m - 0.5);
+            (score, Self::at(ball, place))
+        };
+        let wings = [wing_y, -wing_y].map(|y| {
+            let aim = Self::at(ball, Vec2::new(wing_x, y));
+            let room = room_along(ball, aim.direction, aim.distance_m, opponents).min(ENOUGH_ROOM_M);
+            (room - 0.15 + preference(aim.direction), aim)
+        });
+        let (_, aim) = wings.into_iter().fold(ahead, |best, wing| if wing.0 > best.0 { wing } else { best });
+        aim
+    }
+
+    /// A gentle first touch at the own kick-off, to the side on which `left` is: a direct shot would be no play.
+    pub fn kick_off(ball: Vec2, left: bool) -> Self {
+        let side = if left { 1.0 } else { -1.0 };
+        Self::at(ball, ball + Vec2::new(0.8, side * 0.7))
+    }
+}
+
+/// The least distance between the ball's path and what opponents can block, m.
+fn room_along(ball: Vec2, direction: Vec2, distance_m: f32, opponents: &[RobotBelief]) -> f32 {
+    opponents
+        .iter()
+        .filter_map(|opponent| {
+            let offset = opponent.position_m - ball;
+            let along = direction.dot(offset);
+            let across = direction.perp_dot(offset).abs();
+            (along > 0.0 && along < distance_m + 0.2).then(|| across - BLOCKED_HALF_WIDTH_M - BLOCKED_PER_METRE * along)
+        })
+        .fold(ENOUGH_ROOM_M, f32::min)
+}
+
+/// Where the ball should lie for each type of kick, m, robot frame: well inside its rectangle (paper, Table 2).
+pub fn best_spot(kick_type: KickType) -> Vec2 {
+    match kick_type {
+        KickType::LeftStraight => Vec2::new(0.175, 0.05),
+        KickType::RightStraight => Vec2::new(0.175, -0.05),
+        KickType::LeftSide => Vec2::new(0.17, -0.07),
+        KickType::RightSide => Vec2::new(0.17, 0.07),
+    }
+}
+
+/// Where to stand for a kick of this type that sends a ball at `ball` in this direction (team frame): the position, m,
+/// and the direction to face.
+pub fn stand_for(kick_type: KickType, ball: Vec2, direction: Vec2) -> (Vec2, Vec2) {
+    let spot = best_spot(kick_type);
+    let leaves = (spot - kick_type.foot().tip()).normalize_or(Vec2::X);
+    let facing = unrotate(leaves, direction);
+    (ball - facing.rotate(spot), facing)
+}
+
+/// A kick to prepare.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct KickPlan {
+    /// Which kick.
+    pub kick_type: KickType,
+    /// Where to stand, m, team frame.
+    pub position: Vec2,
+    /// Where to face, unit vector, team frame.
+    pub facing: Vec2,
+}
+
+impl KickPlan {
+    /// The kick that can be made soonest.
+    pub fn choose(
+        ball: Vec2,
+        aim: &Aim,
+        own: Pose,
+        others: impl Iterator<Item = Vec2> + Clone,
+        kicks: &KickSettings,
+        previous: Option<KickType>,
+    ) -> Self {
+        let forward = own.forward();
+        let plan = |kick_type: KickType| {
+            let (position, facing) = stand_for(kick_type, ball, aim.direction);
+            let way = position - own.position;
+            // The chord of the angle to turn by is near enough to it.
+            let turn_s = (facing - forward).length() / 1.4;
+            let ball_side = -way.normalize_or_zero().perp_dot(ball - own.position).abs();
+            let passes_ball =
+                way.dot(ball - own.position) > 0.0 && way.length_squared() > ball.distance_squared(own.position);
+            let detour_s = if passes_ball { 4.0 * (0.25 + ball_side).max(0.0) } else { 0.0 };
+            let mut cost_s = (way.length() / 0.2).max(turn_s) + 0.4 * turn_s + detour_s;
+            if is_side_kick(kick_type) {
+                cost_s += SIDE_KICK_COST_S;
+                if aim.is_shot && aim.distance_m > 0.7 * kicks.range(kick_type).max_distance_m {
+                    cost_s += 5.0;
+                }
+            }
+            if others.clone().any(|other| other.distance_squared(position) < OCCUPIED_DISTANCE_M * OCCUPIED_DISTANCE_M)
+            {
+                cost_s += OCCUPIED_COST_S;
+            }
+            if previous == Some(kick_type) {
+                cost_s -= KICK_PREFERENCE_S;
+            }
+            (cost_s, Self { kick_type, position, facing })
+        };
+        let [first, others_after @ ..] = KickType::ALL;
+        let best = others_after
+            .into_iter()
+            .map(plan)
+            .fold(plan(first), |best, next| if next.0 < best.0 { next } else { best });
+        best.1
+    }
+}
+
+fn is_side_kick(kick_type: KickType) -> bool {
+    matches!(kick_type, KickType::LeftSide | KickType::RightSide)
+}
+
+/// The kick to make now, if the ball lies so that one sends it where it should go: of those that do, the most accurate.
+/// `patience` scales how far off the direction may be.
+pub fn kick_now(
+    ball_in_robot: Vec2,
+    forward: Vec2,
+    aim: &Aim,
+    kicks: &KickSettings,
+    patience: f32,
+) -> Option<KickRequest> {
+    let mut best: Option<(f32, KickType)> = None;
+    for kick_type in KickType::ALL {
+        let rectangle = kick_type.admissible_rectangle().inflate(-0.004);
+        if !rectangle.contains(ball_in_robot) {
+            continue;
+        }
+        let Some(strike) = strike(kick_type, ball_in_robot) else { continue };
+        let direction = forward.rotate(strike.direction);
+        let error = aim.direction.perp_dot(direction).abs();
+        let reach = kicks.range(kick_type).max_distance_m;
+        let too_weak = aim.is_shot && reach < 1.1 * aim.distance_m;
+        if direction.dot(aim.direction) < 0.3 || error > patience * aim.tolerance || too_weak {
+            continue;
+        }
+        if best.is_none_or(|(least, _)| error < least) {
+            best = Some((error, kick_type));
+        }
+    }
+    best.map(|(_, kick_type)| {
+        let reach = kicks.range(kick_type).max_distance_m;
+        let speed = if aim.is_shot { 1.0 } else { (aim.distance_m / reach).clamp(0.15, 1.0) };
+        KickRequest { kick_type, speed }
+    })
+}
+
+/// Whether a ball kicked in this direction over this distance stays well inside the lines.
+pub fn stays_inside(ball: Vec2, direction: Vec2, distance_m: f32, pitch: &Pitch) -> bool {
+    let end = ball + direction * distance_m;
+    end.x.abs() < pitch.half_length() - LINE_MARGIN_M && end.y.abs() < pitch.half_width() - LINE_MARGIN_M
+}

@@ -1,0 +1,168 @@
+//! What a built-in player has to decide on, what it decides, and what it remembers.
+
+use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::walking::{OBSTACLE_RANGE_M, Obstacles, POST_CLEARANCE_M, ROBOT_CLEARANCE_M, step_towards, way_around};
+use crate::belief::{BallBelief, Belief};
+use crate::geometry::{Pose, unit, unrotate};
+use crate::knowledge::Knowledge;
+use crate::pitch::Pitch;
+use crate::referee::GameStatus;
+use crate::robot::RobotId;
+use crate::robot::head::HeadCommand;
+use crate::robot::kick::{KickRequest, KickSettings, KickType};
+use crate::robot::motion::{MotionLimits, WalkCommand};
+use crate::sensing::sonar::{SonarReading, SonarSettings};
+use crate::sensing::status::BodyStatus;
+
+/// Everything that a player knows when it decides.
+#[derive(Clone, Copy, Debug)]
+pub struct Player<'a> {
+    /// Who it is.
+    pub id: RobotId,
+    /// What it thinks.
+    pub belief: &'a Belief,
+    /// What it is told of the game.
+    pub status: &'a GameStatus,
+    /// What its body is doing.
+    pub body: BodyStatus,
+    /// What its sonars measured.
+    pub sonar: SonarReading,
+    /// Where its sonars point.
+    pub sonar_settings: &'a SonarSettings,
+    /// How fast it walks.
+    pub limits: &'a MotionLimits,
+    /// How far it kicks.
+    pub kicks: &'a KickSettings,
+    /// The pitch.
+    pub pitch: &'a Pitch,
+    /// Robots of a team.
+    pub team_size: u8,
+    /// Duration of a cycle, s.
+    pub period: f32,
+    /// Where it faces, unit vector, team frame.
+    pub forward: Vec2,
+}
+
+/// What a player does in a cycle.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct Decision {
+    /// The step.
+    pub walk: WalkCommand,
+    /// Where to look; none for what [`super::looking`] proposes.
+    pub head: Option<HeadCommand>,
+    /// The kick.
+    pub kick: Option<KickRequest>,
+    /// What it is about, in a word.
+    pub intention: &'static str,
+}
+
+/// What a built-in player remembers from cycle to cycle.
+#[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[reflect(Component, @Knowledge::Belief)]
+pub struct PlayerMemory {
+    /// How often the robots had been placed.
+    pub restarts: Option<u32>,
+    /// When the kick-off was given that is not over yet, s.
+    pub kick_off_since_s: Option<f32>,
+    /// The direction in which the ball should go, team frame.
+    pub aim: Option<Vec2>,
+    /// The kick that is being prepared.
+    pub kick: Option<KickType>,
+    /// When the preparation of it began, s.
+    pub preparing_since_s: Option<f32>,
+    /// Whether it is its turn to go for the ball.
+    pub attacks: bool,
+    /// When the ball was lost, s.
+    pub lost_since_s: Option<f32>,
+    /// On which side the ball was lost: whether on the left.
+    pub lost_left: bool,
+    /// Until when it looks around instead of at the ball, s.
+    pub glance_until_s: f32,
+    /// When it looked around last, s.
+    pub last_glance_s: f32,
+}
+
+impl<'a> Player<'a> {
+    /// Its pose, team frame.
+    pub fn pose(&self) -> Pose {
+        self.belief.pose
+    }
+
+    /// Its place, m, team frame.
+    pub fn position(&self) -> Vec2 {
+        self.belief.pose.position
+    }
+
+    /// The ball, if it has an idea where that is.
+    pub fn ball(&self) -> Option<&'a BallBelief> {
+        self.belief.ball.as_ref()
+    }
+
+    /// A point of the team frame in the robot's, m.
+    pub fn in_robot(&self, point: Vec2) -> Vec2 {
+        unrotate(self.forward, point - self.position())
+    }
+
+    /// The middle of the own goal line, m, team frame.
+    pub fn own_goal(&self) -> Vec2 {
+        Vec2::new(-self.pitch.half_length(), 0.0)
+    }
+
+    /// The middle of the opponents' goal line, m, team frame.
+    pub fn opponent_goal(&self) -> Vec2 {
+        Vec2::new(self.pitch.half_length(), 0.0)
+    }
+
+    /// The distance of the nearest opponent from a place, m.
+    pub fn nearest_opponent(&self, place: Vec2) -> f32 {
+        self.belief
+            .opponents
+            .iter()
+            .map(|opponent| opponent.position_m.distance_squared(place))
+            .fold(f32::MAX, f32::min)
+            .sqrt()
+    }
+
+    /// What is in the way: robots, posts, and what the sonars hear besides. The ball is not.
+    pub fn obstacles(&self) -> Obstacles {
+        let mut obstacles = Obstacles::default();
+        let own = self.position();
+        let near = |place: Vec2| place.distance_squared(own) < OBSTACLE_RANGE_M * OBSTACLE_RANGE_M;
+        let robots = self.belief.opponents.iter().chain(&self.belief.team_mates);
+        for robot in robots.filter(|robot| robot.age_s < 2.0 && near(robot.position_m)) {
+            obstacles.add(robot.position_m, ROBOT_CLEARANCE_M);
+        }
+        let (x, y) = (self.pitch.goal_post_x(), self.pitch.goal.width_m / 2.0);
+        for post in [Vec2::new(-x, -y), Vec2::new(-x, y), Vec2::new(x, -y), Vec2::new(x, y)] {
+            if near(post) {
+                obstacles.add(post, POST_CLEARANCE_M);
+            }
+        }
+        for (reading, side) in [(self.sonar.left, 1.0), (self.sonar.right, -1.0)] {
+            // What is far away will be seen in time.
+            let Some(distance) = reading.filter(|distance| *distance < 0.45) else { continue };
+            let direction = self.forward.rotate(unit(side * self.sonar_settings.heading));
+            let place = own + direction * (distance + 0.05);
+            let known = obstacles.iter().any(|known| known.centre.distance_squared(place) < 0.4 * 0.4);
+            if !known {
+                obstacles.add(place, 0.3);
+            }
+        }
+        obstacles
+    }
+
+    /// The step towards a place past the obstacles, turning to face `facing` (unit vector, team frame).
+    pub fn walk_to(&self, place: Vec2, facing: Vec2, obstacles: &Obstacles) -> WalkCommand {
+        let way = way_around(self.position(), place, obstacles);
+        step_towards(self.forward, way, facing, self.limits, self.period)
+    }
+
+    /// The step towards a place: over a longer way facing ahead, otherwise facing `facing`.
+    pub fn travel_to(&self, place: Vec2, facing: Vec2, obstacles: &Obstacles) -> WalkCommand {
+        let way = place - self.position();
+        let facing = if way.length_squared() > 0.8 * 0.8 { way.normalize_or(facing) } else { facing };
+        self.walk_to(place, facing, obstacles)
+    }
+}

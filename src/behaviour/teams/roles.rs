@@ -1,0 +1,71 @@
+//! Who goes for the ball, and where the others go meanwhile.
+
+use bevy::prelude::*;
+
+use super::player::{Decision, Player, PlayerMemory};
+use super::walking::Obstacles;
+use crate::belief::RobotBelief;
+use crate::robot::RobotId;
+
+/// A player keeps its turn at the ball until a team-mate is nearer by this, s.
+const TURN_PREFERENCE_S: f32 = 0.8;
+/// What was heard or seen of a team-mate longer ago does not count, s.
+const FRESH_TEAM_MATE_S: f32 = 1.0;
+/// Players whose turn it is not keep so far from the ball, m.
+pub const SUPPORT_DISTANCE_M: f32 = 0.9;
+
+/// About how long somebody at `position` needs to stand behind the ball, s: the way, and around the ball if it is on the
+/// wrong side.
+pub fn time_to_ball_s(position: Vec2, ball: Vec2, opponent_goal: Vec2) -> f32 {
+    let way = ball - position;
+    let forwards = way.normalize_or(Vec2::X).dot((opponent_goal - ball).normalize_or(Vec2::X));
+    way.length() / 0.2 + 2.0 * (1.0 - forwards)
+}
+
+/// Whether it is this player's turn to go for the ball: nobody of the team-mates that count is there sooner.
+pub fn has_turn(player: &Player, memory: &PlayerMemory, ball: Vec2, counts: impl Fn(Option<RobotId>) -> bool) -> bool {
+    let goal = player.opponent_goal();
+    let preference = if memory.attacks { TURN_PREFERENCE_S } else { 0.0 };
+    let own_s = time_to_ball_s(player.position(), ball, goal) - preference;
+    player.belief.team_mates.iter().filter(|mate| mate.age_s < FRESH_TEAM_MATE_S && counts(mate.id)).all(|mate| {
+        let time_s = time_to_ball_s(mate.position_m, ball, goal);
+        // Of two that need the same time, the one with the lower number goes.
+        own_s < time_s || (own_s == time_s && mate.id.is_none_or(|id| player.id < id))
+    })
+}
+
+/// Walks to a place from where the attacker can be supported: behind the ball and beside it, away from other team-mates.
+pub fn support(player: &Player, ball: Vec2) -> Decision {
+    let place = support_place(player, ball);
+    let facing = (ball - player.position()).normalize_or(Vec2::X);
+    let mut obstacles = player.obstacles();
+    obstacles.add(ball, 0.7 * SUPPORT_DISTANCE_M);
+    Decision { walk: stay_or_go(player, place, facing, &obstacles), intention: "support", ..default() }
+}
+
+fn support_place(player: &Player, ball: Vec2) -> Vec2 {
+    // Odd numbers to the left, even ones to the right: two supporters keep apart without talking.
+    let side = if player.id.number % 2 == 1 { 1.0 } else { -1.0 };
+    let wanted = Vec2::new(ball.x - 0.8, 0.5 * ball.y + side * 0.8);
+    let most = Vec2::new(player.pitch.half_length() - 0.8, player.pitch.half_width() - 0.4);
+    wanted.clamp(-most, most)
+}
+
+/// Goes to a place unless it is near enough already: who supports need not shuffle about.
+pub fn stay_or_go(
+    player: &Player,
+    place: Vec2,
+    facing: Vec2,
+    obstacles: &Obstacles,
+) -> crate::robot::motion::WalkCommand {
+    if place.distance_squared(player.position()) < 0.12 * 0.12 {
+        player.walk_to(player.position(), facing, obstacles)
+    } else {
+        player.travel_to(place, facing, obstacles)
+    }
+}
+
+/// Whether a team-mate keeps the goal.
+pub fn is_keeper(mate: &RobotBelief) -> bool {
+    mate.id.is_some_and(|id| id.number == 1)
+}

@@ -1,0 +1,12 @@
+//! The striker goes for the ball, unless a team-mate other than the keeper is there sooner.
+
+use super::attack::{attack, search};
+use super::player::{Decision, Player, PlayerMemory};
+use super::roles::{has_turn, support};
+
+/// Decides for a striker.
+pub fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
+    let Some(ball) = player.ball().map(|ball| ball.position_m) else { return search(player, memory) };
+    memory.attacks = has_turn(player, memory, ball, |id| id.is_none_or(|id| id.number != 1));
+    if memory.attacks { attack(player, memory) } else { support(player, ball) }
+}

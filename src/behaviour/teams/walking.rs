@@ -1,0 +1,146 @@
+//! Going places: around the ball without touching it, past robots and posts.
+
+use bevy::prelude::*;
+
+use crate::geometry::{angle_of, unrotate};
+use crate::robot::motion::{MotionLimits, WalkCommand};
+
+/// The toes' corner is 15 cm from a robot's origin and the ball's radius is 3 cm: further away than this, a robot may
+/// turn as it likes without touching the ball, m.
+pub const BALL_CLEARANCE_M: f32 = 0.21;
+/// Another robot's place and its own are at least so far apart, m: half of a torso's width each, and a little.
+pub const ROBOT_CLEARANCE_M: f32 = 0.36;
+/// Distance from a post's centre, m: half of a torso's width, the post's radius, and a little.
+pub const POST_CLEARANCE_M: f32 = 0.25;
+/// Obstacles further away than this do not matter yet, m.
+pub const OBSTACLE_RANGE_M: f32 = 1.5;
+/// How much further than its edge an obstacle is passed, as a share of the radius: for coming back to the straight way.
+const PASSING_FACTOR: f32 = 1.02;
+/// The most obstacles that are reckoned with.
+const MOST_OBSTACLES: usize = 24;
+
+/// A circle that the robot's origin should not enter.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct Obstacle {
+    /// Centre, m, team frame.
+    pub centre: Vec2,
+    /// Radius, m.
+    pub radius_m: f32,
+}
+
+/// What is in the way.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Obstacles {
+    circles: [Obstacle; MOST_OBSTACLES],
+    count: usize,
+}
+
+impl Default for Obstacles {
+    fn default() -> Self {
+        Self { circles: [Obstacle::default(); MOST_OBSTACLES], count: 0 }
+    }
+}
+
+impl Obstacles {
+    /// Adds one; what does not fit is ignored.
+    pub fn add(&mut self, centre: Vec2, radius_m: f32) {
+        if let Some(circle) = self.circles.get_mut(self.count) {
+            *circle = Obstacle { centre, radius_m };
+            self.count += 1;
+        }
+    }
+
+    /// All of them.
+    pub fn iter(&self) -> impl Iterator<Item = &Obstacle> {
+        self.circles[..self.count].iter()
+    }
+}
+
+/// A place to go and where to face.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Goal {
+    /// Where to stand, m, team frame.
+    pub position: Vec2,
+    /// Where to face, unit vector, team frame.
+    pub facing: Vec2,
+}
+
+/// The next step towards a place along `way` (m, team frame), turning to face `facing`.
+pub fn step_towards(forward: Vec2, way: Vec2, facing: Vec2, limits: &MotionLimits, period: f32) -> WalkCommand {
+    let step = unrotate(forward, way.clamp_length_max(limits.max_linear_mps * period));
+    let most_turn = limits.max_angular * period;
+    let turn = angle_of(unrotate(forward, facing)).clamp(-most_turn, most_turn);
+    WalkCommand { dx: step.x, dy: step.y, dtheta: turn }
+}
+
+/// The way to go now so as to reach `to` past the obstacles: straight, or along the tangent of the first obstacle on
+/// the way.
+///
+/// An obstacle that the place to reach lies in is shrunk so far that it can be reached. Who is inside an obstacle leaves it
+/// sideways, outwards.
+pub fn way_around(from: Vec2, to: Vec2, obstacles: &Obstacles) -> Vec2 {
+    let way = to - from;
+    let distance = way.length();
+    if distance < 1e-4 {
+        return Vec2::ZERO;
+    }
+    let first = obstacles
+        .iter()
+        .filter_map(|obstacle| {
+            let radius = obstacle.radius_m.min(0.9 * obstacle.centre.distance(to));
+            blocks(from, way / distance, distance, obstacle.centre, radius).then_some((obstacle.centre, radius))
+        })
+        .min_by(|(first, _), (second, _)| first.distance_squared(from).total_cmp(&second.distance_squared(from)));
+    let Some((centre, radius)) = first else { return way };
+    let clear = |way: Vec2, length: f32| {
+        obstacles
+            .iter()
+            .filter(|other| other.centre != centre)
+            .all(|other| !blocks(from, way.normalize_or_zero(), length, other.centre, 0.8 * other.radius_m))
+    };
+    // On the nearer side, unless that is blocked and the other is not.
+    let side = if way.perp_dot(centre - from) > 0.0 { -1.0 } else { 1.0 };
+    let near = tangent(from, centre, radius, side);
+    if clear(near, near.length()) {
+        return near;
+    }
+    let far = tangent(from, centre, radius, -side);
+    if clear(far, far.length()) { far } else { near }
+}
+
+/// Whether a straight way in `direction` over `distance` meets a circle.
+fn blocks(from: Vec2, direction: Vec2, distance: f32, centre: Vec2, radius: f32) -> bool {
+    let offset = centre - from;
+    let along = direction.dot(offset);
+    along > 0.0 && along - radius < distance && direction.perp_dot(offset).abs() < radius
+}
+
+/// The way to the point where the tangent touches a circle, on the right (`side` = -1) or left (+1) of it; from inside,
+/// outwards and around.
+fn tangent(from: Vec2, centre: Vec2, radius: f32, side: f32) -> Vec2 {
+    let offset = centre - from;
+    let distance_squared = offset.length_squared();
+    let radius = radius * PASSING_FACTOR;
+    if distance_squared <= radius * radius {
+        let distance = distance_squared.sqrt().max(1e-3);
+        let outwards = -offset / distance;
+        let depth = (radius - distance) / radius;
+        return (outwards * (2.0 * depth).min(1.0) + side * offset.perp() / distance).normalize_or_zero() * radius;
+    }
+    // The tangent's length is √(d² - r²); it is turned from the centre's direction by the angle of sine r / d.
+    let length = (distance_squared - radius * radius).sqrt();
+    let turned = Vec2::new(length, side * radius) / distance_squared.sqrt();
+    turned.rotate(offset) * (length / distance_squared.sqrt())
+}
+
+/// The next place on the way to where the ball is kicked from: around the ball without touching it, then straight ahead.
+///
+/// `position` and `facing` are where to stand for the kick. Returns the place and whether the last stretch has begun,
+/// on which the ball is no obstacle.
+pub fn approach(own: Vec2, forward: Vec2, position: Vec2, facing: Vec2) -> (Vec2, bool) {
+    let offset = unrotate(facing, own - position);
+    let behind = -offset.x;
+    let in_corridor = behind > -0.02 && offset.y.abs() < 0.02 + 0.3 * behind.clamp(0.0, 0.3);
+    let aligned = facing.dot(forward) > 0.96;
+    if in_corridor && aligned && behind < 0.3 { (position, true) } else { (position - facing * 0.09, false) }
+}

@@ -1,0 +1,264 @@
+//! The estimate of the ball: where it is and how it rolls, in the robot's own frame, where it is seen and kicked.
+//!
+//! A Kalman filter of place and velocity. What is seen in an unlikely place is taken for an error once; when the next
+//! sighting confirms it, the ball has been kicked or carried and the filter starts anew.
+
+use bevy::math::ops;
+use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::localisation::Sighting;
+use crate::geometry::{Pose, unit, unrotate};
+
+/// The ball in the robot frame.
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+pub struct BallEstimate {
+    /// Where it is, m, robot frame.
+    pub position: Vec2,
+    /// Where it rolls over the ground, m/s, along the robot frame's axes.
+    pub velocity: Vec2,
+    /// Covariance of the place, m².
+    pub position_covariance: Mat2,
+    /// Covariance between place and velocity, m²/s: symmetric, as all noise is the same along all axes but for the
+    /// measurement's.
+    cross_covariance: Mat2,
+    /// Covariance of the velocity, (m/s)².
+    pub velocity_covariance: Mat2,
+    /// Since it was seen, s.
+    pub age_s: f32,
+    /// For how long it should have been seen but was not, s.
+    pub missing_s: f32,
+    /// Where it was seen last when that was too unlikely to believe, robot frame.
+    doubted: Option<Vec2>,
+}
+
+/// How the ball is expected to behave.
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct BallModel {
+    /// Drag proportional to its speed, per second.
+    pub drag_per_s: f32,
+    /// Unforeseen change of its velocity: variance per second, (m/s)²/s.
+    pub velocity_noise: f32,
+    /// Speed that a ball of which nothing is known may have, m/s: standard deviation.
+    pub start_speed_sd: f32,
+    /// A sighting further from the expectation than this is doubted: squared Mahalanobis distance.
+    pub gate: f32,
+    /// Two doubted sightings as near as this confirm each other, m, at a distance of one metre.
+    pub confirmation_m: f32,
+    /// Slower than this it is taken to rest, m/s.
+    pub rest_speed_mps: f32,
+}
+
+impl Default for BallModel {
+    fn default() -> Self {
+        Self {
+            drag_per_s: 0.5,
+            velocity_noise: 0.02,
+            start_speed_sd: 0.5,
+            gate: 16.0,
+            confirmation_m: 0.15,
+            rest_speed_mps: 0.05,
+        }
+    }
+}
+
+impl BallEstimate {
+    /// A ball that has just come into sight.
+    pub fn first_seen(sighting: &Sighting, model: &BallModel) -> Self {
+        let speed_variance = model.start_speed_sd * model.start_speed_sd;
+        Self {
+            position: sighting.place_in_robot,
+            velocity: Vec2::ZERO,
+            position_covariance: sighting.covariance(),
+            cross_covariance: Mat2::ZERO,
+            velocity_covariance: Mat2::from_diagonal(Vec2::splat(speed_variance)),
+            age_s: 0.0,
+            missing_s: 0.0,
+            doubted: None,
+        }
+    }
+
+    /// The ball `duration` seconds later, seen from where a measured step (in the robot's frame before it) led.
+    pub fn advanced(&self, step: Pose, duration: f32, model: &BallModel) -> Self {
+        let kept = (1.0 - model.drag_per_s * duration).max(0.0);
+        let noise = model.velocity_noise * duration;
+        let mut ahead = Self {
+            position: self.position + self.velocity * duration - step.position,
+            velocity: self.velocity * kept,
+            position_covariance: self.position_covariance
+                + self.cross_covariance * (2.0 * duration)
+                + self.velocity_covariance * (duration * duration),
+            cross_covariance: (self.cross_covariance + self.velocity_covariance * duration) * kept,
+            velocity_covariance: self.velocity_covariance * (kept * kept) + Mat2::from_diagonal(Vec2::splat(noise)),
+            age_s: self.age_s + duration,
+            doubted: self.doubted.map(|doubted| doubted - step.position),
+            ..*self
+        };
+        // The walk itself is not exact either.
+        let slip = 0.1 * step.position.length();
+        ahead.position_covariance += Mat2::from_diagonal(Vec2::splat(slip * slip));
+        if step.heading != 0.0 {
+            ahead.turn_frame(step.heading);
+        }
+        ahead
+    }
+
+    fn turn_frame(&mut self, angle: f32) {
+        let forward = unit(angle);
+        let back = Mat2::from_cols(Vec2::new(forward.x, -forward.y), Vec2::new(forward.y, forward.x));
+        let ahead = back.transpose();
+        self.position = unrotate(forward, self.position);
+        self.velocity = unrotate(forward, self.velocity);
+        self.doubted = self.doubted.map(|doubted| unrotate(forward, doubted));
+        for covariance in [&mut self.position_covariance, &mut self.cross_covariance, &mut self.velocity_covariance] {
+            *covariance = back * *covariance * ahead;
+        }
+    }
+
+    /// The ball after it was seen there.
+    pub fn seen(&self, sighting: &Sighting, model: &BallModel) -> Self {
+        let noise = sighting.covariance();
+        let difference = sighting.place_in_robot - self.position;
+        let inverse = (self.position_covariance + noise).inverse();
+        if difference.dot(inverse * difference) > model.gate {
+            let near = model.confirmation_m * sighting.place_in_robot.length_squared().max(1.0);
+            return match self.doubted {
+                Some(before) if before.distance(sighting.place_in_robot) < near => Self::first_seen(sighting, model),
+                _ => Self { doubted: Some(sighting.place_in_robot), ..*self },
+            };
+        }
+        let gain = self.position_covariance * inverse;
+        let velocity_gain = self.cross_covariance * inverse;
+        Self {
+            position: self.position + gain * difference,
+            velocity: self.velocity + velocity_gain * difference,
+            position_covariance: symmetric(self.position_covariance - gain * self.position_covariance),
+            cross_covariance: symmetric(self.cross_covariance - gain * self.cross_covariance),
+            velocity_covariance: symmetric(self.velocity_covariance - velocity_gain * self.cross_covariance),
+            age_s: 0.0,
+            missing_s: 0.0,
+            doubted: None,
+        }
+    }
+
+    /// The velocity, or none when it does not stand out from rest.
+    pub fn credible_velocity(&self, model: &BallModel) -> Vec2 {
+        let spread = self.velocity_covariance.x_axis.x + self.velocity_covariance.y_axis.y;
+        let least = model.rest_speed_mps * model.rest_speed_mps;
+        if self.velocity.length_squared() > (2.0 * spread).max(least) { self.velocity } else { Vec2::ZERO }
+    }
+
+    /// Whether a head at this yaw and pitch (radians) looks so that this place on the ground is well inside the
+    /// image of a camera.
+    pub fn should_be_seen(&self, head_yaw: f32, head_pitch: f32) -> bool {
+        let along = self.position.dot(unit(head_yaw));
+        let across = unit(head_yaw).perp_dot(self.position);
+        // 0.36 is the tangent of 20°; the image reaches to 24°.
+        if along < 0.05 || across.abs() > 0.36 * along {
+            return false;
+        }
+        // Depression of the line of sight, and how far from the axes of the two cameras it is; the image reaches to 18°.
+        let depression = ops::atan2(LENS_HEIGHT_M, self.position.length() - 0.05);
+        [0.0, CAMERA_TILT].into_iter().any(|tilt| (depression - head_pitch - tilt).abs() < 0.25)
+    }
+}
+
+/// Height of the lenses, between those of the two cameras (paper, Table 1a), m.
+pub const LENS_HEIGHT_M: f32 = 0.5;
+/// The bottom camera's additional downward angle: 40° (paper, section 3.1).
+pub const CAMERA_TILT: f32 = 0.698;
+
+/// Rounding must not let a covariance drift from symmetry.
+fn symmetric(matrix: Mat2) -> Mat2 {
+    let mixed = (matrix.x_axis.y + matrix.y_axis.x) / 2.0;
+    Mat2::from_cols(Vec2::new(matrix.x_axis.x, mixed), Vec2::new(mixed, matrix.y_axis.y))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_abs_diff_eq;
+    use core::f32::consts::FRAC_PI_2;
+
+    const PERIOD: f32 = 1.0 / 30.0;
+
+    fn sighting(place: Vec2) -> Sighting {
+        Sighting::on_ground(place, 0.004, LENS_HEIGHT_M)
+    }
+
+    fn watched(start: Vec2, velocity: Vec2, cycles: u32) -> BallEstimate {
+        let model = BallModel::default();
+        let mut estimate = BallEstimate::first_seen(&sighting(start), &model);
+        for cycle in 1..=cycles {
+            // The closed form of exponential drag: s = v0 (1 - exp(-k t)) / k.
+            let time = cycle as f32 * PERIOD;
+            let place = start + velocity * (1.0 - (-model.drag_per_s * time).exp()) / model.drag_per_s;
+            estimate = estimate.advanced(Pose::default(), PERIOD, &model).seen(&sighting(place), &model);
+        }
+        estimate
+    }
+
+    #[test]
+    fn the_velocity_of_a_rolling_ball_is_found_within_half_a_second() {
+        let estimate = watched(Vec2::new(2.0, 0.5), Vec2::new(-1.0, 0.2), 15);
+        // v0 exp(-0.5 * 0.5 s) = 0.78 v0.
+        assert_abs_diff_eq!(estimate.velocity, Vec2::new(-0.78, 0.156), epsilon = 0.1);
+        assert!(estimate.credible_velocity(&BallModel::default()) != Vec2::ZERO);
+        let rest = watched(Vec2::new(2.0, 0.5), Vec2::ZERO, 15);
+        assert_eq!(rest.credible_velocity(&BallModel::default()), Vec2::ZERO);
+    }
+
+    #[test]
+    fn an_unseen_ball_rolls_on_and_gets_uncertain() {
+        let model = BallModel::default();
+        let mut estimate = watched(Vec2::new(3.0, 0.0), Vec2::new(-1.0, 0.0), 30);
+        let (start, speed, doubt) = (estimate.position.x, estimate.velocity.x, estimate.position_covariance.x_axis.x);
+        for _ in 0..30 {
+            estimate = estimate.advanced(Pose::default(), PERIOD, &model);
+        }
+        // v (1 - exp(-k 1 s)) / k = 0.787 v.
+        assert_abs_diff_eq!(estimate.position.x - start, 0.787 * speed, epsilon = 0.02);
+        assert!(estimate.position_covariance.x_axis.x > 2.0 * doubt);
+        assert_abs_diff_eq!(estimate.age_s, 1.0, epsilon = 1e-4);
+    }
+
+    #[test]
+    fn a_turn_of_the_robot_turns_the_ball_the_other_way() {
+        let estimate = watched(Vec2::new(1.0, 0.0), Vec2::new(1.0, 0.0), 10);
+        let place = estimate.position;
+        let turned = estimate.advanced(Pose::new(0.0, 0.0, FRAC_PI_2), 0.0, &BallModel::default());
+        assert_abs_diff_eq!(turned.position, Vec2::new(0.0, -place.x), epsilon = 1e-5);
+        assert!(turned.velocity.y < -0.5 && turned.velocity.x.abs() < 1e-3);
+        assert_abs_diff_eq!(turned.position_covariance.y_axis.y, estimate.position_covariance.x_axis.x, epsilon = 1e-6);
+        let walked = estimate.advanced(Pose::new(0.1, 0.0, 0.0), 0.0, &BallModel::default());
+        assert_abs_diff_eq!(walked.position.x, place.x - 0.1, epsilon = 1e-6);
+    }
+
+    #[test]
+    fn one_sighting_elsewhere_is_an_error_and_two_are_a_kick() {
+        let model = BallModel::default();
+        let estimate = watched(Vec2::new(1.0, 0.0), Vec2::ZERO, 30);
+        let elsewhere = sighting(Vec2::new(2.0, 1.0));
+        let once = estimate.seen(&elsewhere, &model);
+        assert_eq!(once.position, estimate.position);
+        let twice = once.seen(&elsewhere, &model);
+        assert_eq!(twice.position, elsewhere.place_in_robot);
+        // The error forgotten: seen again where it was.
+        assert_eq!(once.seen(&sighting(estimate.position), &model).doubted, None);
+    }
+
+    #[test]
+    fn a_ball_should_be_seen_where_a_camera_looks() {
+        let ball = |x, y| watched(Vec2::new(x, y), Vec2::ZERO, 1);
+        let tilt = 30.0_f32.to_radians();
+        // Level head: the bottom camera sees 0.34 to 1.24 m, the top one from 1.67 m on.
+        assert!(ball(0.7, 0.0).should_be_seen(0.0, 0.0));
+        assert!(ball(3.0, 0.0).should_be_seen(0.0, 0.0));
+        assert!(!ball(0.2, 0.0).should_be_seen(0.0, 0.0));
+        assert!(ball(0.2, 0.0).should_be_seen(0.0, tilt));
+        assert!(!ball(1.0, 1.0).should_be_seen(0.0, 0.0));
+        assert!(ball(1.0, 1.0).should_be_seen(0.8, 0.0));
+        assert!(!ball(-1.0, 0.0).should_be_seen(0.0, 0.0));
+    }
+}

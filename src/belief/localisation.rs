@@ -1,0 +1,264 @@
+//! The estimate of the robot's own pose: carried along by odometry, corrected by landmarks.
+//!
+//! An extended Kalman filter over (x, y, heading) whose only measurements are points: a landmark whose place on the
+//! pitch is known is seen at a place in the robot's frame.
+
+use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use crate::geometry::{Pose, angle_of, unrotate, wrap_angle};
+
+/// A pose and how uncertain it is.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+pub struct PoseEstimate {
+    /// The pose, team frame.
+    pub pose: Pose,
+    /// Covariance of (x, y, heading), m and radians.
+    pub covariance: Mat3,
+}
+
+/// How much less certain a pose gets by walking.
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct StepError {
+    /// Variance of the place for a metre of way, m.
+    pub place_per_metre: f32,
+    /// Variance of the heading for a metre of way, rad²/m.
+    pub heading_per_metre: f32,
+    /// Variance of the heading for a radian turned, rad.
+    pub heading_per_radian: f32,
+}
+
+impl Default for StepError {
+    /// Twice the spread of the simulated odometry's default (5 cm and 2° after 1 m, 3° after 1 rad): being pushed is
+    /// not in the steps.
+    fn default() -> Self {
+        Self { place_per_metre: 0.01, heading_per_metre: 0.0049, heading_per_radian: 0.011 }
+    }
+}
+
+/// A landmark that was seen.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Sighting {
+    /// Its measured place, m, robot frame.
+    pub place_in_robot: Vec2,
+    /// The variance of the measurement along the line of sight, m².
+    pub variance_along: f32,
+    /// The variance of the measurement across the line of sight, m².
+    pub variance_across: f32,
+}
+
+impl Sighting {
+    /// The sighting of something on the ground, given the errors of the two angles by which a camera at
+    /// `lens_height` m measures it: its place is off by d σ across and by (d² + h²) / h σ along the line of sight.
+    pub fn on_ground(place_in_robot: Vec2, angle_sd: f32, lens_height: f32) -> Self {
+        let distance_squared = place_in_robot.length_squared();
+        let along = (distance_squared + lens_height * lens_height) / lens_height * angle_sd;
+        Self {
+            place_in_robot,
+            variance_along: along * along,
+            variance_across: distance_squared.max(0.01) * angle_sd * angle_sd,
+        }
+    }
+
+    /// The measurement's covariance in the robot frame, m².
+    pub fn covariance(&self) -> Mat2 {
+        let along = self.place_in_robot.normalize_or(Vec2::X);
+        let difference = self.variance_along - self.variance_across;
+        Mat2::from_cols(
+            Vec2::new(self.variance_across + difference * along.x * along.x, difference * along.x * along.y),
+            Vec2::new(difference * along.x * along.y, self.variance_across + difference * along.y * along.y),
+        )
+    }
+}
+
+/// What seeing a landmark says about a pose.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Innovation {
+    /// Measured minus expected place, m, robot frame.
+    difference: Vec2,
+    /// The gain's columns: what a metre of difference along x and along y changes.
+    gain: [Vec3; 2],
+    /// P Hᵀ, column by column.
+    cross: [Vec3; 2],
+    /// The squared Mahalanobis distance between measurement and expectation.
+    pub distance_squared: f32,
+}
+
+impl PoseEstimate {
+    /// A pose with independent errors of these standard deviations, m and radians.
+    pub fn new(pose: Pose, place_sd: f32, heading_sd: f32) -> Self {
+        let place = place_sd * place_sd;
+        Self { pose, covariance: Mat3::from_diagonal(Vec3::new(place, place, heading_sd * heading_sd)) }
+    }
+
+    /// The estimate after a measured step, given in the robot's frame before it.
+    pub fn moved_by(&self, step: Pose, error: &StepError) -> Self {
+        if step == Pose::default() {
+            return *self;
+        }
+        let forward = self.pose.forward();
+        let way = forward.rotate(step.position);
+        // x' = x + way(heading), so that F = I + [0 0 -way.y; 0 0 way.x; 0 0 0].
+        let [mut x, mut y, mut heading] = [self.covariance.x_axis, self.covariance.y_axis, self.covariance.z_axis];
+        let turned = Vec3::new(-way.y, way.x, 0.0);
+        for column in [&mut x, &mut y, &mut heading] {
+            *column += turned * column.z;
+        }
+        x += heading * turned.x;
+        y += heading * turned.y;
+        let length = way.length();
+        let place = error.place_per_metre * length;
+        x.x += place;
+        y.y += place;
+        heading.z += error.heading_per_metre * length + error.heading_per_radian * step.heading.abs();
+        Self {
+            pose: Pose { position: self.pose.position + way, heading: wrap_angle(self.pose.heading + step.heading) },
+            covariance: Mat3::from_cols(x, y, heading),
+        }
+    }
+
+    /// What it means for this estimate that `landmark` (m, team frame) is seen there.
+    pub fn innovation(&self, forward: Vec2, landmark: Vec2, sighting: &Sighting) -> Innovation {
+        let expected = unrotate(forward, landmark - self.pose.position);
+        let difference = sighting.place_in_robot - expected;
+        // h(p) = R(-heading) (landmark - position); its rows' derivatives:
+        let rows = [Vec3::new(-forward.x, -forward.y, expected.y), Vec3::new(forward.y, -forward.x, -expected.x)];
+        let cross = rows.map(|row| self.covariance * row);
+        let spread = sighting.covariance()
+            + Mat2::from_cols(
+                Vec2::new(rows[0].dot(cross[0]), rows[1].dot(cross[0])),
+                Vec2::new(rows[0].dot(cross[1]), rows[1].dot(cross[1])),
+            );
+        let inverse = spread.inverse();
+        let gain = [
+            cross[0] * inverse.x_axis.x + cross[1] * inverse.x_axis.y,
+            cross[0] * inverse.y_axis.x + cross[1] * inverse.y_axis.y,
+        ];
+        Innovation { difference, gain, cross, distance_squared: difference.dot(inverse * difference) }
+    }
+
+    /// The estimate corrected by what was seen.
+    pub fn corrected(&self, innovation: &Innovation) -> Self {
+        let Innovation { difference, gain, cross, .. } = innovation;
+        let change = gain[0] * difference.x + gain[1] * difference.y;
+        // P - K (P Hᵀ)ᵀ, column by column.
+        let column = |index: usize| self.covariance.col(index) - gain[0] * cross[0][index] - gain[1] * cross[1][index];
+        let (x, y, heading) = (column(0), column(1), column(2));
+        // Rounding must not let the matrix drift from symmetry.
+        let covariance = Mat3::from_cols(x, Vec3::new(x.y, y.y, y.z), Vec3::new(x.z, y.z, heading.z));
+        Self {
+            pose: Pose {
+                position: self.pose.position + change.truncate(),
+                heading: wrap_angle(self.pose.heading + change.z),
+            },
+            covariance,
+        }
+    }
+
+    /// The estimate with more doubt: these standard deviations are added, m and radians.
+    pub fn doubted(&self, place_sd: f32, heading_sd: f32) -> Self {
+        let added = PoseEstimate::new(self.pose, place_sd, heading_sd).covariance;
+        Self { pose: self.pose, covariance: self.covariance + added }
+    }
+}
+
+/// The pose from which two landmarks (m, team frame) are seen at these places (m, robot frame).
+pub fn pose_from_two(landmarks: [Vec2; 2], seen: [Vec2; 2]) -> Pose {
+    let heading = wrap_angle(angle_of(landmarks[1] - landmarks[0]) - angle_of(seen[1] - seen[0]));
+    let forward = crate::geometry::unit(heading);
+    let middle = (landmarks[0] + landmarks[1]) / 2.0;
+    Pose { position: middle - forward.rotate((seen[0] + seen[1]) / 2.0), heading }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_abs_diff_eq;
+    use core::f32::consts::FRAC_PI_2;
+
+    fn sighting_from(pose: Pose, landmark: Vec2) -> Sighting {
+        Sighting { place_in_robot: pose.inverse_transform_point(landmark), variance_along: 1e-4, variance_across: 1e-4 }
+    }
+
+    fn see(estimate: PoseEstimate, landmark: Vec2, sighting: &Sighting) -> PoseEstimate {
+        let forward = estimate.pose.forward();
+        estimate.corrected(&estimate.innovation(forward, landmark, sighting))
+    }
+
+    #[test]
+    fn steps_add_up_as_poses_do() {
+        let start = PoseEstimate::new(Pose::new(1.0, 2.0, FRAC_PI_2), 0.1, 0.1);
+        let moved = start.moved_by(Pose::new(0.5, 0.1, 0.2), &StepError::default());
+        assert_abs_diff_eq!(moved.pose.position, Vec2::new(0.9, 2.5), epsilon = 1e-6);
+        assert_abs_diff_eq!(moved.pose.heading, FRAC_PI_2 + 0.2, epsilon = 1e-6);
+    }
+
+    #[test]
+    fn an_uncertain_heading_makes_the_place_uncertain_across_the_way() {
+        // After 2 m along x with a heading error of 0.1 rad: y varies by (2 m * 0.1)² more, and yθ by 2 m * 0.1².
+        let error = StepError { place_per_metre: 0.0, heading_per_metre: 0.0, heading_per_radian: 0.0 };
+        let moved = PoseEstimate::new(Pose::default(), 0.0, 0.1).moved_by(Pose::new(2.0, 0.0, 0.0), &error);
+        let [xx, xy, yy, xt, yt, tt] = crate::belief::pose_covariance(moved.covariance);
+        assert_abs_diff_eq!(Vec3::new(xx, xy, xt), Vec3::ZERO, epsilon = 1e-7);
+        assert_abs_diff_eq!(Vec3::new(yy, yt, tt), Vec3::new(0.04, 0.02, 0.01), epsilon = 1e-6);
+    }
+
+    #[test]
+    fn two_landmarks_seen_again_and_again_correct_the_pose() {
+        let truth = Pose::new(0.7, -0.4, 0.3);
+        let posts = [Vec2::new(3.0, 0.7), Vec2::new(3.0, -0.7)];
+        let mut estimate = PoseEstimate::new(Pose::new(0.4, 0.0, 0.1), 0.5, 0.3);
+        for _ in 0..20 {
+            for post in posts {
+                estimate = see(estimate, post, &sighting_from(truth, post));
+            }
+        }
+        assert_abs_diff_eq!(estimate.pose.position, truth.position, epsilon = 0.01);
+        assert_abs_diff_eq!(estimate.pose.heading, truth.heading, epsilon = 0.005);
+        let doubt = crate::belief::pose_covariance(estimate.covariance);
+        assert!(doubt[0] < 0.01 && doubt[2] < 0.01 && doubt[5] < 0.001, "{doubt:?}");
+    }
+
+    #[test]
+    fn a_correction_weighs_both_variances() {
+        // A landmark straight ahead, and no doubt about the heading: along x the estimate of variance 0.04 meets a
+        // measurement of variance 0.01, so that 0.04 / (0.04 + 0.01) = 80 % of the difference are taken over.
+        let estimate = PoseEstimate::new(Pose::default(), 0.2, 0.0);
+        let sighting = Sighting { place_in_robot: Vec2::new(1.9, 0.0), variance_along: 0.01, variance_across: 0.01 };
+        let corrected = see(estimate, Vec2::new(2.0, 0.0), &sighting);
+        assert_abs_diff_eq!(corrected.pose.position.x, 0.08, epsilon = 1e-5);
+        // The variance left is 0.04 * 0.01 / (0.04 + 0.01).
+        assert_abs_diff_eq!(corrected.covariance.x_axis.x, 0.008, epsilon = 1e-5);
+    }
+
+    #[test]
+    fn the_distance_tells_likely_from_unlikely() {
+        let estimate = PoseEstimate::new(Pose::default(), 0.1, 0.05);
+        let forward = estimate.pose.forward();
+        let sighting = sighting_from(Pose::new(0.1, 0.0, 0.0), Vec2::new(2.0, 0.7));
+        let distance = |landmark| estimate.innovation(forward, landmark, &sighting).distance_squared;
+        assert!(distance(Vec2::new(2.0, 0.7)) < 2.0);
+        assert!(distance(Vec2::new(2.0, -0.7)) > 20.0);
+    }
+
+    #[test]
+    fn errors_of_places_on_the_ground_grow_with_the_square_of_the_distance() {
+        // 0.01 rad from 0.5 m height: at 2 m, 2 cm across and (4 + 0.25) / 0.5 * 0.01 = 8.5 cm along.
+        let sighting = Sighting::on_ground(Vec2::new(0.0, 2.0), 0.01, 0.5);
+        assert_abs_diff_eq!(sighting.variance_across.sqrt(), 0.02, epsilon = 1e-6);
+        assert_abs_diff_eq!(sighting.variance_along.sqrt(), 0.085, epsilon = 1e-6);
+        let covariance = sighting.covariance();
+        assert_abs_diff_eq!(covariance.y_axis.y.sqrt(), 0.085, epsilon = 1e-6);
+        assert_abs_diff_eq!(covariance.x_axis.x.sqrt(), 0.02, epsilon = 1e-6);
+    }
+
+    #[test]
+    fn two_posts_tell_the_whole_pose() {
+        let truth = Pose::new(1.0, -0.5, 2.5);
+        let posts = [Vec2::new(-3.0, 0.7), Vec2::new(-3.0, -0.7)];
+        let pose = pose_from_two(posts, posts.map(|post| truth.inverse_transform_point(post)));
+        assert_abs_diff_eq!(pose.position, truth.position, epsilon = 1e-5);
+        assert_abs_diff_eq!(pose.heading, truth.heading, epsilon = 1e-5);
+    }
+}

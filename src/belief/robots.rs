@@ -1,0 +1,142 @@
+//! The other robots that a robot sees: tracks in the robot's own frame, by nearest neighbour.
+
+use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::localisation::Sighting;
+use crate::geometry::{Pose, unit, unrotate};
+use crate::robot::Team;
+
+/// Another robot that was seen.
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+pub struct RobotTrack {
+    /// Its team, by the waistband.
+    pub team: Team,
+    /// Where it is, m, robot frame.
+    pub position: Vec2,
+    /// Covariance of the place, m².
+    pub covariance: Mat2,
+    /// Since it was seen, s.
+    pub age_s: f32,
+    /// How often it was seen.
+    pub sightings: u32,
+}
+
+/// How robots are tracked.
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct TrackModel {
+    /// A sighting within this distance of a track is the same robot, m; further away at more than a metre, in
+    /// proportion.
+    pub gate_m: f32,
+    /// How fast the place of a robot gets uncertain: variance per second, m²/s.
+    pub walk_variance: f32,
+    /// A robot not seen for so long is forgotten, s.
+    pub forget_s: f32,
+    /// A robot seen once only is forgotten after this time, s: it was probably none.
+    pub forget_unconfirmed_s: f32,
+}
+
+impl Default for TrackModel {
+    fn default() -> Self {
+        Self { gate_m: 0.4, walk_variance: 0.03, forget_s: 4.0, forget_unconfirmed_s: 0.3 }
+    }
+}
+
+/// Carries all tracks along: `duration` seconds pass and the robot makes a step (in its frame before it). Forgets
+/// what is too old.
+pub fn advance_tracks(tracks: &mut Vec<RobotTrack>, step: Pose, duration: f32, model: &TrackModel) {
+    if tracks.is_empty() {
+        return;
+    }
+    let forward = unit(step.heading);
+    let doubt = Mat2::from_diagonal(Vec2::splat(model.walk_variance * duration));
+    tracks.retain_mut(|track| {
+        track.age_s += duration;
+        // What is turned with the frame is the place; the covariance of a walking robot is nearly round.
+        track.position = unrotate(forward, track.position - step.position);
+        track.covariance += doubt;
+        track.age_s < if track.sightings > 1 { model.forget_s } else { model.forget_unconfirmed_s }
+    });
+}
+
+/// Takes over that a robot of `team` was seen.
+pub fn see_robot(tracks: &mut Vec<RobotTrack>, team: Team, sighting: &Sighting, model: &TrackModel) {
+    let place = sighting.place_in_robot;
+    let gate = model.gate_m * place.length_squared().clamp(1.0, 4.0);
+    let nearest = tracks
+        .iter_mut()
+        .filter(|track| track.team == team)
+        .map(|track| (track.position.distance_squared(place), track))
+        .min_by(|(first, _), (second, _)| first.total_cmp(second));
+    match nearest {
+        Some((distance_squared, track)) if distance_squared < gate * gate => {
+            let gain = track.covariance * (track.covariance + sighting.covariance()).inverse();
+            track.position += gain * (place - track.position);
+            track.covariance -= gain * track.covariance;
+            track.age_s = 0.0;
+            track.sightings += 1;
+        }
+        _ => tracks.push(RobotTrack {
+            team,
+            position: place,
+            covariance: sighting.covariance(),
+            age_s: 0.0,
+            sightings: 1,
+        }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_abs_diff_eq;
+
+    const PERIOD: f32 = 1.0 / 30.0;
+
+    fn sighting(x: f32, y: f32) -> Sighting {
+        Sighting::on_ground(Vec2::new(x, y), 0.009, 0.5)
+    }
+
+    #[test]
+    fn one_robot_seen_often_is_one_track_and_two_are_two() {
+        let model = TrackModel::default();
+        let mut tracks = Vec::new();
+        for cycle in 0..30 {
+            let wobble = if cycle % 2 == 0 { 0.05 } else { -0.05 };
+            see_robot(&mut tracks, Team::Pink, &sighting(1.5 + wobble, 0.5), &model);
+            see_robot(&mut tracks, Team::Pink, &sighting(1.5 - wobble, -0.7), &model);
+            see_robot(&mut tracks, Team::Blue, &sighting(1.5, 0.5), &model);
+            advance_tracks(&mut tracks, Pose::default(), PERIOD, &model);
+        }
+        assert_eq!(tracks.len(), 3);
+        assert_abs_diff_eq!(tracks[0].position, Vec2::new(1.5, 0.5), epsilon = 0.03);
+        assert_abs_diff_eq!(tracks[1].position, Vec2::new(1.5, -0.7), epsilon = 0.03);
+    }
+
+    #[test]
+    fn what_was_seen_once_only_is_soon_forgotten() {
+        let model = TrackModel::default();
+        let mut tracks = Vec::new();
+        see_robot(&mut tracks, Team::Pink, &sighting(1.0, 0.0), &model);
+        see_robot(&mut tracks, Team::Pink, &sighting(2.0, 1.0), &model);
+        see_robot(&mut tracks, Team::Pink, &sighting(2.0, 1.0), &model);
+        for _ in 0..30 {
+            advance_tracks(&mut tracks, Pose::default(), PERIOD, &model);
+        }
+        assert_eq!(tracks.len(), 1);
+        for _ in 0..120 {
+            advance_tracks(&mut tracks, Pose::default(), PERIOD, &model);
+        }
+        assert!(tracks.is_empty());
+    }
+
+    #[test]
+    fn tracks_move_against_the_robots_own_steps() {
+        let mut tracks = Vec::new();
+        see_robot(&mut tracks, Team::Pink, &sighting(1.0, 0.0), &TrackModel::default());
+        let step = Pose::new(0.5, 0.0, core::f32::consts::FRAC_PI_2);
+        advance_tracks(&mut tracks, step, PERIOD, &TrackModel::default());
+        assert_abs_diff_eq!(tracks[0].position, Vec2::new(0.0, -0.5), epsilon = 1e-6);
+    }
+}
