@@ -382,6 +382,11 @@ mod tests {
         &app.world().get::<Inbox>(robot).unwrap().0
     }
 
+    fn refusals(app: &App) -> Vec<MatchEvent> {
+        let is_refusal = |event: &&MatchEvent| matches!(event, MatchEvent::CommandRefused { .. });
+        app.world().resource::<CycleEvents>().iter().filter(is_refusal).cloned().collect()
+    }
+
     fn statistics(app: &App) -> TeamMessageStatistics {
         *app.world().resource::<MessageStatistics>().of(Team::Blue)
     }
@@ -484,11 +489,6 @@ mod tests {
         run_cycle(app.world_mut());
         assert_eq!((inbox(&app, robots[1]).len(), inbox(&app, robots[2]).len()), (1, 0));
         assert_eq!((statistics(&app).delivered, statistics(&app).out_of_range), (1, 1));
-    }
-
-    fn refusals(app: &App) -> Vec<MatchEvent> {
-        let events = &app.world().resource::<CycleEvents>().0;
-        events.iter().filter(|event| matches!(event, MatchEvent::CommandRefused { .. })).cloned().collect()
     }
 
     #[test]

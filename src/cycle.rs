@@ -27,7 +27,10 @@ impl Default for CyclePlugin {
 
 impl Plugin for CyclePlugin {
     fn build(&self, app: &mut App) {
-        app.insert_resource(CycleClock { period_s: self.period_s, ..default() }).init_resource::<CycleEvents>();
+        app.insert_resource(CycleClock { period_s: self.period_s, ..default() })
+            .init_resource::<CycleEvents>()
+            .register_type::<CycleClock>()
+            .register_type::<CycleEvents>();
         app.init_schedule(Cycle).edit_schedule(Cycle, |schedule| {
             schedule.set_executor(SingleThreadedExecutor::new());
             schedule.set_build_settings(ScheduleBuildSettings { ambiguity_detection: LogLevel::Error, ..default() });

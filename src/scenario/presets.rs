@@ -44,25 +44,6 @@ pub const RULES_PRESETS: &[Preset] = &[
     Preset { name: "free", text: include_str!("../../assets/rules/free.ron") },
 ];
 
-/// A sensor whose noise has presets, which are functions of the program.
-struct NoisySensor {
-    /// The field of its settings.
-    field: &'static str,
-    /// The names of its noise's presets.
-    names: &'static [&'static str],
-    /// The values of a preset.
-    value_of: fn(&str) -> Option<Value>,
-}
-
-const NOISY_SENSORS: [NoisySensor; 2] = [
-    NoisySensor { field: "vision", names: VisionNoise::NAMES, value_of: value_of_noise::<VisionNoise> },
-    NoisySensor { field: "odometry", names: OdometryNoise::NAMES, value_of: value_of_noise::<OdometryNoise> },
-];
-
-fn value_of_noise<Noise: NoisePreset + Serialize>(name: &str) -> Option<Value> {
-    serde_json::to_value(Noise::preset(name)?).ok()
-}
-
 impl Pitch {
     /// The pitch of this name among the [`FIELD_PRESETS`].
     pub fn preset(name: &str) -> Option<Pitch> {
@@ -94,10 +75,8 @@ pub fn resolve(root: &mut Map<String, Value>) -> Result<(), ScenarioFault> {
             })?;
         }
     }
-    for sensor in &NOISY_SENSORS {
-        fill_in_noise(root, sensor, &path)?;
-    }
-    let common: Vec<(&str, Value)> = ["motion", "sonar", "head", "vision", "odometry"]
+    fill_in_noises(root, &path)?;
+    let common: Vec<(&str, Value)> = ["motion", "sonar", "odometry", "head", "vision"]
         .iter()
         .filter_map(|&field| Some((field, root.get(field)?.clone())))
         .collect();
@@ -105,16 +84,12 @@ pub fn resolve(root: &mut Map<String, Value>) -> Result<(), ScenarioFault> {
     for (index, robot) in robots.iter_mut().enumerate() {
         let Value::Object(robot) = robot else { continue };
         let path = path.field("robots").index(index);
-        let mut have_own_noise = Vec::new();
-        for sensor in &NOISY_SENSORS {
-            if fill_in_noise(robot, sensor, &path)? {
-                have_own_noise.push(sensor.field);
-            }
-        }
+        let with_own_noise = fill_in_noises(robot, &path)?;
         for (field, common) in &common {
             let Some(own @ Value::Object(_)) = robot.get_mut(*field) else { continue };
             let mut merged = common.clone();
-            if have_own_noise.contains(field)
+            // A preset is the whole noise, whatever the common one is.
+            if with_own_noise.contains(field)
                 && let Value::Object(merged) = &mut merged
             {
                 merged.remove("noise");
@@ -127,16 +102,28 @@ pub fn resolve(root: &mut Map<String, Value>) -> Result<(), ScenarioFault> {
     Ok(())
 }
 
-/// Fills in the preset of a sensor's noise in the settings of all robots, or of one. Whether it had one.
-fn fill_in_noise(
+/// Fills in the presets of the sensors' noises. The names of the sensors that had one.
+fn fill_in_noises(settings: &mut Map<String, Value>, path: &FieldPath) -> Result<Vec<&'static str>, ScenarioFault> {
+    let mut with_preset = Vec::new();
+    if fill_in_noise::<VisionNoise>(settings, path, "vision")? {
+        with_preset.push("vision");
+    }
+    if fill_in_noise::<OdometryNoise>(settings, path, "odometry")? {
+        with_preset.push("odometry");
+    }
+    Ok(with_preset)
+}
+
+/// Fills in the preset of one sensor's noise. Whether it had one.
+fn fill_in_noise<Noise: NoisePreset + Serialize>(
     settings: &mut Map<String, Value>,
-    sensor: &NoisySensor,
     path: &FieldPath,
+    sensor: &str,
 ) -> Result<bool, ScenarioFault> {
-    let Some(noise) = settings.get_mut(sensor.field).and_then(|settings| settings.get_mut("noise")) else {
-        return Ok(false);
-    };
-    fill_in(noise, &path.field(sensor.field).field("noise"), sensor.names, sensor.value_of)
+    let Some(noise) = settings.get_mut(sensor).and_then(|sensor| sensor.get_mut("noise")) else { return Ok(false) };
+    fill_in(noise, &path.field(sensor).field("noise"), Noise::NAMES, |name| {
+        serde_json::to_value(Noise::preset(name)?).ok()
+    })
 }
 
 /// Replaces a preset's name, or an object with `preset`, by the preset's values and the object's own over them.
@@ -217,7 +204,6 @@ fn number(robots: &mut [Value]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sensing::vision::VisionSettings;
     use serde_json::json;
 
     fn resolved(value: Value) -> Result<Value, ScenarioFault> {
@@ -253,9 +239,11 @@ mod tests {
         let value = resolved(json!({
             "motion": { "max_linear_mps": 0.1, "error_sd": { "dx_m": 0.01 } },
             "sonar": { "noise": { "gaussian": { "sd_m": 0.1 } }, "max_m": 0.6 },
+            "vision": { "noise": { "preset": "none", "ball": { "miss_probability": 0.5 } } },
             "robots": [
                 { "motion": { "error_sd": { "dy_m": 0.02 } } },
                 { "sonar": { "noise": { "uniform": { "half_width_m": 0.2 } } }, "vision": { "noise": "none" } },
+                { "vision": { "noise": { "ball": { "pixel_sd": 2.0 } } }, "odometry": { "noise": "default" } },
             ]
         }))
         .unwrap();
@@ -265,30 +253,14 @@ mod tests {
             value["robots"][1]["sonar"],
             json!({ "noise": { "uniform": { "half_width_m": 0.2 } }, "max_m": 0.6 })
         );
-    }
-
-    #[test]
-    fn noise_is_a_presets_name_or_what_differs_from_one() {
-        let value = resolved(json!({
-            "vision": { "noise": { "preset": "none", "ball": { "pixel_sd": 2.0 } } },
-            "odometry": { "noise": "none" },
-            "robots": [
-                { "vision": { "noise": { "ball": { "miss_probability": 0.5 } } } },
-                { "vision": { "noise": "default" }, "odometry": { "noise": { "translation_sd_m": 0.5 } } },
-            ]
-        }))
-        .unwrap();
-        let vision = |value: &Value| serde_json::from_value::<VisionSettings>(value["vision"].clone()).unwrap().noise;
-        let mut expected = VisionNoise::none();
+        let noise = |robot: usize, sensor: &str| value["robots"][robot][sensor]["noise"].clone();
+        assert_eq!(noise(1, "vision"), serde_json::to_value(VisionNoise::none()).unwrap());
+        let common = serde_json::from_value::<VisionNoise>(value["vision"]["noise"].clone()).unwrap();
+        let mut expected = common;
         expected.ball.pixel_sd = 2.0;
-        assert_eq!(vision(&value), expected);
-        expected.ball.miss_probability = 0.5;
-        assert_eq!(vision(&value["robots"][0]), expected);
-        assert_eq!(vision(&value["robots"][1]), VisionNoise::default());
-        let noise: OdometryNoise = serde_json::from_value(value["odometry"]["noise"].clone()).unwrap();
-        assert_eq!(noise, OdometryNoise::none());
-        let noise: OdometryNoise = serde_json::from_value(value["robots"][1]["odometry"]["noise"].clone()).unwrap();
-        assert_eq!(noise, OdometryNoise { translation_sd_m: 0.5, ..OdometryNoise::none() });
+        assert_eq!(common.ball.miss_probability, 0.5);
+        assert_eq!(serde_json::from_value::<VisionNoise>(noise(2, "vision")).unwrap(), expected);
+        assert_eq!(noise(2, "odometry"), serde_json::to_value(OdometryNoise::default()).unwrap());
     }
 
     #[test]

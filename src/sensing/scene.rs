@@ -9,6 +9,7 @@ use crate::cycle::{Cycle, CycleSystems};
 use crate::geometry::{Pose, unit};
 use crate::knowledge::Knowledge;
 use crate::pitch::{End, GoalColour, LineJunction, LineSegment, Pitch, Post};
+use crate::referee::Penalty;
 use crate::robot::RobotId;
 use crate::robot::body::BodyBounds;
 
@@ -56,7 +57,8 @@ pub enum SensingSystems {
 #[derive(Resource, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Resource, @Knowledge::Truth)]
 pub struct Scene {
-    /// The robots, ordered by their ids.
+    /// The robots, ordered by their ids. Those that the referee has taken off the pitch are not among them, but they
+    /// sense the others.
     pub robots: Vec<SceneRobot>,
     /// The posts, ordered by their places.
     pub posts: Vec<ScenePost>,
@@ -135,13 +137,14 @@ impl Markings {
 fn gather_scene(
     mut scene: ResMut<Scene>,
     pitch: Res<Pitch>,
-    robots: Query<(&RobotId, &Pose, &BodyBounds)>,
+    robots: Query<(&RobotId, &Pose, &BodyBounds, Option<&Penalty>)>,
     posts: Query<(&Post, &Pose)>,
     ball: Query<(&Pose, &BallPhysics), With<Ball>>,
 ) {
     let scene = &mut *scene;
     scene.robots.clear();
-    scene.robots.extend(robots.iter().map(|(&id, pose, &bounds)| SceneRobot {
+    let playing = robots.iter().filter(|(.., penalty)| !penalty.is_some_and(Penalty::is_active));
+    scene.robots.extend(playing.map(|(&id, pose, &bounds, _)| SceneRobot {
         id,
         position: pose.position,
         forward: unit(pose.heading),

@@ -117,9 +117,9 @@ impl Checks {
         self.kicks(&root.field("kicks"), &scenario.kicks);
         self.head(&root.field("head"), &scenario.head);
         self.sonar(&root.field("sonar"), &scenario.sonar);
+        self.odometry(&root.field("odometry"), &scenario.odometry);
         self.cameras(&root.field("cameras"), &scenario.cameras);
         self.vision(&root.field("vision"), &scenario.vision);
-        self.odometry(&root.field("odometry"), &scenario.odometry);
         self.messages(&root.field("messages"), &scenario.messages);
         for (index, robot) in scenario.robots.iter().enumerate() {
             self.robot(&root.field("robots").index(index), robot, scenario);
@@ -157,11 +157,11 @@ impl Checks {
         if let Some(sonar) = &robot.sonar {
             self.sonar(&path.field("sonar"), sonar);
         }
-        if let Some(vision) = &robot.vision {
-            self.vision(&path.field("vision"), vision);
-        }
         if let Some(odometry) = &robot.odometry {
             self.odometry(&path.field("odometry"), odometry);
+        }
+        if let Some(vision) = &robot.vision {
+            self.vision(&path.field("vision"), vision);
         }
         let limits = robot.head_limits.as_ref().unwrap_or(&scenario.head);
         for (index, (angle, limit)) in robot.head.into_iter().zip([limits.yaw, limits.pitch]).enumerate() {

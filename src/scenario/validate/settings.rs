@@ -17,9 +17,9 @@ use crate::sensing::vision::VisionSettings;
 
 impl Checks {
     pub(super) fn rules(&mut self, path: &FieldPath, rules: &Rules) {
-        self.range(path.field("halves"), rules.halves, 1..=10, "");
-        self.positive(path.field("half_s"), rules.half_s, 1e5, " s");
-        self.range(path.field("team_size"), rules.team_size, 1..=11, " robots");
+        if let Err(error) = rules.validate() {
+            self.fault(path.field(error.field), error.message, error.expected);
+        }
     }
 
     pub(super) fn ball(&mut self, path: &FieldPath, ball: &BallSpec) {
@@ -108,6 +108,38 @@ impl Checks {
         self.probability(path.field("miss_probability"), sonar.miss_probability);
     }
 
+    pub(super) fn odometry(&mut self, path: &FieldPath, odometry: &OdometrySettings) {
+        let (path, noise) = (path.field("noise"), &odometry.noise);
+        self.range(path.field("translation_sd_m"), noise.translation_sd_m, 0.0..=10.0, " m");
+        self.degrees(path.field("heading_per_metre_sd_deg"), noise.heading_per_metre_sd, 0.0..=360.0, " degrees");
+        self.degrees(path.field("rotation_sd_deg"), noise.rotation_sd, 0.0..=360.0, " degrees");
+        self.range(path.field("translation_scale"), noise.translation_scale, 0.0..=10.0, "");
+        self.range(path.field("rotation_scale"), noise.rotation_scale, 0.0..=10.0, "");
+    }
+
+    pub(super) fn vision(&mut self, path: &FieldPath, vision: &VisionSettings) {
+        let (path, noise) = (path.field("noise"), &vision.noise);
+        let classes = [
+            ("ball", noise.ball),
+            ("goal_posts", noise.goal_posts),
+            ("robots", noise.robots),
+            ("lines", noise.lines),
+            ("junctions", noise.junctions),
+            ("penalty_crosses", noise.penalty_crosses),
+            ("centre_circle", noise.centre_circle),
+        ];
+        for (name, class) in classes {
+            let path = path.field(name);
+            self.range(path.field("pixel_sd"), class.pixel_sd, 0.0..=1000.0, " pixels");
+            self.probability(path.field("miss_probability"), class.miss_probability);
+            self.probability(path.field("false_positive_probability"), class.false_positive_probability);
+            if let Some(distance) = class.max_distance_m {
+                self.range(path.field("max_distance_m"), distance, 0.0..=1000.0, " m");
+            }
+        }
+        self.degrees(path.field("head_angle_sd_deg"), noise.head_angle_sd, 0.0..=180.0, " degrees");
+    }
+
     pub(super) fn cameras(&mut self, path: &FieldPath, cameras: &CameraSettings) {
         self.range(path.field("width"), cameras.width, 1..=4096, " pixels");
         self.range(path.field("height"), cameras.height, 1..=4096, " pixels");
@@ -121,38 +153,5 @@ impl Checks {
         if let Some(range) = messages.range_m {
             self.range(path.field("range_m"), range, 0.0..=1000.0, " m");
         }
-    }
-
-    pub(super) fn vision(&mut self, path: &FieldPath, vision: &VisionSettings) {
-        let path = path.field("noise");
-        let noise = &vision.noise;
-        for (name, class) in [
-            ("ball", &noise.ball),
-            ("goal_posts", &noise.goal_posts),
-            ("robots", &noise.robots),
-            ("lines", &noise.lines),
-            ("junctions", &noise.junctions),
-            ("penalty_crosses", &noise.penalty_crosses),
-            ("centre_circle", &noise.centre_circle),
-        ] {
-            let path = path.field(name);
-            self.range(path.field("pixel_sd"), class.pixel_sd, 0.0..=1000.0, " pixels");
-            self.probability(path.field("miss_probability"), class.miss_probability);
-            self.probability(path.field("false_positive_probability"), class.false_positive_probability);
-            if let Some(distance) = class.max_distance_m {
-                self.range(path.field("max_distance_m"), distance, 0.0..=1000.0, " m");
-            }
-        }
-        self.degrees(path.field("head_angle_sd_deg"), noise.head_angle_sd, 0.0..=90.0, " degrees");
-    }
-
-    pub(super) fn odometry(&mut self, path: &FieldPath, odometry: &OdometrySettings) {
-        let path = path.field("noise");
-        let noise = &odometry.noise;
-        self.range(path.field("translation_sd_m"), noise.translation_sd_m, 0.0..=10.0, " m");
-        self.degrees(path.field("heading_per_metre_sd_deg"), noise.heading_per_metre_sd, 0.0..=180.0, " degrees");
-        self.degrees(path.field("rotation_sd_deg"), noise.rotation_sd, 0.0..=180.0, " degrees");
-        self.range(path.field("translation_scale"), noise.translation_scale, 0.0..=10.0, "");
-        self.range(path.field("rotation_scale"), noise.rotation_scale, 0.0..=10.0, "");
     }
 }

@@ -71,6 +71,17 @@ impl From<&CameraSettings> for CameraIntrinsics {
     }
 }
 
+/// Where a point is seen from a camera, roughly.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum ViewSide {
+    /// To the left of what the camera sees.
+    Left,
+    /// It may be in view.
+    Inside,
+    /// To the right of what the camera sees.
+    Right,
+}
+
 /// One camera at one instant: its pinhole and where it is in the robot frame.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct CameraView {
@@ -137,9 +148,47 @@ impl CameraView {
         self.pixel_of(Vec3 { z: in_camera.z.max(NEAR_PLANE_M), ..in_camera })
     }
 
+    /// Whether something of a ball of this radius, m, about a point of the robot frame may be in the image.
+    pub fn may_see(&self, centre: Vec3, radius: f32) -> bool {
+        let in_camera = self.camera_from_robot(centre);
+        let CameraIntrinsics { focal_length, centre: half_size, .. } = self.intrinsics;
+        // The distance to each side plane of the frustum is (f |x| - c z) / sqrt(f² + c²); f + c is more than the root.
+        in_camera.z >= -radius
+            && focal_length * in_camera.x.abs() <= half_size.x * in_camera.z + (focal_length + half_size.x) * radius
+            && focal_length * in_camera.y.abs() <= half_size.y * in_camera.z + (focal_length + half_size.y) * radius
+    }
+
     /// The pixel of a point of the robot frame, m, if it is in the image.
+    #[inline]
     pub fn pixel_in_image(&self, point: Vec3) -> Option<Vec2> {
-        self.project(point).filter(|&pixel| self.contains(pixel))
+        let offset = point - self.lens;
+        let ahead = self.forward.dot(offset);
+        // Most points are not in view, which can be told without a division.
+        let beside = self.right.dot(offset) * self.intrinsics.focal_length;
+        if ahead < NEAR_PLANE_M || beside.abs() > (self.intrinsics.centre.x + 1.0) * ahead {
+            return None;
+        }
+        Some(self.pixel_of(Vec3::new(self.right.dot(offset), self.down.dot(offset), ahead)))
+            .filter(|&pixel| self.contains(pixel))
+    }
+
+    /// On which side of the view a point of the robot frame certainly is, m, whatever its height between the ground and
+    /// twice the height of the lens, and whatever the head's pitch: [`ViewSide::Inside`] if it may be in view. Of a
+    /// segment with both ends on one side, nothing is in view. With some centimetres to spare, so that it holds for
+    /// both cameras of the head.
+    pub fn side_of(&self, place: Vec2) -> ViewSide {
+        let offset = place - self.lens.truncate();
+        let left = -self.right.truncate().dot(offset);
+        // At most this far ahead of the lens along its axis: the way ahead on the ground, and the height.
+        let ahead = self.right.truncate().perp_dot(offset).abs() + self.lens.z + 0.1;
+        let half_width = (self.intrinsics.centre.x + 1.0) * ahead;
+        if left * self.intrinsics.focal_length > half_width {
+            ViewSide::Left
+        } else if -left * self.intrinsics.focal_length > half_width {
+            ViewSide::Right
+        } else {
+            ViewSide::Inside
+        }
     }
 
     /// Whether a pixel is in the image: [0, width) x [0, height).
@@ -335,6 +384,30 @@ mod tests {
             assert_abs_diff_eq!(view.right.cross(view.down), view.forward, epsilon = 1e-6);
             assert_abs_diff_eq!(view.robot_from_camera().determinant(), 1.0, epsilon = 1e-6);
         }
+    }
+
+    #[test]
+    fn what_is_beside_the_view_is_not_in_the_image() {
+        let mut sides = [0; 3];
+        for (side, yaw, pitch) in
+            [(CameraSide::Top, 0.0, 0.0), (CameraSide::Bottom, 70.0, 30.0), (CameraSide::Top, -50.0, -35.0)]
+        {
+            let view = view(side, yaw, pitch);
+            for index in 0..4000 {
+                let place = unit(index as f32 * 0.7) * (index as f32 * 1e-3);
+                let beside = view.side_of(place);
+                sides[beside as usize] += 1;
+                for height in [0.0, 0.3, 0.8] {
+                    let pixel = view.pixel_in_image(place.extend(height));
+                    assert!(pixel.is_none() || beside == ViewSide::Inside);
+                    let beneath = place.extend(height - 0.2);
+                    assert!(pixel.is_none() || view.may_see(beneath, 0.2));
+                    assert_eq!(pixel, view.project(place.extend(height)).filter(|&pixel| view.contains(pixel)));
+                }
+            }
+        }
+        // 48° ahead and 48° behind, of 360°, may be in view, and all that is near the feet: the rest is told apart.
+        assert!(sides[0] > 3000 && sides[2] > 3000, "{sides:?}");
     }
 
     #[test]

@@ -9,7 +9,7 @@ use crate::pitch::GoalColour;
 use crate::random::RandomStream;
 use crate::robot::Team;
 use crate::robot::head::HeadAngles;
-use crate::sensing::camera::model::{CameraIntrinsics, CameraView};
+use crate::sensing::camera::model::{CameraIntrinsics, CameraView, ViewSide};
 use crate::sensing::camera::{CameraSettings, CameraSide};
 use crate::sensing::scene::{Scene, SceneBall, ScenePost, SceneRobot};
 
@@ -18,6 +18,9 @@ const WAISTBAND_HEIGHTS_M: [f32; 3] = [0.30, 0.25, 0.35];
 
 /// Where across the line of sight the waistband is looked at, m: the trunk without the arms is 12 cm wide.
 const WAISTBAND_OFFSETS_M: [f32; 3] = [0.0, -0.04, 0.04];
+
+/// All those points are within this distance of the waistband's middle, m.
+const WAISTBAND_RADIUS_M: f32 = 0.07;
 
 /// Visible points that make a waistband seen, of nine.
 const WAISTBAND_POINTS_NEEDED: usize = 3;
@@ -105,22 +108,23 @@ impl<'a> Observer<'a> {
     fn see_ball(&mut self, ball: SceneBall) -> Option<BallPercept> {
         let class = self.noise.ball;
         let place = self.in_robot_frame(ball.position);
-        if class.is_too_far(place) {
+        if class.is_too_far(place) || self.side_of(place) != ViewSide::Inside {
             return None;
         }
-        let centre = place.extend(ball.radius);
-        let side = self.best_camera(|observer, side| {
-            let view = &observer.actual[side];
-            let pixel = view.project(centre)?;
-            let across = across_sight(view, place) * ball.radius;
-            let points = BALL_OFFSETS.map(|[right, up]| centre + (right * across).extend(up * ball.radius));
-            let is_seen =
-                observer.count_visible(side, &points, Target::Other, BALL_POINTS_NEEDED) >= BALL_POINTS_NEEDED;
-            is_seen.then(|| view.offset_from_centre_squared(pixel))
-        })?;
         if self.stream.chance(class.miss_probability) {
             return None;
         }
+        let centre = place.extend(ball.radius);
+        let target = self.judge(Target::Other, place, ball.radius);
+        let side = self.best_camera(|observer, side| {
+            let view = &observer.actual[side];
+            let pixel = view.may_see(centre, ball.radius).then(|| view.project(centre))??;
+            let across = across_sight(view, place) * ball.radius;
+            let points = BALL_OFFSETS.map(|[right, up]| centre + (right * across).extend(up * ball.radius));
+            observer
+                .sees_enough(side, &points, target, BALL_POINTS_NEEDED)
+                .then(|| view.offset_from_centre_squared(pixel))
+        })?;
         let pixel = self.measured_pixel_in_image(side, centre, class.pixel_sd)?;
         let position_m = on_pitch(self.believed[side].point_at_height(pixel, ball.radius))?;
         Some(BallPercept { camera: CameraSide::BOTH[side], pixel, position_m })
@@ -130,14 +134,20 @@ impl<'a> Observer<'a> {
         let colour = post.post.colour?;
         let class = self.noise.goal_posts;
         let place = self.in_robot_frame(post.position);
-        if class.is_too_far(place) {
+        let height = post.post.height;
+        let is_beside = height <= 2.0 * self.actual[0].lens.z && self.side_of(place) != ViewSide::Inside;
+        if class.is_too_far(place) || is_beside {
             return None;
         }
-        let height = post.post.height;
-        let target = Target::Post(index);
+        if self.stream.chance(class.miss_probability) {
+            return None;
+        }
+        let target = self.judge(Target::Post(index), place, 0.0);
         let (side, cue) = self.best_cue(place, target, |observer, side| {
             let view = &observer.actual[side];
-            view.project(place.extend(view.lens.z))?;
+            if !view.may_see(place.extend(height / 2.0), height / 2.0) {
+                return None;
+            }
             let visible = POST_HEIGHTS.map(|share| observer.is_visible(side, place.extend(share * height), target));
             if visible.iter().filter(|&&visible| visible).count() < POST_POINTS_NEEDED {
                 return None;
@@ -150,9 +160,6 @@ impl<'a> Observer<'a> {
                 _ => Cue::Width(POST_HEIGHTS[lowest] * height),
             })
         })?;
-        if self.stream.chance(class.miss_probability) {
-            return None;
-        }
         let (pixel, position_m) = self.measured_standing_point(side, place, post.post.radius, cue, class.pixel_sd)?;
         Some(GoalPostPercept { camera: CameraSide::BOTH[side], colour, pixel, position_m })
     }
@@ -160,14 +167,14 @@ impl<'a> Observer<'a> {
     fn see_robot(&mut self, index: usize, robot: &SceneRobot) -> Option<RobotPercept> {
         let class = self.noise.robots;
         let place = self.in_robot_frame(robot.position);
-        if class.is_too_far(place) {
+        if class.is_too_far(place) || self.side_of(place) != ViewSide::Inside {
             return None;
         }
-        let target = Target::Robot(index);
-        let (side, cue) = self.best_cue(place, target, |observer, side| observer.robot_cue(side, place, target))?;
         if self.stream.chance(class.miss_probability) {
             return None;
         }
+        let target = self.judge(Target::Robot(index), place, WAISTBAND_RADIUS_M);
+        let (side, cue) = self.best_cue(place, target, |observer, side| observer.robot_cue(side, place, target))?;
         let (pixel, position_m) = self.measured_standing_point(side, place, 0.0, cue, class.pixel_sd)?;
         Some(RobotPercept { camera: CameraSide::BOTH[side], team: robot.id.team, pixel, position_m })
     }
@@ -175,22 +182,16 @@ impl<'a> Observer<'a> {
     /// By what one camera sees a robot, if it sees enough of its waistband.
     fn robot_cue(&self, side: usize, place: Vec2, target: Target) -> Option<Cue> {
         let view = &self.actual[side];
-        view.project(place.extend(WAISTBAND_HEIGHTS_M[0]))?;
-        let across = across_sight(view, place);
-        let mut visible = 0;
-        let mut height = None;
-        for band_height in WAISTBAND_HEIGHTS_M {
-            let points = WAISTBAND_OFFSETS_M.map(|offset| (place + offset * across).extend(band_height));
-            let visible_here = self.count_visible(side, &points, target, 1);
-            if visible_here > 0 {
-                height.get_or_insert(band_height);
-            }
-            visible += visible_here;
-            if visible >= WAISTBAND_POINTS_NEEDED {
-                break;
-            }
+        if !view.may_see(place.extend(WAISTBAND_HEIGHTS_M[0]), WAISTBAND_RADIUS_M) {
+            return None;
         }
-        let height = height.filter(|_| visible >= WAISTBAND_POINTS_NEEDED)?;
+        let across = across_sight(view, place);
+        let points = WAISTBAND_HEIGHTS_M
+            .map(|height| WAISTBAND_OFFSETS_M.map(|offset| (place + offset * across).extend(height)));
+        let mut visible =
+            points.as_flattened().iter().filter(|&&point| self.is_visible(side, point, target)).map(|point| point.z);
+        let height = visible.next()?;
+        visible.nth(WAISTBAND_POINTS_NEEDED - 2)?;
         Some(if self.is_visible(side, place.extend(0.0), target) { Cue::Foot } else { Cue::Height(height) })
     }
 
@@ -244,22 +245,35 @@ impl<'a> Observer<'a> {
         unrotate(self.forward, point - self.pose.position)
     }
 
+    /// On which side of the view of both cameras a place certainly is (robot frame, m).
+    pub(super) fn side_of(&self, place: Vec2) -> ViewSide {
+        self.actual[0].side_of(place)
+    }
+
     /// Whether a camera sees a point (robot frame, m) of a target.
+    #[inline]
     pub(super) fn is_visible(&self, side: usize, point: Vec3, target: Target) -> bool {
         let view = &self.actual[side];
         view.pixel_in_image(point).is_some() && !self.occluders.hide(view.lens, point, target)
     }
 
-    /// How many of these points a camera sees; stops counting as soon as `needed` cannot be reached any more.
-    pub(super) fn count_visible(&self, side: usize, points: &[Vec3], target: Target, needed: usize) -> usize {
+    /// Whether a camera sees `needed` of these points.
+    pub(super) fn sees_enough(&self, side: usize, points: &[Vec3], target: Target, needed: usize) -> bool {
         let mut visible = 0;
         for (index, &point) in points.iter().enumerate() {
-            if visible + points.len() - index < needed {
+            visible += usize::from(self.is_visible(side, point, target));
+            let left = points.len() - index - 1;
+            if visible >= needed || visible + left < needed {
                 break;
             }
-            visible += usize::from(self.is_visible(side, point, target));
         }
-        visible
+        visible >= needed
+    }
+
+    /// The target as [`Occluders::judge`] sees it, for either camera.
+    pub(super) fn judge(&self, target: Target, place: Vec2, radius: f32) -> Target {
+        // The lenses are less than 5 cm apart on the ground, whatever the head's pitch.
+        self.occluders.judge(target, self.actual[0].lens, place, radius + 0.05)
     }
 
     /// The camera with the least score, if any has one.

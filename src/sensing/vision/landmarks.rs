@@ -7,6 +7,7 @@ use super::occlusion::Target;
 use super::{ClassNoise, LandmarkKind, LandmarkPercept};
 use crate::pitch::LineSegment;
 use crate::sensing::camera::CameraSide;
+use crate::sensing::camera::model::ViewSide;
 use crate::sensing::scene::Markings;
 
 /// A shorter stretch of line is not recognised, pixels.
@@ -40,6 +41,10 @@ impl Observer<'_> {
     /// The stretches of a line that the cameras see, one each.
     fn see_line(&mut self, landmarks: &mut Vec<LandmarkPercept>, line: LineSegment, class: &ClassNoise) {
         let ends = [self.in_robot_frame(line.start), self.in_robot_frame(line.end)];
+        let sides = ends.map(|end| self.side_of(end));
+        if sides[0] == sides[1] && sides[0] != ViewSide::Inside {
+            return;
+        }
         let Some([start, end]) = within_distance(ends, class.max_distance_m) else { return };
         for side in [0, 1] {
             landmarks.extend(self.see_stretch(side, [start.extend(0.0), end.extend(0.0)], class));
@@ -54,8 +59,8 @@ impl Observer<'_> {
             return None;
         }
         let points = LINE_SAMPLES.map(|share| start.lerp(end, share));
-        if self.count_visible(side, &points, Target::Other, LINE_POINTS_NEEDED) < LINE_POINTS_NEEDED
-            || self.stream.chance(class.miss_probability)
+        if self.stream.chance(class.miss_probability)
+            || !self.sees_enough(side, &points, Target::Other, LINE_POINTS_NEEDED)
         {
             return None;
         }
@@ -74,34 +79,33 @@ impl Observer<'_> {
 
     fn see_mark(&mut self, position: Vec2, kind: LandmarkKind, class: &ClassNoise) -> Option<LandmarkPercept> {
         let place = self.in_robot_frame(position);
-        if class.is_too_far(place) {
+        if class.is_too_far(place) || self.side_of(place) != ViewSide::Inside {
+            return None;
+        }
+        if self.stream.chance(class.miss_probability) {
             return None;
         }
         let place = place.extend(0.0);
         let side = self.best_camera(|observer, side| {
             observer.is_visible(side, place, Target::Other).then(|| observer.offset_in_image(side, place))
         })?;
-        if self.stream.chance(class.miss_probability) {
-            return None;
-        }
         let pixel = self.measured_pixel_in_image(side, place, class.pixel_sd)?;
         self.landmark(side, kind, pixel)
     }
 
     fn see_centre_circle(&mut self, points: &[Vec2; 8], class: &ClassNoise) -> Option<LandmarkPercept> {
         let centre = self.in_robot_frame(Vec2::ZERO);
-        if class.is_too_far(centre) {
+        if class.is_too_far(centre) || self.stream.chance(class.miss_probability) {
             return None;
         }
+        let radius = points[0].length();
         let points = points.map(|point| self.in_robot_frame(point).extend(0.0));
         let centre = centre.extend(0.0);
         let side = self.best_camera(|observer, side| {
-            let visible = observer.count_visible(side, &points, Target::Other, CIRCLE_POINTS_NEEDED);
-            (visible >= CIRCLE_POINTS_NEEDED).then(|| observer.offset_in_image(side, centre))
+            let is_seen = observer.actual[side].may_see(centre, radius)
+                && observer.sees_enough(side, &points, Target::Other, CIRCLE_POINTS_NEEDED);
+            is_seen.then(|| observer.offset_in_image(side, centre))
         })?;
-        if self.stream.chance(class.miss_probability) {
-            return None;
-        }
         let pixel = self.measured_pixel(side, centre, class.pixel_sd)?;
         self.landmark(side, LandmarkKind::CentreCircle, pixel)
     }

@@ -42,6 +42,8 @@ pub enum Target {
     Post(usize),
     /// Something that hides nothing.
     Other,
+    /// Something that nothing can hide.
+    Unobstructed,
 }
 
 impl Occluders {
@@ -66,33 +68,63 @@ impl Occluders {
         }));
     }
 
+    /// The target, or [`Target::Unobstructed`] if nothing at all is near the sight of any point within `radius` m of
+    /// `place`: it saves looking again for every point.
+    pub fn judge(&self, target: Target, lens: Vec3, place: Vec2, radius: f32) -> Target {
+        let sight = Sight::new(lens, place);
+        let is_obstructed =
+            self.robots.iter().any(|robot| {
+                target != Target::Robot(robot.index) && sight.passes(robot.position, robot.reach + radius)
+            }) || self.posts.iter().enumerate().any(|(index, post)| {
+                target != Target::Post(index) && sight.passes(post.position, post.radius + radius)
+            });
+        if is_obstructed { target } else { Target::Unobstructed }
+    }
+
     /// Whether something other than the target itself is between the lens and a point of the target (both in the
     /// robot frame, m).
     pub fn hide(&self, lens: Vec3, point: Vec3, target: Target) -> bool {
-        let sight = point - lens;
-        let on_ground = sight.truncate();
-        let length_squared = on_ground.length_squared();
-        // Most things are not near the line of sight at all, which a few products tell.
-        let is_near_sight = |position: Vec2, reach: f32| {
-            let offset = position - lens.truncate();
-            let across = on_ground.perp_dot(offset);
-            let reach_squared = reach * reach;
-            if across * across > reach_squared * length_squared {
-                return false;
-            }
-            let along = on_ground.dot(offset);
-            let beyond = (along - length_squared).max(-along);
-            beyond <= 0.0 || beyond * beyond <= reach_squared * length_squared
-        };
+        if target == Target::Unobstructed {
+            return false;
+        }
+        let sight = Sight::new(lens, point.truncate());
+        let direction = point - lens;
         self.robots.iter().any(|robot| {
             target != Target::Robot(robot.index)
-                && is_near_sight(robot.position, robot.reach)
-                && robot.is_in_the_way(lens, sight)
+                && sight.passes(robot.position, robot.reach)
+                && robot.is_in_the_way(lens, direction)
         }) || self.posts.iter().enumerate().any(|(index, post)| {
             target != Target::Post(index)
-                && is_near_sight(post.position, post.radius)
-                && post.is_in_the_way(lens, sight)
+                && sight.passes(post.position, post.radius)
+                && post.is_in_the_way(lens, direction)
         })
+    }
+}
+
+/// A line of sight as seen from above.
+struct Sight {
+    lens: Vec2,
+    direction: Vec2,
+    length_squared: f32,
+}
+
+impl Sight {
+    fn new(lens: Vec3, place: Vec2) -> Self {
+        let direction = place - lens.truncate();
+        Self { lens: lens.truncate(), direction, length_squared: direction.length_squared() }
+    }
+
+    /// Whether it passes within `reach` m of a place, roughly: most things are nowhere near, which a few products tell.
+    fn passes(&self, place: Vec2, reach: f32) -> bool {
+        let offset = place - self.lens;
+        let reach_squared = reach * reach * self.length_squared;
+        let across = self.direction.perp_dot(offset);
+        if across * across > reach_squared {
+            return false;
+        }
+        let along = self.direction.dot(offset);
+        let beyond = (along - self.length_squared).max(-along);
+        beyond <= 0.0 || beyond * beyond <= reach_squared
     }
 }
 
