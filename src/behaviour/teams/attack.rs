@@ -9,6 +9,7 @@ use super::walking::{BALL_CLEARANCE_M, approach};
 use crate::geometry::unit;
 use crate::robot::head::HeadCommand;
 use crate::robot::kick::{KickRequest, KickType};
+use crate::sensing::status::BodyStatus;
 
 /// An opponent nearer to the ball than this puts the attacker under pressure, m.
 const PRESSURE_DISTANCE_M: f32 = 0.5;
@@ -50,7 +51,8 @@ pub fn attack_towards(player: &Player, memory: &mut PlayerMemory, aim: &Aim) -> 
     let now = player.status.time_s;
     let in_robot = player.in_robot(ball.position_m);
     let opponent_distance = player.nearest_opponent(ball.position_m);
-    if ball.age_s < FRESH_BALL_S && ball.heard_from.is_none() {
+    let free = matches!(player.body, BodyStatus::Standing | BodyStatus::Walking);
+    if free && ball.age_s < FRESH_BALL_S && ball.heard_from.is_none() {
         let waited_s = memory.preparing_since_s.map_or(0.0, |since| now - since);
         let patience =
             if opponent_distance < PRESSURE_DISTANCE_M || waited_s > PREPARATION_S { PRESSURE_PATIENCE } else { 1.0 };
