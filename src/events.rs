@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::geometry::file_units;
 use crate::knowledge::Knowledge;
+use crate::referee::{Evidence, PenaltyReason};
 use crate::robot::kick::KickType;
 use crate::robot::{RobotId, Team};
 
@@ -187,6 +188,8 @@ pub enum MatchEvent {
         scorer: Option<RobotId>,
         /// Whether that robot is of the other team.
         own_goal: bool,
+        /// Why.
+        evidence: Evidence,
     },
     /// The ball left the pitch.
     BallOut {
@@ -196,6 +199,8 @@ pub enum MatchEvent {
         position_m: Vec2,
         /// The team that touched it last.
         last_touch: Option<Team>,
+        /// Why.
+        evidence: Evidence,
     },
     /// Ball and robots were placed for a kick-off.
     KickOff {
@@ -206,6 +211,24 @@ pub enum MatchEvent {
     ThrowIn {
         /// The team that did not touch it last.
         team: Team,
+        /// Where it was put down, m, pitch frame.
+        position_m: Vec2,
+    },
+    /// A robot was penalised and removed from the pitch.
+    Penalty {
+        /// Which robot.
+        robot: RobotId,
+        /// What for.
+        reason: PenaltyReason,
+        /// When it may come back if play runs on, s since the start of the match.
+        until_s: f32,
+        /// Why.
+        evidence: Evidence,
+    },
+    /// A robot's penalty is over, and it is back.
+    PenaltyOver {
+        /// Which robot.
+        robot: RobotId,
         /// Where it was put down, m, pitch frame.
         position_m: Vec2,
     },

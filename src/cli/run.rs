@@ -34,7 +34,7 @@ pub struct RunArguments {
     #[arg(long)]
     pub seed: Option<u64>,
     /// Stop after this many simulated seconds
-    #[arg(long, value_name = "S", value_parser = positive_seconds)]
+    #[arg(long, value_name = "S", value_parser = positive_seconds, allow_negative_numbers = true)]
     pub duration: Option<f32>,
     /// Write a trace: a .jsonl file, .jsonl.zst for a compressed one, - for standard output
     #[arg(long, value_name = "FILE")]

@@ -47,6 +47,14 @@ impl Contacts {
         self.touching.iter().filter(|(_, with)| *with == CollisionPartner::Ball).filter_map(|(robot, _)| *robot)
     }
 
+    /// The pairs of robots that touched in the last cycle, in the order of their ids.
+    pub fn robots_in_contact(&self) -> impl Iterator<Item = (RobotId, RobotId)> + '_ {
+        self.touching.iter().filter_map(|(robot, with)| match with {
+            CollisionPartner::Robot(other) => robot.map(|robot| (robot, *other)),
+            _ => None,
+        })
+    }
+
     /// Notes the contacts of a cycle, and keeps of `collisions` those that began in it.
     fn update(&mut self, collisions: &mut Vec<Collision>) {
         let mut began = Vec::new();

@@ -3,6 +3,7 @@
 use bevy::prelude::*;
 
 use super::boundary::{Boundary, Crossing};
+use super::evidence::Evidence;
 use super::snapshot::MatchSnapshot;
 use crate::events::BoundaryLine;
 use crate::pitch::{End, Pitch};
@@ -45,6 +46,32 @@ pub fn judge(snapshot: &MatchSnapshot, crossing: &Crossing) -> Option<BallOut> {
     let last_touch = snapshot.last_touch.map(|touch| touch.robot.team);
     let restart_team = last_touch.map_or(snapshot.game.defender_of(half), Team::opponent);
     Some(BallOut { line, end, position: crossing.position, last_touch, restart_team })
+}
+
+/// Why the ball is out, and whose it is.
+pub fn evidence(snapshot: &MatchSnapshot, out: &BallOut) -> Evidence {
+    let edges = snapshot.pitch.outer_half_extents();
+    let radius = snapshot.ball.map_or(0.0, |ball| ball.radius);
+    let (what, value, limit) = match out.line {
+        BoundaryLine::Side => ("m of the ball's rear from the middle of the pitch", out.position.y.abs(), edges.y),
+        BoundaryLine::Goal => ("m of the ball's rear from the halfway line", out.position.x.abs(), edges.x),
+    };
+    let mut evidence = Evidence::new(
+        snapshot,
+        "The ball is out when the whole of it has passed the outer edge of a line; the team that did not touch it \
+         last restarts.",
+        out.position,
+    )
+    .with_measurement(what, value - radius, limit);
+    match snapshot.last_touch {
+        Some(touch) => {
+            if let Some(index) = snapshot.robot_index(touch.robot) {
+                evidence = evidence.with_robot(&snapshot.robots[index]);
+            }
+            evidence.otherwise(format!("A last touch by {} would have turned it round.", touch.robot.team.opponent()))
+        }
+        None => evidence.otherwise("Nobody had touched it: a touch by either team would have decided."),
+    }
 }
 
 /// Where the ball is thrown in: on a line 40 cm inside the side line over which, or nearer to which, it went out,

@@ -1,31 +1,39 @@
 //! The referee: game states, score, halves, goals and outs.
 //!
 //! At the end of every cycle the referee looks at a [`snapshot`] of the match. The rules, one file each, are plain
-//! functions of it; what they say becomes [`officiate::Decisions`], which one system carries out.
+//! functions of it; what they say becomes [`decide::Decisions`], which one system carries out.
 
 use bevy::prelude::*;
 
 pub mod ball_out;
 pub mod boundary;
+pub mod collision;
+pub mod decide;
+pub mod evidence;
 pub mod formation;
 mod game;
 pub mod goal;
-pub mod officiate;
+pub mod memory;
 pub mod penalty;
 pub mod placing;
+pub mod removal;
 mod rules;
 pub mod snapshot;
+pub mod stalling;
 mod status;
+mod systems;
 #[cfg(test)]
 mod testing;
 pub mod touch;
 
+pub use evidence::Evidence;
 pub use formation::formation;
 pub use game::{Game, GameState, Score};
+pub use memory::RefereeMemory;
 pub use penalty::{ActivePenalty, Penalty, PenaltyReason};
-pub use rules::{BallOutRestart, Rules};
+pub use rules::{BallOutRestart, ReturnPlace, Rules, RulesError};
 pub use status::GameStatus;
-pub use touch::LastTouch;
+pub use touch::Touch;
 
 use crate::cycle::{BeginCycle, Cycle, CycleClock, CycleSystems};
 use crate::robot::RobotId;
@@ -37,10 +45,10 @@ impl Plugin for RefereePlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Game>()
             .init_resource::<Rules>()
-            .init_resource::<LastTouch>()
+            .init_resource::<RefereeMemory>()
             .register_type::<Game>()
             .register_type::<Rules>()
-            .register_type::<LastTouch>()
+            .register_type::<RefereeMemory>()
             .register_type::<Penalty>()
             .register_type::<GameStatus>()
             .register_required_components::<RobotId, Penalty>()
@@ -48,9 +56,9 @@ impl Plugin for RefereePlugin {
             .add_systems(
                 Cycle,
                 (
-                    officiate::begin_match.in_set(CycleSystems::First).after(BeginCycle),
+                    systems::begin_match.in_set(CycleSystems::First).after(BeginCycle),
                     status::tell_status.in_set(StatusSystems).in_set(CycleSystems::Sense),
-                    officiate::officiate.in_set(CycleSystems::Officiate),
+                    systems::officiate.in_set(CycleSystems::Officiate),
                 ),
             );
     }
@@ -63,5 +71,5 @@ pub struct StatusSystems;
 /// Prepares the referee for a new match under these rules.
 pub fn start(world: &mut World, rules: &Rules, clock: &CycleClock) {
     world.insert_resource(Game::at_start(rules, clock));
-    world.insert_resource(LastTouch::default());
+    world.insert_resource(RefereeMemory::default());
 }

@@ -41,6 +41,27 @@ impl Occupied {
         Self { posts: posts.to_vec(), ball, ..Self::default() }
     }
 
+    /// The posts, the ball, and all robots on the pitch but the one of index `but`.
+    pub fn by_others(snapshot: &MatchSnapshot, but: Option<usize>) -> Self {
+        let ball = snapshot.ball.map(|ball| Disc { centre: ball.position, radius: ball.radius });
+        let mut occupied = Self::by_posts(snapshot.posts, ball);
+        for (index, robot) in snapshot.robots.iter().enumerate() {
+            if robot.is_present() && Some(index) != but {
+                occupied.add_robot(robot.pose, &robot.bounds);
+            }
+        }
+        occupied
+    }
+
+    /// The robots that wait beside the pitch.
+    pub fn by_waiting(snapshot: &MatchSnapshot) -> Self {
+        let mut occupied = Self::default();
+        for robot in snapshot.robots.iter().filter(|robot| !robot.is_present()) {
+            occupied.add_robot(robot.pose, &robot.bounds);
+        }
+        occupied
+    }
+
     /// Adds a robot.
     pub fn add_robot(&mut self, pose: Pose, bounds: &BodyBounds) {
         self.torsos.push(grown(bounds.torso.footprint(pose)));
@@ -89,26 +110,21 @@ fn places_around(centre: Vec2) -> impl Iterator<Item = Vec2> {
     core::iter::once(centre).chain(rings)
 }
 
-/// The kick-off poses of all robots that are not penalised, each with the robot's index in the snapshot.
-pub fn line_up(snapshot: &MatchSnapshot, kick_off_team: Team) -> Vec<(usize, Pose)> {
+/// Where every robot that is not penalised stands for a kick-off of `kick_off_team`; none for the others.
+pub fn line_up(snapshot: &MatchSnapshot, kick_off_team: Team) -> impl Iterator<Item = Option<Pose>> {
     let ball = snapshot.ball.map(|ball| Disc { centre: Vec2::ZERO, radius: ball.radius });
     let mut occupied = Occupied::by_posts(snapshot.posts, ball);
-    let present = |(_, robot): &(usize, &RobotSnapshot)| !robot.penalised;
-    snapshot
-        .robots
-        .iter()
-        .enumerate()
-        .filter(present)
-        .map(|(index, robot)| {
+    snapshot.robots.iter().map(move |robot| {
+        robot.is_present().then(|| {
             let RobotSnapshot { id, bounds, .. } = robot;
             let own_end = snapshot.game.own_end(id.team);
             let team_size = snapshot.rules.team_size;
             let wanted = formation(snapshot.pitch, team_size, id.number, own_end, id.team == kick_off_team);
             let pose = occupied.free_pose(wanted, bounds);
             occupied.add_robot(pose, bounds);
-            (index, pose)
+            pose
         })
-        .collect()
+    })
 }
 
 #[cfg(test)]

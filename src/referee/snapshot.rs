@@ -3,13 +3,14 @@
 use bevy::prelude::*;
 
 use super::game::Game;
+use super::penalty::Penalty;
 use super::rules::Rules;
 use super::touch::Touch;
 use crate::cycle::CycleClock;
 use crate::geometry::Pose;
 use crate::pitch::Pitch;
+use crate::robot::RobotId;
 use crate::robot::body::BodyBounds;
-use crate::robot::{RobotId, Velocity};
 
 /// Everything that the rules judge by.
 #[derive(Clone, Copy, Debug)]
@@ -30,10 +31,22 @@ pub struct MatchSnapshot<'a> {
     pub posts: &'a [Disc],
     /// Who touched the ball last, up to the end of this cycle.
     pub last_touch: Option<Touch>,
+    /// Robots that touched each other in this cycle, by their indices.
+    pub contacts: &'a [[usize; 2]],
 }
 
 impl MatchSnapshot<'_> {
-    /// The index of a robot.
+    /// A number of cycles in seconds.
+    pub fn seconds(&self, cycles: u64) -> f32 {
+        (cycles as f64 * self.clock.period_s) as f32
+    }
+
+    /// A duration in cycles.
+    pub fn cycles(&self, seconds: f32) -> u64 {
+        u64::from(self.clock.cycles_in(seconds))
+    }
+
+    /// The index of a robot in [`MatchSnapshot::robots`].
     pub fn robot_index(&self, id: RobotId) -> Option<usize> {
         self.robots.binary_search_by_key(&id, |robot| robot.id).ok()
     }
@@ -68,10 +81,19 @@ pub struct RobotSnapshot {
     pub id: RobotId,
     /// Where.
     pub pose: Pose,
-    /// How fast it moved in this cycle.
-    pub velocity: Velocity,
+    /// Where at the start of the cycle.
+    pub previous: Pose,
+    /// How fast it wanted to walk in this cycle, m/s, pitch frame; a collision may have kept it from it.
+    pub wanted_velocity: Vec2,
     /// Its body.
     pub bounds: BodyBounds,
-    /// Whether it serves a penalty.
-    pub penalised: bool,
+    /// The penalty that it serves, if any.
+    pub penalty: Penalty,
+}
+
+impl RobotSnapshot {
+    /// Whether it is on the pitch, rather than serving a penalty.
+    pub fn is_present(&self) -> bool {
+        !self.penalty.is_active()
+    }
 }

@@ -4,7 +4,7 @@ use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::game::{Game, GameState, Score};
-use super::penalty::Penalty;
+use super::penalty::{Penalty, PenaltyReason};
 use crate::cycle::CycleClock;
 use crate::knowledge::Knowledge;
 use crate::pitch::End;
@@ -30,6 +30,8 @@ pub struct GameStatus {
     pub kick_off_team: Team,
     /// Whether this robot is penalised.
     pub penalised: bool,
+    /// What for, if it is.
+    pub penalty: Option<PenaltyReason>,
     /// How often the robots were placed for a restart: it changes when the robot has been placed at its
     /// kick-off position, in its team's agreed formation.
     pub restarts: u32,
@@ -50,6 +52,7 @@ pub(super) fn tell_status(
             own_end: game.own_end(id.team),
             kick_off_team: game.kick_off_team,
             penalised: penalty.is_active(),
+            penalty: penalty.0.map(|penalty| penalty.reason),
             restarts: game.restarts,
         };
     }

@@ -2,16 +2,19 @@
 
 use bevy::prelude::*;
 
+use super::decide::{Decisions, decide};
 use super::formation::formation;
 use super::game::{Game, GameState};
-use super::officiate::{Decisions, decide};
+use super::memory::RefereeMemory;
+use super::penalty::Penalty;
 use super::rules::Rules;
 use super::snapshot::{BallSnapshot, Disc, MatchSnapshot, RobotSnapshot};
-use super::touch::{LastTouch, Touch};
+use super::touch::Touch;
 use crate::cycle::CycleClock;
+use crate::geometry::Pose;
 use crate::pitch::Pitch;
 use crate::robot::body::BodyBounds;
-use crate::robot::{RobotId, Team, Velocity};
+use crate::robot::{RobotId, Team};
 
 /// Everything that a [`MatchSnapshot`] borrows.
 #[derive(Clone, Debug)]
@@ -23,7 +26,8 @@ pub struct Situation {
     pub path: Vec<Vec2>,
     pub robots: Vec<RobotSnapshot>,
     pub posts: Vec<Disc>,
-    pub last_touch: LastTouch,
+    pub memory: RefereeMemory,
+    pub contacts: Vec<[usize; 2]>,
 }
 
 impl Situation {
@@ -35,16 +39,30 @@ impl Situation {
         let robots = Team::BOTH
             .into_iter()
             .flat_map(|team| (1..=3).map(move |number| RobotId::new(team, number)))
-            .map(|id| RobotSnapshot {
-                id,
-                pose: formation(&pitch, 3, id.number, game.own_end(id.team), id.team == Team::Blue),
-                velocity: Velocity::default(),
-                bounds: BodyBounds::default(),
-                penalised: false,
+            .map(|id| {
+                let pose = formation(&pitch, 3, id.number, game.own_end(id.team), id.team == Team::Blue);
+                RobotSnapshot {
+                    id,
+                    pose,
+                    previous: pose,
+                    wanted_velocity: Vec2::ZERO,
+                    bounds: BodyBounds::default(),
+                    penalty: Penalty(None),
+                }
             })
             .collect();
         let posts = pitch.goal_posts().iter().map(|post| Disc { centre: post.position, radius: post.radius }).collect();
-        Self { clock, pitch, rules, game, path: vec![Vec2::ZERO; 2], robots, posts, last_touch: LastTouch(None) }
+        Self {
+            clock,
+            pitch,
+            rules,
+            game,
+            path: vec![Vec2::ZERO; 2],
+            robots,
+            posts,
+            memory: RefereeMemory::default(),
+            contacts: vec![],
+        }
     }
 
     /// The ball went straight from one place to another in this cycle.
@@ -56,7 +74,7 @@ impl Situation {
     /// This robot touched the ball last, from where it is.
     pub fn touched_by(mut self, robot: RobotId) -> Self {
         let robot_position = self.robots.iter().find(|seen| seen.id == robot).unwrap().pose.position;
-        self.last_touch.0 = Some(Touch { robot, cycle: self.clock.cycle - 1, robot_position, kick: true });
+        self.memory.last_touch = Some(Touch { robot, cycle: self.clock.cycle - 1, robot_position, kick: true });
         self
     }
 
@@ -75,13 +93,51 @@ impl Situation {
             ball,
             robots: &self.robots,
             posts: &self.posts,
-            last_touch: self.last_touch.0,
+            last_touch: self.memory.last_touch,
+            contacts: &self.contacts,
         }
     }
 
+    /// This robot stands there.
+    pub fn robot_at(mut self, robot: RobotId, pose: Pose) -> Self {
+        let robot = self.robot_mut(robot);
+        (robot.pose, robot.previous) = (pose, pose);
+        self
+    }
+
+    /// This robot wanted to walk so in this cycle, m/s.
+    pub fn walking(mut self, robot: RobotId, velocity: [f32; 2]) -> Self {
+        self.robot_mut(robot).wanted_velocity = velocity.into();
+        self
+    }
+
+    /// These two robots touched in this cycle.
+    pub fn contact(mut self, a: RobotId, b: RobotId) -> Self {
+        let index = |id| self.robots.iter().position(|robot| robot.id == id).unwrap();
+        let pair = [index(a), index(b)];
+        self.contacts.push(pair);
+        self
+    }
+
+    pub fn robot_mut(&mut self, robot: RobotId) -> &mut RobotSnapshot {
+        self.robots.iter_mut().find(|seen| seen.id == robot).unwrap()
+    }
+
     pub fn decide(&self) -> Decisions {
+        self.clone().pass()
+    }
+
+    /// Lets a cycle pass in which nothing else happens, and what the referee decides come true.
+    pub fn pass(&mut self) -> Decisions {
         let mut decisions = Decisions::default();
-        decide(&self.snapshot(), &mut decisions);
+        let mut memory = self.memory.clone();
+        decide(&self.snapshot(), &mut memory, &mut decisions);
+        self.memory = memory;
+        self.game = decisions.game.clone();
+        self.robots.clone_from(&decisions.robots);
+        self.clock.cycle += 1;
+        let ball = decisions.ball.or(self.path.last().copied());
+        self.path = ball.map_or(vec![], |ball| vec![ball; 2]);
         decisions
     }
 }

@@ -7,7 +7,6 @@ use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::events::{KickResult, MatchEvent};
-use crate::knowledge::Knowledge;
 use crate::robot::RobotId;
 
 /// A touch of the ball by a robot.
@@ -22,11 +21,6 @@ pub struct Touch {
     /// Whether it was a kick.
     pub kick: bool,
 }
-
-/// The last touch of the ball since it was last placed, if any.
-#[derive(Resource, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(Resource, @Knowledge::Truth)]
-pub struct LastTouch(pub Option<Touch>);
 
 /// The last touch of a cycle: who, and whether by a kick. `contacts` are the robots that the ball met, in the order
 /// in which it met them.

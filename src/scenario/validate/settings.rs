@@ -17,9 +17,9 @@ use crate::sensing::vision::VisionSettings;
 
 impl Checks {
     pub(super) fn rules(&mut self, path: &FieldPath, rules: &Rules) {
-        self.range(path.field("halves"), rules.halves, 1..=10, "");
-        self.positive(path.field("half_s"), rules.half_s, 1e5, " s");
-        self.range(path.field("team_size"), rules.team_size, 1..=11, " robots");
+        if let Err(error) = rules.validate() {
+            self.fault(path.field(error.field), error.message, error.expected);
+        }
     }
 
     pub(super) fn ball(&mut self, path: &FieldPath, ball: &BallSpec) {

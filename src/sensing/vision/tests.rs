@@ -36,6 +36,8 @@ fn a_ball_ahead_is_seen_where_it_is() {
     // 0.1 m to the left: 360.81 * 0.1 / 0.70565 = 51.13 px.
     assert_abs_diff_eq!(ball.pixel, Vec2::new(160.0 - 51.13, 111.54), epsilon = 0.01);
     assert_place(ball.position_m, 0.6, 0.1);
+    // atan(0.1 / 0.6) = 9.462°.
+    assert_abs_diff_eq!(ball.bearing(), to_radians(9.462), epsilon = 1e-4);
 }
 
 #[test]
@@ -421,59 +423,4 @@ fn a_robot_without_eyes_costs_and_draws_nothing() {
     app.world_mut().entity_mut(robot).remove::<(VisionSettings, Percepts, SonarSettings, ExecutedStep)>();
     let before = app.world().get::<RandomStreams>(robot).unwrap().clone();
     assert_eq!(sense::<RandomStreams>(&mut app, robot), before);
-}
-
-#[test]
-fn zz_timing() {
-    let mut app = sensing_app();
-    for (team, number, x, y, deg) in [
-        (Team::Blue, 1, -2.5, 0.0, 0.0),
-        (Team::Blue, 2, -1.0, 1.0, -20.0),
-        (Team::Blue, 3, -0.3, -0.3, 20.0),
-        (Team::Pink, 1, 2.5, 0.1, 180.0),
-        (Team::Pink, 2, 1.0, -1.0, 160.0),
-        (Team::Pink, 3, 0.4, 0.3, 200.0),
-    ] {
-        let r = spawn_robot(&mut app, team, number, [x, y, deg], [0.0, 10.0]);
-        set(&mut app, r, VisionSettings::default());
-        set(&mut app, r, SonarSettings::default());
-    }
-    for (x, y, c) in [
-        (2.975, 0.7, GoalColour::Yellow),
-        (2.975, -0.7, GoalColour::Yellow),
-        (-2.975, 0.7, GoalColour::Blue),
-        (-2.975, -0.7, GoalColour::Blue),
-    ] {
-        spawn_post(&mut app, x, y, Some(c));
-    }
-    spawn_ball(&mut app, 0.0, 0.0);
-    for _ in 0..3 {
-        let t = std::time::Instant::now();
-        for _ in 0..20000 {
-            crate::cycle::run_cycle(app.world_mut());
-        }
-        println!("all sensors: {:.2} us a cycle", t.elapsed().as_secs_f64() / 20000.0 * 1e6);
-    }
-    let mut q = app.world_mut().query::<&Percepts>();
-    for p in q.iter(app.world()) {
-        println!("{} {} {} {}", p.ball.is_some(), p.goal_posts.len(), p.robots.len(), p.landmarks.len());
-    }
-    let mut q = app.world_mut().query_filtered::<Entity, With<VisionSettings>>();
-    let all: Vec<Entity> = q.iter(app.world()).collect();
-    for e in &all {
-        app.world_mut().entity_mut(*e).remove::<VisionSettings>();
-    }
-    let t = std::time::Instant::now();
-    for _ in 0..20000 {
-        crate::cycle::run_cycle(app.world_mut());
-    }
-    println!("without vision: {:.2} us a cycle", t.elapsed().as_secs_f64() / 20000.0 * 1e6);
-    for e in &all {
-        app.world_mut().entity_mut(*e).remove::<SonarSettings>();
-    }
-    let t = std::time::Instant::now();
-    for _ in 0..20000 {
-        crate::cycle::run_cycle(app.world_mut());
-    }
-    println!("nor sonar: {:.2} us a cycle", t.elapsed().as_secs_f64() / 20000.0 * 1e6);
 }

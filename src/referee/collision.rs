@@ -1,0 +1,183 @@
+//! Which robot is responsible for a collision.
+//!
+//! The paper (section 3.4): "Responsibility is judged based on the relative speeds of the colliding robots, and the
+//! location of the ball." Here:
+//!
+//! - The speed that counts is the one at which a robot wants to walk towards the other, along the line between them.
+//! - A robot that stands is never responsible; of two that walk, the faster is. At equal speeds both are.
+//! - Nobody is when the two face each other with the ball between them: they fight for it.
+//! - A brush at less than a least speed is no offence.
+
+use bevy::prelude::*;
+
+use super::evidence::Evidence;
+use super::snapshot::{MatchSnapshot, RobotSnapshot};
+
+/// Speeds that differ by less count as equal, m/s.
+const EQUAL_SPEEDS_MPS: f32 = 1e-3;
+/// Two robots face each other when each has the other within 60 degrees of straight ahead: the cosine.
+const FACING_COSINE: f32 = 0.5;
+/// The ball is between two robots when it is no farther than this from the line between their origins, m: half the
+/// width of a robot and a hand's breadth.
+const BETWEEN_M: f32 = 0.25;
+
+/// Who is responsible for a collision of the robots with these indices: neither, one, or both.
+pub fn responsible(snapshot: &MatchSnapshot, pair: [usize; 2]) -> [bool; 2] {
+    let [a, b] = pair.map(|index| &snapshot.robots[index]);
+    if a.id.team == b.id.team && !snapshot.rules.collisions_between_team_mates {
+        return [false; 2];
+    }
+    if fight_for_ball(snapshot, a, b) {
+        return [false; 2];
+    }
+    let speeds = [approach_speed(a, b), approach_speed(b, a)];
+    let is_responsible = |own: f32, other: f32, robot: &RobotSnapshot| {
+        own > snapshot.rules.collision_speed_mps
+            && own >= other - EQUAL_SPEEDS_MPS
+            && !(snapshot.rules.keeper_may_push && is_keeper_at_home(snapshot, robot))
+    };
+    [is_responsible(speeds[0], speeds[1], a), is_responsible(speeds[1], speeds[0], b)]
+}
+
+/// The speed at which `robot` wants to come nearer to `other`, along the line between where the two were
+/// at the start of the cycle, m/s.
+pub fn approach_speed(robot: &RobotSnapshot, other: &RobotSnapshot) -> f32 {
+    let line = (other.previous.position - robot.previous.position).normalize_or_zero();
+    robot.wanted_velocity.dot(line)
+}
+
+/// Whether two robots face each other with the ball between them. What counts is how things were at the
+/// start of the cycle: by its end the ball may have been squeezed out.
+fn fight_for_ball(snapshot: &MatchSnapshot, a: &RobotSnapshot, b: &RobotSnapshot) -> bool {
+    let Some(ball) = snapshot.ball else { return false };
+    let (start, line) = (a.previous.position, b.previous.position - a.previous.position);
+    let Some(direction) = line.try_normalize() else { return false };
+    let facing =
+        a.previous.forward().dot(direction) > FACING_COSINE && b.previous.forward().dot(-direction) > FACING_COSINE;
+    let place = *ball.path.first().unwrap_or(&ball.position);
+    let along = (place - start).dot(direction).clamp(0.0, line.length());
+    facing && place.distance(start + direction * along) <= BETWEEN_M
+}
+
+fn is_keeper_at_home(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
+    robot.id.number == 1 && snapshot.pitch.in_penalty_area(snapshot.game.own_end(robot.id.team), robot.pose.position)
+}
+
+/// The case against the robot of index `robot` for a collision with that of index `other`.
+pub fn evidence(snapshot: &MatchSnapshot, robot: usize, other: usize) -> Evidence {
+    let (robot, other) = (&snapshot.robots[robot], &snapshot.robots[other]);
+    let (own, others) = (approach_speed(robot, other), approach_speed(other, robot));
+    let otherwise = if others > snapshot.rules.collision_speed_mps {
+        format!("It had to walk towards {} slower than the {others:.2} m/s at which {} came.", other.id, other.id)
+    } else {
+        format!("It had to walk towards {} at no more than {} m/s.", other.id, snapshot.rules.collision_speed_mps)
+    };
+    Evidence::new(
+        snapshot,
+        "Of two robots that collide, the one that walks faster towards the other is responsible, unless they face \
+         each other with the ball between them.",
+        robot.pose.position.midpoint(other.pose.position),
+    )
+    .with_robot(robot)
+    .with_robot(other)
+    .with_measurement("m/s towards the other", own, others.max(snapshot.rules.collision_speed_mps))
+    .otherwise(otherwise)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::Situation;
+    use super::*;
+    use crate::events::MatchEvent;
+    use crate::geometry::Pose;
+    use crate::referee::PenaltyReason;
+    use crate::robot::{RobotId, Team};
+    use core::f32::consts::PI;
+
+    const BLUE2: RobotId = RobotId::new(Team::Blue, 2);
+    const BLUE3: RobotId = RobotId::new(Team::Blue, 3);
+    const PINK2: RobotId = RobotId::new(Team::Pink, 2);
+
+    /// Blue 2 at x = 1 and pink 2 at x = 1.2, face to face, in contact; the ball is far away.
+    fn face_to_face() -> Situation {
+        Situation::three_a_side()
+            .robot_at(BLUE2, Pose::new(1.0, 0.0, 0.0))
+            .robot_at(PINK2, Pose::new(1.2, 0.0, PI))
+            .ball_rolled([-1.0, 1.0], [-1.0, 1.0])
+            .contact(BLUE2, PINK2)
+    }
+
+    fn penalised(situation: &Situation) -> Vec<RobotId> {
+        let penalty = |event: &MatchEvent| match event {
+            MatchEvent::Penalty { robot, reason: PenaltyReason::Pushing, .. } => Some(*robot),
+            _ => None,
+        };
+        situation.decide().events.iter().filter_map(penalty).collect()
+    }
+
+    #[test]
+    fn a_standing_robot_is_never_responsible() {
+        assert_eq!(penalised(&face_to_face().walking(BLUE2, [0.2, 0.0])), [BLUE2]);
+        assert_eq!(penalised(&face_to_face()), []);
+    }
+
+    #[test]
+    fn the_one_that_is_faster_along_the_line_between_them_is_responsible() {
+        assert_eq!(penalised(&face_to_face().walking(BLUE2, [0.1, 0.0]).walking(PINK2, [-0.2, 0.0])), [PINK2]);
+        // Pink is faster, but across the line; along it, it walks at 0.06 m/s.
+        assert_eq!(penalised(&face_to_face().walking(BLUE2, [0.1, 0.0]).walking(PINK2, [-0.06, 0.2])), [BLUE2]);
+        // Pink runs away; blue runs into its back.
+        assert_eq!(penalised(&face_to_face().walking(BLUE2, [0.15, 0.0]).walking(PINK2, [0.1, 0.0])), [BLUE2]);
+        assert_eq!(penalised(&face_to_face().walking(BLUE2, [0.1, 0.0]).walking(PINK2, [-0.1, 0.0])), [BLUE2, PINK2]);
+    }
+
+    #[test]
+    fn a_brush_is_no_offence() {
+        assert_eq!(penalised(&face_to_face().walking(BLUE2, [0.051, 0.0])), [BLUE2]);
+        assert_eq!(penalised(&face_to_face().walking(BLUE2, [0.049, 0.0])), []);
+    }
+
+    #[test]
+    fn nobody_is_responsible_for_a_fight_for_the_ball() {
+        let walking = face_to_face().walking(BLUE2, [0.2, 0.0]).walking(PINK2, [-0.1, 0.0]);
+        // The ball 24 and 26 cm beside the line between the two.
+        assert_eq!(penalised(&walking.clone().ball_rolled([1.1, 0.24], [1.1, 0.24])), []);
+        assert_eq!(penalised(&walking.clone().ball_rolled([1.1, 0.26], [1.1, 0.26])), [BLUE2]);
+        // Pink turns its back: 180 degrees away.
+        let from_behind = walking.robot_at(PINK2, Pose::new(1.2, 0.0, 0.0)).ball_rolled([1.1, 0.1], [1.1, 0.1]);
+        assert_eq!(penalised(&from_behind), [BLUE2]);
+    }
+
+    #[test]
+    fn team_mates_and_the_keeper_at_home_can_be_exempt() {
+        let mates = face_to_face().robot_at(BLUE3, Pose::new(1.2, 0.0, PI)).walking(BLUE2, [0.2, 0.0]);
+        let mut mates = Situation { contacts: vec![], ..mates }.contact(BLUE2, BLUE3);
+        assert_eq!(penalised(&mates), []);
+        mates.rules.collisions_between_team_mates = true;
+        assert_eq!(penalised(&mates), [BLUE2]);
+
+        let keeper = RobotId::new(Team::Blue, 1);
+        let mut at_home = Situation::three_a_side()
+            .robot_at(keeper, Pose::new(-2.5, 0.0, 0.0))
+            .robot_at(PINK2, Pose::new(-2.3, 0.0, PI))
+            .walking(keeper, [0.2, 0.0])
+            .contact(keeper, PINK2);
+        assert_eq!(penalised(&at_home), [keeper]);
+        at_home.rules.keeper_may_push = true;
+        assert_eq!(penalised(&at_home), []);
+        let outside = at_home.robot_at(keeper, Pose::new(-2.3, 0.0, 0.0)).robot_at(PINK2, Pose::new(-2.1, 0.0, PI));
+        assert_eq!(penalised(&outside), [keeper]);
+    }
+
+    #[test]
+    fn who_pushes_too_often_is_removed_for_the_rest_of_the_half() {
+        let mut situation = face_to_face().walking(BLUE2, [0.2, 0.0]);
+        situation.rules.pushing_limit = Some(4);
+        situation.memory.pushes.blue = 2;
+        let third = situation.decide();
+        // 30 s of 1/30 s.
+        assert_eq!(third.robots[1].penalty.0.unwrap().cycles_left, 900);
+        situation.memory.pushes.blue = 3;
+        assert_eq!(situation.decide().robots[1].penalty.0.unwrap().cycles_left, 18_000);
+    }
+}

@@ -1,0 +1,92 @@
+//! Why the referee decided as it did: every verdict carries its evidence.
+
+use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
+
+use super::snapshot::{MatchSnapshot, RobotSnapshot};
+use crate::robot::RobotId;
+
+/// The evidence for a verdict.
+#[derive(Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+pub struct Evidence {
+    /// The rule in one sentence.
+    pub rule: Cow<'static, str>,
+    /// Where it happened, m, pitch frame.
+    pub position_m: Vec2,
+    /// Where the ball was, m, pitch frame.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ball_m: Option<Vec2>,
+    /// The robots concerned.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub robots: Vec<RobotEvidence>,
+    /// What was measured, and the limit.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub measured: Option<Measurement>,
+    /// What would have changed the verdict.
+    pub otherwise: Cow<'static, str>,
+}
+
+/// A robot as it was when the verdict was given.
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+pub struct RobotEvidence {
+    /// Who.
+    pub robot: RobotId,
+    /// Where, m, pitch frame.
+    pub position_m: Vec2,
+    /// How fast it wanted to walk, m/s.
+    pub speed_mps: f32,
+}
+
+/// A quantity that decided.
+#[derive(Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+pub struct Measurement {
+    /// What, with its unit.
+    pub what: Cow<'static, str>,
+    /// How much.
+    pub value: f32,
+    /// Where the rule draws the line.
+    pub limit: f32,
+}
+
+impl Evidence {
+    /// Evidence of what happened at `position_m`, with the ball's place.
+    pub fn new(snapshot: &MatchSnapshot, rule: &'static str, position_m: Vec2) -> Self {
+        Self {
+            rule: Cow::Borrowed(rule),
+            position_m,
+            ball_m: snapshot.ball.map(|ball| ball.position),
+            ..Self::default()
+        }
+    }
+
+    /// Evidence against one robot, where it stands.
+    pub fn against(snapshot: &MatchSnapshot, rule: &'static str, robot: &RobotSnapshot) -> Self {
+        Self::new(snapshot, rule, robot.pose.position).with_robot(robot)
+    }
+
+    /// Adds a robot.
+    #[must_use]
+    pub fn with_robot(mut self, robot: &RobotSnapshot) -> Self {
+        self.robots.push(RobotEvidence {
+            robot: robot.id,
+            position_m: robot.pose.position,
+            speed_mps: robot.wanted_velocity.length(),
+        });
+        self
+    }
+
+    /// Adds what was measured.
+    #[must_use]
+    pub fn with_measurement(mut self, what: &'static str, value: f32, limit: f32) -> Self {
+        self.measured = Some(Measurement { what: Cow::Borrowed(what), value, limit });
+        self
+    }
+
+    /// Adds what would have changed the verdict.
+    #[must_use]
+    pub fn otherwise(mut self, otherwise: impl Into<Cow<'static, str>>) -> Self {
+        self.otherwise = otherwise.into();
+        self
+    }
+}

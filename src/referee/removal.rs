@@ -1,0 +1,196 @@
+//! Where penalised robots wait, and where they come back.
+
+use core::f32::consts::FRAC_PI_2;
+
+use bevy::prelude::*;
+
+use super::placing::Occupied;
+use super::rules::ReturnPlace;
+use super::snapshot::MatchSnapshot;
+use crate::geometry::Pose;
+use crate::pitch::{End, Pitch};
+use crate::robot::body::BodyBounds;
+
+/// Distance of a waiting robot from the side line, m (rule book of 2025).
+const WAITING_DISTANCE: f32 = 0.5;
+/// Distance between places along a side line, m: wider than a robot.
+const PLACE_DISTANCE: f32 = 0.35;
+
+/// Where a robot that was removed from `position` waits: beyond the side line nearest to it, level with its own
+/// penalty mark, where there is room. It faces away from the pitch (2010), or towards it (2025).
+pub fn waiting_pose(
+    snapshot: &MatchSnapshot,
+    own_end: End,
+    position: Vec2,
+    bounds: &BodyBounds,
+    waiting: &Occupied,
+) -> Pose {
+    let pitch = snapshot.pitch;
+    let side = side_of(position.y);
+    let faces_pitch = snapshot.rules.return_place == ReturnPlace::PenaltyMark;
+    let heading = if faces_pitch { -side } else { side } * FRAC_PI_2;
+    let y = side * (pitch.half_width() + WAITING_DISTANCE.min(pitch.border_m));
+    let mark = end_of_own_half(pitch, own_end);
+    // Towards the halfway line, then beyond the mark: always in its own half.
+    let inwards = (mark.abs() / PLACE_DISTANCE) as u32;
+    let steps = (0..=inwards).map(|step| mark - own_end.sign() * step as f32 * PLACE_DISTANCE);
+    let outwards = (1..=8).map(|step| mark + own_end.sign() * step as f32 * PLACE_DISTANCE);
+    steps
+        .chain(outwards)
+        .map(|x| Pose::new(x, y, heading))
+        .find(|pose| waiting.admits_robot(*pose, bounds))
+        .unwrap_or(Pose::new(mark, y, heading))
+}
+
+/// The x coordinate of the penalty mark in the own half, m.
+fn end_of_own_half(pitch: &Pitch, own_end: End) -> f32 {
+    own_end.sign() * (pitch.half_length() - pitch.penalty_mark_distance_m)
+}
+
+/// Where a robot comes back: on the halfway line at the side line farther from the ball, facing the opposite side
+/// line; if somebody stands there, at the nearest free place along the side line, rather away from the ball (2010
+/// rule book, section 4.3). By the rules of 2025, where it waited.
+pub fn return_pose(
+    snapshot: &MatchSnapshot,
+    own_end: End,
+    waiting: Pose,
+    bounds: &BodyBounds,
+    occupied: &Occupied,
+) -> Pose {
+    if snapshot.rules.return_place == ReturnPlace::PenaltyMark {
+        return occupied.free_pose(waiting, bounds);
+    }
+    let pitch = snapshot.pitch;
+    let ball = snapshot.ball.map_or(Vec2::ZERO, |ball| ball.position);
+    let side = -side_of(ball.y);
+    let away = if ball.x == 0.0 { own_end.sign() } else { -ball.x.signum() };
+    let steps = (pitch.half_length() / PLACE_DISTANCE) as u32;
+    let along = |direction: f32| (1..=steps).map(move |step| direction * step as f32 * PLACE_DISTANCE);
+    let places = core::iter::once(0.0).chain(along(away)).chain(along(-away));
+    let wanted = |side: f32, x: f32| Pose::new(x, side * pitch.half_width(), -side * FRAC_PI_2);
+    let free = |pose: &Pose| occupied.admits_robot(*pose, bounds);
+    places
+        .clone()
+        .map(|x| wanted(side, x))
+        .find(free)
+        .or_else(|| places.map(|x| wanted(-side, x)).find(free))
+        .unwrap_or_else(|| occupied.free_pose(wanted(side, 0.0), bounds))
+}
+
+/// The side of the pitch on which a place is: -1 or +1, the sign of y.
+fn side_of(y: f32) -> f32 {
+    if y < 0.0 { -1.0 } else { 1.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::Situation;
+    use super::*;
+    use crate::events::MatchEvent;
+    use crate::referee::{ActivePenalty, Penalty, PenaltyReason};
+    use crate::robot::{RobotId, Team};
+    use approx::assert_abs_diff_eq;
+
+    const BLUE2: RobotId = RobotId::new(Team::Blue, 2);
+    const BLUE3: RobotId = RobotId::new(Team::Blue, 3);
+    const PINK2: RobotId = RobotId::new(Team::Pink, 2);
+
+    /// Blue 2 has walked into pink 2 at this place.
+    fn collision_at(x: f32, y: f32) -> Situation {
+        Situation::three_a_side()
+            .robot_at(BLUE2, Pose::new(x, y, 0.0))
+            .robot_at(PINK2, Pose::new(x + 0.1, y, 0.0))
+            .walking(BLUE2, [0.2, 0.0])
+            .contact(BLUE2, PINK2)
+    }
+
+    #[test]
+    fn a_penalised_robot_waits_beyond_the_nearer_side_line_in_its_own_half() {
+        let pose = collision_at(1.0, -0.5).pass().robots[1].pose;
+        // Level with the penalty mark, 3 - 1.8 = 1.2 m from the halfway line, 0.5 m beyond the side line; its back
+        // to the pitch.
+        assert_abs_diff_eq!(pose.position, Vec2::new(-1.2, -2.5), epsilon = 1e-5);
+        assert_abs_diff_eq!(pose.heading, -FRAC_PI_2, epsilon = 1e-5);
+    }
+
+    #[test]
+    fn two_that_wait_do_not_stand_in_each_other() {
+        let mut situation = collision_at(1.0, 0.5);
+        situation.pass();
+        let mut situation = Situation { contacts: vec![], ..situation }
+            .robot_at(BLUE3, Pose::new(0.0, 1.0, 0.0))
+            .walking(BLUE3, [0.2, 0.0])
+            .contact(BLUE3, PINK2);
+        let robots = situation.pass().robots;
+        assert!(robots[1].penalty.is_active() && robots[2].penalty.is_active());
+        assert_abs_diff_eq!(robots[2].pose.position, Vec2::new(-0.85, 2.5), epsilon = 1e-5);
+    }
+
+    /// Where blue 2 comes back with the ball there.
+    fn comes_back(ball: [f32; 2], change: impl FnOnce(Situation) -> Situation) -> Pose {
+        let mut situation = Situation::three_a_side().ball_rolled(ball, ball);
+        situation.robot_mut(BLUE2).penalty =
+            Penalty(Some(ActivePenalty { reason: PenaltyReason::Pushing, cycles_left: 1 }));
+        let decided = change(situation).decide();
+        assert!(matches!(decided.events[0], MatchEvent::PenaltyOver { robot: BLUE2, .. }));
+        assert!(!decided.robots[1].penalty.is_active());
+        decided.robots[1].pose
+    }
+
+    #[test]
+    fn it_comes_back_at_the_halfway_line_on_the_side_away_from_the_ball() {
+        let pose = comes_back([1.0, 0.5], |situation| situation);
+        assert_abs_diff_eq!(pose.position, Vec2::new(0.0, -2.0), epsilon = 1e-5);
+        assert_abs_diff_eq!(pose.heading, FRAC_PI_2, epsilon = 1e-5);
+        assert_abs_diff_eq!(comes_back([1.0, -0.5], |situation| situation).position.y, 2.0, epsilon = 1e-5);
+    }
+
+    #[test]
+    fn where_somebody_stands_it_comes_back_beside_rather_away_from_the_ball() {
+        let taken = |situation: Situation| situation.robot_at(PINK2, Pose::new(0.0, -2.0, 0.0));
+        assert_abs_diff_eq!(comes_back([1.0, 0.5], taken).position, Vec2::new(-0.35, -2.0), epsilon = 1e-5);
+        assert_abs_diff_eq!(comes_back([-1.0, 0.5], taken).position, Vec2::new(0.35, -2.0), epsilon = 1e-5);
+    }
+
+    #[test]
+    fn by_the_rules_of_2025_it_comes_back_where_it_waited() {
+        let waiting = Pose::new(-1.2, 2.5, -FRAC_PI_2);
+        let pose = comes_back([1.0, 0.5], |situation| {
+            let mut situation = situation.robot_at(BLUE2, waiting);
+            situation.rules.return_place = ReturnPlace::PenaltyMark;
+            situation
+        });
+        assert_eq!(pose, waiting);
+    }
+
+    #[test]
+    fn a_penalty_lasts_its_time_of_play_and_does_not_count_when_play_is_stopped() {
+        let mut situation = collision_at(1.0, 0.5);
+        assert!(
+            matches!(situation.pass().events[0], MatchEvent::Penalty { until_s, .. } if (until_s - 33.333).abs() < 1e-2)
+        );
+        situation.contacts.clear();
+        let back = (1..2000)
+            .find(|_| situation.pass().events.iter().any(|event| matches!(event, MatchEvent::PenaltyOver { .. })));
+        // 30 s of 1/30 s.
+        assert_eq!(back, Some(900));
+    }
+
+    #[test]
+    fn at_half_time_penalties_are_over_and_after_a_goal_where_the_rules_say_so() {
+        let penalised_after = |change: fn(&mut Situation)| {
+            let mut situation = collision_at(1.0, 0.5);
+            situation.pass();
+            situation.contacts.clear();
+            change(&mut situation);
+            situation.pass().robots[1].penalty.is_active()
+        };
+        assert!(!penalised_after(|situation| situation.game.cycles_left = Some(1)));
+        let goal = |situation: &mut Situation| situation.path = vec![Vec2::new(2.9, 0.0), Vec2::new(3.2, 0.0)];
+        assert!(penalised_after(goal));
+        assert!(!penalised_after(|situation| {
+            situation.rules.penalties_end_at_kick_off = true;
+            situation.path = vec![Vec2::new(2.9, 0.0), Vec2::new(3.2, 0.0)];
+        }));
+    }
+}

@@ -1,0 +1,138 @@
+//! The systems of the referee: they fetch what it sees and store what it decides.
+
+use bevy::prelude::*;
+
+use super::decide::{Decisions, decide};
+use super::game::{Game, GameState};
+use super::memory::RefereeMemory;
+use super::penalty::Penalty;
+use super::rules::Rules;
+use super::snapshot::{BallSnapshot, Disc, MatchSnapshot, RobotSnapshot};
+use super::touch::{Touch, last_touch_of_cycle};
+use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity};
+use crate::collision::Contacts;
+use crate::cycle::CycleClock;
+use crate::events::{CycleEvents, MatchEvent};
+use crate::geometry::Pose;
+use crate::pitch::{Pitch, Post};
+use crate::robot::body::BodyBounds;
+use crate::robot::kick::{KickCommand, KickPhase};
+use crate::robot::motion::{ExecutedStep, WalkCommand};
+use crate::robot::{PreviousPose, RobotId, Roster, Velocity};
+
+/// The first whistle: in the first cycle the ball comes into play before anybody senses or acts.
+pub(super) fn begin_match(mut game: ResMut<Game>, mut events: ResMut<CycleEvents>) {
+    if game.state == GameState::Initial {
+        game.state = GameState::Playing;
+        events.push(MatchEvent::HalfBegins { half: game.half });
+    }
+}
+
+/// What [`officiate`] works with, kept between cycles so that a steady match allocates nothing.
+#[derive(Default)]
+pub(super) struct Scratch {
+    entities: Vec<Entity>,
+    robots: Vec<RobotSnapshot>,
+    posts: Vec<Disc>,
+    contacts: Vec<[usize; 2]>,
+    decisions: Decisions,
+}
+
+pub(super) fn officiate(
+    mut scratch: Local<Scratch>,
+    clock: Res<CycleClock>,
+    rules: Res<Rules>,
+    pitch: Res<Pitch>,
+    roster: Res<Roster>,
+    contacts: Res<Contacts>,
+    mut events: ResMut<CycleEvents>,
+    mut game: ResMut<Game>,
+    mut memory: ResMut<RefereeMemory>,
+    posts: Query<(&Pose, &Post), (Without<RobotId>, Without<Ball>)>,
+    mut robots: Query<
+        (
+            (&mut Pose, &mut PreviousPose, &mut Velocity, &BodyBounds, &ExecutedStep),
+            (&mut Penalty, &mut WalkCommand, &mut KickCommand, &mut KickPhase),
+        ),
+        With<RobotId>,
+    >,
+    mut balls: Query<
+        (&mut Pose, &mut PreviousPose, &mut BallVelocity, &BallPhysics, &BallPath),
+        (With<Ball>, Without<RobotId>),
+    >,
+) {
+    let Scratch { entities, robots: seen, posts: discs, contacts: pairs, decisions } = &mut *scratch;
+    entities.clear();
+    seen.clear();
+    for (id, entity) in roster.iter() {
+        let Ok(((pose, previous, _, bounds, step), (penalty, ..))) = robots.get(entity) else { continue };
+        entities.push(entity);
+        seen.push(RobotSnapshot {
+            id,
+            pose: *pose,
+            previous: previous.0,
+            wanted_velocity: previous.0.forward().rotate(step.0.translation()) / clock.period(),
+            bounds: *bounds,
+            penalty: *penalty,
+        });
+    }
+    let index_of = |id: RobotId| seen.binary_search_by_key(&id, |robot| robot.id).ok();
+    pairs.clear();
+    pairs.extend(contacts.robots_in_contact().filter_map(|(a, b)| Some([index_of(a)?, index_of(b)?])));
+    discs.clear();
+    discs.extend(posts.iter().map(|(pose, post)| Disc { centre: pose.position, radius: post.radius }));
+    if let Some((robot, kick)) = last_touch_of_cycle(&events, contacts.robots_at_ball())
+        && let Some(index) = index_of(robot)
+    {
+        let robot_position = seen[index].pose.position;
+        memory.last_touch = Some(Touch { robot, cycle: clock.cycle, robot_position, kick });
+    }
+    let mut balls = balls.iter_mut();
+    let mut ball = balls.next();
+    let snapshot = MatchSnapshot {
+        clock: *clock,
+        pitch: &pitch,
+        rules: &rules,
+        game: &game,
+        ball: ball.as_ref().map(|(pose, _, velocity, physics, path)| BallSnapshot {
+            path: &path.corners,
+            position: pose.position,
+            velocity: velocity.0,
+            radius: physics.radius_m,
+        }),
+        robots: seen,
+        posts: discs,
+        last_touch: memory.last_touch,
+        contacts: pairs,
+    };
+    decide(&snapshot, &mut memory, decisions);
+
+    if *game != decisions.game {
+        game.clone_from(&decisions.game);
+    }
+    events.append(&mut decisions.events);
+    if let (Some(place), Some((pose, previous, velocity, ..))) = (decisions.ball, &mut ball) {
+        pose.position = place;
+        previous.0 = **pose;
+        velocity.0 = Vec2::ZERO;
+    }
+    for ((before, after), entity) in seen.iter().zip(&decisions.robots).zip(entities) {
+        if before == after {
+            continue;
+        }
+        let Ok(((mut pose, mut previous, mut velocity, ..), (mut penalty, mut walk, mut kick, mut phase))) =
+            robots.get_mut(*entity)
+        else {
+            continue;
+        };
+        *penalty = after.penalty;
+        if before.pose != after.pose {
+            *pose = after.pose;
+            previous.0 = after.pose;
+            *velocity = Velocity::default();
+            *walk = WalkCommand::default();
+            *kick = KickCommand::default();
+            *phase = KickPhase::default();
+        }
+    }
+}
