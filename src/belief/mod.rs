@@ -16,6 +16,7 @@ use crate::robot::RobotId;
 
 pub mod ball;
 pub mod localisation;
+pub mod own_pose;
 pub mod robots;
 pub mod sighting;
 pub mod simple;

@@ -7,7 +7,7 @@ use super::looking;
 use super::player::{Decision, Player, PlayerMemory};
 use super::walking::{BALL_CLEARANCE_M, approach};
 use crate::belief::BallBelief;
-use crate::geometry::{angle_of, unit};
+use crate::geometry::unit;
 use crate::robot::head::HeadCommand;
 use crate::robot::kick::{KickRequest, KickType, strike};
 use crate::robot::motion::WalkCommand;
@@ -154,24 +154,47 @@ pub fn search(player: &Player, memory: &mut PlayerMemory) -> Decision {
 pub fn watch(player: &Player, memory: &mut PlayerMemory) -> HeadCommand {
     /// A pose that was not confirmed for so long needs a look around, s.
     const OLD_POSE_S: f32 = 1.0;
-    /// How long a look around takes at most, s.
+    /// How long a look around takes, s.
     const GLANCE_S: f32 = 0.5;
     /// Between two looks around the ball is watched for so long, s.
     const WATCH_S: f32 = 1.5;
+    /// After so long, the robot looks around even if it thinks that it knows where it is, s.
+    const CHECK_S: f32 = 6.0;
     let now = player.status.time_s;
     let Some(ball) = player.belief.ball_in_robot() else { return looking::search(now) };
     memory.lost_left = ball.y > 0.0;
-    let pose_is_old = player.belief.pose_age_s > OLD_POSE_S;
-    if now > memory.glance_until_s && pose_is_old && now - memory.last_glance_s > WATCH_S {
+    let is_at_ball = ball.length_squared() < FACE_BALL_M * FACE_BALL_M;
+    let watched_s = now - memory.last_glance_s;
+    let is_lost = player.belief.pose_age_s > OLD_POSE_S && watched_s > WATCH_S;
+    if now > memory.glance_until_s && (is_lost || (!is_at_ball && watched_s > CHECK_S)) {
         memory.glance_until_s = now + GLANCE_S;
         memory.last_glance_s = now + GLANCE_S;
     }
-    if now < memory.glance_until_s && player.belief.pose_age_s > 0.1 {
-        // The goal that needs the lesser turn of the head.
-        let goals = [player.opponent_goal(), player.own_goal()].map(|goal| player.in_robot(goal));
-        let [first, second] = goals.map(|goal| goal.normalize_or(Vec2::X).x);
-        let goal = if first >= second { goals[0] } else { goals[1] };
-        return looking::look_along(angle_of(goal));
+    if now < memory.glance_until_s
+        && let Some(post) = post_to_look_at(player)
+    {
+        return looking::look_at(post);
     }
     looking::look_at(ball)
+}
+
+/// The goal post (m, robot frame) for which the head turns least, of those that can be seen well.
+fn post_to_look_at(player: &Player) -> Option<Vec2> {
+    /// Further away, a post tells little, m.
+    const FAR_M: f32 = 6.0;
+    /// Nearer, its foot is hard to see, m.
+    const NEAR_M: f32 = 0.5;
+    /// The cosine of the greatest angle from the front, 115°: what the head reaches, less half of the image.
+    const REACH: f32 = -0.42;
+    let (x, y) = (player.pitch.goal_post_x(), player.pitch.goal.width_m / 2.0);
+    [Vec2::new(x, y), Vec2::new(x, -y), Vec2::new(-x, y), Vec2::new(-x, -y)]
+        .into_iter()
+        .filter_map(|post| {
+            let place = player.in_robot(post);
+            let distance = place.length();
+            let ahead = place.x / distance.max(NEAR_M);
+            (ahead > REACH && distance > NEAR_M && distance < FAR_M).then_some((ahead, place))
+        })
+        .max_by(|(first, _), (second, _)| first.total_cmp(second))
+        .map(|(_, place)| place)
 }

@@ -30,11 +30,6 @@ pub fn look_at(place: Vec2) -> HeadCommand {
     HeadCommand { yaw: angle_of(place), pitch: pitch.clamp(PITCH_RANGE[0], PITCH_RANGE[1]) }
 }
 
-/// Looks in a direction, radians from the front, at what stands up from the ground.
-pub fn look_along(yaw: f32) -> HeadCommand {
-    HeadCommand { yaw, pitch: 0.05 }
-}
-
 /// Looks everywhere, in turn: where at this time, s.
 pub fn search(time_s: f32) -> HeadCommand {
     let phase = (time_s / SEARCH_PERIOD_S).rem_euclid(1.0);
