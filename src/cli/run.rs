@@ -32,7 +32,7 @@ pub struct RunArguments {
     #[arg(long)]
     pub seed: Option<u64>,
     /// Stop after this many simulated seconds
-    #[arg(long, value_name = "S", value_parser = positive_seconds)]
+    #[arg(long, value_name = "S", value_parser = positive_seconds, allow_negative_numbers = true)]
     pub duration: Option<f32>,
     /// Write a trace: a .jsonl file, .jsonl.zst for a compressed one, - for standard output
     #[arg(long, value_name = "FILE")]
@@ -122,7 +122,7 @@ fn run_to_the_end(world: &mut World, scenario: &Scenario, interrupted: &AtomicBo
     let mut outcome = Outcome { reason: EndReason::Duration, goals: Vec::new(), broken_invariants: Vec::new() };
     loop {
         let cycle = world.resource::<CycleClock>().cycle;
-        if cycle % CYCLES_PER_PROGRESS == 0 {
+        if cycle.is_multiple_of(CYCLES_PER_PROGRESS) {
             progress.set_position((cycle as f64 * period_s) as u64);
         }
         if world.resource::<Game>().state == crate::referee::GameState::Finished {

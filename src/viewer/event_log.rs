@@ -68,7 +68,7 @@ fn describe(event: &MatchEvent) -> Option<(Option<Team>, bool, String)> {
             };
             (Some(robot.team), false, format!("{robot} {kick}{result}"))
         }
-        MatchEvent::Goal { team, scorer, own_goal } => {
+        MatchEvent::Goal { team, scorer, own_goal, .. } => {
             let by = match scorer {
                 Some(robot) if *own_goal => format!(", own goal by {robot}"),
                 Some(robot) => format!(" by {robot}"),
@@ -109,13 +109,14 @@ pub(super) fn reason_name(reason: PenaltyReason) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::referee::Evidence;
     use crate::robot::RobotId;
 
     #[test]
     fn goals_are_named_after_their_scorers() {
         let scorer = Some(RobotId::new(Team::Pink, 2));
         let text =
-            |team, own_goal| describe(&MatchEvent::Goal { team, scorer, own_goal }).map(|(team, _, text)| (team, text));
+            |team, own_goal| describe(&MatchEvent::Goal { team, scorer, own_goal, evidence: Evidence::default() }).map(|(team, _, text)| (team, text));
         assert_eq!(text(Team::Pink, false), Some((Some(Team::Pink), "Goal for pink by pink2".to_owned())));
         assert_eq!(text(Team::Blue, true), Some((Some(Team::Blue), "Goal for blue, own goal by pink2".to_owned())));
     }

@@ -180,11 +180,11 @@ fn net_lines(panels: &[[Vec3; 4]]) -> Mesh {
         let down = (b.distance(*c).max(d.distance(*a)) / NET_MESH).round().max(1.0) as u32;
         for step in 0..=across {
             let share = step as f32 / across as f32;
-            ends.extend([a.lerp(*b, share), d.lerp(*c, share)].map(Vec3::to_array));
+            ends.extend([a.lerp(*b, share), d.lerp(*c, share)].map(|end| end.to_array()));
         }
         for step in 0..=down {
             let share = step as f32 / down as f32;
-            ends.extend([a.lerp(*d, share), b.lerp(*c, share)].map(Vec3::to_array));
+            ends.extend([a.lerp(*d, share), b.lerp(*c, share)].map(|end| end.to_array()));
         }
     }
     let count = ends.len();

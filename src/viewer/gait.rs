@@ -8,7 +8,7 @@ use bevy::prelude::*;
 use core::f32::consts::{PI, TAU};
 
 use super::drive::DisplayFraction;
-use super::figure::{Figure, HIP, Leg, SHANK, THIGH};
+use super::figure::{Figure, Leg, SHANK, THIGH};
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
 use crate::events::{CycleEvents, KickResult, MatchEvent};
 use crate::geometry::{Pose, unrotate};
@@ -183,6 +183,7 @@ fn move_leg(leg: &Leg, angles: LegAngles, aside: f32, transforms: &mut Query<&mu
 
 #[cfg(test)]
 mod tests {
+    use super::super::figure::HIP;
     use super::*;
 
     /// The ankle relative to the hip, by the rotations that are shown.

@@ -6,16 +6,22 @@ use super::kicking::{Aim, KickPlan, kick_now, stays_inside};
 use super::looking;
 use super::player::{Decision, Player, PlayerMemory};
 use super::walking::{BALL_CLEARANCE_M, approach};
+use crate::belief::BallBelief;
 use crate::geometry::unit;
 use crate::robot::head::HeadCommand;
-use crate::robot::kick::{KickRequest, KickType};
+use crate::robot::kick::{KickRequest, KickType, strike};
+use crate::robot::motion::WalkCommand;
 use crate::sensing::status::BodyStatus;
 
 /// An opponent nearer to the ball than this puts the attacker under pressure, m.
 const PRESSURE_DISTANCE_M: f32 = 0.5;
 /// How much less exact a kick may be under pressure.
 const PRESSURE_PATIENCE: f32 = 2.5;
-/// After lining up for so long, less exact kicks will do, s.
+/// Further away from the ball than this, an attacker faces it, m.
+const FACE_BALL_M: f32 = 0.7;
+/// Nearer to the ball than this, an attacker is at it, m.
+const AT_BALL_M: f32 = 0.5;
+/// After so long at the ball, less exact kicks will do, s.
 const PREPARATION_S: f32 = 4.0;
 /// The ball must have been seen within this time for a kick, s.
 const FRESH_BALL_S: f32 = 0.4;
@@ -29,13 +35,19 @@ const SHOT_RANGE_SHARE: f32 = 0.95;
 /// Goes for the ball and kicks it.
 pub fn attack(player: &Player, memory: &mut PlayerMemory) -> Decision {
     let Some(ball) = player.ball() else { return search(player, memory) };
+    memory.lost_since_s = None;
     let aim = choose_aim(player, memory, ball.position_m);
-    attack_towards(player, memory, &aim)
+    if let Some(kick) = kick_if_ready(player, memory, ball, &aim) {
+        memory.kick = None;
+        memory.at_ball_since_s = None;
+        return Decision { kick: Some(kick), intention: "kick", ..default() };
+    }
+    Decision { walk: line_up(player, memory, ball, &aim), intention: "attack", ..default() }
 }
 
 fn choose_aim(player: &Player, memory: &mut PlayerMemory, ball: Vec2) -> Aim {
     let aim = if memory.kick_off_since_s.is_some() && player.status.kick_off_team == player.id.team {
-        Aim::kick_off(ball, player.status.restarts % 2 == 0)
+        Aim::kick_off(ball, player.status.restarts.is_multiple_of(2))
     } else {
         let range_m = SHOT_RANGE_SHARE * player.kicks.range(KickType::LeftStraight).max_distance_m;
         Aim::choose(ball, &player.belief.opponents, player.pitch, range_m, memory.aim)
@@ -44,64 +56,56 @@ fn choose_aim(player: &Player, memory: &mut PlayerMemory, ball: Vec2) -> Aim {
     aim
 }
 
-/// Goes for the ball and kicks it where `aim` says.
-pub fn attack_towards(player: &Player, memory: &mut PlayerMemory, aim: &Aim) -> Decision {
-    let Some(ball) = player.ball() else { return search(player, memory) };
-    memory.lost_since_s = None;
-    let now = player.status.time_s;
-    let in_robot = player.in_robot(ball.position_m);
-    let opponent_distance = player.nearest_opponent(ball.position_m);
-    let free = matches!(player.body, BodyStatus::Standing | BodyStatus::Walking);
-    if free && ball.age_s < FRESH_BALL_S && ball.heard_from.is_none() {
-        let waited_s = memory.preparing_since_s.map_or(0.0, |since| now - since);
-        let patience =
-            if opponent_distance < PRESSURE_DISTANCE_M || waited_s > PREPARATION_S { PRESSURE_PATIENCE } else { 1.0 };
-        let kick = kick_now(in_robot, player.forward, aim, player.kicks, patience)
-            .or_else(|| emergency_kick(player, in_robot, opponent_distance));
-        if let Some(kick) = kick {
-            memory.kick = None;
-            memory.preparing_since_s = None;
-            return Decision { kick: Some(kick), intention: "kick", ..default() };
-        }
+/// The kick to make now, if the ball lies right for one. An opponent at the ball, or a long time there, makes do with
+/// less.
+fn kick_if_ready(player: &Player, memory: &PlayerMemory, ball: &BallBelief, aim: &Aim) -> Option<KickRequest> {
+    let is_free = matches!(player.body, BodyStatus::Standing | BodyStatus::Walking);
+    if !is_free || ball.age_s > FRESH_BALL_S || ball.heard_from.is_some() {
+        return None;
     }
-    let rolling = ball.velocity_mps.length_squared() > ROLLING_BALL_MPS * ROLLING_BALL_MPS;
-    let target = if rolling { ball.position_m + ball.velocity_mps * LEAD_S } else { ball.position_m };
-    let others = player.belief.opponents.iter().chain(&player.belief.team_mates).map(|robot| robot.position_m);
-    let plan = KickPlan::choose(target, aim, player.pose(), others, player.kicks, memory.kick);
+    let in_robot = player.in_robot(ball.position_m);
+    let waited_s = memory.at_ball_since_s.map_or(0.0, |since| player.status.time_s - since);
+    let hurried = waited_s > PREPARATION_S || player.nearest_opponent(ball.position_m) < PRESSURE_DISTANCE_M;
+    let patience = if hurried { PRESSURE_PATIENCE } else { 1.0 };
+    let kick = kick_now(in_robot, player.forward, aim, player.kicks, patience);
+    if kick.is_none() && hurried { emergency_kick(player, in_robot) } else { kick }
+}
+
+/// The step that brings the player to where it can kick the ball.
+fn line_up(player: &Player, memory: &mut PlayerMemory, ball: &BallBelief, aim: &Aim) -> WalkCommand {
+    let distance_squared = player.position().distance_squared(ball.position_m);
+    if distance_squared > AT_BALL_M * AT_BALL_M {
+        memory.at_ball_since_s = None;
+    } else if memory.at_ball_since_s.is_none() {
+        memory.at_ball_since_s = Some(player.status.time_s);
+    }
+    let rolls = ball.velocity_mps.length_squared() > ROLLING_BALL_MPS * ROLLING_BALL_MPS;
+    let meeting_place = if rolls { ball.position_m + ball.velocity_mps * LEAD_S } else { ball.position_m };
+    let mut obstacles = player.obstacles();
+    let plan = KickPlan::choose(meeting_place, aim, player.pose(), &obstacles, player.kicks, memory.kick);
     memory.kick = Some(plan.kick_type);
     let (place, last_stretch) = approach(player.position(), player.forward, plan.position, plan.facing);
     if last_stretch {
-        memory.preparing_since_s.get_or_insert(now);
-    } else if in_robot.length_squared() > 0.5 * 0.5 {
-        memory.preparing_since_s = None;
+        return player.walk_to(place, plan.facing, &obstacles);
     }
-    let mut obstacles = player.obstacles();
+    obstacles.add(ball.position_m, BALL_CLEARANCE_M);
     // Far away it is enough to face where the ball is; near it, where it shall go.
-    let walk = if last_stretch {
-        player.walk_to(place, plan.facing, &obstacles)
+    let facing = if distance_squared > FACE_BALL_M * FACE_BALL_M {
+        (ball.position_m - player.position()).normalize_or(plan.facing)
     } else {
-        obstacles.add(ball.position_m, BALL_CLEARANCE_M);
-        let facing = if in_robot.length_squared() > 0.7 * 0.7 {
-            (ball.position_m - player.position()).normalize_or(plan.facing)
-        } else {
-            plan.facing
-        };
-        player.walk_to(place, facing, &obstacles)
+        plan.facing
     };
-    Decision { walk, intention: "attack", ..default() }
+    player.walk_to(place, facing, &obstacles)
 }
 
-/// A kick for want of a better one: an opponent is at the ball and the ball lies before a foot.
-fn emergency_kick(player: &Player, ball_in_robot: Vec2, opponent_distance: f32) -> Option<KickRequest> {
-    if opponent_distance > PRESSURE_DISTANCE_M {
-        return None;
-    }
+/// A kick for want of a better one: to wherever the ball goes from where it lies before a foot, so that is forwards.
+fn emergency_kick(player: &Player, ball_in_robot: Vec2) -> Option<KickRequest> {
     let ball = player.position() + player.forward.rotate(ball_in_robot);
     KickType::ALL
         .into_iter()
         .filter(|kick_type| kick_type.admissible_rectangle().inflate(-0.004).contains(ball_in_robot))
         .filter_map(|kick_type| {
-            let strike = crate::robot::kick::strike(kick_type, ball_in_robot)?;
+            let strike = strike(kick_type, ball_in_robot)?;
             let direction = player.forward.rotate(strike.direction);
             // Past the opponents, forwards, and not over a line.
             let free = player.belief.opponents.iter().all(|opponent| {
@@ -128,7 +132,7 @@ pub fn search(player: &Player, memory: &mut PlayerMemory) -> Decision {
     let now = player.status.time_s;
     let since = *memory.lost_since_s.get_or_insert(now);
     memory.kick = None;
-    memory.preparing_since_s = None;
+    memory.at_ball_since_s = None;
     let head = Some(looking::search(now - since));
     let turn = if memory.lost_left { 1.0 } else { -1.0 };
     let searched_s = now - since;
@@ -150,24 +154,47 @@ pub fn search(player: &Player, memory: &mut PlayerMemory) -> Decision {
 pub fn watch(player: &Player, memory: &mut PlayerMemory) -> HeadCommand {
     /// A pose that was not confirmed for so long needs a look around, s.
     const OLD_POSE_S: f32 = 1.0;
-    /// How long a look around takes at most, s.
+    /// How long a look around takes, s.
     const GLANCE_S: f32 = 0.5;
     /// Between two looks around the ball is watched for so long, s.
     const WATCH_S: f32 = 1.5;
+    /// After so long, the robot looks around even if it thinks that it knows where it is, s.
+    const CHECK_S: f32 = 6.0;
     let now = player.status.time_s;
     let Some(ball) = player.belief.ball_in_robot() else { return looking::search(now) };
     memory.lost_left = ball.y > 0.0;
-    let pose_is_old = player.belief.pose_age_s > OLD_POSE_S;
-    if now > memory.glance_until_s && pose_is_old && now - memory.last_glance_s > WATCH_S {
+    let is_at_ball = ball.length_squared() < FACE_BALL_M * FACE_BALL_M;
+    let watched_s = now - memory.last_glance_s;
+    let is_lost = player.belief.pose_age_s > OLD_POSE_S && watched_s > WATCH_S;
+    if now > memory.glance_until_s && (is_lost || (!is_at_ball && watched_s > CHECK_S)) {
         memory.glance_until_s = now + GLANCE_S;
         memory.last_glance_s = now + GLANCE_S;
     }
-    if now < memory.glance_until_s && player.belief.pose_age_s > 0.1 {
-        // The goal that needs the lesser turn of the head.
-        let goals = [player.opponent_goal(), player.own_goal()].map(|goal| player.in_robot(goal));
-        let [first, second] = goals.map(|goal| goal.normalize_or(Vec2::X).x);
-        let goal = if first >= second { goals[0] } else { goals[1] };
-        return looking::look_along(crate::geometry::angle_of(goal));
+    if now < memory.glance_until_s
+        && let Some(post) = post_to_look_at(player)
+    {
+        return looking::look_at(post);
     }
     looking::look_at(ball)
+}
+
+/// The goal post (m, robot frame) for which the head turns least, of those that can be seen well.
+fn post_to_look_at(player: &Player) -> Option<Vec2> {
+    /// Further away, a post tells little, m.
+    const FAR_M: f32 = 6.0;
+    /// Nearer, its foot is hard to see, m.
+    const NEAR_M: f32 = 0.5;
+    /// The cosine of the greatest angle from the front, 115°: what the head reaches, less half of the image.
+    const REACH: f32 = -0.42;
+    let (x, y) = (player.pitch.goal_post_x(), player.pitch.goal.width_m / 2.0);
+    [Vec2::new(x, y), Vec2::new(x, -y), Vec2::new(-x, y), Vec2::new(-x, -y)]
+        .into_iter()
+        .filter_map(|post| {
+            let place = player.in_robot(post);
+            let distance = place.length();
+            let ahead = place.x / distance.max(NEAR_M);
+            (ahead > REACH && distance > NEAR_M && distance < FAR_M).then_some((ahead, place))
+        })
+        .max_by(|(first, _), (second, _)| first.total_cmp(second))
+        .map(|(_, place)| place)
 }

@@ -2,6 +2,7 @@
 
 use bevy::prelude::*;
 
+use super::walking::Obstacles;
 use crate::belief::RobotBelief;
 use crate::geometry::{Pose, unrotate};
 use crate::pitch::Pitch;
@@ -21,6 +22,10 @@ const GOAL_AIMS: [f32; 7] = [0.0, 0.17, -0.17, 0.34, -0.34, 0.5, -0.5];
 const AIM_PREFERENCE_M: f32 = 0.05;
 /// The direction of a pass or of a clearance may be off by this much: its sine.
 const PASS_TOLERANCE: f32 = 0.26;
+/// The same near the own goal, where it matters most that the ball gets away.
+const CLEARANCE_TOLERANCE: f32 = 0.6;
+/// Nearer to the own goal line than this, the ball is cleared, m.
+const CLEARANCE_DEPTH_M: f32 = 1.2;
 /// A ball that is passed stays this far from the lines, m.
 const LINE_MARGIN_M: f32 = 0.35;
 /// Advantage of the type of kick chosen before, s.
@@ -29,8 +34,8 @@ const KICK_PREFERENCE_S: f32 = 0.5;
 const SIDE_KICK_COST_S: f32 = 0.6;
 /// What a place next to which another robot stands is worse by, s.
 const OCCUPIED_COST_S: f32 = 2.5;
-/// Nearer to another robot than this, a place is taken, m.
-const OCCUPIED_DISTANCE_M: f32 = 0.3;
+/// A place is taken if it is in an obstacle's circle reduced to this share.
+const OCCUPIED_SHARE: f32 = 0.8;
 
 /// Where the ball should go.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -106,7 +111,8 @@ impl Aim {
             (room - 0.15 + preference(aim.direction), aim)
         });
         let (_, aim) = wings.into_iter().fold(ahead, |best, wing| if wing.0 > best.0 { wing } else { best });
-        aim
+        let must_clear = ball.x < CLEARANCE_DEPTH_M - pitch.half_length();
+        Self { tolerance: if must_clear { CLEARANCE_TOLERANCE } else { aim.tolerance }, ..aim }
     }
 
     /// A gentle first touch at the own kick-off, to the side on which `left` is: a direct shot would be no play.
@@ -124,7 +130,8 @@ fn room_along(ball: Vec2, direction: Vec2, distance_m: f32, opponents: &[RobotBe
             let offset = opponent.position_m - ball;
             let along = direction.dot(offset);
             let across = direction.perp_dot(offset).abs();
-            (along > 0.0 && along < distance_m + 0.2).then(|| across - BLOCKED_HALF_WIDTH_M - BLOCKED_PER_METRE * along)
+            (along > 0.0 && along < distance_m + 0.2)
+                .then_some(across - BLOCKED_HALF_WIDTH_M - BLOCKED_PER_METRE * along)
         })
         .fold(ENOUGH_ROOM_M, f32::min)
 }
@@ -165,7 +172,7 @@ impl KickPlan {
         ball: Vec2,
         aim: &Aim,
         own: Pose,
-        others: impl Iterator<Item = Vec2> + Clone,
+        obstacles: &Obstacles,
         kicks: &KickSettings,
         previous: Option<KickType>,
     ) -> Self {
@@ -186,8 +193,14 @@ impl KickPlan {
                     cost_s += 5.0;
                 }
             }
-            if others.clone().any(|other| other.distance_squared(position) < OCCUPIED_DISTANCE_M * OCCUPIED_DISTANCE_M)
-            {
+            // The place itself, and that from where the last stretch begins, must be free.
+            let taken = obstacles.iter().any(|obstacle| {
+                let least = OCCUPIED_SHARE * obstacle.radius_m;
+                [position, position - facing * 0.09]
+                    .into_iter()
+                    .any(|place| place.distance_squared(obstacle.centre) < least * least)
+            });
+            if taken {
                 cost_s += OCCUPIED_COST_S;
             }
             if previous == Some(kick_type) {

@@ -70,8 +70,8 @@ pub struct PlayerMemory {
     pub aim: Option<Vec2>,
     /// The kick that is being prepared.
     pub kick: Option<KickType>,
-    /// When the preparation of it began, s.
-    pub preparing_since_s: Option<f32>,
+    /// Since when it is at the ball, s.
+    pub at_ball_since_s: Option<f32>,
     /// Whether it is its turn to go for the ball.
     pub attacks: bool,
     /// When the ball was lost, s.
