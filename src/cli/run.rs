@@ -125,7 +125,7 @@ fn run_to_the_end(world: &mut World, scenario: &Scenario, interrupted: &AtomicBo
     let mut outcome = Outcome { reason: EndReason::Duration, goals: Vec::new(), broken_invariants: Vec::new() };
     loop {
         let cycle = world.resource::<CycleClock>().cycle;
-        if cycle % CYCLES_PER_PROGRESS == 0 {
+        if cycle.is_multiple_of(CYCLES_PER_PROGRESS) {
             progress.set_position((cycle as f64 * period_s) as u64);
         }
         if world.resource::<Game>().state == crate::referee::GameState::Finished {

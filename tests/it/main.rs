@@ -9,4 +9,5 @@ mod determinism;
 mod kicks;
 mod matches;
 mod scenario_files;
+mod sensing;
 mod support;

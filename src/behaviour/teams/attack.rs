@@ -47,7 +47,7 @@ pub fn attack(player: &Player, memory: &mut PlayerMemory) -> Decision {
 
 fn choose_aim(player: &Player, memory: &mut PlayerMemory, ball: Vec2) -> Aim {
     let aim = if memory.kick_off_since_s.is_some() && player.status.kick_off_team == player.id.team {
-        Aim::kick_off(ball, player.status.restarts % 2 == 0)
+        Aim::kick_off(ball, player.status.restarts.is_multiple_of(2))
     } else {
         let range_m = SHOT_RANGE_SHARE * player.kicks.range(KickType::LeftStraight).max_distance_m;
         Aim::choose(ball, &player.belief.opponents, player.pitch, range_m, memory.aim)

@@ -134,7 +134,8 @@ fn room_along(ball: Vec2, direction: Vec2, distance_m: f32, opponents: &[RobotBe
             let offset = opponent.position_m - ball;
             let along = direction.dot(offset);
             let across = direction.perp_dot(offset).abs();
-            (along > 0.0 && along < distance_m + 0.2).then(|| across - BLOCKED_HALF_WIDTH_M - BLOCKED_PER_METRE * along)
+            (along > 0.0 && along < distance_m + 0.2)
+                .then_some(across - BLOCKED_HALF_WIDTH_M - BLOCKED_PER_METRE * along)
         })
         .fold(ENOUGH_ROOM_M, f32::min)
 }
