@@ -266,8 +266,8 @@ mod tests {
         assert!(ball(3.0, 0.0).should_be_seen(0.0, 0.0));
         assert!(!ball(0.2, 0.0).should_be_seen(0.0, 0.0));
         assert!(ball(0.2, 0.0).should_be_seen(0.0, tilt));
-        assert!(!ball(1.0, 1.0).should_be_seen(0.0, 0.0));
-        assert!(ball(1.0, 1.0).should_be_seen(0.8, 0.0));
+        assert!(!ball(1.5, 1.5).should_be_seen(0.0, 0.0));
+        assert!(ball(1.5, 1.5).should_be_seen(0.8, 0.0));
         assert!(!ball(-1.0, 0.0).should_be_seen(0.0, 0.0));
     }
 }

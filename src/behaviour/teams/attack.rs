@@ -2,14 +2,14 @@
 
 use bevy::prelude::*;
 
-use super::kicking::{Aim, KickPlan, kick_now, stays_inside};
+use super::kicking::{Aim, BallAtFeet, KickPlan, any_kick, kick_now};
 use super::looking;
 use super::player::{Decision, Player, PlayerMemory};
 use super::walking::{BALL_CLEARANCE_M, approach};
 use crate::belief::BallBelief;
 use crate::geometry::unit;
 use crate::robot::head::HeadCommand;
-use crate::robot::kick::{KickRequest, KickType, strike};
+use crate::robot::kick::{KickRequest, KickType};
 use crate::robot::motion::WalkCommand;
 use crate::sensing::status::BodyStatus;
 
@@ -63,12 +63,17 @@ fn kick_if_ready(player: &Player, memory: &PlayerMemory, ball: &BallBelief, aim:
     if !is_free || ball.age_s > FRESH_BALL_S || ball.heard_from.is_some() {
         return None;
     }
-    let in_robot = player.in_robot(ball.position_m);
     let waited_s = memory.at_ball_since_s.map_or(0.0, |since| player.status.time_s - since);
     let hurried = waited_s > PREPARATION_S || player.nearest_opponent(ball.position_m) < PRESSURE_DISTANCE_M;
     let patience = if hurried { PRESSURE_PATIENCE } else { 1.0 };
-    let kick = kick_now(in_robot, player.forward, aim, player.kicks, patience);
-    if kick.is_none() && hurried { emergency_kick(player, in_robot) } else { kick }
+    let at_feet =
+        BallAtFeet { place: ball.position_m, in_robot: player.in_robot(ball.position_m), forward: player.forward };
+    let kick = kick_now(at_feet, aim, player.kicks, player.pitch, patience);
+    if kick.is_none() && hurried {
+        any_kick(at_feet, &player.belief.opponents, player.kicks, player.pitch)
+    } else {
+        kick
+    }
 }
 
 /// The step that brings the player to where it can kick the ball.
@@ -96,29 +101,6 @@ fn line_up(player: &Player, memory: &mut PlayerMemory, ball: &BallBelief, aim: &
         plan.facing
     };
     player.walk_to(place, facing, &obstacles)
-}
-
-/// A kick for want of a better one: to wherever the ball goes from where it lies before a foot, so that is forwards.
-fn emergency_kick(player: &Player, ball_in_robot: Vec2) -> Option<KickRequest> {
-    let ball = player.position() + player.forward.rotate(ball_in_robot);
-    KickType::ALL
-        .into_iter()
-        .filter(|kick_type| kick_type.admissible_rectangle().inflate(-0.004).contains(ball_in_robot))
-        .filter_map(|kick_type| {
-            let strike = strike(kick_type, ball_in_robot)?;
-            let direction = player.forward.rotate(strike.direction);
-            // Past the opponents, forwards, and not over a line.
-            let free = player.belief.opponents.iter().all(|opponent| {
-                let offset = opponent.position_m - ball;
-                offset.length_squared() > 0.8 * 0.8
-                    || direction.dot(offset) < 0.0
-                    || direction.perp_dot(offset).abs() > 0.2
-            });
-            let worth = direction.x;
-            (free && worth > -0.2 && stays_inside(ball, direction, 0.8, player.pitch)).then_some((worth, kick_type))
-        })
-        .max_by(|(first, _), (second, _)| first.total_cmp(second))
-        .map(|(_, kick_type)| KickRequest { kick_type, speed: 0.8 })
 }
 
 /// Looks for the ball: turns around towards where it was lost, then walks from place to place.
@@ -197,4 +179,93 @@ fn post_to_look_at(player: &Player) -> Option<Vec2> {
         })
         .max_by(|(first, _), (second, _)| first.total_cmp(second))
         .map(|(_, place)| place)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::behaviour::teams::player::tests::{Situation, after_decision};
+    use crate::geometry::Pose;
+    use crate::robot::body::BodyBounds;
+
+    const BALL_RADIUS_M: f32 = 0.03;
+
+    #[test]
+    fn from_all_around_the_ball_is_reached_without_a_touch_and_kicked_at_the_goal() {
+        for index in 0..24 {
+            let angle = index as f32 * 0.26;
+            let ball = Vec2::new(0.8, -0.4);
+            let start = ball + unit(angle) * (0.35 + 0.05 * index as f32);
+            let mut situation = Situation::new(Pose { position: start, heading: 2.0 * angle }, ball);
+            let mut memory = PlayerMemory::default();
+            let mut kick = None;
+            for _ in 0..30 * 20 {
+                let decision = attack(&situation.player(), &mut memory);
+                kick = decision.kick;
+                if kick.is_some() {
+                    break;
+                }
+                situation.belief.pose = after_decision(situation.belief.pose, &decision);
+                let base = BodyBounds::default().base.footprint(situation.belief.pose);
+                let gap = base.signed_distance(ball).0 - BALL_RADIUS_M;
+                assert!(gap > 0.0, "start {index}: touches the ball at {:?}", situation.belief.pose);
+                situation.status.time_s += situation.period;
+            }
+            let kick = kick.unwrap_or_else(|| panic!("start {index}: no kick within 20 s"));
+            let in_robot = situation.belief.ball_in_robot().unwrap();
+            let strike = crate::robot::kick::strike(kick.kick_type, in_robot).unwrap();
+            let direction = situation.belief.pose.forward().rotate(strike.direction);
+            let y = ball.y + direction.y / direction.x * (3.0 - ball.x);
+            assert!(direction.x > 0.0 && y.abs() < 0.62, "start {index}: crosses the goal line at {y}");
+        }
+    }
+
+    #[test]
+    fn an_unseen_or_heard_ball_is_not_kicked_and_neither_is_one_while_recovering() {
+        let kicks = |change: fn(&mut Situation)| {
+            let mut situation = Situation::new(Pose::new(-0.17, -0.05, 0.0), Vec2::ZERO);
+            change(&mut situation);
+            attack(&situation.player(), &mut PlayerMemory::default()).kick.is_some()
+        };
+        assert!(kicks(|_| {}));
+        assert!(!kicks(|situation| situation.belief.ball.as_mut().unwrap().age_s = 1.0));
+        assert!(!kicks(|situation| {
+            situation.belief.ball.as_mut().unwrap().heard_from =
+                Some(crate::robot::RobotId::new(crate::robot::Team::Blue, 3));
+        }));
+        assert!(!kicks(|situation| situation.body = BodyStatus::Recovering));
+    }
+
+    #[test]
+    fn the_own_kick_off_is_no_shot() {
+        let mut situation = Situation::new(Pose::new(-0.3, 0.0, 0.0), Vec2::ZERO);
+        let mut memory = PlayerMemory { kick_off_since_s: Some(0.0), ..default() };
+        for _ in 0..300 {
+            let decision = attack(&situation.player(), &mut memory);
+            if let Some(kick) = decision.kick {
+                // 1.06 m: not nearly to the goal, 3 m away.
+                assert!(kick.speed < 0.6, "{kick:?}");
+                return;
+            }
+            situation.belief.pose = after_decision(situation.belief.pose, &decision);
+        }
+        panic!("no kick within 10 s");
+    }
+
+    #[test]
+    fn a_lost_ball_is_searched_all_around() {
+        let mut situation = Situation::new(Pose::default(), Vec2::ZERO);
+        situation.belief.ball = None;
+        let mut memory = PlayerMemory::default();
+        let mut turned = 0.0;
+        for _ in 0..30 * 8 {
+            let decision = search(&situation.player(), &mut memory);
+            turned += decision.walk.dtheta.abs();
+            assert!(decision.head.is_some());
+            situation.belief.pose = after_decision(situation.belief.pose, &decision);
+            situation.status.time_s += situation.period;
+        }
+        // 40 % of 90 degrees per second for 8 s are 288 degrees; the head adds 100 to either side.
+        assert!(turned > 4.5, "{turned}");
+    }
 }
