@@ -115,8 +115,10 @@ mod tests {
     #[test]
     fn goals_are_named_after_their_scorers() {
         let scorer = Some(RobotId::new(Team::Pink, 2));
-        let text =
-            |team, own_goal| describe(&MatchEvent::Goal { team, scorer, own_goal, evidence: Evidence::default() }).map(|(team, _, text)| (team, text));
+        let text = |team, own_goal| {
+            describe(&MatchEvent::Goal { team, scorer, own_goal, evidence: Evidence::default() })
+                .map(|(team, _, text)| (team, text))
+        };
         assert_eq!(text(Team::Pink, false), Some((Some(Team::Pink), "Goal for pink by pink2".to_owned())));
         assert_eq!(text(Team::Blue, true), Some((Some(Team::Blue), "Goal for blue, own goal by pink2".to_owned())));
     }
