@@ -15,7 +15,7 @@ use crate::ball::Ball;
 use crate::pitch::Pitch;
 
 /// Vertical angle of view, radians.
-const FIELD_OF_VIEW: f32 = 0.66;
+const FIELD_OF_VIEW: f32 = 0.5;
 /// How fast the camera goes where it should, 1/s.
 const EASING_PER_S: f32 = 8.0;
 /// Turn for a drag of one pixel, radians.
@@ -92,17 +92,17 @@ impl Viewpoint {
         let carpet = pitch.carpet_half_extents();
         match preset {
             ViewPreset::Broadcast => {
-                let elevation = 0.62;
+                let elevation = 0.6;
                 let half_length = pitch.half_length() + 0.5 * (pitch.border_m + pitch.goal.depth_m);
                 // The side line in front is nearer than the middle, and what is nearer looks longer.
                 let distance = half_length / (per_distance * aspect) + pitch.half_width() * ops::cos(elevation);
                 Self { focus: Vec3::new(0.0, -0.1, 0.0), azimuth: 0.0, elevation, distance }
             }
             ViewPreset::TopDown => {
-                let distance = (carpet.x / (per_distance * aspect)).max(1.12 * carpet.y / per_distance);
+                let distance = (carpet.x / (per_distance * aspect)).max(1.25 * carpet.y / per_distance);
                 Self { focus: Vec3::ZERO, azimuth: 0.0, elevation: STEEPEST, distance }
             }
-            ViewPreset::FollowBall => Self { focus: Vec3::ZERO, azimuth: 0.0, elevation: 0.4, distance: 2.4 },
+            ViewPreset::FollowBall => Self { focus: Vec3::ZERO, azimuth: 0.0, elevation: 0.4, distance: 3.2 },
         }
     }
 

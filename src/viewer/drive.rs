@@ -13,7 +13,7 @@ use std::time::Instant;
 use super::event_log::EventLog;
 use crate::cycle::{CycleClock, run_cycle};
 use crate::referee::{Game, GameState};
-use crate::scenario::Scenario;
+use crate::scenario::{Scenario, ScenarioFile};
 use crate::simulation;
 
 /// The part of a frame that is spent on cycles when they go as fast as possible.
@@ -56,6 +56,8 @@ pub enum ViewerCommand {
     Restart,
     /// From the start, with the next seed.
     RestartWithNextSeed,
+    /// The built-in scenario of this name, from the start.
+    Load(&'static str),
 }
 
 /// How fast the match is shown.
@@ -168,6 +170,10 @@ fn obey_commands(world: &mut World) {
             ViewerCommand::SetSpeed(wanted) => set_speed(world, |_| wanted),
             ViewerCommand::Restart => restart(world, 0),
             ViewerCommand::RestartWithNextSeed => restart(world, 1),
+            ViewerCommand::Load(name) => match ScenarioFile::named(name) {
+                Ok(file) => start(world, &file.scenario),
+                Err(error) => world.resource_mut::<Playback>().problem = Some(error.to_string()),
+            },
         }
     }
 }
@@ -180,7 +186,12 @@ fn set_speed(world: &mut World, choose: impl FnOnce(Speed) -> Speed) {
 fn restart(world: &mut World, seed_step: u64) {
     let Some(mut scenario) = world.get_resource::<Scenario>().cloned() else { return };
     scenario.seed = scenario.seed.wrapping_add(seed_step);
-    let problem = simulation::start_match(world, &scenario).err().map(|fault| fault.to_string());
+    start(world, &scenario);
+}
+
+/// Starts a match in place of the present one, or says why not.
+fn start(world: &mut World, scenario: &Scenario) {
+    let problem = simulation::start_match(world, scenario).err().map(|fault| fault.to_string());
     if problem.is_none() {
         world.resource_mut::<EventLog>().clear();
         *world.resource_mut::<DisplayFraction>() = DisplayFraction(1.0);
@@ -342,6 +353,21 @@ mod tests {
         app.update();
         assert_eq!(app.world().resource::<Scenario>().seed, 8);
         assert!(app.robot_pose(RobotId::new(Team::Blue, 1)).is_some());
+    }
+
+    #[test]
+    fn another_scenario_can_be_loaded() {
+        let mut app = app();
+        frames(&mut app, 10);
+        app.world_mut().write_message(ViewerCommand::Load("match3v3"));
+        app.update();
+        assert_eq!(app.world().resource::<Scenario>().name, "match3v3");
+        assert!(app.robot_pose(RobotId::new(Team::Pink, 3)).is_some());
+        // What cannot be loaded changes nothing, and is said.
+        app.world_mut().write_message(ViewerCommand::Load("nothing"));
+        app.update();
+        assert_eq!(app.world().resource::<Scenario>().name, "match3v3");
+        assert!(app.world().resource::<Playback>().problem.is_some());
     }
 
     #[test]

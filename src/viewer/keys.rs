@@ -98,9 +98,9 @@ const fn with_shift(binding: Binding) -> Binding {
 /// All keys.
 pub const BINDINGS: &[Binding] = &[
     binding(KeyCode::Space, "Space", "Pause, go on", Action::Command(ViewerCommand::TogglePause)),
-    binding(KeyCode::ArrowRight, "→", "One cycle", Action::Command(ViewerCommand::Step)),
-    binding(KeyCode::ArrowUp, "↑", "Faster", Action::Command(ViewerCommand::Faster)),
-    binding(KeyCode::ArrowDown, "↓", "Slower", Action::Command(ViewerCommand::Slower)),
+    binding(KeyCode::ArrowRight, "Right", "One cycle", Action::Command(ViewerCommand::Step)),
+    binding(KeyCode::ArrowUp, "Up", "Faster", Action::Command(ViewerCommand::Faster)),
+    binding(KeyCode::ArrowDown, "Down", "Slower", Action::Command(ViewerCommand::Slower)),
     binding(KeyCode::KeyR, "R", "Same match from the start", Action::Command(ViewerCommand::Restart)),
     with_shift(binding(
         KeyCode::KeyR,

@@ -7,6 +7,7 @@ use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 use super::camera::ViewerCamera;
 use super::keys::Shown;
 use super::palette;
+use super::panels::text_size;
 use crate::referee::Penalty;
 use crate::robot::RobotId;
 
@@ -36,7 +37,7 @@ fn draw_labels(
         // A robot behind the camera has no place in the picture.
         let Ok(place) = camera.world_to_viewport(camera_transform, transform.transform_point(HEIGHT)) else { continue };
         let colour = palette::in_panel(palette::team(id.team));
-        let text = painter.layout_no_wrap(id.to_string(), FontId::proportional(12.0), Color32::WHITE);
+        let text = painter.layout_no_wrap(id.to_string(), FontId::proportional(text_size::ENTRY), Color32::WHITE);
         let area = Align2::CENTER_CENTER.anchor_size(Pos2::new(place.x, place.y), text.size());
         painter.rect_filled(area.expand2(egui::vec2(5.0, 1.5)), 7.0, colour.gamma_multiply(0.85));
         painter.galley(area.min, text, Color32::WHITE);

@@ -73,7 +73,7 @@ impl PluginGroup for ViewerPlugins {
             })
             // Otherwise the parts of the scene pop in one by one while their pipelines are compiled.
             .set(RenderPlugin { synchronous_pipeline_compilation: true, ..default() })
-            .set(LogPlugin { filter: "warn".to_owned(), ..default() })
+            .set(LogPlugin { filter: "warn,winit=error,bevy_egui=error".to_owned(), ..default() })
             .add(EguiPlugin::default())
             .add(drive::DrivePlugin)
             .add(event_log::EventLogPlugin)

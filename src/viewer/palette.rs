@@ -13,13 +13,13 @@ pub const SKY: Color = Color::srgb(0.67, 0.78, 0.89);
 /// The floor of the hall.
 pub const FLOOR: Color = Color::srgb(0.44, 0.45, 0.46);
 /// The carpet.
-pub const CARPET: Color = Color::srgb(0.10, 0.42, 0.17);
+pub const CARPET: Color = Color::srgb(0.13, 0.40, 0.19);
 /// Lines and nets.
-pub const CHALK: Color = Color::srgb(0.94, 0.95, 0.93);
+pub const CHALK: Color = Color::srgb(0.90, 0.91, 0.90);
 /// The ball: the orange of a street hockey ball (2010 rule book, section 1.4).
 pub const BALL: Color = Color::srgb(1.0, 0.42, 0.05);
 /// The plastic of a NAO.
-pub const SHELL: Color = Color::srgb(0.86, 0.87, 0.88);
+pub const SHELL: Color = Color::srgb(0.80, 0.81, 0.83);
 /// Its joints.
 pub const JOINT: Color = Color::srgb(0.20, 0.21, 0.23);
 /// Its eyes.

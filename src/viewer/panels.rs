@@ -1,7 +1,7 @@
 //! Score, clock and state, controls, events, help.
 
 use bevy::prelude::*;
-use bevy_egui::egui::{self, Align2, Color32, CornerRadius, Frame, Margin, RichText};
+use bevy_egui::egui::{self, Align2, Color32, CornerRadius, FontId, Frame, Margin, RichText};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 use super::drive::{Playback, Speed, ViewerCommand, is_over};
@@ -11,12 +11,15 @@ use super::palette;
 use crate::cycle::CycleClock;
 use crate::referee::{Game, GameState, Penalty};
 use crate::robot::{RobotId, Team};
-use crate::scenario::Scenario;
+use crate::scenario::{LIBRARY, Scenario};
 
 /// Entries of the event list that are shown.
 const EVENTS_SHOWN: usize = 12;
 /// Distance of the panels from the window's edge, logical pixels.
 const MARGIN: f32 = 10.0;
+
+/// Height of the score, logical pixels.
+const SCORE_HEIGHT: f32 = 30.0;
 
 /// The panels.
 pub struct PanelsPlugin;
@@ -26,6 +29,7 @@ impl Plugin for PanelsPlugin {
         app.add_systems(
             EguiPrimaryContextPass,
             (
+                load_letters.run_if(run_once),
                 show_score,
                 show_controls,
                 show_events.run_if(|shown: Res<Shown>| shown.events),
@@ -36,10 +40,38 @@ impl Plugin for PanelsPlugin {
     }
 }
 
+/// The colour of the panels' background.
+const PANEL: Color32 = Color32::from_rgb(20, 24, 31);
+
+/// Sizes of the panels' text, logical pixels.
+pub(super) mod text_size {
+    pub const SMALL: f32 = 11.5;
+    pub const ENTRY: f32 = 12.5;
+    pub const IMPORTANT: f32 = 14.0;
+    pub const BUTTON: f32 = 16.0;
+    pub const TEAM: f32 = 17.0;
+    pub const TITLE: f32 = 18.0;
+    pub const SCORE: f32 = 24.0;
+    pub const ALL: [f32; 7] = [SMALL, ENTRY, IMPORTANT, BUTTON, TEAM, TITLE, SCORE];
+}
+
+/// A letter is missing in the first frame that has it; this is that frame, for all of them.
+fn load_letters(mut contexts: EguiContexts) -> Result {
+    let ctx = contexts.ctx_mut()?;
+    let letters: String = (' '..='~').chain("×−▶⏸⏭⟲🎲⛔".chars()).collect();
+    let of_style = ctx.global_style().text_styles.values().cloned().collect::<Vec<_>>();
+    let fonts = text_size::ALL.into_iter().flat_map(|size| [FontId::proportional(size), FontId::monospace(size)]);
+    let painter = ctx.layer_painter(egui::LayerId::background());
+    for font in fonts.chain(of_style) {
+        let _loaded = painter.layout_no_wrap(letters.clone(), font, Color32::WHITE);
+    }
+    Ok(())
+}
+
 /// The background of all panels.
 fn card() -> Frame {
     Frame::NONE
-        .fill(Color32::from_rgba_unmultiplied(18, 22, 28, 215))
+        .fill(PANEL.gamma_multiply(0.86))
         .corner_radius(CornerRadius::same(8))
         .inner_margin(Margin::symmetric(12, 8))
 }
@@ -76,13 +108,15 @@ fn show_score(
         card().show(ui, |ui| {
             ui.vertical_centered(|ui| {
                 ui.horizontal(|ui| {
+                    // As high as the highest, so that all are on one line.
+                    ui.set_min_height(SCORE_HEIGHT);
                     band(ui, Team::Blue);
-                    ui.label(bright(&names[0]).size(17.0));
+                    ui.label(bright(&names[0]).size(text_size::TEAM));
                     ui.add_space(4.0);
                     let score = format!("{} : {}", game.score.blue, game.score.pink);
-                    ui.label(bright(score).size(24.0).strong());
+                    ui.label(bright(score).size(text_size::SCORE).strong());
                     ui.add_space(4.0);
-                    ui.label(bright(&names[1]).size(17.0));
+                    ui.label(bright(&names[1]).size(text_size::TEAM));
                     band(ui, Team::Pink);
                 });
                 let text = match game.time_left_s(&clock) {
@@ -120,7 +154,7 @@ fn show_controls(
             }
             ui.horizontal(|ui| {
                 let button = |ui: &mut egui::Ui, text: &str, hint: &str| {
-                    ui.add(egui::Button::new(bright(text).size(16.0)).min_size(egui::vec2(34.0, 26.0)))
+                    ui.add(egui::Button::new(bright(text).size(text_size::BUTTON)).min_size(egui::vec2(34.0, 26.0)))
                         .on_hover_text(hint)
                         .clicked()
                 };
@@ -128,15 +162,15 @@ fn show_controls(
                 if button(ui, pause, hint) {
                     send(Action::Command(ViewerCommand::TogglePause));
                 }
-                if button(ui, "⏭", "One cycle (→)") {
+                if button(ui, "⏭", "One cycle (Right)") {
                     send(Action::Command(ViewerCommand::Step));
                 }
                 ui.separator();
-                if button(ui, "−", "Slower (↓)") {
+                if button(ui, "−", "Slower (Down)") {
                     send(Action::Command(ViewerCommand::Slower));
                 }
                 choose_speed(ui, &playback, |speed| send(Action::Command(ViewerCommand::SetSpeed(speed))));
-                if button(ui, "+", "Faster (↑)") {
+                if button(ui, "+", "Faster (Up)") {
                     send(Action::Command(ViewerCommand::Faster));
                 }
                 ui.separator();
@@ -151,6 +185,7 @@ fn show_controls(
                     send(Action::Toggle(Switch::Help));
                 }
                 ui.separator();
+                choose_scenario(ui, scenario.as_deref(), |name| send(Action::Command(ViewerCommand::Load(name))));
                 ui.label(dim(status(&playback, &clock, scenario.as_deref())));
             });
         });
@@ -171,13 +206,21 @@ fn choose_speed(ui: &mut egui::Ui, playback: &Playback, mut choose: impl FnMut(S
     );
 }
 
-/// Where the match is, which one it is, and how fast it goes.
+fn choose_scenario(ui: &mut egui::Ui, scenario: Option<&Scenario>, mut choose: impl FnMut(&'static str)) {
+    let current = scenario.map(|scenario| scenario.name.as_str()).unwrap_or_default();
+    egui::ComboBox::from_id_salt("scenario").width(150.0).selected_text(bright(current)).show_ui(ui, |ui| {
+        for entry in LIBRARY {
+            if ui.selectable_label(entry.name == current, entry.name).clicked() {
+                choose(entry.name);
+            }
+        }
+    });
+}
+
+/// Where the match is and how fast it goes.
 fn status(playback: &Playback, clock: &CycleClock, scenario: Option<&Scenario>) -> String {
     let mut parts = Vec::new();
     if let Some(scenario) = scenario {
-        if !scenario.name.is_empty() {
-            parts.push(scenario.name.clone());
-        }
         parts.push(format!("seed {}", scenario.seed));
     }
     parts.push(format!("{:.1} s", clock.end_time_s()));
@@ -206,10 +249,13 @@ fn show_events(
             }
             for entry in log.iter().rev().take(EVENTS_SHOWN) {
                 ui.horizontal(|ui| {
-                    ui.label(dim(minutes(entry.time_s as f32)).monospace().size(11.5));
+                    ui.label(dim(minutes(entry.time_s as f32)).monospace().size(text_size::SMALL));
                     let colour = entry.team.map_or(Color32::from_gray(225), team_colour);
-                    let text = RichText::new(&entry.text).color(colour).size(12.5);
-                    ui.add(egui::Label::new(if entry.important { text.strong().size(14.0) } else { text }).wrap());
+                    let text = RichText::new(&entry.text).color(colour).size(text_size::ENTRY);
+                    ui.add(
+                        egui::Label::new(if entry.important { text.strong().size(text_size::IMPORTANT) } else { text })
+                            .wrap(),
+                    );
                 });
             }
         });
@@ -219,8 +265,8 @@ fn show_events(
 
 fn show_help(mut contexts: EguiContexts, mut actions: MessageWriter<Action>) -> Result {
     panel("help", Align2::CENTER_CENTER, [0.0, 0.0]).show(contexts.ctx_mut()?, |ui| {
-        card().inner_margin(Margin::same(18)).show(ui, |ui| {
-            ui.label(bright("Keys").size(18.0).strong());
+        card().fill(PANEL.to_opaque()).inner_margin(Margin::same(18)).show(ui, |ui| {
+            ui.label(bright("Keys").size(text_size::TITLE).strong());
             ui.add_space(6.0);
             egui::Grid::new("keys").num_columns(2).spacing([24.0, 5.0]).show(ui, |ui| {
                 let keys = BINDINGS.iter().map(|binding| (binding.name, binding.description));

@@ -28,7 +28,7 @@ impl Plugin for StagePlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<PitchRoot>()
             .insert_resource(ClearColor(palette::SKY))
-            .insert_resource(GlobalAmbientLight { brightness: 450.0, color: palette::SKY, ..default() })
+            .insert_resource(GlobalAmbientLight { brightness: 700.0, color: palette::SKY, ..default() })
             .insert_resource(DirectionalLightShadowMap { size: 2048 })
             .add_observer(enter_stage)
             .add_systems(Startup, (light_stage, lay_floor))
@@ -56,7 +56,7 @@ fn light_stage(mut commands: Commands, root: Res<PitchRoot>) {
     let shadows = CascadeShadowConfigBuilder { num_cascades: 2, maximum_distance: 20.0, ..default() };
     commands.spawn((
         ChildOf(root.0),
-        DirectionalLight { illuminance: 7_500.0, shadow_maps_enabled: true, ..default() },
+        DirectionalLight { illuminance: 4_800.0, shadow_maps_enabled: true, ..default() },
         shadows.build(),
         Transform::from_xyz(-3.0, -4.0, 9.0).looking_at(Vec3::ZERO, Vec3::Z),
     ));
