@@ -16,6 +16,7 @@ use crate::robot::kick::{KickRequest, KickSettings};
 use crate::robot::motion::MotionLimits;
 use crate::robot::{RobotId, Team};
 use crate::sensing::camera::CameraSettings;
+use crate::sensing::fidelity::Fidelities;
 use crate::sensing::odometry::OdometrySettings;
 use crate::sensing::sonar::SonarSettings;
 use crate::sensing::vision::VisionSettings;
@@ -47,6 +48,9 @@ pub struct Scenario {
     pub kicks: KickSettings,
     /// How robots turn their heads, unless they say otherwise.
     pub head: HeadLimits,
+    /// How true the sensors are, in a word, unless a robot says otherwise.
+    #[serde(skip_serializing_if = "Fidelities::is_unset")]
+    pub fidelity: Fidelities,
     /// The sonars, unless a robot says otherwise.
     pub sonar: SonarSettings,
     /// The cameras.
@@ -79,6 +83,7 @@ impl Default for Scenario {
             motion: MotionLimits::default(),
             kicks: KickSettings::default(),
             head: HeadLimits::default(),
+            fidelity: Fidelities::default(),
             sonar: SonarSettings::default(),
             cameras: CameraSettings::default(),
             vision: VisionSettings::default(),
@@ -98,6 +103,11 @@ impl Scenario {
     /// When the match is over at the latest, s; none where the final whistle ends it.
     pub fn end_s(&self) -> Option<f32> {
         self.duration_s.or((!self.rules.clock).then_some(Self::LONGEST_WITHOUT_CLOCK_S))
+    }
+
+    /// How true a robot's sensors are: as it says itself, and else as the scenario says for all.
+    pub fn fidelity_of(&self, robot: &RobotSpec) -> Fidelities {
+        robot.fidelity.or(self.fidelity)
     }
 
     /// The cycle after which the match is over at the latest; none where the final whistle ends it.
@@ -156,6 +166,9 @@ pub struct RobotSpec {
     /// Its own way of turning the head.
     #[serde(rename = "head", skip_serializing_if = "Option::is_none")]
     pub head_limits: Option<HeadLimits>,
+    /// How true its own sensors are.
+    #[serde(skip_serializing_if = "Fidelities::is_unset")]
+    pub fidelity: Fidelities,
     /// Its own sonars.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sonar: Option<SonarSettings>,

@@ -20,6 +20,7 @@ use crate::robot::kick::{KickCommand, KickPhase};
 use crate::robot::motion::{ExecutedStep, WalkCommand};
 use crate::robot::{PreviousPose, Team, Velocity};
 use crate::scenario::{BehaviourSpec, FieldPath, RobotSpec, Scenario, ScenarioFault};
+use crate::sensing::fidelity::SensorFidelity;
 use crate::sensing::odometry::Odometry;
 use crate::sensing::sonar::SonarReading;
 use crate::sensing::status::BodyStatus;
@@ -157,6 +158,10 @@ fn spawn_robot(world: &mut World, scenario: &Scenario, robot: &RobotSpec) {
     let id = robot.id();
     let head_limits = robot.head_limits.unwrap_or(scenario.head);
     let [yaw, pitch] = robot.head;
+    let fidelity = scenario.fidelity_of(robot);
+    let sonar = robot.sonar.unwrap_or(scenario.sonar).with_fidelity(fidelity.sonar);
+    let vision = robot.vision.clone().unwrap_or_else(|| scenario.vision.clone()).with_fidelity(fidelity.vision);
+    let odometry = robot.odometry.unwrap_or(scenario.odometry).with_fidelity(fidelity.odometry);
     let mut entity = world.spawn((
         MatchEntity,
         id,
@@ -164,9 +169,9 @@ fn spawn_robot(world: &mut World, scenario: &Scenario, robot: &RobotSpec) {
         (robot.motion.unwrap_or(scenario.motion), WalkCommand::default(), ExecutedStep::default()),
         (head_limits, HeadAngles { yaw, pitch }, HeadCommand { yaw, pitch }),
         (scenario.kicks, KickCommand::default(), KickPhase::default()),
-        (robot.sonar.unwrap_or(scenario.sonar), SonarReading::default()),
-        (scenario.cameras, robot.vision.clone().unwrap_or_else(|| scenario.vision.clone()), Percepts::default()),
-        (robot.odometry.unwrap_or(scenario.odometry), Odometry::default(), BodyStatus::default()),
+        (sonar, SonarReading::default()),
+        (scenario.cameras, vision, Percepts::default()),
+        (odometry, Odometry::default(), BodyStatus::default()),
         (Outbox::default(), Inbox::default()),
         RandomStreams::new(scenario.seed, id),
     ));

@@ -199,6 +199,8 @@ pub enum VisionSource {
     /// From the geometry of what is in view, with the noise of a real vision system.
     #[default]
     Geometric,
+    /// From the robot's camera images.
+    Image,
     /// Perfect and unlimited, for debugging: everything on the pitch, wherever the robot looks.
     Truth,
 }
@@ -234,6 +236,7 @@ fn recognise(
         let own_index = scene.robots.iter().position(|robot| robot.id == id);
         match settings.source {
             VisionSource::Truth => truth::know_everything(&mut percepts, &scene, own_index, pose, camera, head),
+            VisionSource::Image => {}
             VisionSource::Geometric => {
                 occluders.gather(&scene, own_index, pose);
                 let mut observer = Observer::new(camera, head, pose, &settings.noise, &occluders, stream);
