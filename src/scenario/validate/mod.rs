@@ -12,6 +12,7 @@ use core::ops::RangeInclusive;
 use super::field_path::FieldPath;
 use super::types::{BehaviourSpec, RobotSpec, Scenario, ScriptEntry};
 use crate::geometry::to_degrees;
+use crate::robot::motion::MotionLimits;
 
 /// A value of a scenario that cannot be.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
@@ -114,6 +115,7 @@ impl Checks {
             self.ball(&root.field("ball"), ball);
         }
         self.motion(&root.field("motion"), &scenario.motion);
+        self.turn(&root.field("motion"), &scenario.motion, scenario.cycle_s);
         self.kicks(&root.field("kicks"), &scenario.kicks);
         self.head(&root.field("head"), &scenario.head);
         self.sonar(&root.field("sonar"), &scenario.sonar);
@@ -150,6 +152,7 @@ impl Checks {
         }
         if let Some(motion) = &robot.motion {
             self.motion(&path.field("motion"), motion);
+            self.turn(&path.field("motion"), motion, scenario.cycle_s);
         }
         if let Some(head) = &robot.head_limits {
             self.head(&path.field("head"), head);
@@ -184,7 +187,9 @@ impl Checks {
             BehaviourSpec::Named(_) => {}
             BehaviourSpec::Script(entries) => {
                 for (index, entry) in entries.iter().enumerate() {
-                    self.script_entry(&path.field("behaviour.script").index(index), entry);
+                    let path = path.field("behaviour.script").index(index);
+                    self.script_entry(&path, entry);
+                    self.text(&path, entry, scenario.messages.max_text_bytes);
                 }
             }
         }
@@ -203,6 +208,24 @@ impl Checks {
         }
         if entry.walk.is_none() && entry.kick.is_none() && entry.head.is_none() && entry.say.is_none() {
             self.fault(path.clone(), "this entry of a script does nothing", "`walk`, `kick`, `head_deg` or `say`");
+        }
+    }
+
+    /// That what it says may be sent.
+    fn text(&mut self, path: &FieldPath, entry: &ScriptEntry, most_bytes: u32) {
+        let Some(say) = &entry.say else { return };
+        if say.text_bytes() > most_bytes as usize {
+            let message = format!("the texts of this message have {} bytes", say.text_bytes());
+            self.fault(path.field("say"), message, format!("at most {most_bytes} bytes, `messages.max_text_bytes`"));
+        }
+    }
+
+    /// That within a cycle a robot can turn by less than half a turn to either side.
+    fn turn(&mut self, path: &FieldPath, motion: &MotionLimits, cycle_s: f64) {
+        let turn_deg = f64::from(to_degrees(motion.max_angular)) * cycle_s;
+        if turn_deg >= 180.0 {
+            let message = format!("with cycles of {cycle_s} s a robot could turn by {turn_deg:.0} degrees in one");
+            self.fault(path.field("max_angular_degps"), message, "less than 180 degrees a cycle");
         }
     }
 
