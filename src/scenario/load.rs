@@ -63,6 +63,7 @@ pub struct ScenarioSource {
     /// The file as it was named, or the name of a built-in scenario.
     pub name: String,
     text: Arc<str>,
+    value: Value,
     outline: Node,
 }
 
@@ -204,11 +205,21 @@ impl ScenarioFile {
     pub fn from_text(text: &str, format: Format, name: &str) -> Result<ScenarioFile, ScenarioError> {
         // Some editors begin a file with a byte order mark.
         let text: Arc<str> = text.strip_prefix('\u{feff}').unwrap_or(text).into();
-        let (mut value, outline) = read::read(&text, format).map_err(|fault| {
+        let (value, outline) = read::read(&text, format).map_err(|fault| {
             ScenarioError::of_file(ScenarioErrorKind::Syntax, name, fault.message, fault.expected)
                 .at(Place::new(&text, fault.span))
         })?;
-        let source = ScenarioSource { name: name.to_owned(), text, outline };
+        let source = ScenarioSource { name: name.to_owned(), text, value, outline };
+        ScenarioFile::build(source, |_| Ok(()))
+    }
+
+    /// The scenario of a text, with whatever `change` does to its values.
+    pub(super) fn build(
+        source: ScenarioSource,
+        change: impl FnOnce(&mut Value) -> Result<(), ScenarioError>,
+    ) -> Result<ScenarioFile, ScenarioError> {
+        let mut value = source.value.clone();
+        change(&mut value)?;
         let gives_ball_place = value.pointer("/ball/position_m").is_some();
         if let Value::Object(root) = &mut value {
             presets::resolve(root).map_err(|fault| source.error(&fault))?;
