@@ -47,6 +47,7 @@
 )]
 
 pub mod ball;
+pub mod batch;
 pub mod behaviour;
 pub mod belief;
 pub mod cli;

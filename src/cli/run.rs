@@ -43,7 +43,7 @@ pub struct RunArguments {
     pub quiet: bool,
 }
 
-fn positive_seconds(word: &str) -> Result<f32, String> {
+pub(super) fn positive_seconds(word: &str) -> Result<f32, String> {
     match word.parse::<f32>() {
         Ok(seconds) if seconds.is_finite() && seconds > 0.0 => Ok(seconds),
         _ => Err("expected a positive number of seconds".to_owned()),
