@@ -11,6 +11,7 @@ use super::error::{Place, ScenarioError, ScenarioErrorKind};
 use super::field_path::{FieldPath, Segment};
 use super::library::LIBRARY;
 use super::outline::{Aim, Node};
+use super::setting::Setting;
 use super::shape::{ShapeError, Strict};
 use super::validate::{ScenarioFault, place_ball_beside_robots};
 use super::wording::did_you_mean;
@@ -65,6 +66,8 @@ pub struct ScenarioSource {
     text: Arc<str>,
     value: Value,
     outline: Node,
+    /// What is laid over the text.
+    settings: Vec<Setting>,
 }
 
 impl ScenarioSource {
@@ -95,6 +98,9 @@ impl ScenarioSource {
         message: &str,
         expected: &str,
     ) -> ScenarioError {
+        if let Some(setting) = self.settings.iter().rev().find(|setting| setting.concerns(path)) {
+            return setting.error(kind, message, expected);
+        }
         let place = Place::new(&self.text, self.find(path, related, aim));
         ScenarioError::of_file(kind, &self.name, message.to_owned(), expected.to_owned())
             .at(place)
@@ -209,17 +215,26 @@ impl ScenarioFile {
             ScenarioError::of_file(ScenarioErrorKind::Syntax, name, fault.message, fault.expected)
                 .at(Place::new(&text, fault.span))
         })?;
-        let source = ScenarioSource { name: name.to_owned(), text, value, outline };
-        ScenarioFile::build(source, |_| Ok(()))
+        let source = ScenarioSource { name: name.to_owned(), text, value, outline, settings: Vec::new() };
+        ScenarioFile::build(source)
     }
 
-    /// The scenario of a text, with whatever `change` does to its values.
-    pub(super) fn build(
-        source: ScenarioSource,
-        change: impl FnOnce(&mut Value) -> Result<(), ScenarioError>,
-    ) -> Result<ScenarioFile, ScenarioError> {
+    /// The same scenario with some fields set otherwise; later settings win.
+    ///
+    /// # Errors
+    /// What is wrong with a setting, or with the scenario that comes of it.
+    pub fn with(&self, settings: &[Setting]) -> Result<ScenarioFile, ScenarioError> {
+        if settings.is_empty() {
+            return Ok(self.clone());
+        }
+        let mut source = self.source.clone();
+        source.settings.extend_from_slice(settings);
+        ScenarioFile::build(source)
+    }
+
+    fn build(source: ScenarioSource) -> Result<ScenarioFile, ScenarioError> {
         let mut value = source.value.clone();
-        change(&mut value)?;
+        source.settings.iter().try_for_each(|setting| setting.lay_over(&mut value))?;
         let gives_ball_place = value.pointer("/ball/position_m").is_some();
         if let Value::Object(root) = &mut value {
             presets::resolve(root).map_err(|fault| source.error(&fault))?;

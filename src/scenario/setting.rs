@@ -6,7 +6,6 @@ use serde_json::{Map, Value};
 
 use super::error::{ScenarioError, ScenarioErrorKind};
 use super::field_path::{FieldPath, Segment};
-use super::load::ScenarioFile;
 use super::wording::quoted;
 
 /// A field of a scenario and the value that it should have instead of the file's.
@@ -59,7 +58,8 @@ impl Setting {
     }
 
     /// Puts the value in its place, with the objects that are missing on the way. A list's element must be there.
-    fn lay_over(&self, root: &mut Value) -> Result<(), String> {
+    pub(super) fn lay_over(&self, root: &mut Value) -> Result<(), ScenarioError> {
+        let error = |message: String| self.error(ScenarioErrorKind::Shape, &message, "a field that a scenario has");
         let mut value = root;
         for segment in self.path.segments() {
             value = match segment {
@@ -71,15 +71,27 @@ impl Setting {
                         *value = Value::Object(Map::new());
                     }
                     let Value::Object(fields) = value else {
-                        return Err(format!("there is no field {} in what is no object", quoted(name)));
+                        return Err(error(format!("there is no field {} in what is no object", quoted(name))));
                     };
                     fields.entry(name.clone()).or_insert(Value::Null)
                 }
-                Segment::Index(index) => value.get_mut(*index).ok_or_else(|| format!("there is no element {index}"))?,
+                Segment::Index(index) => {
+                    value.get_mut(*index).ok_or_else(|| error(format!("there is no element {index}")))?
+                }
             };
         }
         *value = self.value.clone();
         Ok(())
+    }
+
+    /// Whether it sets what is at `path`, or something in it, or what that is in.
+    pub(super) fn concerns(&self, path: &FieldPath) -> bool {
+        !path.segments().is_empty() && path.segments().iter().zip(self.path.segments()).all(|(one, other)| one == other)
+    }
+
+    /// What is wrong with it.
+    pub(super) fn error(&self, kind: ScenarioErrorKind, message: &str, expected: &str) -> ScenarioError {
+        ScenarioError::of_file(kind, &format!("--set {self}"), message.to_owned(), expected.to_owned())
     }
 }
 
@@ -119,53 +131,10 @@ fn split_values(text: &str) -> Vec<&str> {
     values
 }
 
-impl ScenarioFile {
-    /// The same scenario with some fields set otherwise; later settings win.
-    ///
-    /// # Errors
-    /// What is wrong with a setting, or with the scenario that comes of it.
-    pub fn with(&self, settings: &[Setting]) -> Result<ScenarioFile, ScenarioError> {
-        if settings.is_empty() {
-            return Ok(self.clone());
-        }
-        let lay_over = |root: &mut Value| {
-            settings.iter().try_for_each(|setting| {
-                setting.lay_over(root).map_err(|message| {
-                    let expected = "a field that a scenario has".to_owned();
-                    ScenarioError::of_file(ScenarioErrorKind::Shape, &argument(setting), message, expected)
-                })
-            })
-        };
-        ScenarioFile::build(self.source.clone(), lay_over).map_err(|error| {
-            let at_fault =
-                settings.iter().rev().find(|setting| error.path().is_some_and(|path| related(path, setting)));
-            match at_fault {
-                None => error,
-                Some(setting) => ScenarioError::of_file(
-                    error.kind(),
-                    &argument(setting),
-                    error.message().to_owned(),
-                    error.expected().to_owned(),
-                ),
-            }
-        })
-    }
-}
-
-/// What errors call a setting: the argument of the command line that it comes from.
-fn argument(setting: &Setting) -> String {
-    format!("--set {setting}")
-}
-
-/// Whether one is in the other.
-fn related(path: &FieldPath, setting: &Setting) -> bool {
-    path.segments().iter().zip(setting.path.segments()).all(|(one, other)| one == other) && !path.segments().is_empty()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenario::Format;
+    use crate::scenario::{Format, ScenarioFile};
 
     fn set(text: &str, settings: &[&str]) -> Result<ScenarioFile, ScenarioError> {
         let settings: Vec<Setting> = settings.iter().map(|setting| setting.parse().unwrap()).collect();
