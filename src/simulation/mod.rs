@@ -21,8 +21,10 @@ use bevy::app::PluginGroupBuilder;
 use bevy::prelude::*;
 
 pub mod invariants;
+pub mod snapshot;
 mod spawn;
 
+pub use snapshot::{Snapshot, SnapshotError};
 pub use spawn::{MatchEntity, start as start_match};
 
 use crate::ball::{BallPlugin, BallVelocity};

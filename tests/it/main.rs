@@ -11,4 +11,5 @@ mod kicks;
 mod matches;
 mod scenario_files;
 mod sensing;
+mod snapshot;
 mod support;
