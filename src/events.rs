@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::geometry::file_units;
 use crate::knowledge::Knowledge;
-use crate::referee::{Evidence, PenaltyReason};
+use crate::referee::{Evidence, GameState, PenaltyReason, SetPlayKind};
 use crate::robot::kick::KickType;
 use crate::robot::{RobotId, Team};
 
@@ -132,6 +132,16 @@ pub enum BoundaryLine {
     Goal,
 }
 
+/// Why a goal does not count.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum DisallowedGoal {
+    /// It was shot straight from the kick-off.
+    KickOffShot,
+    /// Only one robot of the team had played the ball since the last restart.
+    NotIndirect,
+}
+
 /// Something that happened in a cycle.
 #[derive(Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
@@ -202,7 +212,21 @@ pub enum MatchEvent {
         /// Why.
         evidence: Evidence,
     },
-    /// Ball and robots were placed for a kick-off.
+    /// The ball was in the goal, but it does not count.
+    GoalDisallowed {
+        /// The team that it does not count for.
+        team: Team,
+        /// Why not, in a word.
+        reason: DisallowedGoal,
+        /// Why not.
+        evidence: Evidence,
+    },
+    /// The state of the game changed.
+    StateChanged {
+        /// The state from now on.
+        state: GameState,
+    },
+    /// A kick-off: ball and robots were placed for it, or the robots may walk to their places.
     KickOff {
         /// The team that kicks off.
         team: Team,
@@ -213,6 +237,43 @@ pub enum MatchEvent {
         team: Team,
         /// Where it was put down, m, pitch frame.
         position_m: Vec2,
+    },
+    /// Play is restarted with neither team having a right to the ball.
+    DropBall {
+        /// Where it was put down, m, pitch frame.
+        position_m: Vec2,
+    },
+    /// A free kick begins; play runs on.
+    FreeKick {
+        /// Which kind.
+        set_play: SetPlayKind,
+        /// The team that the ball belongs to.
+        team: Team,
+        /// Where it was put down, m, pitch frame.
+        position_m: Vec2,
+    },
+    /// A free kick, or the time in which the kick-off is a team's own, is over: the ball is free.
+    FreeKickOver {
+        /// The team that the ball belonged to.
+        team: Team,
+        /// Whether it took it; else its time was over.
+        taken: bool,
+    },
+    /// Play was stuck.
+    GameStuck {
+        /// The robot that was taken from the ball; without one, play was stopped.
+        robot: Option<RobotId>,
+        /// Why.
+        evidence: Evidence,
+    },
+    /// A robot at an illegal place was put at a legal one.
+    PlacedByHand {
+        /// Which robot.
+        robot: RobotId,
+        /// Where it was put down, m, pitch frame.
+        position_m: Vec2,
+        /// Why.
+        evidence: Evidence,
     },
     /// A robot was penalised and removed from the pitch.
     Penalty {

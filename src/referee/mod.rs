@@ -5,6 +5,8 @@
 
 use bevy::prelude::*;
 
+pub mod areas;
+pub mod ball_holding;
 pub mod ball_out;
 pub mod boundary;
 pub mod collision;
@@ -12,12 +14,23 @@ pub mod decide;
 pub mod evidence;
 pub mod formation;
 mod game;
+pub mod game_stuck;
 pub mod goal;
+pub mod illegal_defender;
+pub mod inactive;
+pub mod indirect_goal;
+pub mod kick_off_shot;
+pub mod leaving_field;
 pub mod memory;
+mod penalise;
 pub mod penalty;
 pub mod placing;
+pub mod positions;
 pub mod removal;
+pub mod report;
+mod restarts;
 mod rules;
+pub mod set_play;
 pub mod snapshot;
 pub mod stalling;
 mod status;
@@ -31,8 +44,10 @@ pub use formation::formation;
 pub use game::{Game, GameState, Score};
 pub use memory::RefereeMemory;
 pub use penalty::{ActivePenalty, Penalty, PenaltyReason};
-pub use rules::{BallOutRestart, ReturnPlace, Rules, RulesError};
-pub use status::GameStatus;
+pub use positions::IllegalPosition;
+pub use rules::{BallOutRestart, DefenderLimit, KickOffPositions, KickOffProcedure, ReturnPlace, Rules, RulesError};
+pub use set_play::{SetPlay, SetPlayKind};
+pub use status::{Announcement, GameStatus, SetPlayStatus};
 pub use touch::Touch;
 
 use crate::cycle::{BeginCycle, Cycle, CycleClock, CycleSystems};
@@ -70,6 +85,7 @@ pub struct StatusSystems;
 
 /// Prepares the referee for a new match under these rules.
 pub fn start(world: &mut World, rules: &Rules, clock: &CycleClock) {
-    world.insert_resource(Game::at_start(rules, clock));
-    world.insert_resource(RefereeMemory::default());
+    let game = Game::at_start(rules, clock);
+    world.insert_resource(RefereeMemory { announcement: Announcement::of(&game), ..default() });
+    world.insert_resource(game);
 }

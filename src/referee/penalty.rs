@@ -22,7 +22,7 @@ impl Penalty {
 pub struct ActivePenalty {
     /// What for.
     pub reason: PenaltyReason,
-    /// Cycles until the robot may come back.
+    /// Cycles of play until the robot may come back.
     pub cycles_left: u64,
 }
 
@@ -34,4 +34,37 @@ pub enum PenaltyReason {
     Pushing,
     /// It stood near the ball for too long.
     Stalling,
+    /// It covered the ball for too long.
+    BallHolding,
+    /// It left the carpet, or stayed in a goal.
+    LeavingField,
+    /// It was in front of its own goal where it may not be.
+    IllegalDefender,
+    /// It was at an illegal place at a kick-off or free kick.
+    IllegalPosition,
+    /// It did nothing for too long.
+    Inactive,
+    /// Play was stuck, and it was the nearest to the ball.
+    GameStuck,
+}
+
+impl PenaltyReason {
+    /// Whether it makes the team's later penalties longer (2025 rule book, "Standard Removal Penalty").
+    pub fn is_infraction(self) -> bool {
+        !matches!(self, PenaltyReason::Inactive | PenaltyReason::GameStuck)
+    }
+
+    /// The reason in words, as after "penalised for".
+    pub fn words(self) -> &'static str {
+        match self {
+            PenaltyReason::Pushing => "pushing",
+            PenaltyReason::Stalling => "stalling",
+            PenaltyReason::BallHolding => "ball holding",
+            PenaltyReason::LeavingField => "leaving the field",
+            PenaltyReason::IllegalDefender => "illegal defending",
+            PenaltyReason::IllegalPosition => "an illegal position",
+            PenaltyReason::Inactive => "inactivity",
+            PenaltyReason::GameStuck => "a stuck game",
+        }
+    }
 }

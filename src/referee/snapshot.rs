@@ -11,6 +11,7 @@ use crate::geometry::Pose;
 use crate::pitch::Pitch;
 use crate::robot::RobotId;
 use crate::robot::body::BodyBounds;
+use crate::robot::head::HeadAngles;
 
 /// Everything that the rules judge by.
 #[derive(Clone, Copy, Debug)]
@@ -29,7 +30,9 @@ pub struct MatchSnapshot<'a> {
     pub robots: &'a [RobotSnapshot],
     /// Posts, goal posts included.
     pub posts: &'a [Disc],
-    /// Who touched the ball last, up to the end of this cycle.
+    /// The touches of the ball in this cycle, in their order: who, and whether by a kick.
+    pub touches: &'a [(RobotId, bool)],
+    /// Who touched the ball last before this cycle; while the referee judges, those of this cycle included.
     pub last_touch: Option<Touch>,
     /// Robots that touched each other in this cycle, by their indices.
     pub contacts: &'a [[usize; 2]],
@@ -44,6 +47,11 @@ impl MatchSnapshot<'_> {
     /// A duration in cycles.
     pub fn cycles(&self, seconds: f32) -> u64 {
         u64::from(self.clock.cycles_in(seconds))
+    }
+
+    /// Whether a robot is its team's keeper: number 1.
+    pub fn is_keeper(&self, robot: &RobotSnapshot) -> bool {
+        robot.id.number == 1
     }
 
     /// The index of a robot in [`MatchSnapshot::robots`].
@@ -85,6 +93,10 @@ pub struct RobotSnapshot {
     pub previous: Pose,
     /// How fast it wanted to walk in this cycle, m/s, pitch frame; a collision may have kept it from it.
     pub wanted_velocity: Vec2,
+    /// Where its head points.
+    pub head: HeadAngles,
+    /// Whether it kicks, or regains its balance after a kick.
+    pub is_kicking: bool,
     /// Its body.
     pub bounds: BodyBounds,
     /// The penalty that it serves, if any.

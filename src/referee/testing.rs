@@ -14,6 +14,7 @@ use crate::cycle::CycleClock;
 use crate::geometry::Pose;
 use crate::pitch::Pitch;
 use crate::robot::body::BodyBounds;
+use crate::robot::head::HeadAngles;
 use crate::robot::{RobotId, Team};
 
 /// Everything that a [`MatchSnapshot`] borrows.
@@ -28,6 +29,7 @@ pub struct Situation {
     pub posts: Vec<Disc>,
     pub memory: RefereeMemory,
     pub contacts: Vec<[usize; 2]>,
+    pub touches: Vec<(RobotId, bool)>,
 }
 
 impl Situation {
@@ -46,6 +48,8 @@ impl Situation {
                     pose,
                     previous: pose,
                     wanted_velocity: Vec2::ZERO,
+                    head: HeadAngles::default(),
+                    is_kicking: false,
                     bounds: BodyBounds::default(),
                     penalty: Penalty(None),
                 }
@@ -95,6 +99,7 @@ impl Situation {
             posts: &self.posts,
             last_touch: self.memory.last_touch,
             contacts: &self.contacts,
+            touches: &self.touches,
         }
     }
 
@@ -136,6 +141,7 @@ impl Situation {
         self.game = decisions.game.clone();
         self.robots.clone_from(&decisions.robots);
         self.clock.cycle += 1;
+        self.touches.clear();
         let ball = decisions.ball.or(self.path.last().copied());
         self.path = ball.map_or(vec![], |ball| vec![ball; 2]);
         decisions
