@@ -400,7 +400,7 @@ mod tests {
         assert_eq!(app.world().get::<Outbox>(robots[1]).unwrap().0, NOTHING);
         run_cycle(app.world_mut());
         let expected = ReceivedMessage { from: RobotId::new(Team::Blue, 2), sent_cycle: 1, say: word("mine") };
-        assert_eq!(inbox(&app, robots[0]), [expected.clone()]);
+        assert_eq!(inbox(&app, robots[0]), core::slice::from_ref(&expected));
         assert_eq!(inbox(&app, robots[2]), [expected]);
         assert!(inbox(&app, robots[1]).is_empty() && inbox(&app, robots[3]).is_empty());
         run_cycle(app.world_mut());

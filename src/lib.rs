@@ -1,4 +1,50 @@
 //! naoisis: a behavioural simulator of NAO robot soccer. Coarse motion, strict perception.
+//!
+//! Robots walk, turn their heads and kick within the limits of a NAO, and know nothing but what two cameras, two
+//! sonars, odometry and team messages tell them. Behaviours are Bevy systems that read only their own robots' sensors;
+//! the engine refuses others.
+//!
+//! # A match in ten lines
+//!
+//! ```
+//! use bevy::prelude::*;
+//! use naoisis::prelude::*;
+//!
+//! let mut app = App::new();
+//! app.add_plugins((MinimalPlugins, NaoisisPlugins));
+//! app.start_match(&Scenario::named("match3v3")?)?;
+//! app.run_cycles(300);
+//! assert!(app.ball().is_some_and(|ball| ball.is_finite()));
+//! # Ok::<(), Box<dyn core::error::Error>>(())
+//! ```
+//!
+//! # Where to look
+//!
+//! | you want to | read |
+//! |---|---|
+//! | run and look at a match, or test a behaviour | [`simulation`] |
+//! | write a behaviour, or a team | [`behaviour`], and what it may know in [`behaviour::barrier`] |
+//! | know what a robot measures | [`sensing`], [`communication`], [`referee::GameStatus`] |
+//! | know what a robot believes | [`belief`] |
+//! | know what a robot can do | [`robot::motion`], [`robot::head`], [`robot::kick`] |
+//! | know what happens to it | [`collision`], [`ball`], [`referee`] |
+//! | describe a situation in a file | [`scenario`] |
+//! | record a match | [`record::trace`] |
+//! | add a system at the right place | [`cycle::CycleSystems`] |
+//!
+//! # Units and frames
+//!
+//! SI units and radians, in `f32`. The pitch frame has its origin at the centre mark, +x towards the yellow goal, +y
+//! to the left of +x, +z up; blue defends -x in the first half. The team frame is the pitch frame turned by half a
+//! turn for the team that defends +x: its own goal is always at -x. A robot's frame has its origin between the feet on
+//! the ground, x to the front, y to the left. Files write angles in degrees, and units into the names of fields.
+#![cfg_attr(
+    test,
+    expect(
+        clippy::disallowed_methods,
+        reason = "tests may compute what they expect with the platform's own functions"
+    )
+)]
 
 pub mod ball;
 pub mod behaviour;
@@ -19,3 +65,10 @@ pub mod robot;
 pub mod scenario;
 pub mod sensing;
 pub mod simulation;
+#[cfg(feature = "viewer")]
+pub mod viewer;
+
+/// The README's examples, so that they are tested.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

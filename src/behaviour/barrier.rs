@@ -98,8 +98,12 @@ fn inspect_query(
     resource: ComponentId,
     world: &World,
 ) -> Result<(), Breach> {
-    let is_resource = query.with_filters().any(|id| id == resource);
-    let own_robots_only = query.with_filters().any(|id| id == marker) || query.required().contains(marker);
+    // A filter is a choice between sets of conditions: what must hold of every match must be in each of them.
+    let requires = |id| {
+        query.required().contains(id)
+            || (!query.filter_sets().is_empty() && query.filter_sets().iter().all(|set| set.with().contains(id)))
+    };
+    let (is_resource, own_robots_only) = (requires(resource), requires(marker));
     let accesses = query.access().try_iter_access().map_err(|_| Breach::Unbounded)?;
     for access in accesses {
         let (id, writes, verb) = match access {

@@ -7,8 +7,9 @@ use bevy::math::ops;
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::localisation::Sighting;
+use super::sighting::{LENS_HEIGHT_M, Residual, Sighting};
 use crate::geometry::{Pose, unit, unrotate};
+use crate::sensing::camera::model::BOTTOM_TILT;
 
 /// The ball in the robot frame.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
@@ -68,11 +69,25 @@ impl BallEstimate {
     pub fn first_seen(sighting: &Sighting, model: &BallModel) -> Self {
         let speed_variance = model.start_speed_sd * model.start_speed_sd;
         Self {
-            position: sighting.place_in_robot,
+            position: sighting.place,
             velocity: Vec2::ZERO,
-            position_covariance: sighting.covariance(),
+            position_covariance: sighting.noise_at(sighting.place),
             cross_covariance: Mat2::ZERO,
             velocity_covariance: Mat2::from_diagonal(Vec2::splat(speed_variance)),
+            age_s: 0.0,
+            missing_s: 0.0,
+            doubted: None,
+        }
+    }
+
+    /// A ball that lies where it was put, m, robot frame; with the standard deviation of that.
+    pub fn at_rest(position: Vec2, position_sd: f32) -> Self {
+        Self {
+            position,
+            velocity: Vec2::ZERO,
+            position_covariance: Mat2::from_diagonal(Vec2::splat(position_sd * position_sd)),
+            cross_covariance: Mat2::ZERO,
+            velocity_covariance: Mat2::ZERO,
             age_s: 0.0,
             missing_s: 0.0,
             doubted: None,
@@ -118,14 +133,13 @@ impl BallEstimate {
 
     /// The ball after it was seen there.
     pub fn seen(&self, sighting: &Sighting, model: &BallModel) -> Self {
-        let noise = sighting.covariance();
-        let difference = sighting.place_in_robot - self.position;
+        let Residual { difference, noise } = sighting.residual(self.position);
         let inverse = (self.position_covariance + noise).inverse();
         if difference.dot(inverse * difference) > model.gate {
-            let near = model.confirmation_m * sighting.place_in_robot.length_squared().max(1.0);
+            let near = model.confirmation_m * sighting.place.length_squared().max(1.0);
             return match self.doubted {
-                Some(before) if before.distance(sighting.place_in_robot) < near => Self::first_seen(sighting, model),
-                _ => Self { doubted: Some(sighting.place_in_robot), ..*self },
+                Some(before) if before.distance(sighting.place) < near => Self::first_seen(sighting, model),
+                _ => Self { doubted: Some(sighting.place), ..*self },
             };
         }
         let gain = self.position_covariance * inverse;
@@ -160,14 +174,9 @@ impl BallEstimate {
         }
         // Depression of the line of sight, and how far from the axes of the two cameras it is; the image reaches to 18°.
         let depression = ops::atan2(LENS_HEIGHT_M, self.position.length() - 0.05);
-        [0.0, CAMERA_TILT].into_iter().any(|tilt| (depression - head_pitch - tilt).abs() < 0.25)
+        [0.0, BOTTOM_TILT].into_iter().any(|tilt| (depression - head_pitch - tilt).abs() < 0.25)
     }
 }
-
-/// Height of the lenses, between those of the two cameras (paper, Table 1a), m.
-pub const LENS_HEIGHT_M: f32 = 0.5;
-/// The bottom camera's additional downward angle: 40° (paper, section 3.1).
-pub const CAMERA_TILT: f32 = 0.698;
 
 /// Rounding must not let a covariance drift from symmetry.
 fn symmetric(matrix: Mat2) -> Mat2 {
@@ -184,7 +193,7 @@ mod tests {
     const PERIOD: f32 = 1.0 / 30.0;
 
     fn sighting(place: Vec2) -> Sighting {
-        Sighting::on_ground(place, 0.004, LENS_HEIGHT_M)
+        Sighting::new(place, 0.004)
     }
 
     fn watched(start: Vec2, velocity: Vec2, cycles: u32) -> BallEstimate {
@@ -243,7 +252,7 @@ mod tests {
         let once = estimate.seen(&elsewhere, &model);
         assert_eq!(once.position, estimate.position);
         let twice = once.seen(&elsewhere, &model);
-        assert_eq!(twice.position, elsewhere.place_in_robot);
+        assert_eq!(twice.position, elsewhere.place);
         // The error forgotten: seen again where it was.
         assert_eq!(once.seen(&sighting(estimate.position), &model).doubted, None);
     }
@@ -257,8 +266,8 @@ mod tests {
         assert!(ball(3.0, 0.0).should_be_seen(0.0, 0.0));
         assert!(!ball(0.2, 0.0).should_be_seen(0.0, 0.0));
         assert!(ball(0.2, 0.0).should_be_seen(0.0, tilt));
-        assert!(!ball(1.0, 1.0).should_be_seen(0.0, 0.0));
-        assert!(ball(1.0, 1.0).should_be_seen(0.8, 0.0));
+        assert!(!ball(1.5, 1.5).should_be_seen(0.0, 0.0));
+        assert!(ball(1.5, 1.5).should_be_seen(0.8, 0.0));
         assert!(!ball(-1.0, 0.0).should_be_seen(0.0, 0.0));
     }
 }

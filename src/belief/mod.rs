@@ -16,7 +16,9 @@ use crate::robot::RobotId;
 
 pub mod ball;
 pub mod localisation;
+pub mod own_pose;
 pub mod robots;
+pub mod sighting;
 pub mod simple;
 
 pub use simple::{SimpleBelief, SimpleBeliefPlugin};

@@ -3,7 +3,7 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::localisation::Sighting;
+use super::sighting::{Residual, Sighting};
 use crate::geometry::{Pose, unit, unrotate};
 use crate::robot::Team;
 
@@ -62,7 +62,7 @@ pub fn advance_tracks(tracks: &mut Vec<RobotTrack>, step: Pose, duration: f32, m
 
 /// Takes over that a robot of `team` was seen.
 pub fn see_robot(tracks: &mut Vec<RobotTrack>, team: Team, sighting: &Sighting, model: &TrackModel) {
-    let place = sighting.place_in_robot;
+    let place = sighting.place;
     let gate = model.gate_m * place.length_squared().clamp(1.0, 4.0);
     let nearest = tracks
         .iter_mut()
@@ -71,8 +71,9 @@ pub fn see_robot(tracks: &mut Vec<RobotTrack>, team: Team, sighting: &Sighting, 
         .min_by(|(first, _), (second, _)| first.total_cmp(second));
     match nearest {
         Some((distance_squared, track)) if distance_squared < gate * gate => {
-            let gain = track.covariance * (track.covariance + sighting.covariance()).inverse();
-            track.position += gain * (place - track.position);
+            let Residual { difference, noise } = sighting.residual(track.position);
+            let gain = track.covariance * (track.covariance + noise).inverse();
+            track.position += gain * difference;
             track.covariance -= gain * track.covariance;
             track.age_s = 0.0;
             track.sightings += 1;
@@ -80,7 +81,7 @@ pub fn see_robot(tracks: &mut Vec<RobotTrack>, team: Team, sighting: &Sighting, 
         _ => tracks.push(RobotTrack {
             team,
             position: place,
-            covariance: sighting.covariance(),
+            covariance: sighting.noise_at(place),
             age_s: 0.0,
             sightings: 1,
         }),
@@ -95,7 +96,7 @@ mod tests {
     const PERIOD: f32 = 1.0 / 30.0;
 
     fn sighting(x: f32, y: f32) -> Sighting {
-        Sighting::on_ground(Vec2::new(x, y), 0.009, 0.5)
+        Sighting::new(Vec2::new(x, y), 0.009)
     }
 
     #[test]

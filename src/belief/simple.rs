@@ -7,22 +7,24 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::ball::{BallEstimate, BallModel, LENS_HEIGHT_M};
-use super::localisation::{PoseEstimate, Sighting, StepError, pose_from_two};
+use super::ball::{BallEstimate, BallModel};
+use super::localisation::StepError;
+use super::own_pose::{LandmarkModel, Landmarks, OwnPose};
 use super::robots::{RobotTrack, TrackModel, advance_tracks, see_robot};
+use super::sighting::Sighting;
 use super::{BallBelief, Belief, RobotBelief, place_covariance, pose_covariance};
 use crate::behaviour::{DecideSystems, barrier};
 use crate::communication::{Inbox, ReceivedMessage};
 use crate::cycle::{Cycle, CycleClock};
 use crate::geometry::Pose;
 use crate::knowledge::Knowledge;
-use crate::pitch::{End, GoalColour, JunctionShape, Pitch};
+use crate::pitch::{End, Pitch};
 use crate::referee::{GameState, GameStatus, Rules, formation};
 use crate::robot::head::HeadAngles;
 use crate::robot::{RobotId, Team};
 use crate::sensing::camera::CameraSettings;
 use crate::sensing::odometry::Odometry;
-use crate::sensing::vision::{GoalPostPercept, LandmarkKind, Percepts};
+use crate::sensing::vision::Percepts;
 
 /// Updates the [`Belief`] of robots with [`SimpleBelief`] in [`DecideSystems::Believe`].
 ///
@@ -48,20 +50,12 @@ impl Plugin for SimpleBeliefPlugin {
 pub struct SimpleBelief {
     /// How much walking adds to the doubt about the pose.
     pub step_error: StepError,
-    /// Expected error of the angle at which a goal post's foot is seen: standard deviation, radians. 3 pixels at 361
-    /// pixels of focal length are 0.0083.
-    pub goal_post_angle_sd: f32,
-    /// The same for marks on the ground, radians.
-    pub mark_angle_sd: f32,
-    /// The same for the ball, radians.
+    /// How landmarks are used.
+    pub landmarks: LandmarkModel,
+    /// Expected error of the angles at which the ball is seen: standard deviation, radians.
     pub ball_angle_sd: f32,
     /// The same for robots, radians.
     pub robot_angle_sd: f32,
-    /// What is seen further from the expectation than this is not the landmark that it is taken for: squared
-    /// Mahalanobis distance.
-    pub landmark_gate: f32,
-    /// After so many goal posts more out of place than in place, the robot doubts its pose.
-    pub contradictions: u32,
     /// How the ball is expected to behave.
     pub ball: BallModel,
     /// A ball not seen for so long is forgotten, s.
@@ -80,12 +74,9 @@ impl Default for SimpleBelief {
     fn default() -> Self {
         Self {
             step_error: StepError::default(),
-            goal_post_angle_sd: 0.01,
-            mark_angle_sd: 0.005,
+            landmarks: LandmarkModel::default(),
             ball_angle_sd: 0.005,
             robot_angle_sd: 0.01,
-            landmark_gate: 12.0,
-            contradictions: 8,
             ball: BallModel::default(),
             ball_forget_s: 6.0,
             ball_missing_s: 1.0,
@@ -103,20 +94,13 @@ pub struct SimpleBeliefMemory {
     /// Whether it has begun.
     begun: bool,
     /// The robot's own pose.
-    own: PoseEstimate,
-    /// Since a landmark confirmed it, s.
-    own_age_s: f32,
+    own: OwnPose,
     /// The odometry of the last cycle.
     odometry: Pose,
     /// How often the robots had been placed.
     restarts: u32,
     /// Whether the robot was penalised.
     penalised: bool,
-    /// How much goal posts contradict the pose and the pose turned by half a turn, while the robot does not know which
-    /// of the two it has.
-    sides: Option<[f32; 2]>,
-    /// Goal posts seen out of place, less those seen in place.
-    contradictions: u32,
     /// The ball.
     ball: Option<BallEstimate>,
     /// Other robots.
@@ -136,49 +120,11 @@ struct Heard {
     age_s: f32,
 }
 
-/// Goal posts seen while it is decided which of two poses the robot has.
-const SIDE_DECISION: f32 = 25.0;
-/// The doubt about the pose of a robot that was placed, m and radians.
-const PLACED_SD: [f32; 2] = [0.03, 0.02];
-/// The doubt about the pose of a robot that comes back from a penalty: it may have been put down a little elsewhere.
-const RETURNED_SD: [f32; 2] = [0.4, 0.1];
-/// The doubt that is added when what is seen contradicts the pose.
-const LOST_SD: [f32; 2] = [0.5, 0.4];
-/// A post whose foot is not in the image is measured by its top or its width, so much worse.
-const HIDDEN_FOOT_FACTOR: f32 = 4.0;
-/// Marks on the ground are taken for the nearest of their kind if that is not further away than this, m.
-const MARK_GATE_M: f32 = 0.6;
 /// A seen and a heard team-mate nearer to each other than this are one, m.
 const SAME_ROBOT_M: f32 = 0.6;
 
-/// The places of all marks on the ground. They are the same for both teams, as the pitch looks the same from both ends.
-struct Marks {
-    junctions: Vec<(JunctionShape, Vec2)>,
-    crosses: [Vec2; 2],
-    half_width: f32,
-    /// Goal posts in the frame of the team that defends -x.
-    posts: [(GoalColour, Vec2); 4],
-}
-
-impl Marks {
-    fn of(pitch: &Pitch) -> Self {
-        let [own_cross, cross, _] = pitch.marks();
-        Self {
-            junctions: pitch.line_junctions().iter().map(|junction| (junction.shape, junction.position)).collect(),
-            crosses: [own_cross, cross],
-            half_width: pitch.half_width(),
-            posts: pitch.goal_posts().map(|post| (post.colour, post.position)),
-        }
-    }
-
-    /// The goal posts in the frame of the team that defends `own_end`.
-    fn posts(&self, own_end: End) -> [(GoalColour, Vec2); 4] {
-        self.posts.map(|(colour, place)| (colour, super::point_team_from_pitch(place, own_end)))
-    }
-}
-
 fn estimate(
-    mut marks: Local<Option<Marks>>,
+    mut landmarks: Local<Option<Landmarks>>,
     clock: Res<CycleClock>,
     pitch: Res<Pitch>,
     rules: Res<Rules>,
@@ -196,18 +142,18 @@ fn estimate(
     )>,
 ) {
     if pitch.is_changed() {
-        *marks = None;
+        *landmarks = None;
     }
-    let marks = marks.get_or_insert_with(|| Marks::of(&pitch));
+    let landmarks = landmarks.get_or_insert_with(|| Landmarks::of(&pitch));
     let period = clock.period();
     for (&id, settings, status, odometry, &head, camera, percepts, inbox, mut memory, mut belief) in &mut robots {
         let place = || formation(&pitch, rules.team_size, id.number, End::NegativeX, id.team == status.kick_off_team);
-        memory.begin_cycle(belief.pose, odometry.0, status, marks, place);
+        memory.begin_cycle(belief.pose, odometry.0, status, landmarks, place);
         memory.pass_time(odometry.0, settings, period);
         memory.listen(&inbox.0);
         if !status.penalised {
             let image = Vec2::new(camera.width as f32, camera.height as f32);
-            memory.localise(percepts, &marks.posts(status.own_end), marks, image, settings);
+            memory.own.orient(percepts, landmarks, status.own_end, image, clock.cycle as usize, &settings.landmarks);
             memory.watch_ball(percepts, head, settings, period);
             memory.watch_robots(percepts, settings);
         }
@@ -222,14 +168,14 @@ impl SimpleBeliefMemory {
         start: Pose,
         odometry: Pose,
         status: &GameStatus,
-        marks: &Marks,
+        landmarks: &Landmarks,
         kick_off_place: impl FnOnce() -> Pose,
     ) {
         if !self.begun {
             self.begun = true;
             self.odometry = odometry;
             self.restarts = status.restarts;
-            self.own = PoseEstimate::new(start, PLACED_SD[0], PLACED_SD[1]);
+            self.own = OwnPose::placed(start);
         }
         if status.restarts != self.restarts {
             self.restarts = status.restarts;
@@ -238,37 +184,19 @@ impl SimpleBeliefMemory {
             }
         }
         if self.penalised && !status.penalised && status.state != GameState::Finished {
-            self.come_back(marks.half_width);
+            let ball = self.heard.iter().find_map(|heard| heard.ball);
+            self.own = OwnPose::returned(landmarks, ball);
+            self.tracks.clear();
+            self.ball = None;
         }
         self.penalised = status.penalised;
     }
 
     fn place_for_kick_off(&mut self, pose: Pose) {
-        self.own = PoseEstimate::new(pose, PLACED_SD[0], PLACED_SD[1]);
-        self.own_age_s = 0.0;
-        self.sides = None;
-        self.contradictions = 0;
+        self.own = OwnPose::placed(pose);
         self.tracks.clear();
         // The ball lies on the centre mark; a look will tell.
-        let sighting = Sighting {
-            place_in_robot: pose.inverse_transform_point(Vec2::ZERO),
-            variance_along: 0.01,
-            variance_across: 0.01,
-        };
-        self.ball = Some(BallEstimate::first_seen(&sighting, &BallModel { start_speed_sd: 0.05, ..default() }));
-    }
-
-    /// Back from a penalty: at the halfway line's end on the side away from the ball, facing the other side (2010 rule
-    /// book, section 4). Where the ball is may not be known, so which end it is must be seen.
-    fn come_back(&mut self, half_width: f32) {
-        let ball = self.heard.iter().find_map(|heard| heard.ball);
-        let side = if ball.is_some_and(|ball| ball.y > 0.0) { -1.0 } else { 1.0 };
-        let pose = Pose::new(0.0, side * half_width, -side * core::f32::consts::FRAC_PI_2);
-        self.own = PoseEstimate::new(pose, RETURNED_SD[0], RETURNED_SD[1]);
-        self.sides = Some([0.0; 2]);
-        self.contradictions = 0;
-        self.tracks.clear();
-        self.ball = None;
+        self.ball = Some(BallEstimate::at_rest(pose.inverse_transform_point(Vec2::ZERO), 0.1));
     }
 
     /// Everything moves and ages by a cycle.
@@ -276,10 +204,7 @@ impl SimpleBeliefMemory {
         let moved = odometry != self.odometry;
         let step = if moved { self.odometry.relative(odometry) } else { Pose::default() };
         self.odometry = odometry;
-        if moved && !self.penalised {
-            self.own = self.own.moved_by(step, &settings.step_error);
-        }
-        self.own_age_s += period;
+        self.own = self.own.moved_by(step, period, &settings.step_error);
         self.ball = self.ball.map(|ball| ball.advanced(step, period, &settings.ball));
         advance_tracks(&mut self.tracks, step, period, &settings.robots);
         self.heard.retain_mut(|heard| {
@@ -303,142 +228,9 @@ impl SimpleBeliefMemory {
         }
     }
 
-    /// Corrects the pose by what is seen of the pitch.
-    fn localise(
-        &mut self,
-        percepts: &Percepts,
-        posts: &[(GoalColour, Vec2); 4],
-        marks: &Marks,
-        image: Vec2,
-        settings: &SimpleBelief,
-    ) {
-        if !percepts.goal_posts.is_empty() {
-            if self.sides.is_some() {
-                self.choose_side(&percepts.goal_posts, posts, settings);
-            }
-            self.see_goal_posts(&percepts.goal_posts, posts, image, settings);
-        }
-        for mark in &percepts.landmarks {
-            let seen = match mark.kind {
-                LandmarkKind::Junction { shape } => {
-                    let alike = marks.junctions.iter().filter(|(other, _)| *other == shape);
-                    self.nearest(mark.position_m, alike.map(|(_, place)| *place))
-                }
-                LandmarkKind::PenaltyCross => self.nearest(mark.position_m, marks.crosses),
-                LandmarkKind::CentreCircle => self.nearest(mark.position_m, [Vec2::ZERO]),
-                LandmarkKind::Line { .. } => None,
-            };
-            let Some((place, distance)) = seen else { continue };
-            if distance < MARK_GATE_M {
-                let sighting = Sighting::on_ground(mark.position_m, settings.mark_angle_sd, LENS_HEIGHT_M);
-                self.correct(place, &sighting, settings.landmark_gate);
-            }
-        }
-    }
-
-    fn see_goal_posts(
-        &mut self,
-        seen: &[GoalPostPercept],
-        posts: &[(GoalColour, Vec2); 4],
-        image: Vec2,
-        settings: &SimpleBelief,
-    ) {
-        for post in seen {
-            let alike = posts.iter().filter(|(colour, _)| *colour == post.colour);
-            let Some((place, _)) = self.nearest(post.position_m, alike.map(|(_, place)| *place)) else { continue };
-            let foot_in_image = post.pixel.cmpge(Vec2::ZERO).all() && post.pixel.cmple(image).all();
-            let factor = if foot_in_image { 1.0 } else { HIDDEN_FOOT_FACTOR };
-            let mut sighting = Sighting::on_ground(post.position_m, settings.goal_post_angle_sd, LENS_HEIGHT_M);
-            sighting.variance_along *= factor * factor;
-            if self.correct(place, &sighting, settings.landmark_gate) {
-                self.contradictions = self.contradictions.saturating_sub(1);
-            } else {
-                self.contradictions += 1;
-            }
-        }
-        if self.contradictions > settings.contradictions {
-            self.contradictions = 0;
-            self.own = self.own.doubted(LOST_SD[0], LOST_SD[1]);
-            self.start_from_goal(seen, posts);
-        }
-    }
-
-    /// A lost robot that sees both posts of a goal knows where it is.
-    fn start_from_goal(&mut self, seen: &[GoalPostPercept], posts: &[(GoalColour, Vec2); 4]) {
-        let [first, second] = match seen {
-            [first, second] if first.colour == second.colour => [first, second],
-            _ => return,
-        };
-        // The left one, seen from inside the pitch, is at the left in the image.
-        let left_first = first.position_m.perp_dot(second.position_m) < 0.0;
-        let [left, right] = if left_first { [first, second] } else { [second, first] };
-        let doubt = self.own.doubted(LOST_SD[0], LOST_SD[1]);
-        // Posts come in pairs: the one with lower y first (pitch frame), so that both orders occur in the team frame.
-        for goal in posts.chunks_exact(2).filter(|goal| goal[0].0 == left.colour) {
-            let outwards = goal[0].1.x.signum();
-            let left_is_first = goal[0].1.y * outwards > goal[1].1.y * outwards;
-            let places = if left_is_first { [goal[0].1, goal[1].1] } else { [goal[1].1, goal[0].1] };
-            let pose = pose_from_two(places, [left.position_m, right.position_m]);
-            // With two goals of one colour, that in front of which the robot thinks that it is.
-            let turned = pose.forward().dot(self.own.pose.forward()) < 0.0;
-            let unique = posts.iter().filter(|(colour, _)| *colour == left.colour).count() == 2;
-            if unique || !turned {
-                self.own = PoseEstimate { pose, covariance: doubt.covariance };
-                return;
-            }
-        }
-    }
-
-    /// Weighs the pose against the pose turned by half a turn.
-    fn choose_side(&mut self, seen: &[GoalPostPercept], posts: &[(GoalColour, Vec2); 4], settings: &SimpleBelief) {
-        let Some(mut evidence) = self.sides else { return };
-        for post in seen {
-            let sighting = Sighting::on_ground(post.position_m, settings.goal_post_angle_sd, LENS_HEIGHT_M);
-            for (pose, sum) in [self.own.pose, self.own.pose.turned_half()].into_iter().zip(&mut evidence) {
-                let own = PoseEstimate { pose, ..self.own };
-                let forward = pose.forward();
-                let least = posts
-                    .iter()
-                    .filter(|(colour, _)| *colour == post.colour)
-                    .map(|(_, place)| own.innovation(forward, *place, &sighting).distance_squared)
-                    .fold(SIDE_DECISION, f32::min);
-                *sum += least;
-            }
-        }
-        self.sides = Some(evidence);
-        let [this, other] = evidence;
-        if (this - other).abs() > SIDE_DECISION {
-            self.sides = None;
-            if other < this {
-                self.own.pose = self.own.pose.turned_half();
-            }
-        }
-    }
-
-    /// The nearest of some places to where something is seen, and how far from there it is, m.
-    fn nearest(&self, place_in_robot: Vec2, places: impl IntoIterator<Item = Vec2>) -> Option<(Vec2, f32)> {
-        let seen = self.own.pose.transform_point(place_in_robot);
-        places
-            .into_iter()
-            .map(|place| (place, place.distance_squared(seen)))
-            .min_by(|(_, first), (_, second)| first.total_cmp(second))
-            .map(|(place, distance_squared)| (place, distance_squared.sqrt()))
-    }
-
-    /// Corrects the pose by a landmark, unless that is too unlikely. Returns whether it was.
-    fn correct(&mut self, landmark: Vec2, sighting: &Sighting, gate: f32) -> bool {
-        let innovation = self.own.innovation(self.own.pose.forward(), landmark, sighting);
-        let likely = innovation.distance_squared < gate;
-        if likely {
-            self.own = self.own.corrected(&innovation);
-            self.own_age_s = 0.0;
-        }
-        likely
-    }
-
     fn watch_ball(&mut self, percepts: &Percepts, head: HeadAngles, settings: &SimpleBelief, period: f32) {
         if let Some(seen) = &percepts.ball {
-            let sighting = Sighting::on_ground(seen.position_m, settings.ball_angle_sd, LENS_HEIGHT_M);
+            let sighting = Sighting::new(seen.position_m, settings.ball_angle_sd);
             self.ball = Some(match &self.ball {
                 Some(ball) => ball.seen(&sighting, &settings.ball),
                 None => BallEstimate::first_seen(&sighting, &settings.ball),
@@ -455,20 +247,20 @@ impl SimpleBeliefMemory {
 
     fn watch_robots(&mut self, percepts: &Percepts, settings: &SimpleBelief) {
         for seen in &percepts.robots {
-            let sighting = Sighting::on_ground(seen.position_m, settings.robot_angle_sd, LENS_HEIGHT_M);
+            let sighting = Sighting::new(seen.position_m, settings.robot_angle_sd);
             see_robot(&mut self.tracks, seen.team, &sighting, &settings.robots);
         }
     }
 
     fn write(&self, belief: &mut Belief, team: Team, settings: &SimpleBelief) {
-        let pose = self.own.pose;
+        let pose = self.own.estimate.pose;
         let forward = pose.forward();
         let turn = Mat2::from_cols(forward, forward.perp());
         let turned = |covariance: Mat2| place_covariance(turn * covariance * turn.transpose());
         let to_team = |place: Vec2| pose.position + forward.rotate(place);
         belief.pose = pose;
-        belief.pose_covariance = pose_covariance(self.own.covariance);
-        belief.pose_age_s = self.own_age_s;
+        belief.pose_covariance = pose_covariance(self.own.estimate.covariance);
+        belief.pose_age_s = self.own.age_s;
         let seen = self.ball.map(|ball| BallBelief {
             position_m: to_team(ball.position),
             velocity_mps: forward.rotate(ball.credible_velocity(&settings.ball)),

@@ -9,6 +9,7 @@ use crate::simulation::{MatchApp, NaoisisPlugins};
 
 mod check;
 mod list;
+mod play;
 mod report;
 mod run;
 
@@ -22,6 +23,8 @@ struct CommandLine {
 
 #[derive(Subcommand, Debug)]
 enum Command {
+    /// Watch a match in a window; the same as no command
+    Play(play::PlayArguments),
     /// Run a match headless, as fast as it goes
     Run(run::RunArguments),
     /// Check scenario files
@@ -33,6 +36,7 @@ enum Command {
 /// Parses the command line and carries it out.
 pub fn main() -> ExitCode {
     match CommandLine::parse().command {
+        Some(Command::Play(arguments)) => play::play(&arguments),
         Some(Command::Run(arguments)) => run::run(&arguments),
         Some(Command::Check(arguments)) => {
             let mut app = simulator();
@@ -43,7 +47,7 @@ pub fn main() -> ExitCode {
             let teams = app.world().resource::<BehaviourRegistry>().teams();
             list::list(&arguments, teams.map(|(name, team)| (name.to_owned(), team.description.clone())))
         }
-        None => ExitCode::SUCCESS,
+        None => play::play(&play::PlayArguments::default()),
     }
 }
 

@@ -29,6 +29,11 @@ pub fn scenario_error(error: &ScenarioError) -> ExitCode {
     ExitCode::from(USAGE_ERROR)
 }
 
+/// Says something that is no error but worth knowing.
+pub fn note(message: &str) {
+    print_error(message);
+}
+
 fn print_error(text: &str) {
     // Whoever closed standard error does not want to know.
     let _ = writeln!(io::stderr().lock(), "{text}");

@@ -20,8 +20,6 @@ use crate::robot::Team;
 use crate::scenario::{Scenario, ScenarioFile};
 use crate::simulation::{MatchApp, NaoisisPlugins};
 
-/// Runs longer than the clock of a match without one, s.
-const DEFAULT_DURATION_S: f32 = 60.0;
 /// Cycles between two looks at the progress bar.
 const CYCLES_PER_PROGRESS: u64 = 512;
 
@@ -34,7 +32,7 @@ pub struct RunArguments {
     #[arg(long)]
     pub seed: Option<u64>,
     /// Stop after this many simulated seconds
-    #[arg(long, value_name = "S", value_parser = positive_seconds)]
+    #[arg(long, value_name = "S", value_parser = positive_seconds, allow_negative_numbers = true)]
     pub duration: Option<f32>,
     /// Write a trace: a .jsonl file, .jsonl.zst for a compressed one, - for standard output
     #[arg(long, value_name = "FILE")]
@@ -118,14 +116,13 @@ struct Outcome {
 
 fn run_to_the_end(world: &mut World, scenario: &Scenario, interrupted: &AtomicBool, quiet: bool) -> Outcome {
     let period_s = world.resource::<CycleClock>().period_s;
-    let duration_s = scenario.duration_s.or((!scenario.rules.clock).then_some(DEFAULT_DURATION_S));
-    let last_cycle = duration_s.map(|duration_s| (f64::from(duration_s) / period_s).round() as u64);
+    let last_cycle = scenario.last_cycle();
     let match_s = scenario.rules.half_s * scenario.rules.halves as f32;
-    let progress = progress_bar(duration_s.unwrap_or(match_s), quiet);
+    let progress = progress_bar(scenario.end_s().unwrap_or(match_s), quiet);
     let mut outcome = Outcome { reason: EndReason::Duration, goals: Vec::new(), broken_invariants: Vec::new() };
     loop {
         let cycle = world.resource::<CycleClock>().cycle;
-        if cycle % CYCLES_PER_PROGRESS == 0 {
+        if cycle.is_multiple_of(CYCLES_PER_PROGRESS) {
             progress.set_position((cycle as f64 * period_s) as u64);
         }
         if world.resource::<Game>().state == crate::referee::GameState::Finished {

@@ -58,9 +58,7 @@ fn is_between_posts(y: f32, pitch: &Pitch) -> bool {
 
 /// Where a straight way from a place on the pitch first leaves the limits.
 fn leaving(from: Vec2, to: Vec2, limit: Vec2, pitch: &Pitch) -> Option<Crossing> {
-    if beyond(to, limit, pitch).is_none() {
-        return None;
-    }
+    beyond(to, limit, pitch)?;
     let way = to - from;
     let share = |from: f32, way: f32, limit: f32| match way {
         way if from + way > limit => (limit - from) / way,

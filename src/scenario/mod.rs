@@ -3,7 +3,7 @@
 //! Every field has a default, so that `Scenario { robots, ..default() }` in a program and `{ "robots": [...] }` in a
 //! file mean the same. Files are RON or JSON of the same shape; [`Scenario::load`] and its relatives read them:
 //!
-//! 1. the text becomes a tree of values, and an [outline](mod@outline) that knows where each of them stands;
+//! 1. the text becomes a tree of values, and an outline that knows where each of them stands;
 //! 2. presets are filled in, and what robots do not say for themselves is taken from the common settings;
 //! 3. the tree becomes a [`Scenario`];
 //! 4. [`Scenario::validate`] checks what types cannot say: ranges, and that nothing overlaps.

@@ -91,6 +91,21 @@ impl Default for Scenario {
     }
 }
 
+impl Scenario {
+    /// Where neither the scenario nor the clock of the rules ends a match, it is over after this time, s.
+    const LONGEST_WITHOUT_CLOCK_S: f32 = 60.0;
+
+    /// When the match is over at the latest, s; none where the final whistle ends it.
+    pub fn end_s(&self) -> Option<f32> {
+        self.duration_s.or((!self.rules.clock).then_some(Self::LONGEST_WITHOUT_CLOCK_S))
+    }
+
+    /// The cycle after which the match is over at the latest; none where the final whistle ends it.
+    pub fn last_cycle(&self) -> Option<u64> {
+        self.end_s().map(|end_s| (f64::from(end_s) / self.cycle_s).round() as u64)
+    }
+}
+
 /// The ball at the start.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]

@@ -23,7 +23,7 @@ use bevy::prelude::*;
 pub mod invariants;
 mod spawn;
 
-pub use spawn::MatchEntity;
+pub use spawn::{MatchEntity, start as start_match};
 
 use crate::ball::{BallPlugin, BallVelocity};
 use crate::behaviour::BehaviourPlugin;
@@ -35,6 +35,7 @@ use crate::cycle::{CycleClock, CyclePlugin, run_cycle};
 use crate::events::{CycleEvents, MatchEvent};
 use crate::geometry::Pose;
 use crate::pitch::PitchPlugin;
+use crate::random::RandomStreams;
 use crate::referee::{Game, GameState, RefereePlugin};
 use crate::robot::{RobotId, RobotPlugin, Roster};
 use crate::scenario::{Scenario, ScenarioFault};
@@ -47,6 +48,7 @@ impl PluginGroup for NaoisisPlugins {
     fn build(self) -> PluginGroupBuilder {
         PluginGroupBuilder::start::<Self>()
             .add(CyclePlugin::default())
+            .add(MatchPlugin)
             .add(PitchPlugin)
             .add(RobotPlugin)
             .add(BallPlugin)
@@ -58,6 +60,15 @@ impl PluginGroup for NaoisisPlugins {
             .add(invariants::InvariantPlugin)
             .add(SimpleBeliefPlugin)
             .add(BuiltInTeamsPlugin)
+    }
+}
+
+/// What belongs to the match as a whole, and to no part of it.
+struct MatchPlugin;
+
+impl Plugin for MatchPlugin {
+    fn build(&self, app: &mut App) {
+        app.register_type::<MatchEntity>().register_type::<Scenario>().register_type::<RandomStreams>();
     }
 }
 
@@ -105,7 +116,7 @@ pub trait MatchApp {
 
 impl MatchApp for App {
     fn start_match(&mut self, scenario: &Scenario) -> Result<&mut Self, ScenarioFault> {
-        spawn::start(self.world_mut(), scenario)?;
+        start_match(self.world_mut(), scenario)?;
         Ok(self)
     }
 

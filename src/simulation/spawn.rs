@@ -37,7 +37,11 @@ pub(super) fn ball_component<C: Component + Clone>(world: &World) -> Option<C> {
 }
 
 /// Replaces the match in the world by that of the scenario.
-pub(super) fn start(world: &mut World, scenario: &Scenario) -> Result<(), ScenarioFault> {
+///
+/// # Errors
+/// [`ScenarioFault`] when the scenario contradicts itself or names a behaviour or team that is not registered; the
+/// world is then as it was.
+pub fn start(world: &mut World, scenario: &Scenario) -> Result<(), ScenarioFault> {
     scenario.validate()?;
     let robots = robots_of(world, scenario)?;
     let mut old = world.query_filtered::<Entity, With<MatchEntity>>();

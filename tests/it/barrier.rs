@@ -125,3 +125,24 @@ fn the_error_reads_well() {
     let message = register(|_: Query<&mut WalkCommand>| {}).unwrap_err().to_string();
     assert!(message.contains("add `With<it::barrier::Mine>` to the query's filter"), "{message}");
 }
+
+#[test]
+fn every_component_and_resource_of_the_simulation_says_what_it_is() {
+    let mut app = crate::support::headless_app();
+    app.start_match(&Scenario::named("match3v3").unwrap()).unwrap();
+    app.run_cycles(3);
+    let world = app.world();
+    let registry = world.resource::<AppTypeRegistry>().read();
+    let unmarked: Vec<String> = world
+        .components()
+        .iter_registered()
+        .filter(|info| info.name().to_string().starts_with("naoisis::"))
+        .filter(|info| {
+            let mark = info.type_id().and_then(|type_id| naoisis::knowledge::Knowledge::of_type(&registry, type_id));
+            mark.is_none()
+        })
+        .map(|info| info.name().to_string())
+        .collect();
+    // The registry of behaviours is no part of a match's state; it holds functions, which cannot be reflected.
+    assert_eq!(unmarked, ["naoisis::behaviour::BehaviourRegistry"]);
+}

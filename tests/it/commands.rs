@@ -103,6 +103,7 @@ fn an_interrupted_run_closes_its_trace() {
         .unwrap();
     // Some lines are there before it is interrupted, and far fewer than of the whole match.
     while std::fs::metadata(&trace).map_or(0, |metadata| metadata.len()) < 100_000 {
+        assert!(child.try_wait().unwrap().is_none(), "the run ended early");
         std::thread::yield_now();
     }
     let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();

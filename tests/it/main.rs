@@ -2,10 +2,12 @@
 #![expect(clippy::unwrap_used, reason = "a failed test may panic")]
 
 mod barrier;
+mod built_in_scenarios;
 mod collisions;
 mod commands;
 mod determinism;
 mod kicks;
 mod matches;
 mod scenario_files;
+mod sensing;
 mod support;

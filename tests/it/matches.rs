@@ -2,7 +2,7 @@
 
 use naoisis::prelude::*;
 
-use crate::support::{headless_app, pink};
+use crate::support::{blue, headless_app, pink};
 
 /// A match of two halves of `half_s` seconds, played to its end. Returns the goals in the order of scoring.
 fn play(name: &str, seed: u64, half_s: f32) -> (naoisis::referee::Score, Vec<MatchEvent>) {
@@ -61,4 +61,26 @@ fn seven_against_seven_play_on_the_large_pitch() {
         assert!(!matches!(event, MatchEvent::InvariantBroken { .. }), "{event:?}");
     }
     assert!(events.iter().any(|event| matches!(event, MatchEvent::Kick { .. } | MatchEvent::Collision { .. })));
+}
+
+#[test]
+fn a_team_that_hears_nobody_still_plays_and_scores() {
+    let mut goals = 0;
+    for seed in 1..=2 {
+        let mut scenario = Scenario::named("match3v3").unwrap();
+        scenario.seed = seed;
+        scenario.rules.half_s = 300.0;
+        scenario.messages.loss = 1.0;
+        let mut app = headless_app();
+        app.start_match(&scenario).unwrap();
+        let ended = app.run_until(30_000, |app| {
+            for id in [blue(2), pink(3)] {
+                assert!(app.robot::<Inbox>(id).unwrap().0.is_empty());
+            }
+            app.is_finished()
+        });
+        assert!(ended);
+        goals += app.game().score.blue + app.game().score.pink;
+    }
+    assert!(goals > 0, "no goal in two matches of ten minutes");
 }

@@ -2,20 +2,26 @@
 
 use bevy::prelude::*;
 
-use super::kicking::{Aim, KickPlan, kick_now, stays_inside};
+use super::kicking::{Aim, BallAtFeet, KickPlan, any_kick, kick_now};
 use super::looking;
 use super::player::{Decision, Player, PlayerMemory};
 use super::walking::{BALL_CLEARANCE_M, approach};
+use crate::belief::BallBelief;
 use crate::geometry::unit;
 use crate::robot::head::HeadCommand;
 use crate::robot::kick::{KickRequest, KickType};
+use crate::robot::motion::WalkCommand;
 use crate::sensing::status::BodyStatus;
 
 /// An opponent nearer to the ball than this puts the attacker under pressure, m.
 const PRESSURE_DISTANCE_M: f32 = 0.5;
 /// How much less exact a kick may be under pressure.
 const PRESSURE_PATIENCE: f32 = 2.5;
-/// After lining up for so long, less exact kicks will do, s.
+/// Further away from the ball than this, an attacker faces it, m.
+const FACE_BALL_M: f32 = 0.7;
+/// Nearer to the ball than this, an attacker is at it, m.
+const AT_BALL_M: f32 = 0.5;
+/// After so long at the ball, less exact kicks will do, s.
 const PREPARATION_S: f32 = 4.0;
 /// The ball must have been seen within this time for a kick, s.
 const FRESH_BALL_S: f32 = 0.4;
@@ -29,13 +35,19 @@ const SHOT_RANGE_SHARE: f32 = 0.95;
 /// Goes for the ball and kicks it.
 pub fn attack(player: &Player, memory: &mut PlayerMemory) -> Decision {
     let Some(ball) = player.ball() else { return search(player, memory) };
+    memory.lost_since_s = None;
     let aim = choose_aim(player, memory, ball.position_m);
-    attack_towards(player, memory, &aim)
+    if let Some(kick) = kick_if_ready(player, memory, ball, &aim) {
+        memory.kick = None;
+        memory.at_ball_since_s = None;
+        return Decision { kick: Some(kick), intention: "kick", ..default() };
+    }
+    Decision { walk: line_up(player, memory, ball, &aim), intention: "attack", ..default() }
 }
 
 fn choose_aim(player: &Player, memory: &mut PlayerMemory, ball: Vec2) -> Aim {
     let aim = if memory.kick_off_since_s.is_some() && player.status.kick_off_team == player.id.team {
-        Aim::kick_off(ball, player.status.restarts % 2 == 0)
+        Aim::kick_off(ball, player.status.restarts.is_multiple_of(2))
     } else {
         let range_m = SHOT_RANGE_SHARE * player.kicks.range(KickType::LeftStraight).max_distance_m;
         Aim::choose(ball, &player.belief.opponents, player.pitch, range_m, memory.aim)
@@ -44,77 +56,51 @@ fn choose_aim(player: &Player, memory: &mut PlayerMemory, ball: Vec2) -> Aim {
     aim
 }
 
-/// Goes for the ball and kicks it where `aim` says.
-pub fn attack_towards(player: &Player, memory: &mut PlayerMemory, aim: &Aim) -> Decision {
-    let Some(ball) = player.ball() else { return search(player, memory) };
-    memory.lost_since_s = None;
-    let now = player.status.time_s;
-    let in_robot = player.in_robot(ball.position_m);
-    let opponent_distance = player.nearest_opponent(ball.position_m);
-    let free = matches!(player.body, BodyStatus::Standing | BodyStatus::Walking);
-    if free && ball.age_s < FRESH_BALL_S && ball.heard_from.is_none() {
-        let waited_s = memory.preparing_since_s.map_or(0.0, |since| now - since);
-        let patience =
-            if opponent_distance < PRESSURE_DISTANCE_M || waited_s > PREPARATION_S { PRESSURE_PATIENCE } else { 1.0 };
-        let kick = kick_now(in_robot, player.forward, aim, player.kicks, patience)
-            .or_else(|| emergency_kick(player, in_robot, opponent_distance));
-        if let Some(kick) = kick {
-            memory.kick = None;
-            memory.preparing_since_s = None;
-            return Decision { kick: Some(kick), intention: "kick", ..default() };
-        }
+/// The kick to make now, if the ball lies right for one. An opponent at the ball, or a long time there, makes do with
+/// less.
+fn kick_if_ready(player: &Player, memory: &PlayerMemory, ball: &BallBelief, aim: &Aim) -> Option<KickRequest> {
+    let is_free = matches!(player.body, BodyStatus::Standing | BodyStatus::Walking);
+    if !is_free || ball.age_s > FRESH_BALL_S || ball.heard_from.is_some() {
+        return None;
     }
-    let rolling = ball.velocity_mps.length_squared() > ROLLING_BALL_MPS * ROLLING_BALL_MPS;
-    let target = if rolling { ball.position_m + ball.velocity_mps * LEAD_S } else { ball.position_m };
-    let others = player.belief.opponents.iter().chain(&player.belief.team_mates).map(|robot| robot.position_m);
-    let plan = KickPlan::choose(target, aim, player.pose(), others, player.kicks, memory.kick);
+    let waited_s = memory.at_ball_since_s.map_or(0.0, |since| player.status.time_s - since);
+    let hurried = waited_s > PREPARATION_S || player.nearest_opponent(ball.position_m) < PRESSURE_DISTANCE_M;
+    let patience = if hurried { PRESSURE_PATIENCE } else { 1.0 };
+    let at_feet =
+        BallAtFeet { place: ball.position_m, in_robot: player.in_robot(ball.position_m), forward: player.forward };
+    let kick = kick_now(at_feet, aim, player.kicks, player.pitch, patience);
+    if kick.is_none() && hurried {
+        any_kick(at_feet, &player.belief.opponents, player.kicks, player.pitch)
+    } else {
+        kick
+    }
+}
+
+/// The step that brings the player to where it can kick the ball.
+fn line_up(player: &Player, memory: &mut PlayerMemory, ball: &BallBelief, aim: &Aim) -> WalkCommand {
+    let distance_squared = player.position().distance_squared(ball.position_m);
+    if distance_squared > AT_BALL_M * AT_BALL_M {
+        memory.at_ball_since_s = None;
+    } else if memory.at_ball_since_s.is_none() {
+        memory.at_ball_since_s = Some(player.status.time_s);
+    }
+    let rolls = ball.velocity_mps.length_squared() > ROLLING_BALL_MPS * ROLLING_BALL_MPS;
+    let meeting_place = if rolls { ball.position_m + ball.velocity_mps * LEAD_S } else { ball.position_m };
+    let mut obstacles = player.obstacles();
+    let plan = KickPlan::choose(meeting_place, aim, player.pose(), &obstacles, player.kicks, memory.kick);
     memory.kick = Some(plan.kick_type);
     let (place, last_stretch) = approach(player.position(), player.forward, plan.position, plan.facing);
     if last_stretch {
-        memory.preparing_since_s.get_or_insert(now);
-    } else if in_robot.length_squared() > 0.5 * 0.5 {
-        memory.preparing_since_s = None;
+        return player.walk_to(place, plan.facing, &obstacles);
     }
-    let mut obstacles = player.obstacles();
+    obstacles.add(ball.position_m, BALL_CLEARANCE_M);
     // Far away it is enough to face where the ball is; near it, where it shall go.
-    let walk = if last_stretch {
-        player.walk_to(place, plan.facing, &obstacles)
+    let facing = if distance_squared > FACE_BALL_M * FACE_BALL_M {
+        (ball.position_m - player.position()).normalize_or(plan.facing)
     } else {
-        obstacles.add(ball.position_m, BALL_CLEARANCE_M);
-        let facing = if in_robot.length_squared() > 0.7 * 0.7 {
-            (ball.position_m - player.position()).normalize_or(plan.facing)
-        } else {
-            plan.facing
-        };
-        player.walk_to(place, facing, &obstacles)
+        plan.facing
     };
-    Decision { walk, intention: "attack", ..default() }
-}
-
-/// A kick for want of a better one: an opponent is at the ball and the ball lies before a foot.
-fn emergency_kick(player: &Player, ball_in_robot: Vec2, opponent_distance: f32) -> Option<KickRequest> {
-    if opponent_distance > PRESSURE_DISTANCE_M {
-        return None;
-    }
-    let ball = player.position() + player.forward.rotate(ball_in_robot);
-    KickType::ALL
-        .into_iter()
-        .filter(|kick_type| kick_type.admissible_rectangle().inflate(-0.004).contains(ball_in_robot))
-        .filter_map(|kick_type| {
-            let strike = crate::robot::kick::strike(kick_type, ball_in_robot)?;
-            let direction = player.forward.rotate(strike.direction);
-            // Past the opponents, forwards, and not over a line.
-            let free = player.belief.opponents.iter().all(|opponent| {
-                let offset = opponent.position_m - ball;
-                offset.length_squared() > 0.8 * 0.8
-                    || direction.dot(offset) < 0.0
-                    || direction.perp_dot(offset).abs() > 0.2
-            });
-            let worth = direction.x;
-            (free && worth > -0.2 && stays_inside(ball, direction, 0.8, player.pitch)).then_some((worth, kick_type))
-        })
-        .max_by(|(first, _), (second, _)| first.total_cmp(second))
-        .map(|(_, kick_type)| KickRequest { kick_type, speed: 0.8 })
+    player.walk_to(place, facing, &obstacles)
 }
 
 /// Looks for the ball: turns around towards where it was lost, then walks from place to place.
@@ -128,7 +114,7 @@ pub fn search(player: &Player, memory: &mut PlayerMemory) -> Decision {
     let now = player.status.time_s;
     let since = *memory.lost_since_s.get_or_insert(now);
     memory.kick = None;
-    memory.preparing_since_s = None;
+    memory.at_ball_since_s = None;
     let head = Some(looking::search(now - since));
     let turn = if memory.lost_left { 1.0 } else { -1.0 };
     let searched_s = now - since;
@@ -150,24 +136,136 @@ pub fn search(player: &Player, memory: &mut PlayerMemory) -> Decision {
 pub fn watch(player: &Player, memory: &mut PlayerMemory) -> HeadCommand {
     /// A pose that was not confirmed for so long needs a look around, s.
     const OLD_POSE_S: f32 = 1.0;
-    /// How long a look around takes at most, s.
+    /// How long a look around takes, s.
     const GLANCE_S: f32 = 0.5;
     /// Between two looks around the ball is watched for so long, s.
     const WATCH_S: f32 = 1.5;
+    /// After so long, the robot looks around even if it thinks that it knows where it is, s.
+    const CHECK_S: f32 = 6.0;
     let now = player.status.time_s;
     let Some(ball) = player.belief.ball_in_robot() else { return looking::search(now) };
     memory.lost_left = ball.y > 0.0;
-    let pose_is_old = player.belief.pose_age_s > OLD_POSE_S;
-    if now > memory.glance_until_s && pose_is_old && now - memory.last_glance_s > WATCH_S {
+    let is_at_ball = ball.length_squared() < FACE_BALL_M * FACE_BALL_M;
+    let watched_s = now - memory.last_glance_s;
+    let is_lost = player.belief.pose_age_s > OLD_POSE_S && watched_s > WATCH_S;
+    if now > memory.glance_until_s && (is_lost || (!is_at_ball && watched_s > CHECK_S)) {
         memory.glance_until_s = now + GLANCE_S;
         memory.last_glance_s = now + GLANCE_S;
     }
-    if now < memory.glance_until_s && player.belief.pose_age_s > 0.1 {
-        // The goal that needs the lesser turn of the head.
-        let goals = [player.opponent_goal(), player.own_goal()].map(|goal| player.in_robot(goal));
-        let [first, second] = goals.map(|goal| goal.normalize_or(Vec2::X).x);
-        let goal = if first >= second { goals[0] } else { goals[1] };
-        return looking::look_along(crate::geometry::angle_of(goal));
+    if now < memory.glance_until_s
+        && let Some(post) = post_to_look_at(player)
+    {
+        return looking::look_at(post);
     }
     looking::look_at(ball)
+}
+
+/// The goal post (m, robot frame) for which the head turns least, of those that can be seen well.
+fn post_to_look_at(player: &Player) -> Option<Vec2> {
+    /// Further away, a post tells little, m.
+    const FAR_M: f32 = 6.0;
+    /// Nearer, its foot is hard to see, m.
+    const NEAR_M: f32 = 0.5;
+    /// The cosine of the greatest angle from the front, 115°: what the head reaches, less half of the image.
+    const REACH: f32 = -0.42;
+    let (x, y) = (player.pitch.goal_post_x(), player.pitch.goal.width_m / 2.0);
+    [Vec2::new(x, y), Vec2::new(x, -y), Vec2::new(-x, y), Vec2::new(-x, -y)]
+        .into_iter()
+        .filter_map(|post| {
+            let place = player.in_robot(post);
+            let distance = place.length();
+            let ahead = place.x / distance.max(NEAR_M);
+            (ahead > REACH && distance > NEAR_M && distance < FAR_M).then_some((ahead, place))
+        })
+        .max_by(|(first, _), (second, _)| first.total_cmp(second))
+        .map(|(_, place)| place)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::behaviour::teams::player::tests::{Situation, after_decision};
+    use crate::geometry::Pose;
+    use crate::robot::body::BodyBounds;
+
+    const BALL_RADIUS_M: f32 = 0.03;
+
+    #[test]
+    fn from_all_around_the_ball_is_reached_without_a_touch_and_kicked_at_the_goal() {
+        for index in 0..24 {
+            let angle = index as f32 * 0.26;
+            let ball = Vec2::new(0.8, -0.4);
+            let start = ball + unit(angle) * (0.35 + 0.05 * index as f32);
+            let mut situation = Situation::new(Pose { position: start, heading: 2.0 * angle }, ball);
+            let mut memory = PlayerMemory::default();
+            let mut kick = None;
+            for _ in 0..30 * 20 {
+                let decision = attack(&situation.player(), &mut memory);
+                kick = decision.kick;
+                if kick.is_some() {
+                    break;
+                }
+                situation.belief.pose = after_decision(situation.belief.pose, &decision);
+                let base = BodyBounds::default().base.footprint(situation.belief.pose);
+                let gap = base.signed_distance(ball).0 - BALL_RADIUS_M;
+                assert!(gap > 0.0, "start {index}: touches the ball at {:?}", situation.belief.pose);
+                situation.status.time_s += situation.period;
+            }
+            let kick = kick.unwrap_or_else(|| panic!("start {index}: no kick within 20 s"));
+            let in_robot = situation.belief.ball_in_robot().unwrap();
+            let strike = crate::robot::kick::strike(kick.kick_type, in_robot).unwrap();
+            let direction = situation.belief.pose.forward().rotate(strike.direction);
+            let y = ball.y + direction.y / direction.x * (3.0 - ball.x);
+            assert!(direction.x > 0.0 && y.abs() < 0.62, "start {index}: crosses the goal line at {y}");
+        }
+    }
+
+    #[test]
+    fn an_unseen_or_heard_ball_is_not_kicked_and_neither_is_one_while_recovering() {
+        let kicks = |change: fn(&mut Situation)| {
+            let mut situation = Situation::new(Pose::new(-0.17, -0.05, 0.0), Vec2::ZERO);
+            change(&mut situation);
+            attack(&situation.player(), &mut PlayerMemory::default()).kick.is_some()
+        };
+        assert!(kicks(|_| {}));
+        assert!(!kicks(|situation| situation.belief.ball.as_mut().unwrap().age_s = 1.0));
+        assert!(!kicks(|situation| {
+            situation.belief.ball.as_mut().unwrap().heard_from =
+                Some(crate::robot::RobotId::new(crate::robot::Team::Blue, 3));
+        }));
+        assert!(!kicks(|situation| situation.body = BodyStatus::Recovering));
+    }
+
+    #[test]
+    fn the_own_kick_off_is_no_shot() {
+        let mut situation = Situation::new(Pose::new(-0.3, 0.0, 0.0), Vec2::ZERO);
+        let mut memory = PlayerMemory { kick_off_since_s: Some(0.0), ..default() };
+        for _ in 0..300 {
+            let decision = attack(&situation.player(), &mut memory);
+            if let Some(kick) = decision.kick {
+                // 1.06 m: not nearly to the goal, 3 m away.
+                assert!(kick.speed < 0.6, "{kick:?}");
+                return;
+            }
+            situation.belief.pose = after_decision(situation.belief.pose, &decision);
+        }
+        panic!("no kick within 10 s");
+    }
+
+    #[test]
+    fn a_lost_ball_is_searched_all_around() {
+        let mut situation = Situation::new(Pose::default(), Vec2::ZERO);
+        situation.belief.ball = None;
+        let mut memory = PlayerMemory::default();
+        let mut turned = 0.0;
+        for _ in 0..30 * 8 {
+            let decision = search(&situation.player(), &mut memory);
+            turned += decision.walk.dtheta.abs();
+            assert!(decision.head.is_some());
+            situation.belief.pose = after_decision(situation.belief.pose, &decision);
+            situation.status.time_s += situation.period;
+        }
+        // 40 % of 90 degrees per second for 8 s are 288 degrees; the head adds 100 to either side.
+        assert!(turned > 4.5, "{turned}");
+    }
 }

@@ -2,12 +2,15 @@
 
 use super::attack::{attack, search};
 use super::player::{Decision, Player, PlayerMemory};
-use super::roles::{SUPPORT_DISTANCE_M, has_turn, support};
+use super::roles::{has_turn, support};
+
+/// A chaser that is not the nearest comes no nearer to the ball than this, m.
+const CROWDING_DISTANCE_M: f32 = 1.2;
 
 /// Decides for a chaser.
 pub fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
     let Some(ball) = player.ball().map(|ball| ball.position_m) else { return search(player, memory) };
     memory.attacks = has_turn(player, memory, ball, |_| true);
-    let crowding = player.position().distance_squared(ball) < 1.5 * SUPPORT_DISTANCE_M * SUPPORT_DISTANCE_M;
+    let crowding = player.position().distance_squared(ball) < CROWDING_DISTANCE_M * CROWDING_DISTANCE_M;
     if memory.attacks || !crowding { attack(player, memory) } else { support(player, ball) }
 }

@@ -2,6 +2,7 @@
 
 use bevy::prelude::*;
 
+use super::walking::Obstacles;
 use crate::belief::RobotBelief;
 use crate::geometry::{Pose, unrotate};
 use crate::pitch::Pitch;
@@ -21,16 +22,24 @@ const GOAL_AIMS: [f32; 7] = [0.0, 0.17, -0.17, 0.34, -0.34, 0.5, -0.5];
 const AIM_PREFERENCE_M: f32 = 0.05;
 /// The direction of a pass or of a clearance may be off by this much: its sine.
 const PASS_TOLERANCE: f32 = 0.26;
+/// The same near the own goal, where it matters most that the ball gets away.
+const CLEARANCE_TOLERANCE: f32 = 0.6;
+/// Nearer to the own goal line than this, the ball is cleared, m.
+const CLEARANCE_DEPTH_M: f32 = 1.2;
 /// A ball that is passed stays this far from the lines, m.
 const LINE_MARGIN_M: f32 = 0.35;
+/// The ball must lie so far inside the rectangle of a kick, m: it is not seen to the millimetre.
+const RECTANGLE_MARGIN_M: f32 = 0.004;
+/// A kick over less is not worth the while, m.
+const LEAST_KICK_M: f32 = 0.4;
 /// Advantage of the type of kick chosen before, s.
 const KICK_PREFERENCE_S: f32 = 0.5;
 /// What a side kick is worse by, s: it is the weaker.
 const SIDE_KICK_COST_S: f32 = 0.6;
 /// What a place next to which another robot stands is worse by, s.
 const OCCUPIED_COST_S: f32 = 2.5;
-/// Nearer to another robot than this, a place is taken, m.
-const OCCUPIED_DISTANCE_M: f32 = 0.3;
+/// A place is taken if it is in an obstacle's circle reduced to this share.
+const OCCUPIED_SHARE: f32 = 0.8;
 
 /// Where the ball should go.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -106,7 +115,8 @@ impl Aim {
             (room - 0.15 + preference(aim.direction), aim)
         });
         let (_, aim) = wings.into_iter().fold(ahead, |best, wing| if wing.0 > best.0 { wing } else { best });
-        aim
+        let must_clear = ball.x < CLEARANCE_DEPTH_M - pitch.half_length();
+        Self { tolerance: if must_clear { CLEARANCE_TOLERANCE } else { aim.tolerance }, ..aim }
     }
 
     /// A gentle first touch at the own kick-off, to the side on which `left` is: a direct shot would be no play.
@@ -124,7 +134,8 @@ fn room_along(ball: Vec2, direction: Vec2, distance_m: f32, opponents: &[RobotBe
             let offset = opponent.position_m - ball;
             let along = direction.dot(offset);
             let across = direction.perp_dot(offset).abs();
-            (along > 0.0 && along < distance_m + 0.2).then(|| across - BLOCKED_HALF_WIDTH_M - BLOCKED_PER_METRE * along)
+            (along > 0.0 && along < distance_m + 0.2)
+                .then_some(across - BLOCKED_HALF_WIDTH_M - BLOCKED_PER_METRE * along)
         })
         .fold(ENOUGH_ROOM_M, f32::min)
 }
@@ -165,7 +176,7 @@ impl KickPlan {
         ball: Vec2,
         aim: &Aim,
         own: Pose,
-        others: impl Iterator<Item = Vec2> + Clone,
+        obstacles: &Obstacles,
         kicks: &KickSettings,
         previous: Option<KickType>,
     ) -> Self {
@@ -186,8 +197,14 @@ impl KickPlan {
                     cost_s += 5.0;
                 }
             }
-            if others.clone().any(|other| other.distance_squared(position) < OCCUPIED_DISTANCE_M * OCCUPIED_DISTANCE_M)
-            {
+            // The place itself, and that from where the last stretch begins, must be free.
+            let taken = obstacles.iter().any(|obstacle| {
+                let least = OCCUPIED_SHARE * obstacle.radius_m;
+                [position, position - facing * 0.09]
+                    .into_iter()
+                    .any(|place| place.distance_squared(obstacle.centre) < least * least)
+            });
+            if taken {
                 cost_s += OCCUPIED_COST_S;
             }
             if previous == Some(kick_type) {
@@ -208,42 +225,213 @@ fn is_side_kick(kick_type: KickType) -> bool {
     matches!(kick_type, KickType::LeftSide | KickType::RightSide)
 }
 
+/// A ball before a player's feet.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct BallAtFeet {
+    /// Where it is, m, team frame.
+    pub place: Vec2,
+    /// Where it is, m, robot frame.
+    pub in_robot: Vec2,
+    /// Where the robot faces, unit vector, team frame.
+    pub forward: Vec2,
+}
+
+impl BallAtFeet {
+    /// The kicks that reach the ball, each with the direction in which the ball leaves, unit vector, team frame.
+    fn kicks(self) -> impl Iterator<Item = (KickType, Vec2)> {
+        KickType::ALL.into_iter().filter_map(move |kick_type| {
+            let rectangle = kick_type.admissible_rectangle().inflate(-RECTANGLE_MARGIN_M);
+            let strike = strike(kick_type, self.in_robot).filter(|_| rectangle.contains(self.in_robot))?;
+            Some((kick_type, self.forward.rotate(strike.direction)))
+        })
+    }
+}
+
 /// The kick to make now, if the ball lies so that one sends it where it should go: of those that do, the most accurate.
 /// `patience` scales how far off the direction may be.
 pub fn kick_now(
-    ball_in_robot: Vec2,
-    forward: Vec2,
+    ball: BallAtFeet,
     aim: &Aim,
     kicks: &KickSettings,
+    pitch: &Pitch,
     patience: f32,
 ) -> Option<KickRequest> {
-    let mut best: Option<(f32, KickType)> = None;
-    for kick_type in KickType::ALL {
-        let rectangle = kick_type.admissible_rectangle().inflate(-0.004);
-        if !rectangle.contains(ball_in_robot) {
-            continue;
-        }
-        let Some(strike) = strike(kick_type, ball_in_robot) else { continue };
-        let direction = forward.rotate(strike.direction);
-        let error = aim.direction.perp_dot(direction).abs();
-        let reach = kicks.range(kick_type).max_distance_m;
-        let too_weak = aim.is_shot && reach < 1.1 * aim.distance_m;
-        if direction.dot(aim.direction) < 0.3 || error > patience * aim.tolerance || too_weak {
-            continue;
-        }
-        if best.is_none_or(|(least, _)| error < least) {
-            best = Some((error, kick_type));
-        }
-    }
-    best.map(|(_, kick_type)| {
-        let reach = kicks.range(kick_type).max_distance_m;
-        let speed = if aim.is_shot { 1.0 } else { (aim.distance_m / reach).clamp(0.15, 1.0) };
-        KickRequest { kick_type, speed }
-    })
+    ball.kicks()
+        .filter_map(|(kick_type, direction)| {
+            let error = aim.direction.perp_dot(direction).abs();
+            let reach_m = kicks.range(kick_type).max_distance_m;
+            let distance_m =
+                if aim.is_shot { reach_m } else { aim.distance_m.min(room_inside(ball.place, direction, pitch)) };
+            let is_good = direction.dot(aim.direction) > 0.3
+                && error < patience * aim.tolerance
+                && distance_m > LEAST_KICK_M
+                && (!aim.is_shot || reach_m > 1.1 * aim.distance_m);
+            is_good.then_some((error, KickRequest { kick_type, speed: (distance_m / reach_m).min(1.0) }))
+        })
+        .min_by(|(first, _), (second, _)| first.total_cmp(second))
+        .map(|(_, kick)| kick)
 }
 
-/// Whether a ball kicked in this direction over this distance stays well inside the lines.
-pub fn stays_inside(ball: Vec2, direction: Vec2, distance_m: f32, pitch: &Pitch) -> bool {
-    let end = ball + direction * distance_m;
-    end.x.abs() < pitch.half_length() - LINE_MARGIN_M && end.y.abs() < pitch.half_width() - LINE_MARGIN_M
+/// A kick for want of a better one: to wherever the ball goes from where it lies, past opponents and not backwards.
+pub fn any_kick(
+    ball: BallAtFeet,
+    opponents: &[RobotBelief],
+    kicks: &KickSettings,
+    pitch: &Pitch,
+) -> Option<KickRequest> {
+    /// Opponents further away than this do not stop the ball, m.
+    const OPPONENT_RANGE_M: f32 = 0.8;
+    /// The x component of the direction that is furthest backwards.
+    const LEAST_FORWARDS: f32 = -0.2;
+    ball.kicks()
+        .filter_map(|(kick_type, direction)| {
+            let is_free = opponents.iter().all(|opponent| {
+                let offset = opponent.position_m - ball.place;
+                offset.length_squared() > OPPONENT_RANGE_M * OPPONENT_RANGE_M
+                    || direction.dot(offset) < 0.0
+                    || direction.perp_dot(offset).abs() > BLOCKED_HALF_WIDTH_M
+            });
+            let reach_m = kicks.range(kick_type).max_distance_m;
+            let distance_m = room_inside(ball.place, direction, pitch).min(reach_m);
+            (is_free && direction.x > LEAST_FORWARDS && distance_m > LEAST_KICK_M)
+                .then_some((direction.x, KickRequest { kick_type, speed: distance_m / reach_m }))
+        })
+        .max_by(|(first, _), (second, _)| first.total_cmp(second))
+        .map(|(_, kick)| kick)
+}
+
+/// How far a ball can roll in this direction until it comes too near to a line, m.
+fn room_inside(ball: Vec2, direction: Vec2, pitch: &Pitch) -> f32 {
+    let along = |place: f32, direction: f32, half: f32| {
+        if direction.abs() < 1e-3 {
+            f32::MAX
+        } else {
+            ((half - LINE_MARGIN_M) * direction.signum() - place) / direction
+        }
+    };
+    along(ball.x, direction.x, pitch.half_length()).min(along(ball.y, direction.y, pitch.half_width())).max(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::unit;
+    use approx::assert_abs_diff_eq;
+
+    fn opponent(x: f32, y: f32) -> RobotBelief {
+        RobotBelief { id: None, position_m: Vec2::new(x, y), covariance: [0.0; 3], age_s: 0.0 }
+    }
+
+    fn aim(ball: Vec2, opponents: &[RobotBelief]) -> Aim {
+        Aim::choose(ball, opponents, &Pitch::default(), 3.8, None)
+    }
+
+    /// Where a ball kicked so crosses the opponents' goal line, m from its middle.
+    fn crossing(ball: Vec2, aim: &Aim) -> f32 {
+        ball.y + aim.direction.y / aim.direction.x * (3.0 - ball.x)
+    }
+
+    #[test]
+    fn a_free_ball_is_shot_between_the_posts() {
+        for ball in [Vec2::new(1.0, 0.5), Vec2::new(2.0, -1.0), Vec2::new(0.0, 1.2), Vec2::new(2.6, 0.0)] {
+            let aim = aim(ball, &[]);
+            assert!(aim.is_shot, "{ball}");
+            // Clear of the posts by the ball's radius: 0.7 - 0.05 - 0.03 = 0.62 m from the middle.
+            assert!(crossing(ball, &aim).abs() < 0.62, "{ball} {aim:?}");
+        }
+    }
+
+    #[test]
+    fn a_keeper_is_passed_on_its_wider_side() {
+        let ball = Vec2::new(1.5, 0.0);
+        assert!(crossing(ball, &aim(ball, &[opponent(2.7, 0.25)])) < -0.1);
+        assert!(crossing(ball, &aim(ball, &[opponent(2.7, -0.25)])) > 0.1);
+    }
+
+    #[test]
+    fn from_beside_the_goal_the_ball_goes_to_its_front() {
+        let ball = Vec2::new(2.9, 1.6);
+        let aim = aim(ball, &[]);
+        assert!(!aim.is_shot);
+        assert_abs_diff_eq!(ball + aim.direction * aim.distance_m, Vec2::new(2.1, 0.0), epsilon = 1e-5);
+    }
+
+    #[test]
+    fn whoever_stands_where_it_should_sends_the_ball_where_it_should_go() {
+        let ball = Vec2::new(0.4, -0.3);
+        for kick_type in KickType::ALL {
+            for angle in [-2.5, -1.0, 0.0, 0.4, 3.0] {
+                let direction = unit(angle);
+                let (position, facing) = stand_for(kick_type, ball, direction);
+                let in_robot = unrotate(facing, ball - position);
+                assert!(kick_type.admissible_rectangle().contains(in_robot));
+                let strike = strike(kick_type, in_robot).unwrap();
+                assert!(!strike.reduced);
+                assert_abs_diff_eq!(facing.rotate(strike.direction), direction, epsilon = 1e-5);
+                // Far enough away for the toes, at x = 11 cm, not to touch a ball of 3 cm radius.
+                assert!(in_robot.x > 0.14);
+            }
+        }
+    }
+
+    #[test]
+    fn the_foot_that_is_nearer_is_chosen_and_a_side_kick_when_that_spares_the_turn() {
+        let ball = Vec2::new(1.0, 0.0);
+        let choose = |own: Pose, direction: Vec2| {
+            let aim = Aim { direction, distance_m: 1.0, tolerance: 0.2, is_shot: false };
+            KickPlan::choose(ball, &aim, own, &Obstacles::default(), &KickSettings::default(), None).kick_type
+        };
+        assert_eq!(choose(Pose::new(0.7, -0.1, 0.0), Vec2::X), KickType::LeftStraight);
+        assert_eq!(choose(Pose::new(0.7, 0.1, 0.0), Vec2::X), KickType::RightStraight);
+        assert_eq!(choose(Pose::new(0.8, 0.0, 0.0), Vec2::Y), KickType::RightSide);
+        assert_eq!(choose(Pose::new(0.8, 0.0, 0.0), -Vec2::Y), KickType::LeftSide);
+    }
+
+    #[test]
+    fn a_place_taken_by_another_robot_is_avoided() {
+        let ball = Vec2::new(1.0, 0.0);
+        let aim = Aim { direction: Vec2::X, distance_m: 1.0, tolerance: 0.2, is_shot: false };
+        let own = Pose::new(0.7, -0.1, 0.0);
+        let mut obstacles = Obstacles::default();
+        obstacles.add(Vec2::new(0.8, -0.25), 0.36);
+        let plan = KickPlan::choose(ball, &aim, own, &obstacles, &KickSettings::default(), None);
+        assert!(plan.position.distance(Vec2::new(0.8, -0.25)) > 0.2, "{plan:?}");
+    }
+
+    #[test]
+    fn a_ball_is_kicked_when_it_goes_where_it_should_and_only_then() {
+        let kick = |in_robot: Vec2, tolerance: f32| {
+            let ball = BallAtFeet { place: Vec2::ZERO, in_robot, forward: Vec2::X };
+            let aim = Aim { direction: Vec2::X, distance_m: 2.0, tolerance, is_shot: false };
+            kick_now(ball, &aim, &KickSettings::default(), &Pitch::default(), 1.0)
+        };
+        let straight = kick(Vec2::new(0.17, 0.05), 0.1).unwrap();
+        // 2 m of the left foot's 4 m.
+        assert_eq!(straight, KickRequest { kick_type: KickType::LeftStraight, speed: 0.5 });
+        // The ray from the tip (0.10, 0.05) to (0.17, 0.08) leaves at atan(3 / 7) = 23°, of sine 0.39.
+        assert_eq!(kick(Vec2::new(0.17, 0.08), 0.3), None);
+        assert!(kick(Vec2::new(0.17, 0.08), 0.45).is_some());
+        assert_eq!(kick(Vec2::new(0.25, 0.05), 0.3), None);
+    }
+
+    #[test]
+    fn a_pass_does_not_roll_over_the_lines() {
+        let ball = BallAtFeet { place: Vec2::new(0.0, 1.2), in_robot: Vec2::new(0.17, 0.05), forward: Vec2::Y };
+        let aim = Aim { direction: Vec2::Y, distance_m: 3.0, tolerance: 0.2, is_shot: false };
+        let kick = kick_now(ball, &aim, &KickSettings::default(), &Pitch::default(), 1.0).unwrap();
+        // Until 0.35 m before the line at y = 2: 0.45 m of 4 m.
+        assert_abs_diff_eq!(kick.speed, 0.1125, epsilon = 1e-4);
+    }
+
+    #[test]
+    fn for_want_of_better_the_ball_goes_forwards_past_the_opponent() {
+        let ball = BallAtFeet { place: Vec2::ZERO, in_robot: Vec2::new(0.16, 0.08), forward: Vec2::X };
+        let (kicks, pitch) = (KickSettings::default(), Pitch::default());
+        let kick = any_kick(ball, &[], &kicks, &pitch).unwrap();
+        assert_eq!(kick.kick_type, KickType::LeftStraight);
+        let kick = any_kick(ball, &[opponent(0.4, 0.2)], &kicks, &pitch).unwrap();
+        assert_eq!(kick.kick_type, KickType::RightSide);
+        let backwards = BallAtFeet { forward: -Vec2::X, ..ball };
+        assert_eq!(any_kick(backwards, &[], &kicks, &pitch).map(|kick| kick.kick_type), None);
+    }
 }

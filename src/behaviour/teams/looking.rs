@@ -3,9 +3,10 @@
 use bevy::math::ops;
 use bevy::prelude::*;
 
-use crate::belief::ball::{CAMERA_TILT, LENS_HEIGHT_M};
+use crate::belief::sighting::LENS_HEIGHT_M;
 use crate::geometry::angle_of;
 use crate::robot::head::HeadCommand;
+use crate::sensing::camera::model::BOTTOM_TILT;
 
 /// What is looked at stays so far from the upper and lower edge of the image, which reaches to 18.4°: radians.
 const PITCH_MARGIN: f32 = 0.22;
@@ -24,14 +25,9 @@ const SEARCH_PITCHES: [f32; 2] = [0.0, 0.31];
 pub fn look_at(place: Vec2) -> HeadCommand {
     let depression = ops::atan2(LENS_HEIGHT_M, (place.length() - 0.05).max(0.01));
     let nearest = |axis: f32| PREFERRED_PITCH.clamp(depression - axis - PITCH_MARGIN, depression - axis + PITCH_MARGIN);
-    let (top, bottom) = (nearest(0.0), nearest(CAMERA_TILT));
+    let (top, bottom) = (nearest(0.0), nearest(BOTTOM_TILT));
     let pitch = if top.abs() <= bottom.abs() { top } else { bottom };
     HeadCommand { yaw: angle_of(place), pitch: pitch.clamp(PITCH_RANGE[0], PITCH_RANGE[1]) }
-}
-
-/// Looks in a direction, radians from the front, at what stands up from the ground.
-pub fn look_along(yaw: f32) -> HeadCommand {
-    HeadCommand { yaw, pitch: 0.05 }
 }
 
 /// Looks everywhere, in turn: where at this time, s.

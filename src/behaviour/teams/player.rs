@@ -70,8 +70,8 @@ pub struct PlayerMemory {
     pub aim: Option<Vec2>,
     /// The kick that is being prepared.
     pub kick: Option<KickType>,
-    /// When the preparation of it began, s.
-    pub preparing_since_s: Option<f32>,
+    /// Since when it is at the ball, s.
+    pub at_ball_since_s: Option<f32>,
     /// Whether it is its turn to go for the ball.
     pub attacks: bool,
     /// When the ball was lost, s.
@@ -164,5 +164,92 @@ impl<'a> Player<'a> {
         let way = place - self.position();
         let facing = if way.length_squared() > 0.8 * 0.8 { way.normalize_or(facing) } else { facing };
         self.walk_to(place, facing, obstacles)
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use crate::referee::GameState;
+    use crate::robot::Team;
+    use crate::robot::motion::after_step;
+
+    /// What a player may find itself in: everything that a [`Player`] refers to.
+    #[derive(Clone, Debug)]
+    pub struct Situation {
+        pub id: RobotId,
+        pub belief: Belief,
+        pub status: GameStatus,
+        pub body: BodyStatus,
+        pub sonar: SonarReading,
+        pub sonar_settings: SonarSettings,
+        pub limits: MotionLimits,
+        pub kicks: KickSettings,
+        pub pitch: Pitch,
+        pub period: f32,
+    }
+
+    impl Situation {
+        /// Blue's number 2 with the ball in play.
+        pub fn new(pose: Pose, ball: Vec2) -> Self {
+            Self {
+                id: RobotId::new(Team::Blue, 2),
+                belief: Belief { ball: Some(BallBelief { position_m: ball, ..default() }), ..Belief::at(pose) },
+                status: GameStatus { state: GameState::Playing, ..default() },
+                body: BodyStatus::Standing,
+                sonar: SonarReading::default(),
+                sonar_settings: SonarSettings::default(),
+                limits: MotionLimits::default(),
+                kicks: KickSettings::default(),
+                pitch: Pitch::default(),
+                period: 1.0 / 30.0,
+            }
+        }
+
+        /// The player in it.
+        pub fn player(&self) -> Player<'_> {
+            Player {
+                id: self.id,
+                belief: &self.belief,
+                status: &self.status,
+                body: self.body,
+                sonar: self.sonar,
+                sonar_settings: &self.sonar_settings,
+                limits: &self.limits,
+                kicks: &self.kicks,
+                pitch: &self.pitch,
+                team_size: 3,
+                period: self.period,
+                forward: self.belief.pose.forward(),
+            }
+        }
+    }
+
+    /// Where a step leads; it must be within the limits of 0.2 m/s and 90 degrees per second.
+    pub fn after_decision(pose: Pose, decision: &Decision) -> Pose {
+        let step = decision.walk;
+        assert!(step.translation().length() < 0.2 / 30.0 + 1e-6);
+        assert!(step.dtheta.abs() < core::f32::consts::FRAC_PI_2 / 30.0 + 1e-6);
+        after_step(pose, step)
+    }
+
+    #[test]
+    fn obstacles_are_robots_posts_and_what_only_the_sonars_know() {
+        let mut situation = Situation::new(Pose::new(2.0, 0.6, 0.0), Vec2::ZERO);
+        let robot = |x, y, age_s| crate::belief::RobotBelief {
+            id: None,
+            position_m: Vec2::new(x, y),
+            covariance: [0.0; 3],
+            age_s,
+        };
+        situation.belief.opponents = vec![robot(1.5, 0.6, 0.0), robot(-2.0, 0.0, 0.0), robot(2.2, 0.0, 3.0)];
+        let count = |situation: &Situation| situation.player().obstacles().iter().count();
+        // The opponent near by, and the post at (2.975, 0.7); the others are far away or long gone.
+        assert_eq!(count(&situation), 2);
+        situation.sonar.left = Some(0.3);
+        assert_eq!(count(&situation), 3);
+        // The same echo from a robot that is known.
+        situation.belief.opponents.push(robot(2.33, 0.72, 0.0));
+        assert_eq!(count(&situation), 3);
     }
 }

@@ -4,8 +4,8 @@ use bevy::prelude::*;
 
 use super::player::{Decision, Player, PlayerMemory};
 use super::walking::Obstacles;
-use crate::belief::RobotBelief;
 use crate::robot::RobotId;
+use crate::robot::motion::WalkCommand;
 
 /// A player keeps its turn at the ball until a team-mate is nearer by this, s.
 const TURN_PREFERENCE_S: f32 = 0.8;
@@ -34,7 +34,18 @@ pub fn has_turn(player: &Player, memory: &PlayerMemory, ball: Vec2, counts: impl
     })
 }
 
-/// Walks to a place from where the attacker can be supported: behind the ball and beside it, away from other team-mates.
+/// Where supporters stand: ahead of and to the left of the ball, m; the first for the player with number 2.
+const SUPPORT_PLACES_M: [Vec2; 7] = [
+    Vec2::new(-0.8, -0.7),
+    Vec2::new(-0.8, 0.7),
+    Vec2::new(-1.6, 0.0),
+    Vec2::new(-1.6, 1.3),
+    Vec2::new(-1.6, -1.3),
+    Vec2::new(-2.5, 0.6),
+    Vec2::new(-2.5, -0.6),
+];
+
+/// Walks to a place from where the attacker can be supported: behind the ball and beside it, each number its own.
 pub fn support(player: &Player, ball: Vec2) -> Decision {
     let place = support_place(player, ball);
     let facing = (ball - player.position()).normalize_or(Vec2::X);
@@ -44,28 +55,20 @@ pub fn support(player: &Player, ball: Vec2) -> Decision {
 }
 
 fn support_place(player: &Player, ball: Vec2) -> Vec2 {
-    // Odd numbers to the left, even ones to the right: two supporters keep apart without talking.
-    let side = if player.id.number % 2 == 1 { 1.0 } else { -1.0 };
-    let wanted = Vec2::new(ball.x - 0.8, 0.5 * ball.y + side * 0.8);
-    let most = Vec2::new(player.pitch.half_length() - 0.8, player.pitch.half_width() - 0.4);
-    wanted.clamp(-most, most)
+    let index = (usize::from(player.id.number) + SUPPORT_PLACES_M.len() - 2) % SUPPORT_PLACES_M.len();
+    let offset = SUPPORT_PLACES_M[index];
+    let wanted = Vec2::new(ball.x + offset.x, 0.6 * ball.y + offset.y);
+    let (length, width) = (player.pitch.half_length(), player.pitch.half_width());
+    // Not among the keeper's feet, and not over the lines.
+    let least = Vec2::new(-length + player.pitch.penalty_area.depth_m + 0.3, -width + 0.4);
+    wanted.clamp(least, Vec2::new(length - 0.8, width - 0.4))
 }
 
 /// Goes to a place unless it is near enough already: who supports need not shuffle about.
-pub fn stay_or_go(
-    player: &Player,
-    place: Vec2,
-    facing: Vec2,
-    obstacles: &Obstacles,
-) -> crate::robot::motion::WalkCommand {
+pub fn stay_or_go(player: &Player, place: Vec2, facing: Vec2, obstacles: &Obstacles) -> WalkCommand {
     if place.distance_squared(player.position()) < 0.12 * 0.12 {
         player.walk_to(player.position(), facing, obstacles)
     } else {
         player.travel_to(place, facing, obstacles)
     }
-}
-
-/// Whether a team-mate keeps the goal.
-pub fn is_keeper(mate: &RobotBelief) -> bool {
-    mate.id.is_some_and(|id| id.number == 1)
 }

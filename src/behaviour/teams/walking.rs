@@ -144,3 +144,87 @@ pub fn approach(own: Vec2, forward: Vec2, position: Vec2, facing: Vec2) -> (Vec2
     let aligned = facing.dot(forward) > 0.96;
     if in_corridor && aligned && behind < 0.3 { (position, true) } else { (position - facing * 0.09, false) }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_abs_diff_eq;
+    use core::f32::consts::FRAC_PI_2;
+
+    fn one_obstacle(x: f32, y: f32, radius: f32) -> Obstacles {
+        let mut obstacles = Obstacles::default();
+        obstacles.add(Vec2::new(x, y), radius);
+        obstacles
+    }
+
+    #[test]
+    fn a_free_way_is_straight() {
+        let to = Vec2::new(2.0, 1.0);
+        assert_eq!(way_around(Vec2::ZERO, to, &Obstacles::default()), to);
+        assert_eq!(way_around(Vec2::ZERO, to, &one_obstacle(-0.5, -0.25, 0.3)), to);
+        assert_eq!(way_around(Vec2::ZERO, to, &one_obstacle(1.0, 1.5, 0.3)), to);
+        // Behind the place to reach.
+        assert_eq!(way_around(Vec2::ZERO, to, &one_obstacle(3.0, 1.5, 0.3)), to);
+    }
+
+    #[test]
+    fn an_obstacle_is_passed_along_its_tangent_on_the_nearer_side() {
+        let obstacles = one_obstacle(1.0, 0.1, 0.5);
+        let way = way_around(Vec2::ZERO, Vec2::new(3.0, 0.0), &obstacles);
+        assert!(way.y < 0.0, "the centre is on the left: pass on the right");
+        // A tangent is at a distance of the radius, and the 2 % more, from the centre.
+        let distance = way.normalize().perp_dot(Vec2::new(1.0, 0.1)).abs();
+        assert_abs_diff_eq!(distance, 0.51, epsilon = 1e-4);
+    }
+
+    #[test]
+    fn a_way_that_is_walled_off_on_one_side_leads_around_the_other() {
+        let mut obstacles = one_obstacle(1.0, 0.05, 0.3);
+        obstacles.add(Vec2::new(0.8, -0.45), 0.3);
+        assert!(way_around(Vec2::ZERO, Vec2::new(3.0, 0.0), &obstacles).y > 0.0);
+    }
+
+    #[test]
+    fn a_walk_past_obstacles_arrives_and_keeps_its_distance() {
+        let to = Vec2::new(3.0, 0.2);
+        let mut obstacles = one_obstacle(1.0, 0.0, 0.36);
+        obstacles.add(Vec2::new(2.0, 0.5), 0.36);
+        let mut position = Vec2::ZERO;
+        for _ in 0..600 {
+            position += way_around(position, to, &obstacles).clamp_length_max(0.2 / 30.0);
+            for obstacle in obstacles.iter() {
+                assert!(position.distance(obstacle.centre) > 0.98 * obstacle.radius_m, "{position}");
+            }
+        }
+        assert_abs_diff_eq!(position, to, epsilon = 1e-4);
+    }
+
+    #[test]
+    fn whoever_stands_too_near_moves_off() {
+        let obstacles = one_obstacle(0.1, 0.0, 0.4);
+        let way = way_around(Vec2::ZERO, Vec2::new(2.0, 0.0), &obstacles);
+        assert!(way.x < 0.0 && way.y.abs() > 0.0, "{way}");
+    }
+
+    #[test]
+    fn steps_stay_within_the_limits_and_are_in_the_robots_frame() {
+        let limits = MotionLimits::default();
+        // Facing +y, to go along +x is to go to the right.
+        let step = step_towards(Vec2::Y, Vec2::new(1.0, 0.0), Vec2::X, &limits, 1.0 / 30.0);
+        assert_abs_diff_eq!(step.dx, 0.0, epsilon = 1e-7);
+        assert_abs_diff_eq!(step.dy, -0.2 / 30.0, epsilon = 1e-7);
+        assert_abs_diff_eq!(step.dtheta, -FRAC_PI_2 / 30.0, epsilon = 1e-7);
+    }
+
+    #[test]
+    fn the_last_stretch_begins_behind_the_ball_and_facing_it() {
+        let place = Vec2::new(1.0, 0.0);
+        let begins = |own: Vec2, forward: Vec2| approach(own, forward, place, Vec2::X).1;
+        assert!(begins(Vec2::new(0.85, 0.0), Vec2::X));
+        assert!(begins(Vec2::new(0.85, 0.05), Vec2::X));
+        assert!(!begins(Vec2::new(0.85, 0.15), Vec2::X), "too far aside");
+        assert!(!begins(Vec2::new(0.85, 0.0), Vec2::Y), "not facing the ball");
+        assert!(!begins(Vec2::new(1.1, 0.0), Vec2::X), "too near the ball");
+        assert!(!begins(Vec2::new(0.5, 0.0), Vec2::X), "too far away");
+    }
+}

@@ -37,7 +37,7 @@ use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::cycle::Cycle;
-use crate::geometry::Pose;
+use crate::geometry::{Pose, angle_of};
 use crate::knowledge::Knowledge;
 use crate::pitch::{GoalColour, JunctionShape};
 use crate::random::RandomStreams;
@@ -120,6 +120,19 @@ pub struct LandmarkPercept {
     /// Its estimated place on the ground, m, robot frame.
     pub position_m: Vec2,
 }
+
+macro_rules! with_bearing {
+    ($($percept:ident)*) => {
+        $(impl $percept {
+            /// The direction of its estimated place, radians, robot frame: counter-clockwise from straight ahead.
+            pub fn bearing(&self) -> f32 {
+                angle_of(self.position_m)
+            }
+        })*
+    };
+}
+
+with_bearing!(BallPercept GoalPostPercept RobotPercept LandmarkPercept);
 
 /// What a landmark on the ground is.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]

@@ -36,6 +36,8 @@ fn a_ball_ahead_is_seen_where_it_is() {
     // 0.1 m to the left: 360.81 * 0.1 / 0.70565 = 51.13 px.
     assert_abs_diff_eq!(ball.pixel, Vec2::new(160.0 - 51.13, 111.54), epsilon = 0.01);
     assert_place(ball.position_m, 0.6, 0.1);
+    // atan(0.1 / 0.6) = 9.462°.
+    assert_abs_diff_eq!(ball.bearing(), to_radians(9.462), epsilon = 1e-4);
 }
 
 #[test]

@@ -1,0 +1,149 @@
+//! `naoisis play`: a match in a window.
+
+use clap::Args;
+use std::process::ExitCode;
+
+use super::report;
+use super::run::{RunArguments, run_scenario};
+use crate::behaviour::BehaviourRegistry;
+use crate::scenario::{ScenarioFile, TeamsSpec};
+
+/// The match that is played when none is named.
+const DEFAULT_SCENARIO: &str = "match3v3";
+
+/// Arguments of `naoisis play`.
+#[derive(Args, Debug, Clone)]
+pub struct PlayArguments {
+    /// A scenario file (.ron or .json), or the name of a built-in scenario (see `naoisis list scenarios`)
+    #[arg(default_value = DEFAULT_SCENARIO)]
+    pub scenario: String,
+    /// The blue team, instead of the scenario's (see `naoisis list teams`)
+    #[arg(long, value_name = "TEAM")]
+    pub blue: Option<String>,
+    /// The pink team, instead of the scenario's (see `naoisis list teams`)
+    #[arg(long, value_name = "TEAM")]
+    pub pink: Option<String>,
+    /// Seed of all random numbers, instead of the scenario's
+    #[arg(long)]
+    pub seed: Option<u64>,
+}
+
+impl Default for PlayArguments {
+    fn default() -> Self {
+        Self { scenario: DEFAULT_SCENARIO.to_owned(), blue: None, pink: None, seed: None }
+    }
+}
+
+/// Runs the command. Without a display the match is run headless.
+pub fn play(arguments: &PlayArguments) -> ExitCode {
+    let mut file = match ScenarioFile::find(&arguments.scenario) {
+        Ok(file) => file,
+        Err(error) => return report::scenario_error(&error),
+    };
+    if let Some(seed) = arguments.seed {
+        file.scenario.seed = seed;
+    }
+    if let Err(message) = choose_teams(&mut file, arguments) {
+        return report::usage_error(&message);
+    }
+    match display() {
+        #[cfg(feature = "viewer")]
+        Ok(()) => watch(&file),
+        #[cfg(not(feature = "viewer"))]
+        Ok(()) => ExitCode::SUCCESS,
+        Err(reason) => {
+            report::note(&format!("{reason}: running the match headless"));
+            run_scenario(file, &RunArguments { scenario: arguments.scenario.clone(), ..RunArguments::default() })
+        }
+    }
+}
+
+/// Puts the teams of the command line into the scenario.
+fn choose_teams(file: &mut ScenarioFile, arguments: &PlayArguments) -> Result<(), String> {
+    let chosen = [("--blue", &arguments.blue), ("--pink", &arguments.pink)];
+    let app = super::simulator();
+    let registry = app.world().resource::<BehaviourRegistry>();
+    for (option, team) in chosen {
+        let Some(team) = team else { continue };
+        if registry.team(team).is_none() {
+            let teams: Vec<&str> = registry.teams().map(|(name, _)| name).collect();
+            return Err(format!("{option}: there is no team `{team}`: expected one of {}", teams.join(", ")));
+        }
+        let Some(teams) = &mut file.scenario.teams else {
+            let name = &file.source.name;
+            return Err(format!(
+                "{option}: `{name}` places its robots itself: expected a scenario with `teams`, such as `{DEFAULT_SCENARIO}`"
+            ));
+        };
+        *side_of(teams, option) = team.clone();
+    }
+    Ok(())
+}
+
+fn side_of<'a>(teams: &'a mut TeamsSpec, option: &str) -> &'a mut String {
+    if option == "--blue" { &mut teams.blue } else { &mut teams.pink }
+}
+
+/// Whether a window can be opened, or why not.
+#[cfg(not(feature = "viewer"))]
+fn display() -> Result<(), &'static str> {
+    Err("this program was built without the viewer")
+}
+
+/// Whether a window can be opened, or why not.
+#[cfg(all(feature = "viewer", unix, not(target_os = "macos")))]
+fn display() -> Result<(), &'static str> {
+    if std::env::var_os("DISPLAY").is_none_or(|display| display.is_empty()) {
+        return Err("there is no display");
+    }
+    match x11rb::connect(None) {
+        Ok(_) => Ok(()),
+        Err(_) => Err("the display does not answer"),
+    }
+}
+
+/// Whether a window can be opened, or why not.
+#[cfg(all(feature = "viewer", not(all(unix, not(target_os = "macos")))))]
+fn display() -> Result<(), &'static str> {
+    Ok(())
+}
+
+#[cfg(feature = "viewer")]
+fn watch(file: &ScenarioFile) -> ExitCode {
+    use crate::simulation::{MatchApp, NaoisisPlugins};
+    use crate::viewer::ViewerPlugins;
+    use bevy::app::{App, AppExit};
+
+    let mut app = App::new();
+    app.add_plugins((ViewerPlugins, NaoisisPlugins));
+    if let Err(fault) = app.start_match(&file.scenario) {
+        return report::scenario_error(&file.source.error(&fault));
+    }
+    match app.run() {
+        AppExit::Success => ExitCode::SUCCESS,
+        AppExit::Error(code) => ExitCode::from(code.get()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn chosen(scenario: &str, blue: Option<&str>) -> Result<ScenarioFile, String> {
+        let mut file = ScenarioFile::named(scenario).map_err(|error| error.to_string())?;
+        let arguments = PlayArguments { blue: blue.map(str::to_owned), ..PlayArguments::default() };
+        choose_teams(&mut file, &arguments).map(|()| file)
+    }
+
+    #[test]
+    fn the_default_match_lines_up_two_teams() {
+        let file = chosen(DEFAULT_SCENARIO, None).expect("the default match");
+        assert!(file.scenario.teams.is_some());
+    }
+
+    #[test]
+    fn an_unknown_team_is_a_mistake() {
+        let message = chosen(DEFAULT_SCENARIO, Some("nobody")).expect_err("no such team");
+        assert!(message.starts_with("--blue: there is no team `nobody`: expected one of "), "{message}");
+    }
+}

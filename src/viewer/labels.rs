@@ -1,0 +1,46 @@
+//! Names above the robots.
+
+use bevy::prelude::*;
+use bevy_egui::egui::{self, Align2, Color32, FontId, LayerId, Pos2};
+use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
+
+use super::camera::ViewerCamera;
+use super::keys::Shown;
+use super::palette;
+use super::panels::text_size;
+use crate::referee::Penalty;
+use crate::robot::RobotId;
+
+/// Where the name hangs above the robot's place, m.
+const HEIGHT: Vec3 = Vec3::new(0.0, 0.0, 0.68);
+
+/// Writes the robots' names.
+pub struct LabelsPlugin;
+
+impl Plugin for LabelsPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_systems(EguiPrimaryContextPass, draw_labels.run_if(|shown: Res<Shown>| shown.labels));
+    }
+}
+
+fn draw_labels(
+    mut contexts: EguiContexts,
+    camera: Single<(&Camera, &GlobalTransform), With<ViewerCamera>>,
+    robots: Query<(&RobotId, &GlobalTransform, &Penalty)>,
+) -> Result {
+    let (camera, camera_transform) = *camera;
+    let painter = contexts.ctx_mut()?.layer_painter(LayerId::background());
+    for (id, transform, penalty) in &robots {
+        if penalty.is_active() {
+            continue;
+        }
+        // A robot behind the camera has no place in the picture.
+        let Ok(place) = camera.world_to_viewport(camera_transform, transform.transform_point(HEIGHT)) else { continue };
+        let colour = palette::in_panel(palette::team(id.team));
+        let text = painter.layout_no_wrap(id.to_string(), FontId::proportional(text_size::ENTRY), Color32::WHITE);
+        let area = Align2::CENTER_CENTER.anchor_size(Pos2::new(place.x, place.y), text.size());
+        painter.rect_filled(area.expand2(egui::vec2(5.0, 1.5)), 7.0, colour.gamma_multiply(0.85));
+        painter.galley(area.min, text, Color32::WHITE);
+    }
+    Ok(())
+}

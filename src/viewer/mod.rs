@@ -1,0 +1,90 @@
+//! The window in which a match is watched.
+//!
+//! The viewer only reads the simulation and sends it commands ([`ViewerCommand`]): the same scenario and seed give
+//! the same trace here as headless, at whatever speed they are watched. A program of one's own shows its match with
+//!
+//! ```no_run
+//! use bevy::prelude::*;
+//! use naoisis::prelude::*;
+//! use naoisis::viewer::ViewerPlugins;
+//!
+//! let mut app = App::new();
+//! app.add_plugins((ViewerPlugins, NaoisisPlugins));
+//! app.start_match(&Scenario::default())?;
+//! app.run();
+//! # Ok::<(), naoisis::scenario::ScenarioFault>(())
+//! ```
+//!
+//! | file | what it shows or does |
+//! |---|---|
+//! | [`drive`] | runs the cycles: pause, single cycle, speed, restart |
+//! | [`stage`] | the pitch frame in Bevy's world, light, smooth motion between cycles |
+//! | `field` | carpet, lines, goals, nets |
+//! | `figure`, `gait` | robots and how they move |
+//! | `props` | ball and posts |
+//! | [`camera`] | where the match is watched from |
+//! | [`keys`] | what the keys do |
+//! | `panels` | score, clock, controls, events, help |
+//! | `labels` | names above the robots |
+//! | [`event_log`] | what happened in the match |
+
+use bevy::app::PluginGroupBuilder;
+use bevy::log::LogPlugin;
+use bevy::prelude::*;
+use bevy::render::RenderPlugin;
+use bevy::window::WindowResolution;
+use bevy_egui::EguiPlugin;
+
+pub mod camera;
+pub mod drive;
+pub mod event_log;
+mod field;
+mod figure;
+mod gait;
+pub mod keys;
+mod labels;
+mod palette;
+mod panels;
+mod props;
+mod sculpture;
+pub mod stage;
+
+pub use drive::{Speed, ViewerCommand};
+
+/// Size of the window at first, in logical pixels.
+const WINDOW_SIZE: (u32, u32) = (1280, 720);
+
+/// Everything that a program needs to show its match in a window: Bevy's `DefaultPlugins`, set up for it, and the
+/// viewer's own. The match itself comes from [`NaoisisPlugins`](crate::simulation::NaoisisPlugins).
+pub struct ViewerPlugins;
+
+impl PluginGroup for ViewerPlugins {
+    fn build(self) -> PluginGroupBuilder {
+        DefaultPlugins
+            .build()
+            .set(WindowPlugin {
+                primary_window: Some(Window {
+                    title: "naoisis".to_owned(),
+                    name: Some("naoisis".to_owned()),
+                    resolution: WindowResolution::new(WINDOW_SIZE.0, WINDOW_SIZE.1),
+                    ..default()
+                }),
+                ..default()
+            })
+            // Otherwise the parts of the scene pop in one by one while their pipelines are compiled.
+            .set(RenderPlugin { synchronous_pipeline_compilation: true, ..default() })
+            .set(LogPlugin { filter: "warn,winit=error,bevy_egui=error".to_owned(), ..default() })
+            .add(EguiPlugin::default())
+            .add(drive::DrivePlugin)
+            .add(event_log::EventLogPlugin)
+            .add(stage::StagePlugin)
+            .add(field::FieldPlugin)
+            .add(figure::FigurePlugin)
+            .add(gait::GaitPlugin)
+            .add(props::PropsPlugin)
+            .add(camera::ViewerCameraPlugin)
+            .add(keys::KeysPlugin)
+            .add(labels::LabelsPlugin)
+            .add(panels::PanelsPlugin)
+    }
+}

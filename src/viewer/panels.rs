@@ -1,0 +1,331 @@
+//! Score, clock and state, controls, events, help.
+
+use bevy::prelude::*;
+use bevy_egui::egui::{self, Align2, Color32, CornerRadius, FontId, Frame, Margin, RichText};
+use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
+
+use super::drive::{Playback, Speed, ViewerCommand, is_over};
+use super::event_log::{EventLog, reason_name};
+use super::keys::{Action, BINDINGS, MOUSE, Shown, Switch};
+use super::palette;
+use crate::cycle::CycleClock;
+use crate::referee::{Game, GameState, Penalty};
+use crate::robot::{RobotId, Team};
+use crate::scenario::{LIBRARY, Scenario};
+
+/// Entries of the event list that are shown.
+const EVENTS_SHOWN: usize = 12;
+/// Distance of the panels from the window's edge, logical pixels.
+const MARGIN: f32 = 10.0;
+
+/// Height of the score, logical pixels.
+const SCORE_HEIGHT: f32 = 30.0;
+
+/// The panels.
+pub struct PanelsPlugin;
+
+impl Plugin for PanelsPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_systems(
+            EguiPrimaryContextPass,
+            (
+                load_letters.run_if(run_once),
+                show_score,
+                show_controls,
+                show_events.run_if(|shown: Res<Shown>| shown.events),
+                show_help.run_if(|shown: Res<Shown>| shown.help),
+            )
+                .chain(),
+        );
+    }
+}
+
+/// The colour of the panels' background.
+const PANEL: Color32 = Color32::from_rgb(20, 24, 31);
+
+/// Sizes of the panels' text, logical pixels.
+pub(super) mod text_size {
+    pub const SMALL: f32 = 11.5;
+    pub const ENTRY: f32 = 12.5;
+    pub const IMPORTANT: f32 = 14.0;
+    pub const BUTTON: f32 = 16.0;
+    pub const TEAM: f32 = 17.0;
+    pub const TITLE: f32 = 18.0;
+    pub const SCORE: f32 = 24.0;
+    pub const ALL: [f32; 7] = [SMALL, ENTRY, IMPORTANT, BUTTON, TEAM, TITLE, SCORE];
+}
+
+/// A letter is missing in the first frame that has it; this is that frame, for all of them.
+fn load_letters(mut contexts: EguiContexts) -> Result {
+    let ctx = contexts.ctx_mut()?;
+    let letters: String = (' '..='~').chain("×−▶⏸⏭⟲🎲⛔".chars()).collect();
+    let of_style = ctx.global_style().text_styles.values().cloned().collect::<Vec<_>>();
+    let fonts = text_size::ALL.into_iter().flat_map(|size| [FontId::proportional(size), FontId::monospace(size)]);
+    let painter = ctx.layer_painter(egui::LayerId::background());
+    for font in fonts.chain(of_style) {
+        let _loaded = painter.layout_no_wrap(letters.clone(), font, Color32::WHITE);
+    }
+    Ok(())
+}
+
+/// The background of all panels.
+fn card() -> Frame {
+    Frame::NONE
+        .fill(PANEL.gamma_multiply(0.86))
+        .corner_radius(CornerRadius::same(8))
+        .inner_margin(Margin::symmetric(12, 8))
+}
+
+fn panel(name: &str, align: Align2, offset: [f32; 2]) -> egui::Area {
+    egui::Area::new(egui::Id::new(name)).anchor(align, offset)
+}
+
+fn bright(text: impl Into<String>) -> RichText {
+    RichText::new(text).color(Color32::from_gray(235))
+}
+
+fn dim(text: impl Into<String>) -> RichText {
+    RichText::new(text).color(Color32::from_gray(165))
+}
+
+fn team_colour(team: Team) -> Color32 {
+    match team {
+        // The waistband's blue is too dark to read on the panel.
+        Team::Blue => Color32::from_rgb(112, 165, 255),
+        Team::Pink => Color32::from_rgb(255, 128, 186),
+    }
+}
+
+fn show_score(
+    mut contexts: EguiContexts,
+    game: Res<Game>,
+    clock: Res<CycleClock>,
+    playback: Res<Playback>,
+    scenario: Option<Res<Scenario>>,
+) -> Result {
+    let names = Team::BOTH.map(|team| team_name(team, scenario.as_deref()));
+    panel("score", Align2::CENTER_TOP, [0.0, MARGIN]).show(contexts.ctx_mut()?, |ui| {
+        card().show(ui, |ui| {
+            ui.vertical_centered(|ui| {
+                ui.horizontal(|ui| {
+                    // As high as the highest, so that all are on one line.
+                    ui.set_min_height(SCORE_HEIGHT);
+                    band(ui, Team::Blue);
+                    ui.label(bright(&names[0]).size(text_size::TEAM));
+                    ui.add_space(4.0);
+                    let score = format!("{} : {}", game.score.blue, game.score.pink);
+                    ui.label(bright(score).size(text_size::SCORE).strong());
+                    ui.add_space(4.0);
+                    ui.label(bright(&names[1]).size(text_size::TEAM));
+                    band(ui, Team::Pink);
+                });
+                let text = match game.time_left_s(&clock) {
+                    Some(left) => format!("half {}   {} left   {}", game.half, minutes(left), state_name(game.state)),
+                    None => format!("{}   no referee", minutes(clock.end_time_s() as f32)),
+                };
+                let over = is_over(&game, &clock, &playback) && game.state != GameState::Finished;
+                ui.label(dim(if over { format!("{text}   end of the scenario") } else { text }));
+            });
+        });
+    });
+    Ok(())
+}
+
+/// A patch of the team's colour.
+fn band(ui: &mut egui::Ui, team: Team) {
+    let (area, _) = ui.allocate_exact_size(egui::vec2(14.0, 22.0), egui::Sense::hover());
+    ui.painter().rect_filled(area, 3.0, palette::in_panel(palette::team(team)));
+}
+
+fn show_controls(
+    mut contexts: EguiContexts,
+    mut actions: MessageWriter<Action>,
+    playback: Res<Playback>,
+    clock: Res<CycleClock>,
+    scenario: Option<Res<Scenario>>,
+) -> Result {
+    let mut send = |action| {
+        actions.write(action);
+    };
+    panel("controls", Align2::CENTER_BOTTOM, [0.0, -MARGIN]).show(contexts.ctx_mut()?, |ui| {
+        card().show(ui, |ui| {
+            if let Some(problem) = &playback.problem {
+                ui.label(RichText::new(problem).color(Color32::from_rgb(255, 140, 120)));
+            }
+            ui.horizontal(|ui| {
+                let button = |ui: &mut egui::Ui, text: &str, hint: &str| {
+                    ui.add(egui::Button::new(bright(text).size(text_size::BUTTON)).min_size(egui::vec2(34.0, 26.0)))
+                        .on_hover_text(hint)
+                        .clicked()
+                };
+                let (pause, hint) = if playback.paused { ("▶", "Go on (Space)") } else { ("⏸", "Pause (Space)") };
+                if button(ui, pause, hint) {
+                    send(Action::Command(ViewerCommand::TogglePause));
+                }
+                if button(ui, "⏭", "One cycle (Right)") {
+                    send(Action::Command(ViewerCommand::Step));
+                }
+                ui.separator();
+                if button(ui, "−", "Slower (Down)") {
+                    send(Action::Command(ViewerCommand::Slower));
+                }
+                choose_speed(ui, &playback, |speed| send(Action::Command(ViewerCommand::SetSpeed(speed))));
+                if button(ui, "+", "Faster (Up)") {
+                    send(Action::Command(ViewerCommand::Faster));
+                }
+                ui.separator();
+                if button(ui, "⟲", "Same match from the start (R)") {
+                    send(Action::Command(ViewerCommand::Restart));
+                }
+                if button(ui, "🎲", "New match with the next seed (Shift R)") {
+                    send(Action::Command(ViewerCommand::RestartWithNextSeed));
+                }
+                ui.separator();
+                if button(ui, "?", "Keys (H)") {
+                    send(Action::Toggle(Switch::Help));
+                }
+                ui.separator();
+                choose_scenario(ui, scenario.as_deref(), |name| send(Action::Command(ViewerCommand::Load(name))));
+                ui.label(dim(status(&playback, &clock, scenario.as_deref())));
+            });
+        });
+    });
+    Ok(())
+}
+
+fn choose_speed(ui: &mut egui::Ui, playback: &Playback, mut choose: impl FnMut(Speed)) {
+    egui::ComboBox::from_id_salt("speed").width(58.0).selected_text(bright(playback.speed.to_string())).show_ui(
+        ui,
+        |ui| {
+            for speed in Speed::ALL {
+                if ui.selectable_label(speed == playback.speed, speed.to_string()).clicked() {
+                    choose(speed);
+                }
+            }
+        },
+    );
+}
+
+fn choose_scenario(ui: &mut egui::Ui, scenario: Option<&Scenario>, mut choose: impl FnMut(&'static str)) {
+    let current = scenario.map(|scenario| scenario.name.as_str()).unwrap_or_default();
+    egui::ComboBox::from_id_salt("scenario").width(150.0).selected_text(bright(current)).show_ui(ui, |ui| {
+        for entry in LIBRARY {
+            if ui.selectable_label(entry.name == current, entry.name).clicked() {
+                choose(entry.name);
+            }
+        }
+    });
+}
+
+/// Where the match is and how fast it goes.
+fn status(playback: &Playback, clock: &CycleClock, scenario: Option<&Scenario>) -> String {
+    let mut parts = Vec::new();
+    if let Some(scenario) = scenario {
+        parts.push(format!("seed {}", scenario.seed));
+    }
+    parts.push(format!("{:.1} s", clock.end_time_s()));
+    parts.push(if playback.paused { "paused".to_owned() } else { format!("runs at {:.1}×", playback.achieved) });
+    parts.join("   ")
+}
+
+fn show_events(
+    mut contexts: EguiContexts,
+    log: Res<EventLog>,
+    clock: Res<CycleClock>,
+    robots: Query<(&RobotId, &Penalty)>,
+) -> Result {
+    let mut penalties: Vec<_> = robots.iter().filter_map(|(id, penalty)| Some((*id, penalty.0?))).collect();
+    penalties.sort_by_key(|(id, _)| *id);
+    if log.is_empty() && penalties.is_empty() {
+        return Ok(());
+    }
+    panel("events", Align2::RIGHT_TOP, [-MARGIN, MARGIN]).show(contexts.ctx_mut()?, |ui| {
+        card().show(ui, |ui| {
+            ui.set_width(232.0);
+            for (id, penalty) in &penalties {
+                let left_s = penalty.cycles_left as f64 * clock.period_s;
+                let text = format!("⛔ {id}: {}, {left_s:.0} s", reason_name(penalty.reason));
+                ui.label(RichText::new(text).color(team_colour(id.team)));
+            }
+            for entry in log.iter().rev().take(EVENTS_SHOWN) {
+                ui.horizontal(|ui| {
+                    ui.label(dim(minutes(entry.time_s as f32)).monospace().size(text_size::SMALL));
+                    let colour = entry.team.map_or(Color32::from_gray(225), team_colour);
+                    let text = RichText::new(&entry.text).color(colour).size(text_size::ENTRY);
+                    ui.add(
+                        egui::Label::new(if entry.important { text.strong().size(text_size::IMPORTANT) } else { text })
+                            .wrap(),
+                    );
+                });
+            }
+        });
+    });
+    Ok(())
+}
+
+fn show_help(mut contexts: EguiContexts, mut actions: MessageWriter<Action>) -> Result {
+    panel("help", Align2::CENTER_CENTER, [0.0, 0.0]).show(contexts.ctx_mut()?, |ui| {
+        card().fill(PANEL.to_opaque()).inner_margin(Margin::same(18)).show(ui, |ui| {
+            ui.label(bright("Keys").size(text_size::TITLE).strong());
+            ui.add_space(6.0);
+            egui::Grid::new("keys").num_columns(2).spacing([24.0, 5.0]).show(ui, |ui| {
+                let keys = BINDINGS.iter().map(|binding| (binding.name, binding.description));
+                for (name, description) in keys.chain(MOUSE.iter().copied()) {
+                    ui.label(bright(name).strong());
+                    ui.label(dim(description));
+                    ui.end_row();
+                }
+            });
+            ui.add_space(6.0);
+            if ui.button("Close").clicked() {
+                actions.write(Action::Toggle(Switch::Help));
+            }
+        });
+    });
+    Ok(())
+}
+
+/// The team's name in the scenario, or its colour.
+fn team_name(team: Team, scenario: Option<&Scenario>) -> String {
+    let teams = scenario.and_then(|scenario| scenario.teams.as_ref());
+    teams.map_or_else(
+        || team.name().to_owned(),
+        |teams| match team {
+            Team::Blue => teams.blue.clone(),
+            Team::Pink => teams.pink.clone(),
+        },
+    )
+}
+
+fn state_name(state: GameState) -> &'static str {
+    match state {
+        GameState::Initial => "initial",
+        GameState::Ready => "ready",
+        GameState::Set => "set",
+        GameState::Playing => "playing",
+        GameState::Finished => "finished",
+    }
+}
+
+/// A time as minutes and seconds.
+fn minutes(seconds: f32) -> String {
+    let whole = seconds.max(0.0).floor() as u32;
+    format!("{}:{:02}", whole / 60, whole % 60)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_minutes_and_seconds() {
+        assert_eq!([0.0, 59.99, 60.0, 605.2].map(minutes), ["0:00", "0:59", "1:00", "10:05"]);
+    }
+
+    #[test]
+    fn teams_have_the_names_of_the_scenario() {
+        let scenario = Scenario::from_json(r#"{ "teams": { "blue": "roles", "pink": "chasers" } }"#).unwrap();
+        assert_eq!(team_name(Team::Pink, Some(&scenario)), "chasers");
+        assert_eq!(team_name(Team::Pink, None), "pink");
+    }
+}

@@ -1,0 +1,50 @@
+//! The ball and the posts.
+
+use bevy::prelude::*;
+
+use super::palette;
+use super::sculpture::{self, upright};
+use crate::ball::{Ball, BallPhysics};
+use crate::pitch::Post;
+
+/// Shows balls and posts as they come into the match.
+pub struct PropsPlugin;
+
+impl Plugin for PropsPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_observer(show_ball).add_observer(show_post);
+    }
+}
+
+fn show_ball(
+    added: On<Add, Ball>,
+    balls: Query<&BallPhysics>,
+    mut commands: Commands,
+    mut meshes: ResMut<Assets<Mesh>>,
+    mut materials: ResMut<Assets<StandardMaterial>>,
+) {
+    let Ok(physics) = balls.get(added.entity) else { return };
+    commands.spawn((
+        ChildOf(added.entity),
+        Mesh3d(meshes.add(Sphere::new(physics.radius_m).mesh().uv(32, 18))),
+        MeshMaterial3d(materials.add(StandardMaterial { base_color: palette::BALL, ..sculpture::material() })),
+        Transform::from_xyz(0.0, 0.0, physics.radius_m),
+    ));
+}
+
+fn show_post(
+    added: On<Add, Post>,
+    posts: Query<&Post>,
+    mut commands: Commands,
+    mut meshes: ResMut<Assets<Mesh>>,
+    mut materials: ResMut<Assets<StandardMaterial>>,
+) {
+    let Ok(post) = posts.get(added.entity) else { return };
+    let base_color = post.colour.map_or(palette::EXTRA_POST, palette::goal);
+    commands.spawn((
+        ChildOf(added.entity),
+        Mesh3d(meshes.add(Cylinder::new(post.radius, post.height))),
+        MeshMaterial3d(materials.add(StandardMaterial { base_color, ..sculpture::material() })),
+        upright(Vec3::Z * post.height / 2.0),
+    ));
+}

@@ -1,0 +1,53 @@
+//! Sensors in a match.
+
+use naoisis::prelude::*;
+
+use crate::support::{blue, match_of, pink};
+
+/// Four robots that see each other walk by their scripts, whatever they sense. `of_blue1` are blue 1's own settings.
+fn scripted_match(of_blue1: &str) -> bevy::prelude::App {
+    let script = r#""behaviour": { "script": [
+        { "until_s": 60, "walk": [0.003, 0.001, 1.0] }, { "from_s": 0.5, "head_deg": [40, 10] },
+        { "from_s": 1.5, "head_deg": [-40, 20] }] }"#;
+    match_of(&format!(
+        r#"{{ "rules": "free", "seed": 4, "ball": {{ "position_m": [0.2, 0.3], "velocity_mps": [0.3, 0.1] }},
+             "motion": {{ "error_sd": {{ "dx_m": 0.001, "dy_m": 0.001, "dtheta_deg": 0.3 }} }}, "robots": [
+             {{ "number": 1, "pose": [-0.4, 0, 0], {of_blue1} {script} }},
+             {{ "number": 2, "pose": [-0.4, 0.5, -30], {script} }},
+             {{ "team": "pink", "number": 1, "pose": [0.3, 0, 180], {script} }},
+             {{ "team": "pink", "number": 2, "pose": [0.5, 0.5, 200], {script} }}] }}"#
+    ))
+}
+
+#[test]
+fn one_robots_settings_leave_every_other_robots_readings_untouched() {
+    for changed in [
+        r#""vision": { "noise": "none" }, "#,
+        r#""vision": { "noise": { "ball": { "pixel_sd": 9.0, "false_positive_probability": 0.5 } } }, "#,
+        r#""sonar": { "noise": "none", "miss_probability": 0.5 }, "#,
+        r#""odometry": { "noise": "none" }, "#,
+        r#""motion": { "max_linear_mps": 0.2 }, "#,
+    ] {
+        let mut plain = scripted_match("");
+        let mut seen = false;
+        let mut other = scripted_match(changed);
+        let mut differed = false;
+        for _ in 0..90 {
+            plain.run_cycles(1);
+            other.run_cycles(1);
+            for id in [blue(2), pink(1), pink(2)] {
+                assert_eq!(plain.robot::<Percepts>(id), other.robot::<Percepts>(id), "{changed}");
+                assert_eq!(plain.robot::<SonarReading>(id), other.robot::<SonarReading>(id), "{changed}");
+                assert_eq!(plain.robot::<Odometry>(id), other.robot::<Odometry>(id), "{changed}");
+            }
+            seen |= plain.robot::<Percepts>(pink(1)).is_some_and(|percepts| *percepts != Percepts::default());
+            let own = blue(1);
+            differed |= plain.robot::<Percepts>(own) != other.robot::<Percepts>(own)
+                || plain.robot::<SonarReading>(own) != other.robot::<SonarReading>(own)
+                || plain.robot::<Odometry>(own) != other.robot::<Odometry>(own);
+        }
+        assert!(seen, "there was nothing to compare");
+        // The last setting is the default, by which nothing at all changes.
+        assert_eq!(differed, !changed.contains("max_linear"), "{changed}");
+    }
+}
