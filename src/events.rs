@@ -5,8 +5,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::geometry::file_units;
 use crate::knowledge::Knowledge;
-use crate::referee::{Evidence, GameState, PenaltyReason, SetPlayKind};
+use crate::referee::{Evidence, GameState, Intervention, PenaltyReason, Score, SetPlayKind};
 use crate::robot::kick::KickType;
+use crate::robot::posture::Side;
 use crate::robot::{RobotId, Team};
 
 /// The events of the cycle under way, in the order in which they happened.
@@ -30,6 +31,8 @@ pub enum KickResult {
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum KickMiss {
+    /// The robot lies, gets up or dives.
+    Down,
     /// The ball's centre was outside the kick's rectangle (paper, Table 2).
     OutOfReach,
     /// The robot was already kicking or recovering.
@@ -108,6 +111,8 @@ pub enum CommandKind {
     Kick,
     /// [`Outbox`](crate::communication::Outbox).
     Say,
+    /// [`PostureCommand`](crate::robot::posture::PostureCommand).
+    Posture,
 }
 
 /// Why a command was refused.
@@ -120,6 +125,8 @@ pub enum Refusal {
     TooLarge,
     /// The team has sent all the messages or bytes that it may send in a match. Reported once a team.
     BudgetSpent,
+    /// It is not allowed now: the rules do not have it, or the robot is busy or penalised.
+    NotAllowed,
 }
 
 /// A line over which the ball left the pitch.
@@ -180,6 +187,27 @@ pub enum MatchEvent {
         speed_mps: f32,
         /// Where they touched, m, pitch frame.
         position_m: Vec2,
+    },
+    /// A robot fell in a collision.
+    Fall {
+        /// Which robot.
+        robot: RobotId,
+        /// Speed at which the two met, m/s.
+        speed_mps: f32,
+        /// How probable that made a fall.
+        probability: f32,
+    },
+    /// A fallen robot stands again.
+    GotUp {
+        /// Which robot.
+        robot: RobotId,
+    },
+    /// A robot dives.
+    Dive {
+        /// Which robot.
+        robot: RobotId,
+        /// To which side.
+        side: Side,
     },
     /// A behaviour's command was refused, and nothing was done.
     CommandRefused {
@@ -275,6 +303,18 @@ pub enum MatchEvent {
         /// Why.
         evidence: Evidence,
     },
+    /// The referee was made to do something.
+    Intervention {
+        /// What.
+        intervention: Intervention,
+    },
+    /// The referee was to do something that cannot be done; nothing changed.
+    InterventionRefused {
+        /// What.
+        intervention: Intervention,
+        /// Why it cannot be done.
+        message: String,
+    },
     /// A robot was penalised and removed from the pitch.
     Penalty {
         /// Which robot.
@@ -300,6 +340,24 @@ pub enum MatchEvent {
     },
     /// The final whistle.
     FinalWhistle,
+    /// A drawn match goes on with a penalty shoot-out.
+    ShootOutBegins,
+    /// A shot of the shoot-out is over.
+    Shot {
+        /// The team that shot.
+        team: Team,
+        /// Whether it scored.
+        scored: bool,
+        /// Goals of the shoot-out so far.
+        goals: Score,
+        /// Why.
+        evidence: Evidence,
+    },
+    /// The shoot-out is decided.
+    ShootOutWon {
+        /// For this team.
+        team: Team,
+    },
     /// Something that must always hold does not: a bug.
     InvariantBroken {
         /// What.

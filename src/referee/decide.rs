@@ -11,7 +11,7 @@ use super::rules::BallOutRestart;
 use super::set_play::{self, SetPlayKind};
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use super::{
-    ball_holding, ball_out, boundary, collision, game_stuck, goal, illegal_defender, inactive, indirect_goal,
+    ball_holding, ball_out, boundary, collision, fallen, game_stuck, goal, illegal_defender, inactive, indirect_goal,
     kick_off_shot, leaving_field, stalling,
 };
 use crate::events::{DisallowedGoal, MatchEvent};
@@ -24,8 +24,10 @@ pub struct Decisions {
     pub game: Game,
     /// What is announced.
     pub events: Vec<MatchEvent>,
-    /// Where the ball is put down to rest, m.
+    /// Where the ball is put down, m.
     pub ball: Option<Vec2>,
+    /// The velocity that it is given then, m/s: none, but for interventions.
+    pub ball_velocity: Vec2,
     /// All robots, as in the snapshot but for the poses of those that are put down, and penalties.
     pub robots: Vec<RobotSnapshot>,
 }
@@ -39,6 +41,7 @@ pub fn decide(snapshot: &MatchSnapshot, memory: &mut RefereeMemory, decisions: &
     decisions.robots.extend_from_slice(snapshot.robots);
     decisions.events.clear();
     decisions.ball = None;
+    decisions.ball_velocity = Vec2::ZERO;
     decisions.game.state_cycles += 1;
     let seen = MatchSnapshot { last_touch: memory.last_touch, ..*snapshot };
     let mut referee = Referee { seen: &seen, memory, decisions };
@@ -46,8 +49,12 @@ pub fn decide(snapshot: &MatchSnapshot, memory: &mut RefereeMemory, decisions: &
         GameState::Initial | GameState::Finished => {}
         GameState::Ready => referee.judge_ready(),
         GameState::Set => referee.judge_set(),
-        GameState::Playing => referee.judge_play(),
+        GameState::Playing => match snapshot.game.shoot_out {
+            Some(shoot_out) => referee.follow_shot(shoot_out),
+            None => referee.judge_play(),
+        },
     }
+    referee.intervene();
     referee.note_heads();
     let delay = snapshot.cycles(snapshot.rules.status_delay_s);
     memory.announcement.follow(&decisions.game, delay);
@@ -161,6 +168,10 @@ impl Referee<'_, '_> {
             .or_else(|| {
                 let evidence = rules.illegal_defender.then(|| illegal_defender::judge(records, seen, index));
                 evidence.flatten().map(with(PenaltyReason::IllegalDefender))
+            })
+            .or_else(|| {
+                let evidence = rules.fallen.then(|| fallen::judge(seen, robot));
+                evidence.flatten().map(with(PenaltyReason::Fallen))
             })
             .or_else(|| {
                 let evidence = rules.inactive.then(|| inactive::judge(record.cycles_inactive, seen, robot));

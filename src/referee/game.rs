@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::rules::Rules;
 use super::set_play::SetPlay;
+use super::shoot_out::ShootOut;
 use crate::cycle::CycleClock;
 use crate::knowledge::Knowledge;
 use crate::pitch::End;
@@ -89,6 +90,8 @@ pub struct Game {
     pub drop_ball: bool,
     /// The free kick, or the kick-off that is one team's own, that is under way.
     pub set_play: Option<SetPlay>,
+    /// The penalty shoot-out under way, or that decided the match.
+    pub shoot_out: Option<ShootOut>,
     /// How often the robots were placed for a restart.
     pub restarts: u32,
     /// How often the referee has whistled.

@@ -1,5 +1,5 @@
 //! Inactive robots: a robot that has ceased activity is removed (2010 rule book, section 4.6). Active is who walks,
-//! turns, kicks, moves the head, or looks at the ball.
+//! turns, kicks, moves the head, or looks at the ball; who lies is the subject of another rule.
 
 use bevy::prelude::*;
 
@@ -15,7 +15,7 @@ const LOOKING: f32 = 0.417;
 /// For how many cycles the robot has done nothing, this one included. `head` is where its head pointed before.
 pub fn advance(cycles: u64, head: HeadAngles, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> u64 {
     let moves = robot.pose != robot.previous || robot.wanted_velocity != Vec2::ZERO || robot.head != head;
-    if moves || robot.is_kicking || looks_at_ball(snapshot, robot) { 0 } else { cycles + 1 }
+    if moves || robot.is_kicking || !robot.posture.is_upright() || looks_at_ball(snapshot, robot) { 0 } else { cycles + 1 }
 }
 
 fn looks_at_ball(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {

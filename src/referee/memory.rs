@@ -12,6 +12,7 @@ use super::stalling::Stall;
 use super::status::Announcement;
 use super::touch::Touch;
 use crate::knowledge::Knowledge;
+use crate::random::RandomStream;
 use crate::robot::RobotId;
 use crate::robot::head::HeadAngles;
 
@@ -33,6 +34,8 @@ pub struct RefereeMemory {
     pub pushes: Score,
     /// How often each team was penalised for what makes later penalties longer.
     pub infractions: Score,
+    /// The coin that decides what nothing else does.
+    pub coin: Option<RandomStream>,
     /// What the robots are told of the game.
     pub announcement: Announcement,
     /// What is remembered of each robot, ordered by id.

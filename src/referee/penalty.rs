@@ -27,7 +27,7 @@ pub struct ActivePenalty {
 }
 
 /// What a robot can be penalised for.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PenaltyReason {
     /// It is responsible for a collision with another robot.
@@ -44,14 +44,33 @@ pub enum PenaltyReason {
     IllegalPosition,
     /// It did nothing for too long.
     Inactive,
+    /// It lay on the ground for too long.
+    Fallen,
+    /// It takes no part in this shot of the shoot-out.
+    ShootOut,
     /// Play was stuck, and it was the nearest to the ball.
     GameStuck,
+    /// Whoever runs the match removed it.
+    #[default]
+    Manual,
 }
 
 impl PenaltyReason {
     /// Whether it makes the team's later penalties longer (2025 rule book, "Standard Removal Penalty").
     pub fn is_infraction(self) -> bool {
-        !matches!(self, PenaltyReason::Inactive | PenaltyReason::GameStuck)
+        match self {
+            PenaltyReason::Pushing
+            | PenaltyReason::Stalling
+            | PenaltyReason::BallHolding
+            | PenaltyReason::LeavingField
+            | PenaltyReason::IllegalDefender
+            | PenaltyReason::IllegalPosition => true,
+            PenaltyReason::Inactive
+            | PenaltyReason::Fallen
+            | PenaltyReason::ShootOut
+            | PenaltyReason::GameStuck
+            | PenaltyReason::Manual => false,
+        }
     }
 
     /// The reason in words, as after "penalised for".
@@ -64,7 +83,10 @@ impl PenaltyReason {
             PenaltyReason::IllegalDefender => "illegal defending",
             PenaltyReason::IllegalPosition => "an illegal position",
             PenaltyReason::Inactive => "inactivity",
+            PenaltyReason::Fallen => "lying on the ground",
+            PenaltyReason::ShootOut => "the shoot-out",
             PenaltyReason::GameStuck => "a stuck game",
+            PenaltyReason::Manual => "a reason of its own",
         }
     }
 }

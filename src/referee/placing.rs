@@ -62,6 +62,11 @@ impl Occupied {
         occupied
     }
 
+    /// The ball lies there instead.
+    pub fn set_ball(&mut self, ball: Disc) {
+        self.ball = Some(ball);
+    }
+
     /// Adds a robot.
     pub fn add_robot(&mut self, pose: Pose, bounds: &BodyBounds) {
         self.torsos.push(grown(bounds.torso.footprint(pose)));

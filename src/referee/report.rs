@@ -8,7 +8,7 @@ use crate::events::{BoundaryLine, DisallowedGoal, MatchEvent};
 /// The lines of the report for an event at this time, s since the start; none for what is no decision of the
 /// referee's. The first line says what was decided, those that follow are indented and say why.
 pub fn report(time_s: f64, event: &MatchEvent) -> Option<String> {
-    let (headline, evidence) = headline(event)?;
+    let (headline, evidence) = sentence(event)?;
     let minutes = (time_s / 60.0).floor();
     let mut text = format!("{minutes:3.0}:{:05.2}  {headline}", time_s - 60.0 * minutes);
     if let Some(evidence) = evidence {
@@ -17,8 +17,13 @@ pub fn report(time_s: f64, event: &MatchEvent) -> Option<String> {
     Some(text)
 }
 
+/// What was decided, in a sentence; none for what is no decision of the referee's.
+pub fn headline(event: &MatchEvent) -> Option<String> {
+    sentence(event).map(|(sentence, _)| sentence)
+}
+
 /// What was decided in a sentence, and its evidence.
-fn headline(event: &MatchEvent) -> Option<(String, Option<&Evidence>)> {
+fn sentence(event: &MatchEvent) -> Option<(String, Option<&Evidence>)> {
     Some(match event {
         MatchEvent::Goal { team, scorer, own_goal, evidence } => {
             let by = match scorer {
@@ -70,9 +75,24 @@ fn headline(event: &MatchEvent) -> Option<(String, Option<&Evidence>)> {
         MatchEvent::PenaltyOver { robot, position_m } => {
             (format!("{robot} is back at ({:.2}, {:.2}).", position_m.x, position_m.y), None)
         }
+        MatchEvent::Intervention { intervention } => (format!("By hand: {intervention}."), None),
+        MatchEvent::InterventionRefused { intervention, message } => {
+            (format!("Not done by hand: {intervention}: {message}."), None)
+        }
         MatchEvent::StateChanged { state } => (format!("The game is in state {}.", state.name()), None),
         MatchEvent::HalfBegins { half } => (format!("Half {half} begins."), None),
         MatchEvent::FinalWhistle => ("Final whistle.".to_owned(), None),
+        MatchEvent::ShootOutBegins => ("The match is drawn: penalty shoot-out.".to_owned(), None),
+        MatchEvent::Shot { team, scored, goals, evidence } => {
+            let result = if *scored { "scores" } else { "does not score" };
+            (format!("{team} {result}; blue {} : pink {}.", goals.blue, goals.pink), Some(evidence))
+        }
+        MatchEvent::ShootOutWon { team } => (format!("{team} wins the shoot-out."), None),
+        MatchEvent::Fall { robot, speed_mps, probability } => {
+            (format!("{robot} falls: a collision at {speed_mps:.2} m/s, probability {probability:.2}."), None)
+        }
+        MatchEvent::GotUp { robot } => (format!("{robot} stands again."), None),
+        MatchEvent::Dive { robot, side } => (format!("{robot} dives to its {}.", side.name()), None),
         MatchEvent::Kick { .. }
         | MatchEvent::Collision { .. }
         | MatchEvent::CommandRefused { .. }

@@ -4,7 +4,7 @@ use bevy::prelude::*;
 
 use super::decide::Referee;
 use super::evidence::Evidence;
-use super::game::{Game, GameState, half_cycles};
+use super::game::{Game, GameState, Score, half_cycles};
 use super::indirect_goal::Plays;
 use super::kick_off_shot::KickOffPlay;
 use super::penalty::PenaltyReason;
@@ -36,6 +36,7 @@ impl Referee<'_, '_> {
         let radius = self.seen.ball.map_or(0.0, |ball| ball.radius);
         let place = Occupied::by_others(&self.now(), None).free_ball_place(place, radius);
         self.decisions.ball = Some(place);
+        self.decisions.ball_velocity = Vec2::ZERO;
         self.memory.last_touch = None;
         place
     }
@@ -69,7 +70,18 @@ impl Referee<'_, '_> {
         self.begin_kick_off(team);
     }
 
+    /// The match is over, but for a shoot-out if it is drawn.
     pub(super) fn end_match(&mut self) {
+        let Score { blue, pink } = self.decisions.game.score;
+        if blue == pink && self.seen.rules.shoot_out && self.seen.ball.is_some() {
+            self.begin_shoot_out();
+        } else {
+            self.finish();
+        }
+    }
+
+    /// The final whistle.
+    pub(super) fn finish(&mut self) {
         self.whistle();
         self.decisions.game.state = GameState::Finished;
         self.decisions.game.state_cycles = 0;
@@ -155,7 +167,7 @@ impl Referee<'_, '_> {
     }
 
     /// Whoever is at an illegal place is placed by hand, or removed; the ball is put on the centre mark.
-    fn begin_set(&mut self) {
+    pub(super) fn begin_set(&mut self) {
         let kick_off = self.seen.game.kick_off();
         let illegal: Vec<_> = illegal_positions(self.seen, kick_off).collect();
         for (index, illegal) in illegal.into_iter().enumerate() {
@@ -190,12 +202,31 @@ impl Referee<'_, '_> {
 
     /// A cycle of `set`.
     pub(super) fn judge_set(&mut self) {
-        if self.seen.rules.clock_runs_in_stoppages && self.run_clock() {
+        let in_match = self.seen.game.shoot_out.is_none();
+        if in_match && self.seen.rules.clock_runs_in_stoppages && self.run_clock() {
             self.end_half();
             return;
         }
         if self.decisions.game.state_cycles >= self.seen.cycles(self.seen.rules.set_s) {
+            self.begin_play();
+        }
+    }
+
+    /// The whistle after `set`.
+    pub(super) fn begin_play(&mut self) {
+        if self.decisions.game.shoot_out.is_some() {
+            self.whistle();
+        } else {
             self.bring_ball_into_play();
+        }
+        self.enter(GameState::Playing);
+    }
+
+    /// The ball, which has been put down, is nobody's; play is on.
+    pub(super) fn drop_ball(&mut self) {
+        self.decisions.game.drop_ball = true;
+        self.bring_ball_into_play();
+        if self.decisions.game.state != GameState::Playing {
             self.enter(GameState::Playing);
         }
     }

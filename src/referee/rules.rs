@@ -180,6 +180,35 @@ pub struct Rules {
     /// Whether the robot nearest to the ball is then penalised (2025), rather than moved to the halfway line (2010).
     pub stuck_robot_is_penalised: bool,
 
+    /// Whether robots may fall when they collide.
+    pub falls: bool,
+    /// Up to this speed, at which two meet, neither falls, m/s.
+    pub fall_from_mps: f32,
+    /// From this speed on both fall, m/s; between the two the probability grows in proportion.
+    pub fall_certain_mps: f32,
+    /// How long a robot takes to get up, s of any state of the game.
+    pub get_up_s: f32,
+    /// Whether a robot that lies for too long is penalised (2010 rule book, section 4.6).
+    pub fallen: bool,
+    /// Within this time it must begin to get up, s (2010: 5).
+    pub fallen_s: f32,
+    /// Within this time it must stand, s (2010: 20).
+    pub get_up_limit_s: f32,
+
+    /// Whether robots can dive.
+    pub dives: bool,
+    /// How long a dive blocks its strip, s of any state of the game.
+    pub dive_s: f32,
+    /// How far the strip reaches beyond the robot's base, m.
+    pub dive_reach_m: f32,
+
+    /// Whether a drawn match is decided by a penalty shoot-out (2010 rule book, section 3.8.1).
+    pub shoot_out: bool,
+    /// Shots of a team before sudden death (2010: 5).
+    pub shoot_out_shots: u32,
+    /// Longest duration of a shot, s (2010: 60; 2025: 30).
+    pub shoot_out_s: f32,
+
     /// For how long robots are not told of a change that the referee whistles, s (2025: 15).
     pub status_delay_s: f32,
 }
@@ -235,6 +264,19 @@ impl Default for Rules {
             game_stuck: false,
             game_stuck_s: 15.0,
             stuck_robot_is_penalised: false,
+            falls: false,
+            fall_from_mps: 0.1,
+            fall_certain_mps: 1.0,
+            get_up_s: 6.0,
+            fallen: false,
+            fallen_s: 5.0,
+            get_up_limit_s: 20.0,
+            dives: false,
+            dive_s: 1.0,
+            dive_reach_m: 0.5,
+            shoot_out: false,
+            shoot_out_shots: 5,
+            shoot_out_s: 60.0,
             status_delay_s: 0.0,
         }
     }
@@ -267,6 +309,10 @@ impl Rules {
         in_range("pushing_limit", self.pushing_limit.unwrap_or(1) as f32, 1.0, 1000.0, " collisions")?;
         in_range("collision_speed_mps", self.collision_speed_mps, 0.0, 10.0, " m/s")?;
         in_range("free_kick_distance_m", self.free_kick_distance_m, 0.0, 100.0, " m")?;
+        in_range("fall_from_mps", self.fall_from_mps, 0.0, 100.0, " m/s")?;
+        in_range("fall_certain_mps", self.fall_certain_mps, self.fall_from_mps, 100.0, " m/s")?;
+        in_range("dive_reach_m", self.dive_reach_m, 0.0, 2.0, " m")?;
+        in_range("shoot_out_shots", self.shoot_out_shots as f32, 1.0, 100.0, " shots")?;
         positive("stall_radius_m", self.stall_radius_m, 100.0, " m")?;
         let positive_durations = [
             ("half_s", self.half_s),
@@ -277,6 +323,9 @@ impl Rules {
             ("in_goal_s", self.in_goal_s),
             ("inactive_s", self.inactive_s),
             ("game_stuck_s", self.game_stuck_s),
+            ("fallen_s", self.fallen_s),
+            ("get_up_limit_s", self.get_up_limit_s),
+            ("shoot_out_s", self.shoot_out_s),
         ];
         for (field, value) in positive_durations {
             positive(field, value, LONGEST_S, " s")?;
@@ -290,6 +339,8 @@ impl Rules {
             ("illegal_position_s", self.illegal_position_s.unwrap_or(0.0)),
             ("kick_off_free_s", self.kick_off_free_s.unwrap_or(0.0)),
             ("illegal_defender_s", self.illegal_defender_s),
+            ("get_up_s", self.get_up_s),
+            ("dive_s", self.dive_s),
             ("status_delay_s", self.status_delay_s),
         ];
         for (field, value) in durations {
@@ -332,6 +383,7 @@ mod tests {
             ("illegal_position_s", Rules { illegal_position_s: Some(-1.0), ..Rules::default() }),
             ("pushing_limit", Rules { pushing_limit: Some(0), ..Rules::default() }),
             ("stall_radius_m", Rules { stall_radius_m: 0.0, ..Rules::default() }),
+            ("fall_certain_mps", Rules { fall_from_mps: 0.5, fall_certain_mps: 0.4, ..Rules::default() }),
             ("status_delay_s", Rules { status_delay_s: f32::INFINITY, ..Rules::default() }),
         ];
         for (field, rules) in wrong {

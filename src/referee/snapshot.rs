@@ -3,6 +3,7 @@
 use bevy::prelude::*;
 
 use super::game::Game;
+use super::intervention::Intervention;
 use super::penalty::Penalty;
 use super::rules::Rules;
 use super::touch::Touch;
@@ -12,6 +13,7 @@ use crate::pitch::Pitch;
 use crate::robot::RobotId;
 use crate::robot::body::BodyBounds;
 use crate::robot::head::HeadAngles;
+use crate::robot::posture::Posture;
 
 /// Everything that the rules judge by.
 #[derive(Clone, Copy, Debug)]
@@ -34,6 +36,8 @@ pub struct MatchSnapshot<'a> {
     pub touches: &'a [(RobotId, bool)],
     /// Who touched the ball last before this cycle; while the referee judges, those of this cycle included.
     pub last_touch: Option<Touch>,
+    /// What the referee is made to do at the end of this cycle.
+    pub interventions: &'a [Intervention],
     /// Robots that touched each other in this cycle, by their indices.
     pub contacts: &'a [[usize; 2]],
 }
@@ -99,6 +103,8 @@ pub struct RobotSnapshot {
     pub is_kicking: bool,
     /// Its body.
     pub bounds: BodyBounds,
+    /// Whether it is on its feet.
+    pub posture: Posture,
     /// The penalty that it serves, if any.
     pub penalty: Penalty,
 }

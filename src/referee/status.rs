@@ -34,6 +34,8 @@ pub struct GameStatus {
     pub drop_ball: bool,
     /// The free kick, or the kick-off that is one team's own, that is under way.
     pub set_play: Option<SetPlayStatus>,
+    /// The team that shoots, in a penalty shoot-out.
+    pub shoot_out: Option<Team>,
     /// Whether this robot is penalised.
     pub penalised: bool,
     /// What for, if it is.
@@ -116,6 +118,7 @@ pub(super) fn tell_status(
             kick_off_team: told.kick_off.unwrap_or(game.kick_off_team),
             drop_ball: told.kick_off.is_none(),
             set_play: told.set_play,
+            shoot_out: game.shoot_out.map(|shoot_out| shoot_out.team),
             penalised: penalty.is_active(),
             penalty: penalty.0.map(|penalty| penalty.reason),
             restarts: record.map_or(0, |record| record.restarts),

@@ -4,6 +4,7 @@ use bevy::prelude::*;
 
 use super::decide::{Decisions, decide};
 use super::game::{Game, GameState};
+use super::intervention::Interventions;
 use super::kick_off_shot::KickOffPlay;
 use super::memory::RefereeMemory;
 use super::penalty::Penalty;
@@ -21,6 +22,7 @@ use crate::robot::body::BodyBounds;
 use crate::robot::head::HeadAngles;
 use crate::robot::kick::{KickCommand, KickPhase};
 use crate::robot::motion::{ExecutedStep, WalkCommand};
+use crate::robot::posture::Posture;
 use crate::robot::{PreviousPose, RobotId, Roster, Velocity};
 
 /// The match begins: in the first cycle, before anybody senses or acts, the robots may walk to their places, or the
@@ -68,11 +70,12 @@ pub(super) fn officiate(
     mut events: ResMut<CycleEvents>,
     mut game: ResMut<Game>,
     mut memory: ResMut<RefereeMemory>,
+    mut interventions: ResMut<Interventions>,
     posts: Query<(&Pose, &Post), (Without<RobotId>, Without<Ball>)>,
     mut robots: Query<
         (
-            (&mut Pose, &mut PreviousPose, &mut Velocity, &BodyBounds, &ExecutedStep, &HeadAngles),
-            (&mut Penalty, &mut WalkCommand, &mut KickCommand, &mut KickPhase),
+            (&mut Pose, &mut PreviousPose, &mut Velocity, &mut BodyBounds, &ExecutedStep, &HeadAngles),
+            (&mut Penalty, &mut Posture, &mut WalkCommand, &mut KickCommand, &mut KickPhase),
         ),
         With<RobotId>,
     >,
@@ -85,7 +88,7 @@ pub(super) fn officiate(
     entities.clear();
     seen.clear();
     for (id, entity) in roster.iter() {
-        let Ok(((pose, previous, _, bounds, step, head), (penalty, _, _, phase))) = robots.get(entity) else {
+        let Ok(((pose, previous, _, bounds, step, head), (penalty, posture, _, _, phase))) = robots.get(entity) else {
             continue;
         };
         entities.push(entity);
@@ -97,6 +100,7 @@ pub(super) fn officiate(
             head: *head,
             is_kicking: *phase != KickPhase::Ready,
             bounds: *bounds,
+            posture: *posture,
             penalty: *penalty,
         });
     }
@@ -106,6 +110,7 @@ pub(super) fn officiate(
     discs.clear();
     discs.extend(posts.iter().map(|(pose, post)| Disc { centre: pose.position, radius: post.radius }));
     touches_of_cycle(&events, contacts.robots_at_ball(), touches);
+    interventions.fall_due(clock.end_time_s());
     let mut balls = balls.iter_mut();
     let mut ball = balls.next();
     let snapshot = MatchSnapshot {
@@ -123,10 +128,14 @@ pub(super) fn officiate(
         posts: discs,
         touches,
         last_touch: memory.last_touch,
+        interventions: &interventions.queue,
         contacts: pairs,
     };
     decide(&snapshot, &mut memory, decisions);
 
+    if !interventions.queue.is_empty() {
+        interventions.queue.clear();
+    }
     if *game != decisions.game {
         game.clone_from(&decisions.game);
     }
@@ -134,13 +143,13 @@ pub(super) fn officiate(
     if let (Some(place), Some((pose, previous, velocity, ..))) = (decisions.ball, &mut ball) {
         pose.position = place;
         previous.0 = **pose;
-        velocity.0 = Vec2::ZERO;
+        velocity.0 = decisions.ball_velocity;
     }
     for ((before, after), entity) in seen.iter().zip(&decisions.robots).zip(entities) {
         if before == after {
             continue;
         }
-        let Ok(((mut pose, mut previous, mut velocity, ..), (mut penalty, mut walk, mut kick, mut phase))) =
+        let Ok(((mut pose, mut previous, mut velocity, mut bounds, ..), (mut penalty, mut posture, mut walk, mut kick, mut phase))) =
             robots.get_mut(*entity)
         else {
             continue;
@@ -153,6 +162,9 @@ pub(super) fn officiate(
             *walk = WalkCommand::default();
             *kick = KickCommand::default();
             *phase = KickPhase::default();
+            // Whoever is put down is put on its feet.
+            *posture = Posture::Upright;
+            *bounds = bounds.in_posture(Posture::Upright);
         }
     }
 }

@@ -5,6 +5,7 @@ use bevy::prelude::*;
 use super::decide::{Decisions, decide};
 use super::formation::formation;
 use super::game::{Game, GameState};
+use super::intervention::Intervention;
 use super::memory::RefereeMemory;
 use super::penalty::Penalty;
 use super::rules::Rules;
@@ -15,6 +16,7 @@ use crate::geometry::Pose;
 use crate::pitch::Pitch;
 use crate::robot::body::BodyBounds;
 use crate::robot::head::HeadAngles;
+use crate::robot::posture::Posture;
 use crate::robot::{RobotId, Team};
 
 /// Everything that a [`MatchSnapshot`] borrows.
@@ -30,6 +32,7 @@ pub struct Situation {
     pub memory: RefereeMemory,
     pub contacts: Vec<[usize; 2]>,
     pub touches: Vec<(RobotId, bool)>,
+    pub interventions: Vec<Intervention>,
 }
 
 impl Situation {
@@ -51,6 +54,7 @@ impl Situation {
                     head: HeadAngles::default(),
                     is_kicking: false,
                     bounds: BodyBounds::default(),
+                    posture: Posture::Upright,
                     penalty: Penalty(None),
                 }
             })
@@ -66,6 +70,8 @@ impl Situation {
             posts,
             memory: RefereeMemory::default(),
             contacts: vec![],
+            touches: vec![],
+            interventions: vec![],
         }
     }
 
@@ -100,6 +106,7 @@ impl Situation {
             last_touch: self.memory.last_touch,
             contacts: &self.contacts,
             touches: &self.touches,
+            interventions: &self.interventions,
         }
     }
 
@@ -142,6 +149,7 @@ impl Situation {
         self.robots.clone_from(&decisions.robots);
         self.clock.cycle += 1;
         self.touches.clear();
+        self.interventions.clear();
         let ball = decisions.ball.or(self.path.last().copied());
         self.path = ball.map_or(vec![], |ball| vec![ball; 2]);
         decisions
