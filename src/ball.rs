@@ -23,7 +23,7 @@ impl Plugin for BallPlugin {
     }
 }
 
-/// Marks the ball. Its [`Pose`](crate::geometry::Pose) is its centre's place above the ground.
+/// Marks the ball. Its [`Pose`] is its centre's place above the ground.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Truth)]
 pub struct Ball;

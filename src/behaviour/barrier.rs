@@ -56,6 +56,15 @@ pub enum Breach {
         /// What that is.
         knowledge: String,
     },
+    /// Its marker is no marker: robots that are not its own carry it too.
+    #[error(
+        "is registered for robots with `{component}`, which other robots carry too; \
+         give the behaviour a marker component of its own"
+    )]
+    NoMarker {
+        /// The component's type.
+        component: String,
+    },
     /// It queries robots that may not be its own.
     #[error("accesses `{component}` of robots that need not be its own; add `With<{marker}>` to the query's filter")]
     ForeignRobots {
@@ -80,14 +89,28 @@ pub fn inspect<Marker: Component>(
     if system.is_exclusive() {
         return Err(refuse(Breach::Exclusive));
     }
+    let marker = world.register_component::<Marker>();
     let access = system.initialize(world);
     if system.has_deferred() {
         return Err(refuse(Breach::Deferred));
     }
-    let marker = world.register_component::<Marker>();
     let resource = world.register_component::<IsResource>();
     for query in access.filtered_accesses() {
         inspect_query(query, marker, resource, world).map_err(&refuse)?;
+    }
+    Ok(())
+}
+
+/// Checks that a component can tie a behaviour to its robots: it is none of the simulation's own, which all robots
+/// carry, markers without content apart.
+///
+/// # Errors
+/// [`Breach::NoMarker`].
+pub(super) fn inspect_marker<Marker: Component>(world: &mut World) -> Result<(), Breach> {
+    let marker = world.register_component::<Marker>();
+    let knowledge = knowledge_of(marker, world)?;
+    if knowledge.is_some() && size_of::<Marker>() > 0 || knowledge == Some(Knowledge::Truth) {
+        return Err(Breach::NoMarker { component: component_name(marker, world) });
     }
     Ok(())
 }
@@ -113,6 +136,13 @@ fn inspect_query(
         };
         if id == marker || id == resource {
             continue;
+        }
+        if is_resource && is_of_the_engine(&component_name(id, world)) {
+            return Err(Breach::Forbidden {
+                verb,
+                component: component_name(id, world),
+                knowledge: "the engine's own".to_owned(),
+            });
         }
         let Some(knowledge) = knowledge_of(id, world)? else { continue };
         let allowed = if writes { knowledge.is_writable() } else { knowledge.is_readable() };
@@ -156,6 +186,12 @@ fn knowledge_of(id: ComponentId, world: &World) -> Result<Option<Knowledge>, Bre
         return Ok(Some(Knowledge::Truth));
     }
     Ok(None)
+}
+
+/// Whether a resource belongs to Bevy, such as `Schedules`, through which systems could be added that see everything.
+/// The clocks may be read.
+fn is_of_the_engine(name: &str) -> bool {
+    name.starts_with("bevy_") && !name.starts_with("bevy_time::") && !names_simulation(name)
 }
 
 /// Bevy's own components that show where things are.

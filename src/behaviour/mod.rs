@@ -29,6 +29,7 @@
 //! [`barrier`].
 
 use bevy::prelude::*;
+use core::any::TypeId;
 use std::collections::BTreeMap;
 
 pub mod barrier;
@@ -37,7 +38,7 @@ pub mod teams;
 
 use crate::cycle::{Cycle, CycleSystems};
 use crate::knowledge::Knowledge;
-use barrier::BarrierError;
+use barrier::{BarrierError, Breach};
 
 /// The registry of behaviours and teams, and scripts.
 pub struct BehaviourPlugin;
@@ -86,6 +87,7 @@ pub struct TeamRecipe {
 #[derive(Resource, Default)]
 pub struct BehaviourRegistry {
     behaviours: BTreeMap<String, fn(&mut EntityWorldMut)>,
+    markers: BTreeMap<TypeId, String>,
     teams: BTreeMap<String, TeamRecipe>,
 }
 
@@ -155,8 +157,23 @@ impl BehaviourApp for App {
         system: impl IntoSystem<(), (), M>,
     ) -> Result<&mut Self, BarrierError> {
         let mut system = IntoSystem::into_system(system);
+        let refuse = |system: &dyn System<In = (), Out = ()>, reason| BarrierError {
+            behaviour: name.to_owned(),
+            system: system.name().to_string(),
+            reason,
+        };
+        if let Err(reason) = barrier::inspect_marker::<Marker>(self.world_mut()) {
+            return Err(refuse(&system, reason));
+        }
         barrier::inspect::<Marker>(name, &mut system, self.world_mut())?;
         let mut registry = self.world_mut().get_resource_or_init::<BehaviourRegistry>();
+        if let Some(owner) = registry.markers.insert(TypeId::of::<Marker>(), name.to_owned())
+            && owner != name
+        {
+            registry.markers.insert(TypeId::of::<Marker>(), owner);
+            let component = core::any::type_name::<Marker>().to_owned();
+            return Err(refuse(&system, Breach::NoMarker { component }));
+        }
         registry.behaviours.insert(name.to_owned(), |robot| {
             robot.insert(Marker::default());
         });

@@ -2,7 +2,7 @@
 //! and robots are remembered as seen, and team-mates tell of themselves and of the ball.
 //!
 //! It is honest: it reads what the robot senses and is told, and passes the same
-//! [barrier](crate::behaviour::barrier) as behaviours do.
+//! [barrier] as behaviours do.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};

@@ -12,6 +12,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use super::report;
+use crate::communication::MessageStatistics;
 use crate::cycle::{CycleClock, run_cycle};
 use crate::events::{CycleEvents, MatchEvent};
 use crate::record::trace::{EndReason, TracePlugin, TraceRecorder, record_cycle};
@@ -185,8 +186,9 @@ fn progress_bar(length_s: f32, quiet: bool) -> ProgressBar {
 fn finish(world: &mut World, outcome: &Outcome, wall_s: f64, arguments: &RunArguments) -> ExitCode {
     let clock = *world.resource::<CycleClock>();
     let score = world.resource::<Game>().score;
+    let messages = *world.resource::<MessageStatistics>();
     if let Some(recorder) = world.remove_resource::<TraceRecorder>()
-        && let Err(error) = recorder.finish(outcome.reason, score, clock.cycle)
+        && let Err(error) = recorder.finish(outcome.reason, score, clock.cycle, messages)
     {
         // Whoever reads the trace from a pipe may have seen enough.
         if error.kind() == io::ErrorKind::BrokenPipe {

@@ -12,7 +12,7 @@ use std::path::Path;
 
 use crate::ball::{Ball, BallPhysics, BallVelocity};
 use crate::belief::Belief;
-use crate::communication::{Inbox, ReceivedMessage};
+use crate::communication::{Inbox, MessageStatistics, ReceivedMessage};
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
 use crate::events::{CycleEvents, MatchEvent};
 use crate::geometry::{Pose, file_units, to_degrees, wrapped_degrees};
@@ -87,8 +87,14 @@ impl TraceRecorder {
     ///
     /// # Errors
     /// The first error that occurred while writing.
-    pub fn finish(mut self, reason: EndReason, score: Score, cycles: u64) -> io::Result<()> {
-        self.write(&End { line_type: "end", reason, score, cycles });
+    pub fn finish(
+        mut self,
+        reason: EndReason,
+        score: Score,
+        cycles: u64,
+        messages: MessageStatistics,
+    ) -> io::Result<()> {
+        self.write(&End { line_type: "end", reason, score, cycles, messages });
         match (self.error, self.sink) {
             (Some(error), _) => Err(error),
             (None, Sink::Plain(mut writer)) => writer.flush(),
@@ -159,6 +165,7 @@ struct End {
     reason: EndReason,
     score: Score,
     cycles: u64,
+    messages: MessageStatistics,
 }
 
 #[derive(Serialize)]

@@ -15,10 +15,17 @@ impl Plugin for KeysPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Shown>().add_message::<Action>().add_systems(
             Update,
-            (read_keys.run_if(not(egui_wants_any_keyboard_input)), carry_out).chain().before(CameraSystems),
+            (read_keys.run_if(not(egui_wants_any_keyboard_input)), carry_out)
+                .chain()
+                .in_set(KeysSystems)
+                .before(CameraSystems),
         );
     }
 }
+
+/// The systems that carry out what the keys mean.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct KeysSystems;
 
 /// What a key, or a button, does.
 #[derive(Message, Clone, Copy, PartialEq, Debug)]
@@ -42,6 +49,8 @@ pub enum Switch {
     Events,
     /// Names above the robots.
     Labels,
+    /// Shadows and smooth edges.
+    FineDrawing,
 }
 
 /// What is shown.
@@ -53,11 +62,13 @@ pub struct Shown {
     pub events: bool,
     /// Names above the robots.
     pub labels: bool,
+    /// Shadows and smooth edges.
+    pub fine_drawing: bool,
 }
 
 impl Default for Shown {
     fn default() -> Self {
-        Self { help: false, events: true, labels: true }
+        Self { help: false, events: true, labels: true, fine_drawing: true }
     }
 }
 
@@ -68,6 +79,7 @@ impl Shown {
             Switch::Help => &mut self.help,
             Switch::Events => &mut self.events,
             Switch::Labels => &mut self.labels,
+            Switch::FineDrawing => &mut self.fine_drawing,
         }
     }
 }
@@ -113,6 +125,7 @@ pub const BINDINGS: &[Binding] = &[
     binding(KeyCode::Digit3, "3", "Follow the ball", Action::View(ViewPreset::FollowBall)),
     binding(KeyCode::KeyE, "E", "Events", Action::Toggle(Switch::Events)),
     binding(KeyCode::KeyN, "N", "Names of the robots", Action::Toggle(Switch::Labels)),
+    binding(KeyCode::KeyS, "S", "Shadows, smooth edges", Action::Toggle(Switch::FineDrawing)),
     binding(KeyCode::KeyH, "H", "This help", Action::Toggle(Switch::Help)),
     binding(KeyCode::F12, "F12", "Save a picture", Action::Screenshot),
 ];

@@ -19,6 +19,7 @@
 //! |---|---|
 //! | [`drive`] | runs the cycles: pause, single cycle, speed, restart |
 //! | [`stage`] | the pitch frame in Bevy's world, light, smooth motion between cycles |
+//! | `drawing` | shadows and smooth edges, where they cost little |
 //! | `field` | carpet, lines, goals, nets |
 //! | `figure`, `gait` | robots and how they move |
 //! | `props` | ball and posts |
@@ -36,6 +37,7 @@ use bevy::window::WindowResolution;
 use bevy_egui::EguiPlugin;
 
 pub mod camera;
+mod drawing;
 pub mod drive;
 pub mod event_log;
 mod field;
@@ -78,6 +80,7 @@ impl PluginGroup for ViewerPlugins {
             .add(drive::DrivePlugin)
             .add(event_log::EventLogPlugin)
             .add(stage::StagePlugin)
+            .add(drawing::DrawingPlugin)
             .add(field::FieldPlugin)
             .add(figure::FigurePlugin)
             .add(gait::GaitPlugin)

@@ -3,6 +3,7 @@
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use naoisis::behaviour::barrier::{BarrierError, Breach};
+use naoisis::behaviour::teams::Chaser;
 use naoisis::communication::Inbox;
 use naoisis::prelude::*;
 use naoisis::robot::kick::KickPhase;
@@ -114,6 +115,34 @@ fn other_robots_can_neither_be_read_nor_steered() {
     // A marker behind an `Or` is no marker.
     let foreign = refusal(|_: Query<&Percepts, Or<(With<Mine>, With<Memory>)>>| {});
     assert!(matches!(foreign, Breach::ForeignRobots { .. }), "{foreign}");
+}
+
+#[test]
+fn a_marker_that_others_carry_is_no_marker() {
+    fn spies(_: Query<(&mut WalkCommand, &Inbox)>) {}
+    let mut app = App::new();
+    app.add_plugins(NaoisisPlugins);
+    let reason = |result: Result<&mut App, BarrierError>| result.err().map(|error| error.reason);
+    for reason in [
+        reason(app.try_add_behaviour::<Percepts, _>("spy", spies)),
+        reason(app.try_add_behaviour::<WalkCommand, _>("spy", spies)),
+        reason(app.try_add_behaviour::<Ball, _>("spy", spies)),
+        reason(app.try_add_behaviour::<Chaser, _>("spy", |_: Query<&Inbox, With<Chaser>>| {})),
+    ] {
+        assert!(matches!(reason, Some(Breach::NoMarker { .. })), "{reason:?}");
+    }
+}
+
+#[test]
+fn the_engines_own_resources_and_relationships_lead_nowhere() {
+    assert!(forbidden_component(|_: ResMut<Schedules>| {}).ends_with("Schedules"));
+    assert!(forbidden_component(|_: Res<AppTypeRegistry>| {}).ends_with("AppTypeRegistry"));
+    assert_eq!(register(|_: Res<Time>| {}), Ok(()));
+    // A child's or parent's truth is as forbidden as the robot's own.
+    fn climbs(children: Query<&Children, With<Mine>>, poses: Query<&Pose>) {
+        let _ = children.iter().flatten().filter_map(|child| poses.get(*child).ok()).count();
+    }
+    assert!(forbidden_component(climbs).ends_with("Pose"));
 }
 
 #[test]

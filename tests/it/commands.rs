@@ -37,6 +37,7 @@ fn a_trace_has_a_header_the_start_every_cycle_and_an_end() {
     }
     assert_eq!(lines[62]["type"], "end");
     assert_eq!(lines[62]["cycles"], 60);
+    assert!(lines[62]["messages"]["blue"]["sent"].as_u64().unwrap() > 0);
     // What the command has to say goes to standard error.
     assert!(text(&output.stderr).contains("times real time"));
 }
