@@ -17,6 +17,7 @@ use crate::cycle::{CycleClock, run_cycle};
 use crate::events::{CycleEvents, MatchEvent};
 use crate::record::trace::{EndReason, TracePlugin, TraceRecorder, record_cycle};
 use crate::referee::Game;
+use crate::referee::report::report as match_report;
 use crate::robot::Team;
 use crate::scenario::{Scenario, ScenarioFile};
 use crate::simulation::{MatchApp, NaoisisPlugins};
@@ -38,6 +39,9 @@ pub struct RunArguments {
     /// Write a trace: a .jsonl file, .jsonl.zst for a compressed one, - for standard output
     #[arg(long, value_name = "FILE")]
     pub trace: Option<PathBuf>,
+    /// Print the match report: every decision of the referee, and why
+    #[arg(long)]
+    pub explain: bool,
     /// Print nothing but errors
     #[arg(long)]
     pub quiet: bool,
@@ -93,7 +97,7 @@ pub fn run_scenario(file: ScenarioFile, arguments: &RunArguments) -> ExitCode {
         Err(message) => return report::usage_error(&message),
     }
     let started = Instant::now();
-    let outcome = run_to_the_end(app.world_mut(), &scenario, &interrupted, arguments.quiet);
+    let outcome = run_to_the_end(app.world_mut(), &scenario, &interrupted, arguments);
     let wall_s = started.elapsed().as_secs_f64();
     finish(app.world_mut(), &outcome, wall_s, arguments)
 }
@@ -115,11 +119,16 @@ struct Outcome {
     broken_invariants: Vec<String>,
 }
 
-fn run_to_the_end(world: &mut World, scenario: &Scenario, interrupted: &AtomicBool, quiet: bool) -> Outcome {
+fn run_to_the_end(
+    world: &mut World,
+    scenario: &Scenario,
+    interrupted: &AtomicBool,
+    arguments: &RunArguments,
+) -> Outcome {
     let period_s = world.resource::<CycleClock>().period_s;
     let last_cycle = scenario.last_cycle();
     let match_s = scenario.rules.half_s * scenario.rules.halves as f32;
-    let progress = progress_bar(scenario.end_s().unwrap_or(match_s), quiet);
+    let progress = progress_bar(scenario.end_s().unwrap_or(match_s), arguments.quiet);
     let mut outcome = Outcome { reason: EndReason::Duration, goals: Vec::new(), broken_invariants: Vec::new() };
     loop {
         let cycle = world.resource::<CycleClock>().cycle;
@@ -144,6 +153,11 @@ fn run_to_the_end(world: &mut World, scenario: &Scenario, interrupted: &AtomicBo
         run_cycle(world);
         let time_s = world.resource::<CycleClock>().end_time_s();
         for event in world.resource::<CycleEvents>().iter() {
+            if arguments.explain
+                && let Some(text) = match_report(time_s, event)
+            {
+                progress.suspend(|| print_beside_trace(arguments, &format!("{text}\n")));
+            }
             match event {
                 MatchEvent::Goal { team, .. } => outcome.goals.push((time_s, *team)),
                 MatchEvent::InvariantBroken { message } => {
@@ -183,16 +197,7 @@ fn finish(world: &mut World, outcome: &Outcome, wall_s: f64, arguments: &RunArgu
         return report::failure(&format!("cannot write the trace: {error}"));
     }
     if !arguments.quiet {
-        let summary = summary(outcome, clock, score, wall_s);
-        let to_stdout = arguments.trace.as_ref().is_none_or(|path| path.as_os_str() != "-");
-        let written = if to_stdout {
-            io::stdout().write_all(summary.as_bytes())
-        } else {
-            io::stderr().write_all(summary.as_bytes())
-        };
-        if written.is_err() {
-            return ExitCode::SUCCESS;
-        }
+        print_beside_trace(arguments, &summary(outcome, clock, score, wall_s));
     }
     match outcome.broken_invariants.first() {
         None => ExitCode::SUCCESS,
@@ -201,6 +206,14 @@ fn finish(world: &mut World, outcome: &Outcome, wall_s: f64, arguments: &RunArgu
             outcome.broken_invariants.len()
         )),
     }
+}
+
+/// Prints to standard output, or where the trace goes there, to standard error. Whoever has closed it does not want
+/// to know.
+fn print_beside_trace(arguments: &RunArguments, text: &str) {
+    let trace_to_stdout = arguments.trace.as_ref().is_some_and(|path| path.as_os_str() == "-");
+    let _ =
+        if trace_to_stdout { io::stderr().write_all(text.as_bytes()) } else { io::stdout().write_all(text.as_bytes()) };
 }
 
 fn summary(outcome: &Outcome, clock: CycleClock, score: crate::referee::Score, wall_s: f64) -> String {

@@ -10,10 +10,11 @@ use crate::ball::Rolling;
 use crate::communication::{MessageSettings, TeamMessage};
 use crate::geometry::{Pose, file_units};
 use crate::pitch::Pitch;
-use crate::referee::Rules;
+use crate::referee::{Rules, TimedIntervention};
 use crate::robot::head::HeadLimits;
 use crate::robot::kick::{KickRequest, KickSettings};
 use crate::robot::motion::MotionLimits;
+use crate::robot::posture::PostureRequest;
 use crate::robot::{RobotId, Team};
 use crate::sensing::camera::CameraSettings;
 use crate::sensing::fidelity::Fidelities;
@@ -67,6 +68,9 @@ pub struct Scenario {
     pub teams: Option<TeamsSpec>,
     /// Extra posts.
     pub posts: Vec<PostSpec>,
+    /// What the referee is made to do, and when.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub interventions: Vec<TimedIntervention>,
 }
 
 impl Default for Scenario {
@@ -92,6 +96,7 @@ impl Default for Scenario {
             robots: Vec::new(),
             teams: None,
             posts: Vec::new(),
+            interventions: Vec::new(),
         }
     }
 }
@@ -99,6 +104,12 @@ impl Default for Scenario {
 impl Scenario {
     /// Where neither the scenario nor the clock of the rules ends a match, it is over after this time, s.
     const LONGEST_WITHOUT_CLOCK_S: f32 = 60.0;
+
+    /// Whether there is such a robot in the match: in the list, or in a team that is lined up.
+    pub fn has_robot(&self, id: RobotId) -> bool {
+        let lined_up = self.teams.is_some() && (1..=self.rules.team_size).contains(&id.number);
+        lined_up || self.robots.iter().any(|robot| robot.id() == id)
+    }
 
     /// When the match is over at the latest, s; none where the final whistle ends it.
     pub fn end_s(&self) -> Option<f32> {
@@ -270,6 +281,9 @@ pub struct ScriptEntry {
     /// Yaw and pitch for the head, radians (degrees in files).
     #[serde(rename = "head_deg", with = "optional_degree_pair", skip_serializing_if = "Option::is_none")]
     pub head: Option<[f32; 2]>,
+    /// Getting up, or a dive.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub posture: Option<PostureRequest>,
     /// A message for the team-mates.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub say: Option<TeamMessage>,

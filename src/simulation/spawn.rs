@@ -56,7 +56,7 @@ pub fn start(world: &mut World, scenario: &Scenario) -> Result<(), ScenarioFault
     world.insert_resource(MessagesInFlight::default());
     world.insert_resource(MessageStatistics::default());
     world.insert_resource(clock_of(scenario));
-    referee::start(world, &scenario.rules, &clock_of(scenario));
+    referee::start(world, scenario, &clock_of(scenario));
     world.insert_resource(CycleEvents::default());
     world.insert_resource(Contacts::default());
     spawn_posts(world, scenario);

@@ -33,6 +33,7 @@ use crate::robot::RobotId;
 use crate::robot::head::HeadCommand;
 use crate::robot::kick::{KickCommand, KickSettings};
 use crate::robot::motion::{MotionLimits, WalkCommand};
+use crate::robot::posture::{PostureCommand, PostureRequest};
 use crate::sensing::sonar::{SonarReading, SonarSettings};
 use crate::sensing::status::BodyStatus;
 
@@ -136,6 +137,7 @@ struct PlayerQuery {
     head: &'static mut HeadCommand,
     kick: &'static mut KickCommand,
     outbox: &'static mut Outbox,
+    posture: &'static mut PostureCommand,
 }
 
 fn play<R: Role>(
@@ -164,6 +166,7 @@ fn play<R: Role>(
         *robot.walk = decision.walk;
         *robot.head = decision.head.unwrap_or_else(|| attack::watch(&player, memory));
         robot.kick.0 = decision.kick;
+        robot.posture.0 = (player.body == BodyStatus::Fallen).then_some(PostureRequest::GetUp);
         robot.outbox.0 = (!player.status.penalised).then(|| message(&player, decision.intention));
     }
 }

@@ -12,6 +12,7 @@ use core::ops::RangeInclusive;
 use super::field_path::FieldPath;
 use super::types::{BehaviourSpec, RobotSpec, Scenario, ScriptEntry};
 use crate::geometry::to_degrees;
+use crate::referee::{Intervention, TimedIntervention};
 use crate::robot::motion::MotionLimits;
 
 /// A value of a scenario that cannot be.
@@ -144,6 +145,9 @@ impl Checks {
             self.positive(path.field("radius_m"), post.radius_m, 1.0, " m");
             self.positive(path.field("height_m"), post.height_m, 10.0, " m");
         }
+        for (index, timed) in scenario.interventions.iter().enumerate() {
+            self.intervention(&root.field("interventions").index(index), timed, scenario);
+        }
     }
 
     fn robot(&mut self, path: &FieldPath, robot: &RobotSpec, scenario: &Scenario) {
@@ -206,8 +210,44 @@ impl Checks {
             let message = format!("`until_s` is {until}, and `from_s` {}", entry.from_s);
             self.fault(path.field("until_s"), message, "an end after the start, or none for a single cycle");
         }
-        if entry.walk.is_none() && entry.kick.is_none() && entry.head.is_none() && entry.say.is_none() {
-            self.fault(path.clone(), "this entry of a script does nothing", "`walk`, `kick`, `head_deg` or `say`");
+        let acts = entry.walk.is_some() || entry.kick.is_some() || entry.head.is_some() || entry.posture.is_some();
+        if !acts && entry.say.is_none() {
+            let expected = "`walk`, `kick`, `head_deg`, `posture` or `say`";
+            self.fault(path.clone(), "this entry of a script does nothing", expected);
+        }
+    }
+
+    /// That an intervention is one that could be carried out when its time comes.
+    fn intervention(&mut self, path: &FieldPath, timed: &TimedIntervention, scenario: &Scenario) {
+        if timed.at_s < 0.0 {
+            self.fault(path.field("at_s"), format!("`at_s` is {}", timed.at_s), "0 s or later");
+        }
+        let path = path.field("do");
+        let carpet = scenario.field.carpet_half_extents();
+        let (robot, place) = match timed.intervention {
+            Intervention::PlaceBall { position_m, .. } => (None, Some(("place_ball.position_m", position_m))),
+            Intervention::DropBall { position_m } => (None, Some(("drop_ball.position_m", position_m))),
+            Intervention::PlaceRobot { robot, pose } => {
+                (Some(("place_robot.robot", robot)), Some(("place_robot.pose", pose.position)))
+            }
+            Intervention::Penalise { robot, duration_s, .. } => {
+                let duration = path.field("penalise.duration_s");
+                self.range(duration, duration_s.unwrap_or(0.0), 0.0..=1e5, " s");
+                (Some(("penalise.robot", robot)), None)
+            }
+            Intervention::Return { robot } => (Some(("return.robot", robot)), None),
+            Intervention::SetScore { .. } | Intervention::Whistle | Intervention::KickOff { .. } => (None, None),
+        };
+        if let Some((field, robot)) = robot
+            && !scenario.has_robot(robot)
+        {
+            self.fault(path.field(field), format!("there is no robot {robot}"), "a robot of this scenario");
+        }
+        if let Some((field, place)) = place
+            && !place.abs().cmple(carpet).all()
+        {
+            let message = format!("({}, {}) is outside the carpet", place.x, place.y);
+            self.fault(path.field(field), message, format!("within ±{} m and ±{} m", carpet.x, carpet.y));
         }
     }
 
