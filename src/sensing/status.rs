@@ -52,6 +52,13 @@ pub enum BodyStatus {
     Penalised,
 }
 
+impl BodyStatus {
+    /// Whether the robot can walk and kick.
+    pub fn is_free(self) -> bool {
+        matches!(self, BodyStatus::Standing | BodyStatus::Walking)
+    }
+}
+
 /// Who lies has its cameras on the ground or at the sky, and its sonars too: it recognises and hears nothing.
 fn lie_blind(mut robots: Query<(&Posture, &mut Percepts, &mut SonarReading)>) {
     for (posture, mut percepts, mut sonar) in &mut robots {
