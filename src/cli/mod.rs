@@ -8,6 +8,7 @@ use crate::behaviour::BehaviourRegistry;
 use crate::simulation::{MatchApp, NaoisisPlugins};
 
 mod batch;
+mod begin;
 mod check;
 mod list;
 mod play;

@@ -2,6 +2,7 @@
 
 use bevy::prelude::*;
 
+use super::settings::RobotSettings;
 use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity};
 use crate::behaviour::BehaviourRegistry;
 use crate::behaviour::script::Script;
@@ -20,7 +21,6 @@ use crate::robot::kick::{KickCommand, KickPhase};
 use crate::robot::motion::{ExecutedStep, WalkCommand};
 use crate::robot::{PreviousPose, Team, Velocity};
 use crate::scenario::{BehaviourSpec, FieldPath, RobotSpec, Scenario, ScenarioFault};
-use crate::sensing::fidelity::SensorFidelity;
 use crate::sensing::odometry::Odometry;
 use crate::sensing::sonar::SonarReading;
 use crate::sensing::status::BodyStatus;
@@ -66,6 +66,14 @@ pub fn start(world: &mut World, scenario: &Scenario) -> Result<(), ScenarioFault
     }
     world.insert_resource(scenario.clone());
     Ok(())
+}
+
+/// The scenario with all robots listed: those that whole teams line up included.
+pub fn resolved(world: &World, scenario: &Scenario) -> Scenario {
+    match robots_of(world, scenario) {
+        Ok(robots) => Scenario { robots, teams: None, ..scenario.clone() },
+        Err(_) => scenario.clone(),
+    }
 }
 
 /// The scenario's robots, or those of the two teams that it names, lined up for a kick-off, ordered by id. All of
@@ -156,22 +164,16 @@ fn spawn_ball(world: &mut World, scenario: &Scenario) {
 
 fn spawn_robot(world: &mut World, scenario: &Scenario, robot: &RobotSpec) {
     let id = robot.id();
-    let head_limits = robot.head_limits.unwrap_or(scenario.head);
     let [yaw, pitch] = robot.head;
-    let fidelity = scenario.fidelity_of(robot);
-    let sonar = robot.sonar.unwrap_or(scenario.sonar).with_fidelity(fidelity.sonar);
-    let vision = robot.vision.clone().unwrap_or_else(|| scenario.vision.clone()).with_fidelity(fidelity.vision);
-    let odometry = robot.odometry.unwrap_or(scenario.odometry).with_fidelity(fidelity.odometry);
     let mut entity = world.spawn((
         MatchEntity,
         id,
+        RobotSettings::of(scenario, robot),
         (robot.pose, PreviousPose(robot.pose), Velocity::default(), BodyBounds::default()),
-        (robot.motion.unwrap_or(scenario.motion), WalkCommand::default(), ExecutedStep::default()),
-        (head_limits, HeadAngles { yaw, pitch }, HeadCommand { yaw, pitch }),
-        (scenario.kicks, KickCommand::default(), KickPhase::default()),
-        (sonar, SonarReading::default()),
-        (scenario.cameras, vision, Percepts::default()),
-        (odometry, Odometry::default(), BodyStatus::default()),
+        (WalkCommand::default(), ExecutedStep::default()),
+        (HeadAngles { yaw, pitch }, HeadCommand { yaw, pitch }),
+        (KickCommand::default(), KickPhase::default()),
+        (SonarReading::default(), Percepts::default(), Odometry::default(), BodyStatus::default()),
         (Outbox::default(), Inbox::default()),
         RandomStreams::new(scenario.seed, id),
     ));
