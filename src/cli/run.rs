@@ -4,6 +4,7 @@ use bevy::log::{Level, LogPlugin};
 use bevy::prelude::*;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
+use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -105,6 +106,9 @@ fn run_match(arguments: &RunArguments, begin: impl FnOnce(&mut App) -> Result<()
         }
         Err(message) => return report::usage_error(&message),
     }
+    if arguments.explain {
+        print_beside_trace(arguments, &title(&scenario));
+    }
     let started = Instant::now();
     let mut outcome = run_to_the_end(app.world_mut(), &scenario, &interrupted, arguments);
     let wall_s = started.elapsed().as_secs_f64();
@@ -159,6 +163,8 @@ struct Outcome {
     reason: EndReason,
     goals: Vec<(f64, Team)>,
     broken_invariants: Vec<String>,
+    /// What the referee decided, and how often, if that is to be explained.
+    decisions: BTreeMap<String, u32>,
     /// Whether the match was saved on the way, or should have been.
     saved: bool,
     /// Why it was not.
@@ -207,6 +213,7 @@ fn run_to_the_end(
             if arguments.explain
                 && let Some(text) = match_report(time_s, event)
             {
+                *outcome.decisions.entry(event.kind()).or_default() += 1;
                 progress.suspend(|| print_beside_trace(arguments, &format!("{text}\n")));
             }
             match event {
@@ -248,6 +255,7 @@ fn finish(world: &mut World, outcome: &Outcome, wall_s: f64, arguments: &RunArgu
         return report::failure(&format!("cannot write the trace: {error}"));
     }
     if !arguments.quiet {
+        print_beside_trace(arguments, &tally(&outcome.decisions));
         print_beside_trace(arguments, &summary(outcome, clock, score, wall_s));
     }
     if let Some(message) = &outcome.not_saved {
@@ -268,6 +276,23 @@ fn print_beside_trace(arguments: &RunArguments, text: &str) {
     let trace_to_stdout = arguments.trace.as_ref().is_some_and(|path| path.as_os_str() == "-");
     let _ =
         if trace_to_stdout { io::stderr().write_all(text.as_bytes()) } else { io::stdout().write_all(text.as_bytes()) };
+}
+
+/// What match the report is of.
+fn title(scenario: &Scenario) -> String {
+    let name = if scenario.name.is_empty() { "Match" } else { &scenario.name };
+    let teams = match &scenario.teams {
+        Some(teams) => format!(": blue {} against pink {}", teams.blue, teams.pink),
+        None => String::new(),
+    };
+    format!("{name}{teams}. Rules {}, seed {}.\n", scenario.rules.name, scenario.seed)
+}
+
+/// How often the referee decided what.
+fn tally(decisions: &BTreeMap<String, u32>) -> String {
+    let count = |(kind, count): (&String, &u32)| format!("{count} {}", kind.replace('_', " "));
+    let counts: Vec<String> = decisions.iter().map(count).collect();
+    if counts.is_empty() { String::new() } else { format!("  decided  {}\n", counts.join(", ")) }
 }
 
 fn summary(outcome: &Outcome, clock: CycleClock, score: crate::referee::Score, wall_s: f64) -> String {
