@@ -88,3 +88,35 @@ fn a_word_says_how_true_a_robots_sensors_are() {
     assert!(ideal.len() == 30 && ideal.windows(2).all(|pair| pair[0] == pair[1]));
     assert!(ball_places("noisy").windows(2).any(|pair| pair[0] != pair[1]));
 }
+
+#[test]
+fn image_vision_plugs_in_where_a_scenario_asks_for_it() {
+    use bevy::prelude::*;
+    use naoisis::cycle::Cycle;
+    use naoisis::sensing::scene::SensingSystems;
+    use naoisis::sensing::vision::{BallPercept, GeometricVisionSystems, ImageVision, VisionSettings, VisionSource};
+
+    /// Always sees the ball a metre ahead.
+    fn hallucinate(mut robots: Query<(&VisionSettings, &mut Percepts)>) {
+        for (settings, mut percepts) in &mut robots {
+            if settings.source == VisionSource::Image {
+                assert_eq!(*percepts, Percepts::default());
+                let camera = naoisis::sensing::camera::CameraSide::Top;
+                percepts.ball = Some(BallPercept { camera, pixel: Vec2::ZERO, position_m: Vec2::X });
+            }
+        }
+    }
+
+    let text = r#"{ "rules": "free", "ball": { "position_m": [-1, 0] },
+                    "robots": [{ "number": 1 }, { "number": 2, "pose": [1, 1, 0], "fidelity": "image" }] }"#;
+    let scenario = Scenario::from_json(text).unwrap();
+    let mut app = crate::support::headless_app();
+    app.world_mut().remove_resource::<ImageVision>();
+    let fault = app.start_match(&scenario).err().unwrap();
+    assert_eq!(fault.path.to_string(), "robots[1].fidelity");
+    app.init_resource::<ImageVision>()
+        .add_systems(Cycle, hallucinate.in_set(SensingSystems::Vision).after(GeometricVisionSystems));
+    app.start_match(&scenario).unwrap().run_cycles(2);
+    assert_eq!(app.robot::<Percepts>(blue(2)).unwrap().ball.unwrap().position_m, Vec2::X);
+    assert_eq!(app.robot::<Percepts>(blue(1)).unwrap().ball, None);
+}
