@@ -8,6 +8,7 @@ mod collisions;
 mod commands;
 mod determinism;
 mod kicks;
+mod localisation;
 mod matches;
 mod referee_properties;
 mod rule_cases;
