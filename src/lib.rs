@@ -22,6 +22,7 @@
 //!
 //! | you want to | read |
 //! |---|---|
+//! | begin | [`guide`] |
 //! | run and look at a match, or test a behaviour | [`simulation`] |
 //! | write a behaviour, or a team | [`behaviour`], and what it may know in [`behaviour::barrier`] |
 //! | know what a robot measures | [`sensing`], [`communication`], [`referee::GameStatus`] |
@@ -30,6 +31,8 @@
 //! | know what happens to it | [`collision`], [`ball`], [`referee`] |
 //! | describe a situation in a file | [`scenario`] |
 //! | record a match | [`record::trace`] |
+//! | play thousands of matches | [`batch`] |
+//! | save a match and go on from it | [`simulation::snapshot`] |
 //! | add a system at the right place | [`cycle::CycleSystems`] |
 //!
 //! # Units and frames
@@ -56,6 +59,7 @@ pub mod communication;
 pub mod cycle;
 pub mod events;
 pub mod geometry;
+pub mod guide;
 pub mod knowledge;
 pub mod pitch;
 pub mod prelude;

@@ -15,7 +15,7 @@ use crate::sensing::vision::Percepts;
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Localisation {
-    /// By an extended Kalman filter: quick, and exact as long as it is not lost.
+    /// By an extended Kalman filter, quick and exact; a robot that has lost its way searches with particles.
     #[default]
     Kalman,
     /// By a particle filter: several ideas at a time, and some ten times as costly.
@@ -27,6 +27,8 @@ pub enum Localisation {
 pub enum Localiser {
     /// [`Localisation::Kalman`].
     Kalman(OwnPose),
+    /// [`Localisation::Kalman`], while the robot has lost its way.
+    Searching(ParticleFilter),
     /// [`Localisation::Particles`].
     Particles(ParticleFilter),
 }
@@ -51,7 +53,7 @@ impl Localiser {
     /// The robot is told its place, team frame.
     pub fn place(&mut self, pose: Pose) {
         match self {
-            Localiser::Kalman(own) => *own = OwnPose::placed(pose),
+            Localiser::Kalman(_) | Localiser::Searching(_) => *self = Localiser::Kalman(OwnPose::placed(pose)),
             Localiser::Particles(filter) => filter.gather_around(pose, PLACED_SD[0], PLACED_SD[1]),
         }
     }
@@ -60,7 +62,9 @@ impl Localiser {
     /// far as it knows.
     pub fn come_back_at_halfway_line(&mut self, landmarks: &Landmarks, ball: Option<Vec2>) {
         match self {
-            Localiser::Kalman(own) => *own = OwnPose::returned(landmarks, ball),
+            Localiser::Kalman(_) | Localiser::Searching(_) => {
+                *self = Localiser::Kalman(OwnPose::returned(landmarks, ball));
+            }
             Localiser::Particles(filter) => {
                 let pose = halfway_pose(landmarks, ball);
                 filter.gather_around_either([pose, pose.turned_half()], RETURNED_SD[0], RETURNED_SD[1]);
@@ -72,7 +76,9 @@ impl Localiser {
     pub fn come_back_where_it_waited(&mut self, landmarks: &Landmarks) {
         let y = self.estimate().pose.position.y;
         match self {
-            Localiser::Kalman(own) => *own = OwnPose::waiting(landmarks, y),
+            Localiser::Kalman(_) | Localiser::Searching(_) => {
+                *self = Localiser::Kalman(OwnPose::waiting(landmarks, y));
+            }
             Localiser::Particles(filter) => {
                 filter.gather_around(waiting_pose(landmarks, y), RETURNED_SD[0], RETURNED_SD[1]);
             }
@@ -83,13 +89,14 @@ impl Localiser {
     pub fn move_by(&mut self, step: Pose, duration: f32, error: &StepError) {
         match self {
             Localiser::Kalman(own) => *own = own.moved_by(step, duration, error),
-            Localiser::Particles(filter) => filter.move_by(step, duration, error),
+            Localiser::Searching(filter) | Localiser::Particles(filter) => filter.move_by(step, duration, error),
         }
     }
 
     /// Corrects the pose by what is seen of the pitch in images of this size, pixels. `turn` counts the cycles.
     pub fn orient(
         &mut self,
+        robot: RobotId,
         percepts: &Percepts,
         landmarks: &Landmarks,
         own_end: End,
@@ -98,7 +105,17 @@ impl Localiser {
         model: &LandmarkModel,
     ) {
         match self {
-            Localiser::Kalman(own) => own.orient(percepts, landmarks, own_end, image, turn, model),
+            Localiser::Kalman(own) => {
+                if own.orient(percepts, landmarks, own_end, image, turn, model) {
+                    *self = Localiser::Searching(ParticleFilter::search(robot, own.estimate.pose, landmarks));
+                }
+            }
+            Localiser::Searching(filter) => {
+                filter.orient(percepts, landmarks, own_end, image, turn, model);
+                if filter.is_sure() {
+                    *self = Localiser::Kalman(OwnPose::found(*filter.estimate()));
+                }
+            }
             Localiser::Particles(filter) => filter.orient(percepts, landmarks, own_end, image, turn, model),
         }
     }
@@ -107,7 +124,7 @@ impl Localiser {
     pub fn estimate(&self) -> &PoseEstimate {
         match self {
             Localiser::Kalman(own) => &own.estimate,
-            Localiser::Particles(filter) => filter.estimate(),
+            Localiser::Searching(filter) | Localiser::Particles(filter) => filter.estimate(),
         }
     }
 
@@ -115,7 +132,7 @@ impl Localiser {
     pub fn age_s(&self) -> f32 {
         match self {
             Localiser::Kalman(own) => own.age_s,
-            Localiser::Particles(filter) => filter.age_s(),
+            Localiser::Searching(filter) | Localiser::Particles(filter) => filter.age_s(),
         }
     }
 }

@@ -47,7 +47,7 @@ pub struct LandmarkModel {
 
 impl Default for LandmarkModel {
     fn default() -> Self {
-        Self { goal_post_angle_sd: 0.01, mark_angle_sd: 0.005, gate: 12.0, contradictions: 10 }
+        Self { goal_post_angle_sd: 0.01, mark_angle_sd: 0.005, gate: 12.0, contradictions: 6 }
     }
 }
 
@@ -110,6 +110,11 @@ impl Landmarks {
         self.crosses.into_iter()
     }
 
+    /// Half the carpet's length and width, m.
+    pub(super) fn carpet(&self) -> Vec2 {
+        self.carpet_half_extents
+    }
+
     /// Whether a robot could stand at a place, m.
     pub(super) fn is_on_carpet(&self, place: Vec2) -> bool {
         place.abs().cmplt(self.carpet_half_extents).all()
@@ -146,6 +151,11 @@ impl OwnPose {
         Self { estimate: PoseEstimate::new(pose, PLACED_SD[0], PLACED_SD[1]), ..default() }
     }
 
+    /// That of a robot that has found where it is.
+    pub fn found(estimate: PoseEstimate) -> Self {
+        Self { estimate, ..default() }
+    }
+
     /// That of a robot that comes back from a penalty: at an end of the halfway line, that away from the ball (m, team
     /// frame) if the robot knows where that is, facing the other side (2010 rule book, section 4). Which end it really is
     /// must be seen.
@@ -167,7 +177,8 @@ impl OwnPose {
     }
 
     /// Corrects the pose by what is seen of the pitch in images of this size, pixels. `turn` changes from cycle to cycle,
-    /// so that all marks get theirs.
+    /// so that all marks get theirs. Returns whether the robot has lost its way: it has seen more out of place than in
+    /// place for a while.
     pub fn orient(
         &mut self,
         percepts: &Percepts,
@@ -176,7 +187,7 @@ impl OwnPose {
         image: Vec2,
         turn: usize,
         model: &LandmarkModel,
-    ) {
+    ) -> bool {
         let posts = &percepts.goal_posts;
         if self.sides.is_some() {
             self.choose_side(posts, landmarks, own_end, model);
@@ -200,10 +211,12 @@ impl OwnPose {
         for mark in marks.cycle().skip(turn % count.max(1)).take(count.min(MARKS_PER_CYCLE)) {
             self.see_mark(mark, landmarks, model);
         }
-        if self.contradictions > model.contradictions {
+        let lost = self.contradictions > model.contradictions;
+        if lost {
             self.contradictions = 0;
             self.estimate = self.estimate.doubted(LOST_SD[0], LOST_SD[1]);
         }
+        lost
     }
 
     /// Two posts of one colour are a goal: which of them is the left one is beyond doubt.

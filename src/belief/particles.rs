@@ -35,6 +35,13 @@ const MEMORY: [f32; 2] = [0.01, 0.15];
 const MOST_NEW: f32 = 0.3;
 /// Guesses within this of the best one, m and radians, are the same idea.
 const SAME_IDEA: (f32, f32) = (0.5, 0.5);
+/// The doubt of a robot that has lost its way about where it thought that it was, m and radians.
+const LOST_SD: [f32; 2] = [0.5, 0.4];
+/// How likely what is seen is for a robot that knows where it is, for a thing.
+const LIKELY: f32 = 0.4;
+/// After so many looks, with what is seen as likely as this, a robot has found its way.
+const SURE_LOOKS: u32 = 8;
+const SURE: f32 = 0.15;
 /// A look that makes what is seen so likely on average for a thing confirms the pose.
 const CONFIRMING: f32 = 0.1;
 
@@ -56,6 +63,8 @@ pub struct ParticleFilter {
     /// Where it is, in one.
     estimate: PoseEstimate,
     age_s: f32,
+    /// Looks since the guesses were gathered.
+    looks: u32,
 }
 
 impl ParticleFilter {
@@ -67,6 +76,7 @@ impl ParticleFilter {
             stream: RandomStream::new(0, robot, "particles"),
             estimate: PoseEstimate::new(pose, place_sd, heading_sd),
             age_s: 0.0,
+            looks: 0,
         };
         filter.gather_around(pose, place_sd, heading_sd);
         filter
@@ -82,6 +92,27 @@ impl ParticleFilter {
         self.likelihood = [0.0; 2];
         self.estimate = PoseEstimate::new(pose, place_sd, heading_sd);
         self.age_s = 0.0;
+        self.looks = 0;
+    }
+
+    /// The guesses of a robot that has lost its way: half of them near where it thought that it was, the others anywhere.
+    pub fn search(robot: RobotId, pose: Pose, landmarks: &Landmarks) -> Self {
+        let mut filter = Self::around(robot, pose, LOST_SD[0], LOST_SD[1]);
+        for particle in filter.particles.iter_mut().skip(COUNT / 2) {
+            let mut throw = |most: f32| most * (2.0 * filter.stream.uniform() - 1.0);
+            let place = Vec2::new(throw(landmarks.carpet().x), throw(landmarks.carpet().y));
+            particle.pose = Pose { position: place, heading: throw(core::f32::consts::PI) };
+        }
+        // What it saw was likelier before.
+        filter.likelihood = [LIKELY; 2];
+        filter
+    }
+
+    /// Whether it has found one idea that explains what is seen.
+    pub fn is_sure(&self) -> bool {
+        let covariance = &self.estimate.covariance;
+        let [place, heading] = [covariance.x_axis.x + covariance.y_axis.y, covariance.z_axis.z];
+        self.looks > SURE_LOOKS && self.likelihood[1] > SURE && place < 0.05 && heading < 0.02
     }
 
     /// Half of the guesses at each of two poses.
@@ -163,6 +194,7 @@ impl ParticleFilter {
             sum += likelihood;
         }
         let mean = sum / self.particles.len() as f32;
+        self.looks += 1;
         if mean > CONFIRMING {
             self.age_s = 0.0;
         }

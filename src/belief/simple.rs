@@ -161,7 +161,15 @@ fn estimate(
         memory.listen(&inbox.0);
         if !status.penalised {
             let image = Vec2::new(camera.width as f32, camera.height as f32);
-            memory.own.orient(percepts, landmarks, status.own_end, image, clock.cycle as usize, &settings.landmarks);
+            memory.own.orient(
+                id,
+                percepts,
+                landmarks,
+                status.own_end,
+                image,
+                clock.cycle as usize,
+                &settings.landmarks,
+            );
             memory.watch_ball(percepts, head, settings, period);
             memory.watch_robots(percepts, settings);
         }

@@ -1,0 +1,62 @@
+//! Your first behaviour: a robot that looks for the ball, walks to it and kicks it. Everything that it knows comes from
+//! its own cameras.
+//!
+//! Run with `cargo run --release --no-default-features --example first_behaviour`.
+
+use bevy::prelude::*;
+use naoisis::prelude::*;
+
+/// Ties robots to the behaviour; a scenario names it `"kicker"`.
+#[derive(Component, Default)]
+struct Kicker;
+
+/// A behaviour is a system. It reads sensors and writes commands of the robots that carry its marker, and the engine
+/// refuses it if it asks for more.
+fn kick_the_ball(
+    mut robots: Query<(&Percepts, &HeadAngles, &mut HeadCommand, &mut WalkCommand, &mut KickCommand), With<Kicker>>,
+) {
+    for (percepts, angles, mut head, mut walk, mut kick) in &mut robots {
+        *walk = WalkCommand::default();
+        let Some(ball) = percepts.ball else {
+            // Turn around, and nod: the upper camera sees far, the lower near.
+            walk.dtheta = 0.04;
+            head.pitch = if angles.pitch < 0.1 { 0.3 } else { 0.0 };
+            continue;
+        };
+        // Places are in the robot's own frame: x ahead, y to the left, in metres.
+        let place = ball.position_m;
+        head.yaw = place.y.atan2(place.x);
+        head.pitch = if place.length() < 1.0 { 0.35 } else { 0.0 };
+        if KickType::RightStraight.admits(place) {
+            kick.0 = Some(KickRequest { kick_type: KickType::RightStraight, speed: 1.0 });
+        } else {
+            // To where the ball lies 16 cm ahead and 5 cm to the right: before the right foot. The step is cut to what a
+            // robot can do in a cycle.
+            *walk = WalkCommand::new(place.x - 0.16, place.y + 0.05, 0.3 * head.yaw);
+        }
+    }
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut app = App::new();
+    app.add_plugins(NaoisisPlugins);
+    app.add_behaviour::<Kicker, _>("kicker", kick_the_ball);
+    app.start_match(&Scenario::from_json(
+        r#"{ "rules": "free", "ball": { "position_m": [0.8, 0.4] },
+             "robots": [{ "number": 1, "pose": [-0.5, 0, 120], "behaviour": "kicker" }] }"#,
+    )?)?;
+    for second in 1..=20 {
+        app.run_cycles(30);
+        let (robot, ball) = (RobotId::new(Team::Blue, 1), app.ball().unwrap_or_default().position);
+        let pose = app.robot_pose(robot).unwrap_or_default();
+        println!(
+            "{second:2} s  robot at ({:5.2}, {:5.2}) facing {:4.0}°   ball at ({:5.2}, {:5.2})",
+            pose.position.x,
+            pose.position.y,
+            pose.heading.to_degrees(),
+            ball.x,
+            ball.y
+        );
+    }
+    Ok(())
+}

@@ -1,0 +1,164 @@
+//! Reinforcement learning: a robot learns to score into an empty goal from wherever the ball lies.
+//!
+//! The policy is linear: from where the robot believes the ball and the goal to be follows its step, and whether it
+//! kicks. The cross-entropy method (Rubinstein, 1999) looks for its fifteen numbers: it draws policies from a normal
+//! distribution, plays each on a few seeded situations, and moves the distribution to the best of them. The learned
+//! policy is saved as JSON, loaded again and played.
+//!
+//! Run with `cargo run --release --no-default-features --example learn_to_score [POLICY.json]`.
+
+use bevy::math::ops;
+use bevy::prelude::*;
+use naoisis::belief::{Belief, SimpleBelief};
+use naoisis::geometry::{angle_of, unrotate};
+use naoisis::prelude::*;
+use naoisis::random::RandomStream;
+
+/// Numbers of a policy: for dx, dy and the turn, the weights of five features.
+const WEIGHTS: usize = 15;
+/// Policies drawn in a generation, the best of them that it learns from, and generations.
+const POPULATION: usize = 48;
+const ELITE: usize = 8;
+const GENERATIONS: usize = 24;
+/// Situations that each policy is tried on, and those that the result is judged by.
+const TRIALS: u64 = 8;
+const TESTS: u64 = 100;
+/// A try is over after this time, s.
+const TRY_S: usize = 20;
+
+/// A robot that is controlled by a policy.
+#[derive(Component, Default, Clone)]
+#[require(SimpleBelief, Belief)]
+struct Learner([f32; WEIGHTS]);
+
+/// What the robot does: looks at the ball, steps as its policy says, and kicks when the ball is before its foot and the
+/// goal ahead.
+fn act(
+    pitch: Res<Pitch>,
+    mut robots: Query<(&Belief, &Learner, &mut HeadCommand, &mut WalkCommand, &mut KickCommand)>,
+) {
+    for (belief, Learner(weights), mut head, mut walk, mut kick) in &mut robots {
+        let forward = belief.pose.forward();
+        let in_robot = |place: Vec2| unrotate(forward, place - belief.pose.position);
+        let Some(ball) = belief.ball.map(|ball| in_robot(ball.position_m)) else {
+            (head.yaw, head.pitch) = (0.0, 0.3);
+            *walk = WalkCommand::new(0.0, 0.0, 0.05);
+            continue;
+        };
+        (head.yaw, head.pitch) = (angle_of(ball), if ball.length() < 1.0 { 0.3 } else { 0.0 });
+        let goal = angle_of(in_robot(Vec2::new(pitch.half_length(), 0.0)));
+        // Where the ball lies for a straight kick of the right foot, the features of the ball vanish.
+        let features = [ball.x - 0.16, ball.y + 0.05, goal, ball.length().min(1.0) * goal, angle_of(ball)];
+        let command = |row: usize| -> f32 {
+            weights[5 * row..5 * row + 5].iter().zip(features).map(|(weight, feature)| weight * feature).sum()
+        };
+        *walk = WalkCommand::new(0.02 * command(0), 0.02 * command(1), 0.1 * command(2));
+        if KickType::RightStraight.admits(ball) && goal.abs() < 0.2 {
+            kick.0 = Some(KickRequest { kick_type: KickType::RightStraight, speed: 1.0 });
+        }
+    }
+}
+
+/// Plays a situation. One for a goal and up to one half more for a quick one; without a goal, a little for coming to the
+/// ball and for bringing it forward.
+fn play(weights: &[f32; WEIGHTS], situation: u64) -> f32 {
+    let mut dice = RandomStream::for_match(situation, "situation");
+    let mut throw = |low: f32, high: f32| low + (high - low) * dice.uniform();
+    let [ball_x, ball_y, x, y, turn] =
+        [throw(-0.5, 2.0), throw(-1.2, 1.2), throw(-1.5, 0.5), throw(-1.5, 1.5), throw(-90.0, 90.0)];
+    let mut app = App::new();
+    app.add_plugins(NaoisisPlugins).add_behaviour::<Learner, _>("learner", act);
+    let scenario = Scenario::from_json(&format!(
+        r#"{{ "seed": {situation}, "rules": {{ "preset": "naoisis", "stalling": false }},
+             "ball": {{ "position_m": [{ball_x}, {ball_y}] }},
+             "robots": [{{ "number": 2, "pose": [{x}, {y}, {turn}], "behaviour": "learner" }}] }}"#
+    ));
+    let started = scenario
+        .map_err(|error| error.to_string())
+        .and_then(|scenario| app.start_match(&scenario).map(|_| ()).map_err(|fault| fault.to_string()));
+    // The robot may happen to be thrown onto the ball: that teaches nothing.
+    if started.is_err() {
+        return 0.0;
+    }
+    let robot = RobotId::new(Team::Blue, 2);
+    let mut learners = app.world_mut().query::<&mut Learner>();
+    for mut learner in learners.iter_mut(app.world_mut()) {
+        learner.0 = *weights;
+    }
+    let mut nearest = f32::MAX;
+    let mut best_x = ball_x;
+    let mut out = false;
+    let over = app.run_until(TRY_S * 30, |app| {
+        let ball = app.ball().unwrap_or_default().position;
+        nearest = nearest.min(app.robot_pose(robot).unwrap_or_default().position.distance(ball));
+        out = app.events().iter().any(|event| matches!(event, MatchEvent::BallOut { .. }));
+        let goal = app.game().score.blue > 0;
+        if !goal && !out {
+            best_x = best_x.max(ball.x);
+        }
+        goal || out
+    });
+    if over && !out {
+        return 1.5 - 0.5 * app.cycle() as f32 / (TRY_S * 30) as f32;
+    }
+    0.2 * ops::exp(-2.0 * (nearest - 0.15).max(0.0)) + 0.2 * (best_x - ball_x).clamp(0.0, 3.0) / 3.0
+}
+
+/// The mean reward of every policy on these situations, on all cores.
+fn rewards(policies: &[[f32; WEIGHTS]], situations: core::ops::Range<u64>) -> Vec<f32> {
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let mean = |policy: &[f32; WEIGHTS]| {
+        let count = (situations.end - situations.start) as f32;
+        situations.clone().map(|situation| play(policy, situation)).sum::<f32>() / count
+    };
+    std::thread::scope(|scope| {
+        let chunks = policies.chunks(policies.len().div_ceil(threads));
+        let workers: Vec<_> = chunks.map(|chunk| scope.spawn(|| chunk.iter().map(mean).collect::<Vec<_>>())).collect();
+        workers.into_iter().flat_map(|worker| worker.join().unwrap_or_default()).collect()
+    })
+}
+
+/// The share of the test situations, which it never learned from, in which a policy scores.
+fn score(policy: &[f32; WEIGHTS]) -> f32 {
+    let situations: Vec<u64> = (10_000..10_000 + TESTS).collect();
+    let scored = std::thread::scope(|scope| {
+        let workers: Vec<_> = situations
+            .chunks(situations.len().div_ceil(2))
+            .map(|chunk| scope.spawn(move || chunk.iter().filter(|situation| play(policy, **situation) >= 1.0).count()))
+            .collect();
+        workers.into_iter().map(|worker| worker.join().unwrap_or_default()).sum::<usize>()
+    });
+    scored as f32 / TESTS as f32
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let path = std::env::args().nth(1).unwrap_or_else(|| "policy.json".to_owned());
+    let mut dice = RandomStream::for_match(1, "policies");
+    let (mut mean, mut spread) = ([0.0_f32; WEIGHTS], [1.0_f32; WEIGHTS]);
+    let random: [f32; WEIGHTS] = core::array::from_fn(|_| dice.gaussian(1.0));
+    println!("a random policy scores in {:.0} % of the situations", 100.0 * score(&random));
+    println!("generation   best   mean");
+    for generation in 0..GENERATIONS {
+        let policies: Vec<[f32; WEIGHTS]> =
+            (0..POPULATION).map(|_| core::array::from_fn(|index| mean[index] + dice.gaussian(spread[index]))).collect();
+        // New situations in every generation, so that none is learned by heart.
+        let first = generation as u64 * TRIALS;
+        let rewards = rewards(&policies, first..first + TRIALS);
+        let mut order: Vec<usize> = (0..POPULATION).collect();
+        order.sort_by(|a, b| rewards[*b].total_cmp(&rewards[*a]));
+        let average = rewards.iter().sum::<f32>() / POPULATION as f32;
+        let bar = "#".repeat((40.0 * average.max(0.0)) as usize);
+        println!("{generation:10}   {:.2}   {average:.2}  {bar}", rewards[order[0]]);
+        for index in 0..WEIGHTS {
+            let elite = || order[..ELITE].iter().map(|best| policies[*best][index]);
+            mean[index] = elite().sum::<f32>() / ELITE as f32;
+            let variance = elite().map(|weight| (weight - mean[index]).powi(2)).sum::<f32>() / ELITE as f32;
+            // A little more than there is, which shrinks, so that it does not settle too soon.
+            spread[index] = variance.sqrt() + 0.3 * (1.0 - generation as f32 / GENERATIONS as f32);
+        }
+    }
+    std::fs::write(&path, serde_json::to_string_pretty(&mean)?)?;
+    let learned: [f32; WEIGHTS] = serde_json::from_str(&std::fs::read_to_string(&path)?)?;
+    println!("the learned policy, in {path}, scores in {:.0} %", 100.0 * score(&learned));
+    Ok(())
+}

@@ -1,0 +1,37 @@
+//! The guide: from a first behaviour to an experiment, how it all works, and how to add to it.
+//!
+//! 1. [A first behaviour](first_behaviour), and a headless test of it.
+//! 2. [What a robot believes](beliefs): estimators, and beliefs against the truth.
+//! 3. [Experiments](experiments): batches, sweeps, saved matches, learning.
+//! 4. [Architecture](architecture): the cycle, who knows what, determinism.
+//! 5. [The paper](paper): what each of its sentences has become, and which test shows it.
+//! 6. [Adding to it](extending): a sensor, a rule, a field, a team.
+//!
+//! The programs in `examples/` are one idea each, and run headless:
+//!
+//! | example | shows |
+//! |---|---|
+//! | `first_behaviour` | a robot that looks for the ball and kicks it |
+//! | `headless_test` | a test of a behaviour on `MinimalPlugins` |
+//! | `decision_making` | a shot chosen by what the robot believes, uncertainty included |
+//! | `path_planning` | a grid planner and a reactive one among moving robots |
+//! | `localisation` | a Kalman and a particle filter on the same seeds, and after a kidnapping |
+//! | `learn_to_score` | a policy learned by the cross-entropy method, saved and played |
+
+#[doc = include_str!("first_behaviour.md")]
+pub mod first_behaviour {}
+
+#[doc = include_str!("beliefs.md")]
+pub mod beliefs {}
+
+#[doc = include_str!("experiments.md")]
+pub mod experiments {}
+
+#[doc = include_str!("architecture.md")]
+pub mod architecture {}
+
+#[doc = include_str!("paper.md")]
+pub mod paper {}
+
+#[doc = include_str!("extending.md")]
+pub mod extending {}
