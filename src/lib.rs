@@ -46,6 +46,7 @@
     )
 )]
 
+pub mod appearance;
 pub mod ball;
 pub mod behaviour;
 pub mod belief;

@@ -18,7 +18,9 @@ use serde::{Deserialize, Serialize};
 use crate::geometry::{file_units, to_radians};
 use crate::knowledge::Knowledge;
 
+pub mod image;
 pub mod model;
+pub mod software;
 
 /// Registers the cameras' types.
 pub struct CameraPlugin;
