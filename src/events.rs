@@ -5,8 +5,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::geometry::file_units;
 use crate::knowledge::Knowledge;
-use crate::referee::{Evidence, PenaltyReason};
+use crate::referee::{Evidence, GameState, Intervention, PenaltyReason, Score, SetPlayKind};
 use crate::robot::kick::KickType;
+use crate::robot::posture::Side;
 use crate::robot::{RobotId, Team};
 
 /// The events of the cycle under way, in the order in which they happened.
@@ -30,6 +31,8 @@ pub enum KickResult {
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum KickMiss {
+    /// The robot lies, gets up or dives.
+    Down,
     /// The ball's centre was outside the kick's rectangle (paper, Table 2).
     OutOfReach,
     /// The robot was already kicking or recovering.
@@ -108,6 +111,8 @@ pub enum CommandKind {
     Kick,
     /// [`Outbox`](crate::communication::Outbox).
     Say,
+    /// [`PostureCommand`](crate::robot::posture::PostureCommand).
+    Posture,
 }
 
 /// Why a command was refused.
@@ -120,6 +125,8 @@ pub enum Refusal {
     TooLarge,
     /// The team has sent all the messages or bytes that it may send in a match. Reported once a team.
     BudgetSpent,
+    /// It is not allowed now: the rules do not have it, or the robot is busy or penalised.
+    NotAllowed,
 }
 
 /// A line over which the ball left the pitch.
@@ -130,6 +137,16 @@ pub enum BoundaryLine {
     Side,
     /// A goal line, outside the goal.
     Goal,
+}
+
+/// Why a goal does not count.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum DisallowedGoal {
+    /// It was shot straight from the kick-off.
+    KickOffShot,
+    /// Only one robot of the team had played the ball since the last restart.
+    NotIndirect,
 }
 
 /// Something that happened in a cycle.
@@ -171,6 +188,27 @@ pub enum MatchEvent {
         /// Where they touched, m, pitch frame.
         position_m: Vec2,
     },
+    /// A robot fell in a collision.
+    Fall {
+        /// Which robot.
+        robot: RobotId,
+        /// Speed at which the two met, m/s.
+        speed_mps: f32,
+        /// How probable that made a fall.
+        probability: f32,
+    },
+    /// A fallen robot stands again.
+    GotUp {
+        /// Which robot.
+        robot: RobotId,
+    },
+    /// A robot dives.
+    Dive {
+        /// Which robot.
+        robot: RobotId,
+        /// To which side.
+        side: Side,
+    },
     /// A behaviour's command was refused, and nothing was done.
     CommandRefused {
         /// Whose command.
@@ -202,7 +240,21 @@ pub enum MatchEvent {
         /// Why.
         evidence: Evidence,
     },
-    /// Ball and robots were placed for a kick-off.
+    /// The ball was in the goal, but it does not count.
+    GoalDisallowed {
+        /// The team that it does not count for.
+        team: Team,
+        /// Why not, in a word.
+        reason: DisallowedGoal,
+        /// Why not.
+        evidence: Evidence,
+    },
+    /// The state of the game changed.
+    StateChanged {
+        /// The state from now on.
+        state: GameState,
+    },
+    /// A kick-off: ball and robots were placed for it, or the robots may walk to their places.
     KickOff {
         /// The team that kicks off.
         team: Team,
@@ -213,6 +265,55 @@ pub enum MatchEvent {
         team: Team,
         /// Where it was put down, m, pitch frame.
         position_m: Vec2,
+    },
+    /// Play is restarted with neither team having a right to the ball.
+    DropBall {
+        /// Where it was put down, m, pitch frame.
+        position_m: Vec2,
+    },
+    /// A free kick begins; play runs on.
+    FreeKick {
+        /// Which kind.
+        set_play: SetPlayKind,
+        /// The team that the ball belongs to.
+        team: Team,
+        /// Where it was put down, m, pitch frame.
+        position_m: Vec2,
+    },
+    /// A free kick, or the time in which the kick-off is a team's own, is over: the ball is free.
+    FreeKickOver {
+        /// The team that the ball belonged to.
+        team: Team,
+        /// Whether it took it; else its time was over.
+        taken: bool,
+    },
+    /// Play was stuck.
+    GameStuck {
+        /// The robot that was taken from the ball; without one, play was stopped.
+        robot: Option<RobotId>,
+        /// Why.
+        evidence: Evidence,
+    },
+    /// A robot at an illegal place was put at a legal one.
+    PlacedByHand {
+        /// Which robot.
+        robot: RobotId,
+        /// Where it was put down, m, pitch frame.
+        position_m: Vec2,
+        /// Why.
+        evidence: Evidence,
+    },
+    /// The referee was made to do something.
+    Intervention {
+        /// What.
+        intervention: Intervention,
+    },
+    /// The referee was to do something that cannot be done; nothing changed.
+    InterventionRefused {
+        /// What.
+        intervention: Intervention,
+        /// Why it cannot be done.
+        message: String,
     },
     /// A robot was penalised and removed from the pitch.
     Penalty {
@@ -239,6 +340,24 @@ pub enum MatchEvent {
     },
     /// The final whistle.
     FinalWhistle,
+    /// A drawn match goes on with a penalty shoot-out.
+    ShootOutBegins,
+    /// A shot of the shoot-out is over.
+    Shot {
+        /// The team that shot.
+        team: Team,
+        /// Whether it scored.
+        scored: bool,
+        /// Goals of the shoot-out so far.
+        goals: Score,
+        /// Why.
+        evidence: Evidence,
+    },
+    /// The shoot-out is decided.
+    ShootOutWon {
+        /// For this team.
+        team: Team,
+    },
     /// Something that must always hold does not: a bug.
     InvariantBroken {
         /// What.

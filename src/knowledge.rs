@@ -45,7 +45,12 @@ impl Knowledge {
 
     /// The mark of a registered type, if it carries one.
     pub fn of_type(registry: &TypeRegistry, type_id: TypeId) -> Option<Knowledge> {
-        match registry.get_type_info(type_id)? {
+        Self::of_type_info(registry.get_type_info(type_id)?)
+    }
+
+    /// The mark of a type, if it carries one.
+    pub fn of_type_info(type_info: &TypeInfo) -> Option<Knowledge> {
+        match type_info {
             TypeInfo::Struct(info) => info.get_attribute::<Knowledge>(),
             TypeInfo::TupleStruct(info) => info.get_attribute::<Knowledge>(),
             TypeInfo::Enum(info) => info.get_attribute::<Knowledge>(),

@@ -48,6 +48,7 @@
 
 pub mod appearance;
 pub mod ball;
+pub mod batch;
 pub mod behaviour;
 pub mod belief;
 pub mod cli;

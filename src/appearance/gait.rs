@@ -5,7 +5,7 @@ use bevy::prelude::*;
 use core::f32::consts::{PI, TAU};
 use serde::{Deserialize, Serialize};
 
-use super::posing::{self, Posture};
+use super::posing::{self, JointAngles};
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
 use crate::events::{CycleEvents, KickMiss, KickResult, MatchEvent};
 use crate::geometry::{Pose, unrotate};
@@ -22,7 +22,9 @@ pub struct GaitPlugin;
 
 impl Plugin for GaitPlugin {
     fn build(&self, app: &mut App) {
-        app.register_type::<Gait>().add_systems(Cycle, note_kicks.in_set(CycleSystems::Record));
+        app.register_type::<Gait>()
+            .init_resource::<Roster>()
+            .add_systems(Cycle, note_kicks.in_set(CycleSystems::Record));
     }
 }
 
@@ -56,12 +58,12 @@ impl Gait {
     }
 
     /// How the robot holds its limbs at the time that is shown.
-    pub fn posture(&self, id: RobotId, head: HeadAngles) -> Posture {
+    pub fn joints(&self, id: RobotId, head: HeadAngles) -> JointAngles {
         // Robots that started together need not step together. In double precision, as late as the match may be.
         let turns = f64::from(posing::STEP_FREQUENCY) * self.time_s;
         let phase = TAU * (turns - turns.floor()) as f32 + id.stable_number() as f32;
         let kick = self.kick.map(|(kick_type, since_s)| (kick_type, (self.time_s - since_s) as f32));
-        let mut posture = Posture { head, ..Posture::default() };
+        let mut joints = JointAngles { head, ..JointAngles::default() };
         for side in 0..2 {
             let side_phase = phase + side as f32 * PI;
             let mut step = posing::step(side_phase, self.speed, self.liveliness);
@@ -73,10 +75,10 @@ impl Gait {
                 step += reach;
                 aside = swing;
             }
-            posture.legs[side] = posing::LegAngles { aside, ..posing::leg_angles(step) };
-            posture.arms[side] = 0.3 * ops::sin(side_phase) * (self.speed / 0.2).clamp(-1.0, 1.0);
+            joints.legs[side] = posing::LegAngles { aside, ..posing::leg_angles(step) };
+            joints.arms[side] = 0.3 * ops::sin(side_phase) * (self.speed / 0.2).clamp(-1.0, 1.0);
         }
-        posture
+        joints
     }
 }
 
@@ -112,13 +114,13 @@ mod tests {
             gait.follow(pose, Velocity::default(), f64::from(cycle) / 30.0);
         }
         let id = RobotId::new(Team::Blue, 1);
-        assert!(gait.speed < 0.001 && gait.posture(id, HeadAngles::default()).legs[0].knee < 0.2);
+        assert!(gait.speed < 0.001 && gait.joints(id, HeadAngles::default()).legs[0].knee < 0.2);
     }
 
     #[test]
     fn the_kicking_leg_swings_and_the_other_does_not() {
         let gait = Gait { time_s: 1.0, kick: Some((KickType::RightStraight, 1.0)), ..Gait::default() };
-        let posture = gait.posture(RobotId::new(Team::Pink, 2), HeadAngles::default());
-        assert!(posture.legs[1].hip > 0.5 && posture.legs[0].hip.abs() < 1e-3, "{posture:?}");
+        let joints = gait.joints(RobotId::new(Team::Pink, 2), HeadAngles::default());
+        assert!(joints.legs[1].hip > 0.5 && joints.legs[0].hip.abs() < 1e-3, "{joints:?}");
     }
 }

@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 pub mod colours;
 pub mod field;
 pub mod gait;
+pub mod gather;
 pub mod posing;
 pub mod robot;
 pub mod scene;

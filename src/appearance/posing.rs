@@ -84,7 +84,7 @@ pub struct LegAngles {
 
 /// How a robot holds its limbs.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
-pub struct Posture {
+pub struct JointAngles {
     /// The head.
     pub head: HeadAngles,
     /// Left and right leg.
@@ -93,7 +93,7 @@ pub struct Posture {
     pub arms: [f32; 2],
 }
 
-impl Posture {
+impl JointAngles {
     /// Where the limbs of a robot are that is at this place: standing, lying or in the air. Indexed by [`Limb`].
     pub fn world_from_limbs(&self, world_from_robot: Affine3A) -> [Affine3A; Limb::COUNT] {
         let mut limbs = [world_from_robot; Limb::COUNT];
@@ -125,17 +125,17 @@ pub fn world_from_standing(pose: Pose) -> Affine3A {
 
 // With the trigonometric functions that give the same results everywhere.
 
-fn about_x(angle: f32) -> Mat3 {
+pub(super) fn about_x(angle: f32) -> Mat3 {
     let Vec2 { x: cos, y: sin } = unit(angle);
     Mat3::from_cols(Vec3::X, Vec3::new(0.0, cos, sin), Vec3::new(0.0, -sin, cos))
 }
 
-fn about_y(angle: f32) -> Mat3 {
+pub(super) fn about_y(angle: f32) -> Mat3 {
     let Vec2 { x: cos, y: sin } = unit(angle);
     Mat3::from_cols(Vec3::new(cos, 0.0, -sin), Vec3::Y, Vec3::new(sin, 0.0, cos))
 }
 
-fn about_z(angle: f32) -> Mat3 {
+pub(super) fn about_z(angle: f32) -> Mat3 {
     let Vec2 { x: cos, y: sin } = unit(angle);
     Mat3::from_cols(Vec3::new(cos, sin, 0.0), Vec3::new(-sin, cos, 0.0), Vec3::Z)
 }
@@ -187,16 +187,16 @@ pub fn leg_angles(step: Vec2) -> LegAngles {
 mod tests {
     use super::*;
 
-    fn limbs(posture: &Posture) -> [Vec3; Limb::COUNT] {
-        posture.world_from_limbs(Affine3A::IDENTITY).map(|limb| limb.translation.into())
+    fn limbs(joints: &JointAngles) -> [Vec3; Limb::COUNT] {
+        joints.world_from_limbs(Affine3A::IDENTITY).map(|limb| limb.translation.into())
     }
 
     #[test]
     fn the_foot_goes_where_it_should() {
         for step in [Vec2::ZERO, Vec2::new(0.0, 0.02), Vec2::new(0.05, 0.03), Vec2::new(-0.04, 0.02)] {
-            let posture = Posture { legs: [leg_angles(step); 2], ..Posture::default() };
+            let joints = JointAngles { legs: [leg_angles(step); 2], ..JointAngles::default() };
             let expected = on_side(HIP, 1) + Vec3::new(step.x, 0.0, step.y - THIGH - SHANK);
-            let reached = limbs(&posture)[Limb::RightFoot as usize];
+            let reached = limbs(&joints)[Limb::RightFoot as usize];
             // The arc cosine near 1 loses half of the digits.
             assert!(reached.abs_diff_eq(expected, 1e-4), "{step}: {reached}");
         }
@@ -204,10 +204,10 @@ mod tests {
 
     #[test]
     fn soles_are_on_the_ground_and_level() {
-        let standing = limbs(&Posture::default())[Limb::LeftFoot as usize];
+        let standing = limbs(&JointAngles::default())[Limb::LeftFoot as usize];
         assert!((standing.z - ANKLE_HEIGHT).abs() < 1e-6);
-        let posture = Posture { legs: [leg_angles(Vec2::new(0.05, 0.03)); 2], ..Posture::default() };
-        let foot = posture.world_from_limbs(Affine3A::IDENTITY)[Limb::LeftFoot as usize];
+        let joints = JointAngles { legs: [leg_angles(Vec2::new(0.05, 0.03)); 2], ..JointAngles::default() };
+        let foot = joints.world_from_limbs(Affine3A::IDENTITY)[Limb::LeftFoot as usize];
         assert!(Vec3::from(foot.matrix3.z_axis).abs_diff_eq(Vec3::Z, 1e-5));
     }
 
@@ -219,11 +219,11 @@ mod tests {
 
     #[test]
     fn the_head_turns_about_the_neck() {
-        let posture = Posture { head: HeadAngles { yaw: PI / 2.0, pitch: 0.0 }, ..Posture::default() };
-        let head = posture.world_from_limbs(Affine3A::IDENTITY)[Limb::Head as usize];
+        let joints = JointAngles { head: HeadAngles { yaw: PI / 2.0, pitch: 0.0 }, ..JointAngles::default() };
+        let head = joints.world_from_limbs(Affine3A::IDENTITY)[Limb::Head as usize];
         assert!(head.transform_point3(Vec3::X).abs_diff_eq(NECK + Vec3::Y, 1e-6));
-        let posture = Posture { head: HeadAngles { yaw: 0.0, pitch: PI / 2.0 }, ..Posture::default() };
-        let head = posture.world_from_limbs(Affine3A::IDENTITY)[Limb::Head as usize];
+        let joints = JointAngles { head: HeadAngles { yaw: 0.0, pitch: PI / 2.0 }, ..JointAngles::default() };
+        let head = joints.world_from_limbs(Affine3A::IDENTITY)[Limb::Head as usize];
         assert!(head.transform_point3(Vec3::X).abs_diff_eq(NECK - Vec3::Z, 1e-6));
     }
 

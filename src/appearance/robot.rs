@@ -227,11 +227,11 @@ fn along_y() -> Mat3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::appearance::posing::Posture;
+    use crate::appearance::posing::JointAngles;
 
     /// The least and greatest height of a standing robot's parts, m.
     fn heights(design: RobotDesign) -> [f32; 2] {
-        let limbs = Posture::default().world_from_limbs(Affine3A::IDENTITY);
+        let limbs = JointAngles::default().world_from_limbs(Affine3A::IDENTITY);
         let mut range = [f32::MAX, f32::MIN];
         for part in design.parts(RobotId::new(Team::Blue, 3)) {
             let place = limbs[part.frame as usize] * part.frame_from_shape;

@@ -7,15 +7,24 @@
 //! - neither read nor write ground truth, nor filter by it;
 //! - write only commands and beliefs;
 //! - touch only robots that carry the behaviour's own marker;
-//! - do not take the whole world, all components of an entity, or commands that change the world later.
+//! - do not take the whole world, all components of an entity, or commands that change the world later;
+//! - find no match when they are registered, so that parameters which build themselves from the world
+//!   (`Local<T: FromWorld>`) see nothing, and leave nobody behind in it: no system, observer or hook.
+//!
+//! What the barrier cannot see is what a program does beside its behaviours: a system of its own may read what it likes,
+//! and put it where a behaviour finds it. Nor does it part the robots of one behaviour: its system is one mind for all
+//! that carry its marker, and what it keeps in resources, `Local`s or in one robot's components it may use for another.
+//! A behaviour that should share by [messages](crate::communication) only keeps its memory in components, and looks at
+//! one robot at a time, as the built-in ones do.
 
-use bevy::ecs::component::ComponentId;
-use bevy::ecs::query::{ComponentAccessKind, FilteredAccess};
+use bevy::ecs::component::{ComponentId, ComponentInfo};
+use bevy::ecs::query::{ComponentAccessKind, FilteredAccess, FilteredAccessSet};
 use bevy::ecs::resource::IsResource;
 use bevy::prelude::*;
 use core::any::TypeId;
 
 use crate::knowledge::Knowledge;
+use crate::robot::RobotId;
 
 /// Why a behaviour was refused.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -65,6 +74,18 @@ pub enum Breach {
         /// The component's type.
         component: String,
     },
+    /// Its marker, or a component that comes with it, runs code with the world at hand.
+    #[error("comes with `{component}`, whose hooks would see the whole world; leave the hooks away")]
+    Hooks {
+        /// The component's type.
+        component: String,
+    },
+    /// There are robots already.
+    #[error("is registered while a match is on; register behaviours before the match starts")]
+    MatchIsOn,
+    /// One of its parameters installed something in the world that would see everything.
+    #[error("leaves systems, observers or hooks in the world when its parameters are built")]
+    Accomplice,
     /// It queries robots that may not be its own.
     #[error("accesses `{component}` of robots that need not be its own; add `With<{marker}>` to the query's filter")]
     ForeignRobots {
@@ -90,7 +111,7 @@ pub fn inspect<Marker: Component>(
         return Err(refuse(Breach::Exclusive));
     }
     let marker = world.register_component::<Marker>();
-    let access = system.initialize(world);
+    let access = initialise(system, world).map_err(refuse)?;
     if system.has_deferred() {
         return Err(refuse(Breach::Deferred));
     }
@@ -101,16 +122,61 @@ pub fn inspect<Marker: Component>(
     Ok(())
 }
 
+/// Initialises a system, whose parameters may get hold of the world meanwhile, where there is nothing to be seen, and
+/// sees to it that they leave nothing behind that would see more later.
+fn initialise(system: &mut impl System<In = (), Out = ()>, world: &mut World) -> Result<FilteredAccessSet, Breach> {
+    let robots = world.try_query_filtered::<(), With<RobotId>>();
+    if robots.is_some_and(|mut robots| robots.iter(world).next().is_some()) {
+        return Err(Breach::MatchIsOn);
+    }
+    let watchers = |world: &mut World| {
+        let observers = world.query_filtered::<(), With<Observer>>().iter(world).count();
+        let hooked = world
+            .components()
+            .iter_registered()
+            .filter(|info| has_hooks(info))
+            .filter(|info| info.type_id().is_some_and(mirrors_truth) || names_simulation(&info.name().to_string()));
+        (observers, hooked.count())
+    };
+    let before = watchers(world);
+    let schedules = world.remove_resource::<Schedules>();
+    let access = system.initialize(world);
+    let accomplices = world.contains_resource::<Schedules>();
+    if let Some(schedules) = schedules {
+        world.insert_resource(schedules);
+    }
+    if accomplices || watchers(world) != before {
+        return Err(Breach::Accomplice);
+    }
+    Ok(access)
+}
+
+fn has_hooks(info: &ComponentInfo) -> bool {
+    let mut hooks = info.hooks().clone();
+    let free = hooks.try_on_add(|_, _| {}).is_some()
+        && hooks.try_on_insert(|_, _| {}).is_some()
+        && hooks.try_on_discard(|_, _| {}).is_some()
+        && hooks.try_on_remove(|_, _| {}).is_some()
+        && hooks.try_on_despawn(|_, _| {}).is_some();
+    !free
+}
+
 /// Checks that a component can tie a behaviour to its robots: it is none of the simulation's own, which all robots
-/// carry, markers without content apart.
+/// carry, markers without content apart; and neither it nor what comes with it has hooks.
 ///
 /// # Errors
-/// [`Breach::NoMarker`].
+/// [`Breach::NoMarker`] and [`Breach::Hooks`].
 pub(super) fn inspect_marker<Marker: Component>(world: &mut World) -> Result<(), Breach> {
     let marker = world.register_component::<Marker>();
     let knowledge = knowledge_of(marker, world)?;
     if knowledge.is_some() && size_of::<Marker>() > 0 || knowledge == Some(Knowledge::Truth) {
         return Err(Breach::NoMarker { component: component_name(marker, world) });
+    }
+    let Some(info) = world.components().get_info(marker) else { return Ok(()) };
+    for id in core::iter::once(marker).chain(info.required_components().iter_ids()) {
+        if world.components().get_info(id).is_some_and(has_hooks) {
+            return Err(Breach::Hooks { component: component_name(id, world) });
+        }
     }
     Ok(())
 }

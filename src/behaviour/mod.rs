@@ -107,6 +107,11 @@ impl BehaviourRegistry {
         self.teams.get(name)
     }
 
+    /// The behaviour whose robots carry this marker.
+    pub(crate) fn name_of_marker(&self, marker: TypeId) -> Option<&str> {
+        self.markers.get(&marker).map(String::as_str)
+    }
+
     /// What ties a robot to the behaviour of this name.
     pub(crate) fn marker_of(&self, name: &str) -> Option<fn(&mut EntityWorldMut)> {
         self.behaviours.get(name).copied()

@@ -9,6 +9,7 @@ use crate::knowledge::Knowledge;
 use crate::robot::head::HeadCommand;
 use crate::robot::kick::KickCommand;
 use crate::robot::motion::WalkCommand;
+use crate::robot::posture::PostureCommand;
 use crate::scenario::ScriptEntry;
 
 /// Controls a robot by a script instead of a behaviour.
@@ -18,9 +19,16 @@ pub struct Script(pub Vec<ScriptEntry>);
 
 pub(super) fn run_scripts(
     clock: Res<CycleClock>,
-    mut robots: Query<(&Script, &mut WalkCommand, &mut HeadCommand, &mut KickCommand, &mut Outbox)>,
+    mut robots: Query<(
+        &Script,
+        &mut WalkCommand,
+        &mut HeadCommand,
+        &mut KickCommand,
+        &mut PostureCommand,
+        &mut Outbox,
+    )>,
 ) {
-    for (script, mut walk, mut head, mut kick, mut outbox) in &mut robots {
+    for (script, mut walk, mut head, mut kick, mut posture, mut outbox) in &mut robots {
         for entry in script.0.iter().filter(|entry| is_active(entry, &clock)) {
             if let Some([dx, dy, dtheta]) = entry.walk {
                 *walk = WalkCommand { dx, dy, dtheta };
@@ -30,6 +38,9 @@ pub(super) fn run_scripts(
             }
             if entry.kick.is_some() {
                 kick.0 = entry.kick;
+            }
+            if entry.posture.is_some() {
+                posture.0 = entry.posture;
             }
             if entry.say.is_some() {
                 outbox.0.clone_from(&entry.say);

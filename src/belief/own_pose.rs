@@ -14,6 +14,8 @@ use crate::sensing::vision::{GoalPostPercept, LandmarkKind, LandmarkPercept, Per
 const PLACED_SD: [f32; 2] = [0.03, 0.02];
 /// The doubt about the pose of a robot that comes back from a penalty: it may have been put down a little elsewhere.
 const RETURNED_SD: [f32; 2] = [0.4, 0.1];
+/// Distance of a waiting robot from the side line, m (2025 rule book).
+const WAITING_DISTANCE_M: f32 = 0.5;
 /// The doubt that is added when what is seen contradicts the pose.
 const LOST_SD: [f32; 2] = [0.3, 0.2];
 /// A post whose foot is not in the image is measured by its top or its width, so much worse.
@@ -123,6 +125,16 @@ impl OwnPose {
         let side = if ball.is_some_and(|ball| ball.y > 0.0) { -1.0 } else { 1.0 };
         let pose = Pose::new(0.0, side * landmarks.half_width, -side * core::f32::consts::FRAC_PI_2);
         Self { estimate: PoseEstimate::new(pose, RETURNED_SD[0], RETURNED_SD[1]), sides: Some([0.0; 2]), ..default() }
+    }
+
+    /// That of a robot that comes back from where it waited: beyond the side line that it was nearer to when it was
+    /// removed from `y`, level with its own penalty mark, facing the pitch (2025 rule book).
+    pub fn waiting(landmarks: &Landmarks, y: f32) -> Self {
+        let side = if y < 0.0 { -1.0 } else { 1.0 };
+        let x = -landmarks.crosses[1].x.abs();
+        let beyond = WAITING_DISTANCE_M.min(landmarks.carpet_half_extents.y - landmarks.half_width);
+        let pose = Pose::new(x, side * (landmarks.half_width + beyond), -side * core::f32::consts::FRAC_PI_2);
+        Self { estimate: PoseEstimate::new(pose, RETURNED_SD[0], RETURNED_SD[1]), ..default() }
     }
 
     /// A measured step (in the robot's frame before it) and `duration` seconds later.

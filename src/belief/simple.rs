@@ -19,7 +19,7 @@ use crate::cycle::{Cycle, CycleClock};
 use crate::geometry::Pose;
 use crate::knowledge::Knowledge;
 use crate::pitch::{End, Pitch};
-use crate::referee::{GameState, GameStatus, Rules, formation};
+use crate::referee::{GameState, GameStatus, ReturnPlace, Rules, formation};
 use crate::robot::head::HeadAngles;
 use crate::robot::{RobotId, Team};
 use crate::sensing::camera::CameraSettings;
@@ -99,6 +99,8 @@ pub struct SimpleBeliefMemory {
     odometry: Pose,
     /// How often the robots had been placed.
     restarts: u32,
+    /// How often it had been placed by hand.
+    hand_placements: u32,
     /// Whether the robot was penalised.
     penalised: bool,
     /// The ball.
@@ -147,8 +149,9 @@ fn estimate(
     let landmarks = landmarks.get_or_insert_with(|| Landmarks::of(&pitch));
     let period = clock.period();
     for (&id, settings, status, odometry, &head, camera, percepts, inbox, mut memory, mut belief) in &mut robots {
-        let place = || formation(&pitch, rules.team_size, id.number, End::NegativeX, id.team == status.kick_off_team);
-        memory.begin_cycle(belief.pose, odometry.0, status, landmarks, place);
+        let place = |kicking_off| formation(&pitch, rules.team_size, id.number, End::NegativeX, kicking_off);
+        let kicking_off = id.team == status.kick_off_team && !status.drop_ball;
+        memory.begin_cycle(belief.pose, odometry.0, status, landmarks, kicking_off, rules.return_place, place);
         memory.pass_time(odometry.0, settings, period);
         memory.listen(&inbox.0);
         if !status.penalised {
@@ -169,23 +172,34 @@ impl SimpleBeliefMemory {
         odometry: Pose,
         status: &GameStatus,
         landmarks: &Landmarks,
-        kick_off_place: impl FnOnce() -> Pose,
+        kicking_off: bool,
+        return_place: ReturnPlace,
+        kick_off_place: impl Fn(bool) -> Pose,
     ) {
         if !self.begun {
             self.begun = true;
             self.odometry = odometry;
             self.restarts = status.restarts;
+            self.hand_placements = status.hand_placements;
             self.own = OwnPose::placed(start);
         }
         if status.restarts != self.restarts {
             self.restarts = status.restarts;
             if !status.penalised {
-                self.place_for_kick_off(kick_off_place());
+                self.place_for_kick_off(kick_off_place(kicking_off));
             }
+        }
+        if status.hand_placements != self.hand_placements {
+            self.hand_placements = status.hand_placements;
+            self.place_for_kick_off(kick_off_place(false));
         }
         if self.penalised && !status.penalised && status.state != GameState::Finished {
             let ball = self.heard.iter().find_map(|heard| heard.ball);
-            self.own = OwnPose::returned(landmarks, ball);
+            self.own = match return_place {
+                ReturnPlace::HalfwayLine => OwnPose::returned(landmarks, ball),
+                // It was carried to the side line that it was nearer to.
+                ReturnPlace::PenaltyMark => OwnPose::waiting(landmarks, self.own.estimate.pose.position.y),
+            };
             self.tracks.clear();
             self.ball = None;
         }

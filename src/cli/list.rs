@@ -92,6 +92,6 @@ mod tests {
         let text = table(&scenarios().expect("the embedded scenarios load"));
         assert_eq!(text.lines().filter_map(|line| line.split_whitespace().next()).collect::<Vec<_>>(), names);
         assert_eq!(table(&fields()), "naoisis  6 x 4 m, goals 1.4 m wide\nspl2025  9 x 6 m, goals 1.6 m wide\n");
-        assert!(table(&rules()).contains("free     no referee"));
+        assert!(table(&rules()).contains("\nfree      no referee"));
     }
 }

@@ -7,6 +7,8 @@ use std::process::ExitCode;
 use crate::behaviour::BehaviourRegistry;
 use crate::simulation::{MatchApp, NaoisisPlugins};
 
+mod batch;
+mod begin;
 mod check;
 mod list;
 mod play;
@@ -27,6 +29,8 @@ enum Command {
     Play(play::PlayArguments),
     /// Run a match headless, as fast as it goes
     Run(run::RunArguments),
+    /// Play many matches with different seeds, on all cores
+    Batch(batch::BatchArguments),
     /// Check scenario files
     Check(check::CheckArguments),
     /// List what comes with the program
@@ -38,6 +42,7 @@ pub fn main() -> ExitCode {
     match CommandLine::parse().command {
         Some(Command::Play(arguments)) => play::play(&arguments),
         Some(Command::Run(arguments)) => run::run(&arguments),
+        Some(Command::Batch(arguments)) => batch::batch(&arguments),
         Some(Command::Check(arguments)) => {
             let mut app = simulator();
             check::check(&arguments, |scenario| app.start_match(scenario).map(|_| ()))

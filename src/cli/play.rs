@@ -53,7 +53,7 @@ pub fn play(arguments: &PlayArguments) -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(reason) => {
             report::note(&format!("{reason}: running the match headless"));
-            run_scenario(file, &RunArguments { scenario: arguments.scenario.clone(), ..RunArguments::default() })
+            run_scenario(&file, &RunArguments { scenario: arguments.scenario.clone(), ..RunArguments::default() })
         }
     }
 }

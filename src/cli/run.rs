@@ -2,48 +2,88 @@
 
 use bevy::log::{Level, LogPlugin};
 use bevy::prelude::*;
-use clap::Args;
+use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{self, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use super::report;
+use super::{begin, report};
 use crate::communication::MessageStatistics;
 use crate::cycle::{CycleClock, run_cycle};
 use crate::events::{CycleEvents, MatchEvent};
 use crate::record::trace::{EndReason, TracePlugin, TraceRecorder, record_cycle};
 use crate::referee::Game;
+use crate::referee::report::report as match_report;
 use crate::robot::Team;
-use crate::scenario::{Scenario, ScenarioFile};
-use crate::simulation::{MatchApp, NaoisisPlugins};
+use crate::scenario::{Scenario, ScenarioFile, Setting};
+use crate::sensing::camera::CameraRendering;
+use crate::simulation::snapshot::EXTENSION;
+use crate::simulation::{NaoisisPlugins, Snapshot, resolved};
 
 /// Cycles between two looks at the progress bar.
 const CYCLES_PER_PROGRESS: u64 = 512;
 
+/// What `--cameras` may say.
+#[derive(ValueEnum, Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Cameras {
+    /// No images
+    Off,
+    /// On the processor
+    Software,
+    /// On a graphics card
+    Gpu,
+}
+
+impl From<Cameras> for CameraRendering {
+    fn from(cameras: Cameras) -> Self {
+        match cameras {
+            Cameras::Off => CameraRendering::Off,
+            Cameras::Software => CameraRendering::Software,
+            Cameras::Gpu => CameraRendering::Gpu,
+        }
+    }
+}
+
 /// Arguments of `naoisis run`.
 #[derive(Args, Debug, Clone, Default)]
 pub struct RunArguments {
-    /// A scenario file (.ron or .json), or the name of a built-in scenario (see `naoisis list scenarios`)
+    /// A scenario file (.ron or .json), the name of a built-in scenario (see `naoisis list scenarios`), or a saved match
+    /// to go on with (.naoisis)
     pub scenario: String,
     /// Seed of all random numbers, instead of the scenario's
     #[arg(long)]
     pub seed: Option<u64>,
+    /// Set a field of the scenario: messages.loss=0.2
+    #[arg(long, value_name = "PATH=VALUE")]
+    pub set: Vec<Setting>,
     /// Stop after this many simulated seconds
     #[arg(long, value_name = "S", value_parser = positive_seconds, allow_negative_numbers = true)]
     pub duration: Option<f32>,
+    /// Whether, and by what, the robots' camera images are rendered, instead of the scenario's word
+    #[arg(long, value_enum, value_name = "off|software|gpu")]
+    pub cameras: Option<Cameras>,
     /// Write a trace: a .jsonl file, .jsonl.zst for a compressed one, - for standard output
     #[arg(long, value_name = "FILE")]
     pub trace: Option<PathBuf>,
+    /// Save the match (.naoisis), to go on with it later
+    #[arg(long, value_name = "FILE")]
+    pub save: Option<PathBuf>,
+    /// Save it at this time, rather than at the end
+    #[arg(long, value_name = "S", value_parser = positive_seconds, requires = "save")]
+    pub save_at: Option<f32>,
+    /// Print the match report: every decision of the referee, and why
+    #[arg(long)]
+    pub explain: bool,
     /// Print nothing but errors
     #[arg(long)]
     pub quiet: bool,
 }
 
-fn positive_seconds(word: &str) -> Result<f32, String> {
+pub(super) fn positive_seconds(word: &str) -> Result<f32, String> {
     match word.parse::<f32>() {
         Ok(seconds) if seconds.is_finite() && seconds > 0.0 => Ok(seconds),
         _ => Err("expected a positive number of seconds".to_owned()),
@@ -52,30 +92,28 @@ fn positive_seconds(word: &str) -> Result<f32, String> {
 
 /// Runs the command.
 pub fn run(arguments: &RunArguments) -> ExitCode {
-    match ScenarioFile::find(&arguments.scenario) {
-        Ok(file) => run_scenario(file, arguments),
-        Err(error) => report::scenario_error(&error),
-    }
+    run_match(arguments, |app| begin::begin(app, arguments))
 }
 
 /// Runs a scenario with the command's other arguments.
-pub fn run_scenario(file: ScenarioFile, arguments: &RunArguments) -> ExitCode {
-    let ScenarioFile { mut scenario, source } = file;
-    if let Some(seed) = arguments.seed {
-        scenario.seed = seed;
-    }
-    if arguments.duration.is_some() {
-        scenario.duration_s = arguments.duration;
-    }
+pub fn run_scenario(file: &ScenarioFile, arguments: &RunArguments) -> ExitCode {
+    run_match(arguments, |app| begin::begin_with(app, file, arguments))
+}
+
+fn run_match(arguments: &RunArguments, begin: impl FnOnce(&mut App) -> Result<(), ExitCode>) -> ExitCode {
     let mut app = App::new();
     app.add_plugins((
         LogPlugin { level: Level::WARN, filter: "warn".to_owned(), ..default() },
         NaoisisPlugins,
         TracePlugin,
     ));
-    if let Err(fault) = app.start_match(&scenario) {
-        return report::scenario_error(&source.error(&fault));
+    if let Err(message) = check_outputs(arguments) {
+        return report::usage_error(&message);
     }
+    if let Err(status) = begin(&mut app) {
+        return status;
+    }
+    let scenario = app.world().resource::<Scenario>().clone();
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&interrupted);
     if let Err(error) = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed)) {
@@ -84,7 +122,7 @@ pub fn run_scenario(file: ScenarioFile, arguments: &RunArguments) -> ExitCode {
     match open_trace(arguments) {
         Ok(None) => {}
         Ok(Some(mut recorder)) => {
-            recorder.write_header(&scenario);
+            recorder.write_header(&resolved(app.world(), &scenario));
             app.insert_resource(recorder);
             if let Err(error) = app.world_mut().run_system_cached(record_cycle) {
                 return report::failure(&format!("cannot record the start: {error}"));
@@ -93,9 +131,41 @@ pub fn run_scenario(file: ScenarioFile, arguments: &RunArguments) -> ExitCode {
         Err(message) => return report::usage_error(&message),
     }
     let started = Instant::now();
-    let outcome = run_to_the_end(app.world_mut(), &scenario, &interrupted, arguments.quiet);
+    let mut outcome = run_to_the_end(app.world_mut(), &scenario, &interrupted, arguments);
     let wall_s = started.elapsed().as_secs_f64();
+    if !outcome.saved {
+        outcome.not_saved = save(app.world_mut(), arguments).err();
+    }
     finish(app.world_mut(), &outcome, wall_s, arguments)
+}
+
+/// That no output would be written over what the match begins with, or over another output.
+fn check_outputs(arguments: &RunArguments) -> Result<(), String> {
+    let input = PathBuf::from(&arguments.scenario);
+    let outputs = [("--trace", &arguments.trace), ("--save", &arguments.save)];
+    let real = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_owned());
+    let mut taken = vec![("the scenario", real(&input))];
+    for (option, path) in outputs {
+        let Some(path) = path.as_deref().filter(|path| path.as_os_str() != "-") else { continue };
+        let path = real(path);
+        if let Some((what, _)) = taken.iter().find(|(_, other)| *other == path) {
+            return Err(format!("{option}: this would write over {what}; expected another file"));
+        }
+        taken.push((option, path));
+    }
+    if let Some(path) = &arguments.save
+        && path.extension().is_none_or(|extension| extension != EXTENSION)
+    {
+        return Err(format!("--save: {}: expected a file name that ends in .{EXTENSION}", path.display()));
+    }
+    Ok(())
+}
+
+/// Saves the match, if that is asked for.
+fn save(world: &mut World, arguments: &RunArguments) -> Result<(), String> {
+    let Some(path) = &arguments.save else { return Ok(()) };
+    let saved = Snapshot::take(world).and_then(|snapshot| snapshot.save(path, world));
+    saved.map_err(|error| format!("cannot save the match: {error}"))
 }
 
 fn open_trace(arguments: &RunArguments) -> Result<Option<TraceRecorder>, String> {
@@ -109,20 +179,35 @@ fn open_trace(arguments: &RunArguments) -> Result<Option<TraceRecorder>, String>
 }
 
 /// What came of a run.
+#[derive(Default)]
 struct Outcome {
     reason: EndReason,
     goals: Vec<(f64, Team)>,
     broken_invariants: Vec<String>,
+    /// Whether the match was saved on the way, or should have been.
+    saved: bool,
+    /// Why it was not.
+    not_saved: Option<String>,
 }
 
-fn run_to_the_end(world: &mut World, scenario: &Scenario, interrupted: &AtomicBool, quiet: bool) -> Outcome {
+fn run_to_the_end(
+    world: &mut World,
+    scenario: &Scenario,
+    interrupted: &AtomicBool,
+    arguments: &RunArguments,
+) -> Outcome {
     let period_s = world.resource::<CycleClock>().period_s;
     let last_cycle = scenario.last_cycle();
     let match_s = scenario.rules.half_s * scenario.rules.halves as f32;
-    let progress = progress_bar(scenario.end_s().unwrap_or(match_s), quiet);
-    let mut outcome = Outcome { reason: EndReason::Duration, goals: Vec::new(), broken_invariants: Vec::new() };
+    let progress = progress_bar(scenario.end_s().unwrap_or(match_s), arguments.quiet);
+    let mut outcome = Outcome { reason: EndReason::Duration, ..default() };
+    let save_cycle = arguments.save_at.map(|at_s| (f64::from(at_s) / period_s).round() as u64);
     loop {
         let cycle = world.resource::<CycleClock>().cycle;
+        if save_cycle == Some(cycle) {
+            outcome.not_saved = save(world, arguments).err();
+            outcome.saved = true;
+        }
         if cycle.is_multiple_of(CYCLES_PER_PROGRESS) {
             progress.set_position((cycle as f64 * period_s) as u64);
         }
@@ -144,6 +229,11 @@ fn run_to_the_end(world: &mut World, scenario: &Scenario, interrupted: &AtomicBo
         run_cycle(world);
         let time_s = world.resource::<CycleClock>().end_time_s();
         for event in world.resource::<CycleEvents>().iter() {
+            if arguments.explain
+                && let Some(text) = match_report(time_s, event)
+            {
+                progress.suspend(|| print_beside_trace(arguments, &format!("{text}\n")));
+            }
             match event {
                 MatchEvent::Goal { team, .. } => outcome.goals.push((time_s, *team)),
                 MatchEvent::InvariantBroken { message } => {
@@ -183,16 +273,10 @@ fn finish(world: &mut World, outcome: &Outcome, wall_s: f64, arguments: &RunArgu
         return report::failure(&format!("cannot write the trace: {error}"));
     }
     if !arguments.quiet {
-        let summary = summary(outcome, clock, score, wall_s);
-        let to_stdout = arguments.trace.as_ref().is_none_or(|path| path.as_os_str() != "-");
-        let written = if to_stdout {
-            io::stdout().write_all(summary.as_bytes())
-        } else {
-            io::stderr().write_all(summary.as_bytes())
-        };
-        if written.is_err() {
-            return ExitCode::SUCCESS;
-        }
+        print_beside_trace(arguments, &summary(outcome, clock, score, wall_s));
+    }
+    if let Some(message) = &outcome.not_saved {
+        return report::failure(message);
     }
     match outcome.broken_invariants.first() {
         None => ExitCode::SUCCESS,
@@ -201,6 +285,14 @@ fn finish(world: &mut World, outcome: &Outcome, wall_s: f64, arguments: &RunArgu
             outcome.broken_invariants.len()
         )),
     }
+}
+
+/// Prints to standard output, or where the trace goes there, to standard error. Whoever has closed it does not want
+/// to know.
+fn print_beside_trace(arguments: &RunArguments, text: &str) {
+    let trace_to_stdout = arguments.trace.as_ref().is_some_and(|path| path.as_os_str() == "-");
+    let _ =
+        if trace_to_stdout { io::stderr().write_all(text.as_bytes()) } else { io::stdout().write_all(text.as_bytes()) };
 }
 
 fn summary(outcome: &Outcome, clock: CycleClock, score: crate::referee::Score, wall_s: f64) -> String {

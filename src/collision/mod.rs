@@ -17,8 +17,9 @@ use crate::events::{CollisionPartner, CollisionType, CycleEvents, MatchEvent};
 use crate::geometry::{Pose, wrap_angle};
 use crate::knowledge::Knowledge;
 use crate::pitch::{Pitch, Post};
-use crate::referee::Penalty;
-use crate::robot::body::BodyBounds;
+use crate::referee::{Penalty, Rules};
+use crate::robot::body::{BodyBounds, BodyBox};
+use crate::robot::posture::Posture;
 use crate::robot::{PreviousPose, RobotId, Roster, Velocity};
 use ball::{BallContact, Obstacle, roll_ball};
 use robots::{Cylinder, RobotBody, RobotContact, Touched, Workspace, hold_back_from_end, resolve_robots};
@@ -93,6 +94,8 @@ struct Scratch {
     robot_contacts: Vec<RobotContact>,
     ball_contacts: Vec<BallContact>,
     held: Vec<bool>,
+    /// Strips that dives block: the diver's body, and where its strip is in the robot frame.
+    strips: Vec<(usize, Pose, BodyBox)>,
     collisions: Vec<Collision>,
 }
 
@@ -104,7 +107,8 @@ fn collide(
     mut contacts: ResMut<Contacts>,
     mut events: ResMut<CycleEvents>,
     posts: Query<(&Pose, &Post), (Without<RobotId>, Without<Ball>)>,
-    mut robots: Query<(&mut Pose, &PreviousPose, &BodyBounds, &Penalty, &mut Velocity), With<RobotId>>,
+    rules: Res<Rules>,
+    mut robots: Query<(&mut Pose, &PreviousPose, &BodyBounds, &Penalty, &Posture, &mut Velocity), With<RobotId>>,
     mut balls: Query<
         (&mut Pose, &PreviousPose, &BallPhysics, &mut BallVelocity, &mut BallPath),
         (With<Ball>, Without<RobotId>),
@@ -112,7 +116,7 @@ fn collide(
 ) {
     let scratch = &mut *scratch;
     let duration = clock.period();
-    scratch.gather(&roster, &posts, robots.as_readonly());
+    scratch.gather(&roster, &posts, robots.as_readonly(), rules.dive_reach_m);
     resolve_robots(&mut scratch.bodies, &scratch.cylinders, &mut scratch.workspace, &mut scratch.robot_contacts);
     for (mut pose, previous, physics, mut velocity, mut path) in &mut balls {
         let start = physics.rolling_ball(previous.0.position, path.start_velocity);
@@ -137,7 +141,7 @@ fn collide(
         position_m: collision.position,
     }));
     for (entity, body) in scratch.entities.iter().zip(&scratch.bodies) {
-        let Ok((mut pose, _, _, _, mut velocity)) = robots.get_mut(*entity) else { continue };
+        let Ok((mut pose, .., mut velocity)) = robots.get_mut(*entity) else { continue };
         if *pose != body.end {
             *pose = body.end;
         }
@@ -153,17 +157,22 @@ impl Scratch {
         &mut self,
         roster: &Roster,
         posts: &Query<(&Pose, &Post), (Without<RobotId>, Without<Ball>)>,
-        robots: Query<(&Pose, &PreviousPose, &BodyBounds, &Penalty, &Velocity), With<RobotId>>,
+        robots: Query<(&Pose, &PreviousPose, &BodyBounds, &Penalty, &Posture, &Velocity), With<RobotId>>,
+        dive_reach_m: f32,
     ) {
         self.ids.clear();
         self.entities.clear();
         self.bounds.clear();
         self.bodies.clear();
         self.held.clear();
+        self.strips.clear();
         for (id, entity) in roster.iter() {
-            let Ok((pose, previous, bounds, penalty, _)) = robots.get(entity) else { continue };
+            let Ok((pose, previous, bounds, penalty, posture, _)) = robots.get(entity) else { continue };
             if penalty.is_active() {
                 continue;
+            }
+            if let Some((middle, strip)) = posture.strip(dive_reach_m) {
+                self.strips.push((self.bodies.len(), middle, strip));
             }
             self.ids.push(id);
             self.entities.push(entity);
@@ -177,13 +186,18 @@ impl Scratch {
         self.cylinders.sort_by(|a, b| a.centre.x.total_cmp(&b.centre.x).then(a.centre.y.total_cmp(&b.centre.y)));
     }
 
-    /// What the ball can meet: first the robots' bases, in the order of the bodies, then posts and bars.
+    /// What the ball can meet: first the robots' bases, in the order of the bodies, then the strips that dives block,
+    /// then posts and bars.
     fn set_obstacles(&mut self, pitch: &Pitch) {
         self.obstacles.clear();
         self.obstacles.extend(self.bodies.iter().zip(&self.bounds).map(|(body, bounds)| Obstacle::Base {
             start: body.start,
             end: body.end,
             base: bounds.base,
+        }));
+        self.obstacles.extend(self.strips.iter().map(|(body, middle, strip)| {
+            let pose = self.bodies[*body].end.compose(*middle);
+            Obstacle::Base { start: pose, end: pose, base: *strip }
         }));
         self.obstacles.extend(
             self.cylinders
@@ -197,6 +211,14 @@ impl Scratch {
                 end: bar.end,
                 radius,
             }));
+        }
+    }
+
+    /// The body that an obstacle belongs to; none for posts and bars.
+    fn owner_of(&self, obstacle: usize) -> Option<usize> {
+        match obstacle.checked_sub(self.bodies.len()) {
+            None => Some(obstacle),
+            Some(strip) => self.strips.get(strip).map(|(body, ..)| *body),
         }
     }
 
@@ -233,15 +255,16 @@ impl Scratch {
         }
         for contact in &self.ball_contacts {
             let rolling = contact.ball_speed > REST_SPEED_MPS;
-            let (robot, with, collision_type) = match self.bodies.get(contact.obstacle) {
+            let owner = self.owner_of(contact.obstacle);
+            let (robot, with, collision_type) = match owner.map(|body| (body, &self.bodies[body])) {
                 None => (None, CollisionPartner::Post, CollisionType::BallAndPost),
-                Some(body) => {
+                Some((index, body)) => {
                     let collision_type = match (body.is_moving(), rolling) {
                         (true, true) => CollisionType::MovingRobotAndMovingBall,
                         (true, false) => CollisionType::MovingRobotAndStaticBall,
                         (false, _) => CollisionType::StandingRobotAndBall,
                     };
-                    (Some(self.ids[contact.obstacle]), CollisionPartner::Ball, collision_type)
+                    (Some(self.ids[index]), CollisionPartner::Ball, collision_type)
                 }
             };
             self.collisions.push(Collision {

@@ -135,12 +135,13 @@ impl TraceRecorder {
 }
 
 /// Why a match ended.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum EndReason {
     /// The final whistle.
     FinalWhistle,
     /// The duration is over.
+    #[default]
     Duration,
     /// The user or the system stopped the run.
     Interrupted,

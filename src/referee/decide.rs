@@ -3,15 +3,18 @@
 use bevy::prelude::*;
 
 use super::evidence::Evidence;
-use super::game::{Game, GameState, half_cycles};
-use super::memory::{RefereeMemory, RobotRecord};
-use super::penalty::{ActivePenalty, Penalty, PenaltyReason};
-use super::placing::{Occupied, line_up};
-use super::removal::{return_pose, waiting_pose};
+use super::game::{Game, GameState};
+use super::game_stuck::Remedy;
+use super::memory::RefereeMemory;
+use super::penalty::PenaltyReason;
 use super::rules::BallOutRestart;
+use super::set_play::{self, SetPlayKind};
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
-use super::{ball_out, boundary, collision, goal, stalling};
-use crate::events::MatchEvent;
+use super::{
+    ball_holding, ball_out, boundary, collision, fallen, game_stuck, goal, illegal_defender, inactive, indirect_goal,
+    kick_off_shot, leaving_field, stalling,
+};
+use crate::events::{DisallowedGoal, MatchEvent};
 use crate::robot::Team;
 
 /// What the referee decided in a cycle.
@@ -21,8 +24,10 @@ pub struct Decisions {
     pub game: Game,
     /// What is announced.
     pub events: Vec<MatchEvent>,
-    /// Where the ball is put down to rest, m.
+    /// Where the ball is put down, m.
     pub ball: Option<Vec2>,
+    /// The velocity that it is given then, m/s: none, but for interventions.
+    pub ball_velocity: Vec2,
     /// All robots, as in the snapshot but for the poses of those that are put down, and penalties.
     pub robots: Vec<RobotSnapshot>,
 }
@@ -30,51 +35,70 @@ pub struct Decisions {
 /// Judges a cycle. `memory` is carried from cycle to cycle; `decisions` is only room to write in.
 pub fn decide(snapshot: &MatchSnapshot, memory: &mut RefereeMemory, decisions: &mut Decisions) {
     memory.match_robots(snapshot.robots);
+    memory.note_touches(snapshot);
     decisions.game.clone_from(snapshot.game);
     decisions.robots.clear();
     decisions.robots.extend_from_slice(snapshot.robots);
     decisions.events.clear();
     decisions.ball = None;
-    let mut referee = Referee { seen: snapshot, memory, decisions };
-    if snapshot.game.state == GameState::Playing {
-        referee.judge_play();
+    decisions.ball_velocity = Vec2::ZERO;
+    decisions.game.state_cycles += 1;
+    let seen = MatchSnapshot { last_touch: memory.last_touch, ..*snapshot };
+    let mut referee = Referee { seen: &seen, memory, decisions };
+    match snapshot.game.state {
+        GameState::Initial | GameState::Finished => {}
+        GameState::Ready => referee.judge_ready(),
+        GameState::Set => referee.judge_set(),
+        GameState::Playing => match snapshot.game.shoot_out {
+            Some(shoot_out) => referee.follow_shot(shoot_out),
+            None => referee.judge_play(),
+        },
     }
+    referee.intervene();
+    referee.note_heads();
+    let delay = snapshot.cycles(snapshot.rules.status_delay_s);
+    memory.announcement.follow(&decisions.game, delay);
 }
 
 /// The referee at work in one cycle.
-struct Referee<'a, 'b> {
+pub(super) struct Referee<'a, 'b> {
     /// What was seen at the end of the cycle.
-    seen: &'a MatchSnapshot<'a>,
-    memory: &'b mut RefereeMemory,
-    decisions: &'b mut Decisions,
+    pub(super) seen: &'a MatchSnapshot<'a>,
+    pub(super) memory: &'b mut RefereeMemory,
+    pub(super) decisions: &'b mut Decisions,
+}
+
+/// Why play is stopped.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Stoppage {
+    /// For a kick-off of this team, or a drop ball.
+    KickOff(Option<Team>),
+    /// For good.
+    Mercy,
 }
 
 impl Referee<'_, '_> {
     /// The snapshot with what was decided so far in this cycle.
-    fn now(&self) -> MatchSnapshot<'_> {
+    pub(super) fn now(&self) -> MatchSnapshot<'_> {
         MatchSnapshot { game: &self.decisions.game, robots: &self.decisions.robots, ..*self.seen }
     }
 
     fn judge_play(&mut self) {
         self.count_penalties();
+        if let Some(kick_off) = &mut self.memory.kick_off {
+            kick_off.advance(self.seen);
+        }
+        self.memory.plays.advance(self.seen);
+        self.follow_set_play();
         self.judge_collisions();
         self.judge_robots();
-        let kick_off = self.judge_ball();
-        if self.run_clock() {
-            self.end_half();
-        } else if let Some(team) = kick_off {
-            self.kick_off(team);
-        }
-    }
-
-    /// Penalties run, and robots that have served theirs come back.
-    fn count_penalties(&mut self) {
-        for index in 0..self.decisions.robots.len() {
-            let Some(penalty) = &mut self.decisions.robots[index].penalty.0 else { continue };
-            penalty.cycles_left = penalty.cycles_left.saturating_sub(1);
-            if penalty.cycles_left == 0 {
-                self.bring_back(index);
-            }
+        let stoppage = self.judge_ball().or_else(|| self.judge_stuck());
+        let half_is_over = self.run_clock();
+        match stoppage {
+            Some(Stoppage::Mercy) => self.end_match(),
+            _ if half_is_over => self.end_half(),
+            Some(Stoppage::KickOff(team)) => self.begin_kick_off(team),
+            None => {}
         }
     }
 
@@ -93,57 +117,74 @@ impl Referee<'_, '_> {
         }
     }
 
-    /// Penalises the robot that is responsible for a collision: for the rest of the half, if its team has pushed
-    /// too often.
-    fn penalise_push(&mut self, robot: usize, other: usize) {
-        if !self.decisions.robots[robot].is_present() {
-            return;
-        }
-        let pushes = self.memory.pushes.of_mut(self.seen.robots[robot].id.team);
-        *pushes += 1;
-        let for_the_half = self.seen.rules.pushing_limit.is_some_and(|limit| *pushes >= limit);
-        let rest_of_half = self.seen.game.cycles_left.filter(|_| for_the_half);
-        let cycles = rest_of_half.unwrap_or(self.seen.cycles(self.seen.rules.penalty_s));
-        self.penalise(robot, PenaltyReason::Pushing, cycles, collision::evidence(self.seen, robot, other));
-    }
-
     /// The rules about single robots.
     fn judge_robots(&mut self) {
-        for index in 0..self.decisions.robots.len() {
-            if !self.decisions.robots[index].is_present() || !self.seen.robots[index].is_present() {
+        for (record, robot) in self.memory.robots.iter_mut().zip(self.seen.robots) {
+            if !robot.is_present() {
                 continue;
             }
-            if let Some((reason, evidence)) = self.judge_robot(index) {
-                self.penalise(index, reason, self.seen.cycles(self.seen.rules.penalty_s), evidence);
-            }
-        }
-    }
-
-    fn judge_robot(&mut self, index: usize) -> Option<(PenaltyReason, Evidence)> {
-        let (rules, robot) = (self.seen.rules, &self.seen.robots[index]);
-        let record = &mut self.memory.robots[index];
-        if rules.stalling {
             record.stall = stalling::advance(record.stall, self.seen, robot);
-            if let Some(evidence) = record.stall.and_then(|stall| stalling::judge(&stall, self.seen, robot)) {
-                return Some((PenaltyReason::Stalling, evidence));
+            record.cycles_holding = ball_holding::advance(record.cycles_holding, self.seen, robot);
+            record.cycles_in_goal = leaving_field::advance(record.cycles_in_goal, self.seen, robot);
+            record.cycles_in_area = illegal_defender::advance(record.cycles_in_area, self.seen, robot);
+            record.cycles_inactive = inactive::advance(record.cycles_inactive, record.head, self.seen, robot);
+            record.cycles_encroaching = match &self.seen.game.set_play {
+                Some(set_play) => set_play::advance_encroachment(record.cycles_encroaching, set_play, self.seen, robot),
+                None => 0,
+            };
+        }
+        for index in 0..self.decisions.robots.len() {
+            if self.decisions.robots[index].is_present()
+                && self.seen.robots[index].is_present()
+                && let Some((reason, evidence)) = self.judge_robot(index)
+            {
+                self.penalise(index, reason, evidence);
             }
         }
-        None
     }
 
-    /// Goals and outs. Returns the team that kicks off because of one.
-    fn judge_ball(&mut self) -> Option<Team> {
-        let ball = self.seen.ball.as_ref()?;
+    fn judge_robot(&self, index: usize) -> Option<(PenaltyReason, Evidence)> {
+        let (seen, rules) = (self.seen, self.seen.rules);
+        let (robot, records) = (&seen.robots[index], &self.memory.robots);
+        let record = &records[index];
+        // The first rule that is broken counts; `then` keeps those that are switched off from being looked at.
+        let encroachment = || {
+            let set_play = seen.game.set_play.as_ref()?;
+            set_play::judge(record.cycles_encroaching, set_play, seen, robot)
+        };
+        let stalling = || record.stall.and_then(|stall| stalling::judge(&stall, seen, robot));
+        let with = |reason: PenaltyReason| move |evidence: Evidence| (reason, evidence);
+        encroachment()
+            .map(with(PenaltyReason::IllegalPosition))
+            .or_else(|| {
+                let evidence = rules.ball_holding.then(|| ball_holding::judge(record.cycles_holding, seen, robot));
+                evidence.flatten().map(with(PenaltyReason::BallHolding))
+            })
+            .or_else(|| rules.stalling.then(stalling).flatten().map(with(PenaltyReason::Stalling)))
+            .or_else(|| {
+                let evidence = rules.leaving_field.then(|| leaving_field::judge(record.cycles_in_goal, seen, robot));
+                evidence.flatten().map(with(PenaltyReason::LeavingField))
+            })
+            .or_else(|| {
+                let evidence = rules.illegal_defender.then(|| illegal_defender::judge(records, seen, index));
+                evidence.flatten().map(with(PenaltyReason::IllegalDefender))
+            })
+            .or_else(|| {
+                let evidence = rules.fallen.then(|| fallen::judge(seen, robot));
+                evidence.flatten().map(with(PenaltyReason::Fallen))
+            })
+            .or_else(|| {
+                let evidence = rules.inactive.then(|| inactive::judge(record.cycles_inactive, seen, robot));
+                evidence.flatten().map(with(PenaltyReason::Inactive))
+            })
+    }
+
+    /// Goals and outs, unless the ball has just been put down.
+    fn judge_ball(&mut self) -> Option<Stoppage> {
+        let ball = self.seen.ball.as_ref().filter(|_| self.decisions.ball.is_none())?;
         let crossing = boundary::crossing(ball, self.seen.pitch)?;
         if let Some(goal) = goal::judge(self.seen, &crossing) {
-            *self.decisions.game.score.of_mut(goal.team) += 1;
-            self.decisions.events.push(MatchEvent::Goal {
-                team: goal.team,
-                scorer: goal.scorer,
-                own_goal: goal.is_own_goal(),
-                evidence: goal::evidence(self.seen, &goal, &crossing),
-            });
-            return Some(goal.team.opponent());
+            return self.award_goal(&goal, &crossing);
         }
         let out = ball_out::judge(self.seen, &crossing)?;
         self.decisions.events.push(MatchEvent::BallOut {
@@ -153,98 +194,75 @@ impl Referee<'_, '_> {
             evidence: ball_out::evidence(self.seen, &out),
         });
         match self.seen.rules.ball_out_restart {
-            BallOutRestart::KickOff => Some(out.restart_team),
+            BallOutRestart::KickOff => Some(Stoppage::KickOff(Some(out.restart_team))),
             BallOutRestart::ThrowIn => {
-                let occupied = Occupied::by_others(&self.now(), None);
-                let place = occupied.free_ball_place(ball_out::throw_in_place(self.seen, &out), ball.radius);
-                self.put_ball(place);
+                let place = self.put_ball(ball_out::throw_in_place(self.seen, &out));
                 self.decisions.events.push(MatchEvent::ThrowIn { team: out.restart_team, position_m: place });
+                None
+            }
+            BallOutRestart::FreeKick => {
+                let (kind, place) = set_play::for_ball_out(self.seen, &out);
+                self.begin_free_kick(kind, out.restart_team, place);
                 None
             }
         }
     }
 
-    /// Counts the cycle. Returns whether the half is over.
-    fn run_clock(&mut self) -> bool {
-        let Some(cycles_left) = &mut self.decisions.game.cycles_left else { return false };
-        *cycles_left = cycles_left.saturating_sub(1);
-        *cycles_left == 0
-    }
-
-    /// Changes sides for the next half, or ends the match.
-    fn end_half(&mut self) {
-        let game = &mut self.decisions.game;
-        if game.half >= self.seen.rules.halves {
-            game.state = GameState::Finished;
-            self.decisions.events.push(MatchEvent::FinalWhistle);
-            return;
+    /// A goal counts, unless it was shot in a way that cannot score.
+    fn award_goal(&mut self, goal: &goal::Goal, crossing: &boundary::Crossing) -> Option<Stoppage> {
+        let opponent = goal.team.opponent();
+        if let Some(evidence) = kick_off_shot::judge(self.seen, self.memory.kick_off.as_ref(), goal.team, crossing) {
+            let reason = DisallowedGoal::KickOffShot;
+            self.decisions.events.push(MatchEvent::GoalDisallowed { team: goal.team, reason, evidence });
+            return Some(Stoppage::KickOff(Some(opponent)));
         }
-        game.half += 1;
-        game.blue_end = game.blue_end.opposite();
-        game.cycles_left = Some(half_cycles(self.seen.rules, &self.seen.clock));
-        let half = game.half;
-        self.memory.pushes = default();
-        self.decisions.events.push(MatchEvent::HalfBegins { half });
-        self.end_penalties();
-        self.kick_off(Game::first_kick_off_of_half(half));
-    }
-
-    /// Ball and robots are placed for a kick-off.
-    fn kick_off(&mut self, team: Team) {
-        if self.seen.rules.penalties_end_at_kick_off {
-            self.end_penalties();
+        if let Some(evidence) = indirect_goal::judge(self.seen, &self.memory.plays, goal.team, crossing) {
+            let reason = DisallowedGoal::NotIndirect;
+            self.decisions.events.push(MatchEvent::GoalDisallowed { team: goal.team, reason, evidence });
+            let place = set_play::goal_kick_place(self.seen, opponent, crossing.position.y);
+            self.begin_free_kick(SetPlayKind::GoalKick, opponent, place);
+            return None;
         }
-        self.decisions.game.kick_off_team = team;
-        self.decisions.game.restarts += 1;
-        self.put_ball(Vec2::ZERO);
-        let poses: Vec<_> = line_up(&self.now(), team).collect();
-        for (robot, pose) in self.decisions.robots.iter_mut().zip(poses) {
-            robot.pose = pose.unwrap_or(robot.pose);
+        let score = &mut self.decisions.game.score;
+        *score.of_mut(goal.team) += 1;
+        self.decisions.events.push(MatchEvent::Goal {
+            team: goal.team,
+            scorer: goal.scorer,
+            own_goal: goal.is_own_goal(),
+            evidence: goal::evidence(self.seen, goal, crossing),
+        });
+        let decided = self.seen.rules.mercy_goals.is_some_and(|most| score.blue.abs_diff(score.pink) >= most);
+        Some(if decided { Stoppage::Mercy } else { Stoppage::KickOff(Some(opponent)) })
+    }
+
+    fn judge_stuck(&mut self) -> Option<Stoppage> {
+        if !self.seen.rules.game_stuck {
+            return None;
         }
-        self.memory.forget_robots();
-        self.decisions.events.push(MatchEvent::KickOff { team });
-    }
-
-    fn put_ball(&mut self, place: Vec2) {
-        self.decisions.ball = Some(place);
-        self.memory.last_touch = None;
-    }
-
-    /// Removes a robot from the pitch for so many cycles of play.
-    fn penalise(&mut self, index: usize, reason: PenaltyReason, cycles: u64, evidence: Evidence) {
-        let snapshot = self.now();
-        let RobotSnapshot { id, bounds, pose, .. } = snapshot.robots[index];
-        let waiting = Occupied::by_waiting(&snapshot);
-        let pose = waiting_pose(&snapshot, snapshot.game.own_end(id.team), pose.position, &bounds, &waiting);
-        let until_s = (self.seen.clock.end_time_s() + cycles as f64 * self.seen.clock.period_s) as f32;
-        let robot = &mut self.decisions.robots[index];
-        robot.pose = pose;
-        robot.penalty = Penalty(Some(ActivePenalty { reason, cycles_left: cycles.max(1) }));
-        self.memory.robots[index] = RobotRecord::clean(id);
-        self.decisions.events.push(MatchEvent::Penalty { robot: id, reason, until_s, evidence });
-    }
-
-    /// Lets a penalised robot come back.
-    fn bring_back(&mut self, index: usize) {
-        let snapshot = self.now();
-        let RobotSnapshot { id, bounds, pose, .. } = snapshot.robots[index];
-        let occupied = Occupied::by_others(&snapshot, Some(index));
-        let pose = return_pose(&snapshot, snapshot.game.own_end(id.team), pose, &bounds, &occupied);
-        let robot = &mut self.decisions.robots[index];
-        robot.pose = pose;
-        robot.penalty = Penalty(None);
-        self.decisions.events.push(MatchEvent::PenaltyOver { robot: id, position_m: pose.position });
-    }
-
-    /// All penalties are over; the robots are about to be placed.
-    fn end_penalties(&mut self) {
-        for index in 0..self.decisions.robots.len() {
-            let robot = &mut self.decisions.robots[index];
-            if robot.penalty.is_active() {
-                robot.penalty = Penalty(None);
-                let (robot, position_m) = (robot.id, robot.pose.position);
-                self.decisions.events.push(MatchEvent::PenaltyOver { robot, position_m });
+        self.memory.stuck = game_stuck::advance(self.memory.stuck, self.seen);
+        match game_stuck::judge(&self.memory.stuck, self.seen)? {
+            Remedy::Local(index, evidence) => {
+                self.memory.stuck.cycles = 0;
+                // Whoever was just penalised is out of the way already.
+                if self.decisions.robots[index].is_present() {
+                    self.take_from_ball(index, evidence);
+                }
+                None
             }
+            Remedy::Global(evidence) => {
+                let half = self.memory.stuck.ball.x;
+                let end = if half > 0.0 { crate::pitch::End::PositiveX } else { crate::pitch::End::NegativeX };
+                self.decisions.events.push(MatchEvent::GameStuck { robot: None, evidence });
+                let drop_ball = self.seen.rules.stuck_robot_is_penalised;
+                Some(Stoppage::KickOff((!drop_ball).then(|| self.seen.game.defender_of(end))))
+            }
+        }
+    }
+
+    /// Remembers where the heads point.
+    fn note_heads(&mut self) {
+        for (record, robot) in self.memory.robots.iter_mut().zip(self.seen.robots) {
+            record.head = robot.head;
         }
     }
 }

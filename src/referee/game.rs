@@ -4,6 +4,8 @@ use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::rules::Rules;
+use super::set_play::SetPlay;
+use super::shoot_out::ShootOut;
 use crate::cycle::CycleClock;
 use crate::knowledge::Knowledge;
 use crate::pitch::End;
@@ -24,6 +26,19 @@ pub enum GameState {
     Playing,
     /// After the final whistle.
     Finished,
+}
+
+impl GameState {
+    /// Its name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            GameState::Initial => "initial",
+            GameState::Ready => "ready",
+            GameState::Set => "set",
+            GameState::Playing => "playing",
+            GameState::Finished => "finished",
+        }
+    }
 }
 
 /// A number for each team.
@@ -59,6 +74,8 @@ impl Score {
 pub struct Game {
     /// The state.
     pub state: GameState,
+    /// Cycles since it began.
+    pub state_cycles: u64,
     /// Goals.
     pub score: Score,
     /// The half under way, from 1.
@@ -69,8 +86,16 @@ pub struct Game {
     pub blue_end: End,
     /// The team that has, or had last, the kick-off.
     pub kick_off_team: Team,
+    /// Whether play was last restarted by a drop ball instead: neither team has the kick-off.
+    pub drop_ball: bool,
+    /// The free kick, or the kick-off that is one team's own, that is under way.
+    pub set_play: Option<SetPlay>,
+    /// The penalty shoot-out under way, or that decided the match.
+    pub shoot_out: Option<ShootOut>,
     /// How often the robots were placed for a restart.
     pub restarts: u32,
+    /// How often the referee has whistled.
+    pub whistles: u32,
 }
 
 impl Game {
@@ -96,6 +121,16 @@ impl Game {
     /// The team that defends `end`.
     pub fn defender_of(&self, end: End) -> Team {
         if end == self.blue_end { Team::Blue } else { Team::Pink }
+    }
+
+    /// Whether this team has, or had last, the kick-off.
+    pub fn has_kick_off(&self, team: Team) -> bool {
+        self.kick_off() == Some(team)
+    }
+
+    /// The team that has, or had last, the kick-off; none at a drop ball.
+    pub fn kick_off(&self) -> Option<Team> {
+        (!self.drop_ball).then_some(self.kick_off_team)
     }
 
     /// Seconds left in this half; none where the rules have no clock.

@@ -4,11 +4,17 @@ use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::game::Score;
-use super::snapshot::RobotSnapshot;
+use super::game_stuck::Stuck;
+use super::indirect_goal::Plays;
+use super::kick_off_shot::KickOffPlay;
+use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use super::stalling::Stall;
+use super::status::Announcement;
 use super::touch::Touch;
 use crate::knowledge::Knowledge;
+use crate::random::RandomStream;
 use crate::robot::RobotId;
+use crate::robot::head::HeadAngles;
 
 /// The referee's memory.
 #[derive(Resource, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
@@ -16,8 +22,22 @@ use crate::robot::RobotId;
 pub struct RefereeMemory {
     /// The last touch of the ball since it was last placed, if any.
     pub last_touch: Option<Touch>,
+    /// The kick-off that play comes from, if its shot has not been followed by another.
+    pub kick_off: Option<KickOffPlay>,
+    /// Who has played the ball since the last restart.
+    pub plays: Plays,
+    /// How long the ball has not moved.
+    pub stuck: Stuck,
+    /// Cycles for which all robots have stood at legal places in `ready`.
+    pub cycles_lined_up: u64,
     /// How often each team was penalised for pushing in this half.
     pub pushes: Score,
+    /// How often each team was penalised for what makes later penalties longer.
+    pub infractions: Score,
+    /// The coin that decides what nothing else does.
+    pub coin: Option<RandomStream>,
+    /// What the robots are told of the game.
+    pub announcement: Announcement,
     /// What is remembered of each robot, ordered by id.
     pub robots: Vec<RobotRecord>,
 }
@@ -27,18 +47,56 @@ pub struct RefereeMemory {
 pub struct RobotRecord {
     /// Which robot.
     pub id: RobotId,
+    /// How often it was placed for a kick-off, in its team's formation.
+    pub restarts: u32,
+    /// How often it was placed by hand because it was at an illegal place.
+    pub hand_placements: u32,
     /// Since when, and where, it stands near the ball, if it does.
     pub stall: Option<Stall>,
+    /// Cycles for which it has covered the ball.
+    pub cycles_holding: u64,
+    /// Cycles for which it has been in a goal.
+    pub cycles_in_goal: u64,
+    /// Cycles for which it has been in the area that its team may not crowd.
+    pub cycles_in_area: u64,
+    /// Cycles for which it has been where it must not during a free kick.
+    pub cycles_encroaching: u64,
+    /// Cycles for which it has done nothing.
+    pub cycles_inactive: u64,
+    /// Where its head pointed in the last cycle.
+    pub head: HeadAngles,
 }
 
 impl RobotRecord {
     /// Nothing is held against this robot.
-    pub fn clean(id: RobotId) -> Self {
-        Self { id, stall: None }
+    fn clean(id: RobotId) -> Self {
+        Self {
+            id,
+            restarts: 0,
+            hand_placements: 0,
+            stall: None,
+            cycles_holding: 0,
+            cycles_in_goal: 0,
+            cycles_in_area: 0,
+            cycles_encroaching: 0,
+            cycles_inactive: 0,
+            head: HeadAngles::default(),
+        }
+    }
+
+    /// Forgets whatever was held against it: it was placed, or play was stopped.
+    pub(super) fn forgive(&mut self) {
+        let RobotRecord { id, restarts, hand_placements, head, .. } = *self;
+        *self = RobotRecord { restarts, hand_placements, head, ..RobotRecord::clean(id) };
     }
 }
 
 impl RefereeMemory {
+    /// The record of a robot.
+    pub fn record(&self, id: RobotId) -> Option<&RobotRecord> {
+        self.robots.binary_search_by_key(&id, |record| record.id).ok().map(|index| &self.robots[index])
+    }
+
     /// Makes the records those of the robots that there are.
     pub(super) fn match_robots(&mut self, robots: &[RobotSnapshot]) {
         let same = self.robots.len() == robots.len()
@@ -51,10 +109,12 @@ impl RefereeMemory {
         }
     }
 
-    /// Forgets whatever was held against the robots: they were placed, or play was stopped.
-    pub(super) fn forget_robots(&mut self) {
-        for record in &mut self.robots {
-            *record = RobotRecord::clean(record.id);
+    /// Takes note of the touches of a cycle.
+    pub(super) fn note_touches(&mut self, snapshot: &MatchSnapshot) {
+        for &(robot, kick) in snapshot.touches {
+            let Some(index) = snapshot.robot_index(robot) else { continue };
+            let robot_position = snapshot.robots[index].pose.position;
+            self.last_touch = Some(Touch { robot, cycle: snapshot.clock.cycle, robot_position, kick });
         }
     }
 }

@@ -22,16 +22,71 @@ impl Penalty {
 pub struct ActivePenalty {
     /// What for.
     pub reason: PenaltyReason,
-    /// Cycles until the robot may come back.
+    /// Cycles of play until the robot may come back.
     pub cycles_left: u64,
 }
 
 /// What a robot can be penalised for.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PenaltyReason {
     /// It is responsible for a collision with another robot.
     Pushing,
     /// It stood near the ball for too long.
     Stalling,
+    /// It covered the ball for too long.
+    BallHolding,
+    /// It left the carpet, or stayed in a goal.
+    LeavingField,
+    /// It was in front of its own goal where it may not be.
+    IllegalDefender,
+    /// It was at an illegal place at a kick-off or free kick.
+    IllegalPosition,
+    /// It did nothing for too long.
+    Inactive,
+    /// It lay on the ground for too long.
+    Fallen,
+    /// It takes no part in this shot of the shoot-out.
+    ShootOut,
+    /// Play was stuck, and it was the nearest to the ball.
+    GameStuck,
+    /// Whoever runs the match removed it.
+    #[default]
+    Manual,
+}
+
+impl PenaltyReason {
+    /// Whether it makes the team's later penalties longer (2025 rule book, "Standard Removal Penalty").
+    pub fn is_infraction(self) -> bool {
+        match self {
+            PenaltyReason::Pushing
+            | PenaltyReason::Stalling
+            | PenaltyReason::BallHolding
+            | PenaltyReason::LeavingField
+            | PenaltyReason::IllegalDefender
+            | PenaltyReason::IllegalPosition => true,
+            PenaltyReason::Inactive
+            | PenaltyReason::Fallen
+            | PenaltyReason::ShootOut
+            | PenaltyReason::GameStuck
+            | PenaltyReason::Manual => false,
+        }
+    }
+
+    /// The reason in words, as after "penalised for".
+    pub fn words(self) -> &'static str {
+        match self {
+            PenaltyReason::Pushing => "pushing",
+            PenaltyReason::Stalling => "stalling",
+            PenaltyReason::BallHolding => "ball holding",
+            PenaltyReason::LeavingField => "leaving the field",
+            PenaltyReason::IllegalDefender => "illegal defending",
+            PenaltyReason::IllegalPosition => "an illegal position",
+            PenaltyReason::Inactive => "inactivity",
+            PenaltyReason::Fallen => "lying on the ground",
+            PenaltyReason::ShootOut => "the shoot-out",
+            PenaltyReason::GameStuck => "a stuck game",
+            PenaltyReason::Manual => "a reason of its own",
+        }
+    }
 }

@@ -62,6 +62,11 @@ impl Occupied {
         occupied
     }
 
+    /// The ball lies there instead.
+    pub fn set_ball(&mut self, ball: Disc) {
+        self.ball = Some(ball);
+    }
+
     /// Adds a robot.
     pub fn add_robot(&mut self, pose: Pose, bounds: &BodyBounds) {
         self.torsos.push(grown(bounds.torso.footprint(pose)));
@@ -110,8 +115,9 @@ fn places_around(centre: Vec2) -> impl Iterator<Item = Vec2> {
     core::iter::once(centre).chain(rings)
 }
 
-/// Where every robot that is not penalised stands for a kick-off of `kick_off_team`; none for the others.
-pub fn line_up(snapshot: &MatchSnapshot, kick_off_team: Team) -> impl Iterator<Item = Option<Pose>> {
+/// Where every robot that is not penalised stands for a kick-off of `kick_off_team`, or for a drop ball if there is
+/// none; none for the others.
+pub fn line_up(snapshot: &MatchSnapshot, kick_off_team: Option<Team>) -> impl Iterator<Item = Option<Pose>> {
     let ball = snapshot.ball.map(|ball| Disc { centre: Vec2::ZERO, radius: ball.radius });
     let mut occupied = Occupied::by_posts(snapshot.posts, ball);
     snapshot.robots.iter().map(move |robot| {
@@ -119,7 +125,7 @@ pub fn line_up(snapshot: &MatchSnapshot, kick_off_team: Team) -> impl Iterator<I
             let RobotSnapshot { id, bounds, .. } = robot;
             let own_end = snapshot.game.own_end(id.team);
             let team_size = snapshot.rules.team_size;
-            let wanted = formation(snapshot.pitch, team_size, id.number, own_end, id.team == kick_off_team);
+            let wanted = formation(snapshot.pitch, team_size, id.number, own_end, kick_off_team == Some(id.team));
             let pose = occupied.free_pose(wanted, bounds);
             occupied.add_robot(pose, bounds);
             pose

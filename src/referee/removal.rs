@@ -1,12 +1,13 @@
 //! Where penalised robots wait, and where they come back.
 
-use core::f32::consts::FRAC_PI_2;
+use core::f32::consts::{FRAC_PI_2, PI};
 
 use bevy::prelude::*;
 
+use super::areas::{feet, in_area};
 use super::placing::Occupied;
 use super::rules::ReturnPlace;
-use super::snapshot::MatchSnapshot;
+use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use crate::geometry::Pose;
 use crate::pitch::{End, Pitch};
 use crate::robot::body::BodyBounds;
@@ -30,7 +31,7 @@ pub fn waiting_pose(
     let faces_pitch = snapshot.rules.return_place == ReturnPlace::PenaltyMark;
     let heading = if faces_pitch { -side } else { side } * FRAC_PI_2;
     let y = side * (pitch.half_width() + WAITING_DISTANCE.min(pitch.border_m));
-    let mark = end_of_own_half(pitch, own_end);
+    let mark = penalty_mark_x(pitch, own_end);
     // Towards the halfway line, then beyond the mark: always in its own half.
     let inwards = (mark.abs() / PLACE_DISTANCE) as u32;
     let steps = (0..=inwards).map(|step| mark - own_end.sign() * step as f32 * PLACE_DISTANCE);
@@ -43,13 +44,11 @@ pub fn waiting_pose(
 }
 
 /// The x coordinate of the penalty mark in the own half, m.
-fn end_of_own_half(pitch: &Pitch, own_end: End) -> f32 {
+fn penalty_mark_x(pitch: &Pitch, own_end: End) -> f32 {
     own_end.sign() * (pitch.half_length() - pitch.penalty_mark_distance_m)
 }
 
-/// Where a robot comes back: on the halfway line at the side line farther from the ball, facing the opposite side
-/// line; if somebody stands there, at the nearest free place along the side line, rather away from the ball (2010
-/// rule book, section 4.3). By the rules of 2025, where it waited.
+/// Where a robot comes back: at the halfway line, or by the rules of 2025 where it waited.
 pub fn return_pose(
     snapshot: &MatchSnapshot,
     own_end: End,
@@ -57,9 +56,15 @@ pub fn return_pose(
     bounds: &BodyBounds,
     occupied: &Occupied,
 ) -> Pose {
-    if snapshot.rules.return_place == ReturnPlace::PenaltyMark {
-        return occupied.free_pose(waiting, bounds);
+    match snapshot.rules.return_place {
+        ReturnPlace::HalfwayLine => halfway_pose(snapshot, own_end, bounds, occupied),
+        ReturnPlace::PenaltyMark => occupied.free_pose(waiting, bounds),
     }
+}
+
+/// On the halfway line at the side line farther from the ball, facing the opposite side line; if somebody stands
+/// there, at the nearest free place along the side line, rather away from the ball (2010 rule book, section 4.3).
+pub fn halfway_pose(snapshot: &MatchSnapshot, own_end: End, bounds: &BodyBounds, occupied: &Occupied) -> Pose {
     let pitch = snapshot.pitch;
     let ball = snapshot.ball.map_or(Vec2::ZERO, |ball| ball.position);
     let side = -side_of(ball.y);
@@ -75,6 +80,16 @@ pub fn return_pose(
         .find(free)
         .or_else(|| places.map(|x| wanted(-side, x)).find(free))
         .unwrap_or_else(|| occupied.free_pose(wanted(side, 0.0), bounds))
+}
+
+/// Where a keeper that is stuck at the ball in its own penalty area is put: on its penalty mark, facing its goal
+/// (2010 rule book, section 3.10). None for any other robot.
+pub fn stuck_keeper_pose(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> Option<Pose> {
+    let own_end = snapshot.game.own_end(robot.id.team);
+    let area = snapshot.pitch.penalty_area;
+    let at_home = feet(robot).iter().all(|foot| in_area(snapshot.pitch, area, own_end, *foot));
+    let heading = if own_end == End::PositiveX { 0.0 } else { PI };
+    (snapshot.is_keeper(robot) && at_home).then(|| Pose::new(penalty_mark_x(snapshot.pitch, own_end), 0.0, heading))
 }
 
 /// The side of the pitch on which a place is: -1 or +1, the sign of y.

@@ -1,4 +1,4 @@
-//! The rules as data. Presets are files in `assets/rules`.
+//! The rules as data. Presets are files in `assets/rules`; the fields' defaults are those of the preset `naoisis`.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -9,11 +9,35 @@ use crate::knowledge::Knowledge;
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum BallOutRestart {
-    /// Ball and robots are placed for a kick-off, as in the paper's match mode (section 3.4).
+    /// A kick-off of the team that did not touch the ball last, as in the paper's match mode (section 3.4).
     #[default]
     KickOff,
     /// Play runs on; the ball is thrown in (2010 rule book, section 3.9).
     ThrowIn,
+    /// A kick-in, a goal kick or a corner kick (2025 rule book, "Kick-in").
+    FreeKick,
+}
+
+/// How a kick-off comes about.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum KickOffProcedure {
+    /// Ball and robots are repositioned, and play goes on at once (paper, section 3.4).
+    #[default]
+    Placed,
+    /// Robots walk to their places (`ready`), wait there (`set`), and play begins with the whistle.
+    ReadyAndSet,
+}
+
+/// Whose rules say where a robot may stand at a kick-off.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum KickOffPositions {
+    /// 2010 rule book, section 3.6.
+    #[default]
+    Spl2010,
+    /// 2025 rule book, "Kick-off".
+    Spl2025,
 }
 
 /// Where a robot comes back after a penalty.
@@ -27,31 +51,78 @@ pub enum ReturnPlace {
     PenaltyMark,
 }
 
+/// Which of a team's robots may be where in front of their own goal.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum DefenderLimit {
+    /// Only the keeper, number 1, may have both feet in the penalty area (2010).
+    #[default]
+    KeeperOnly,
+    /// At most this many robots may touch the goal area, or on a pitch without one the penalty area (2025: 3).
+    AtMost(u8),
+}
+
 /// The rules as data; presets are files in `assets/rules`. The default is the preset `naoisis`: the paper's match
-/// mode (section 3.4).
+/// mode (section 3.4). Durations are in seconds of play unless they say otherwise.
 #[derive(Resource, Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[reflect(Resource, @Knowledge::Public)]
 #[serde(default, deny_unknown_fields)]
 pub struct Rules {
     /// The preset's name, for display.
     pub name: String,
+
+    /// Whether the halves end, sides are changed and the match is finished by the clock.
+    pub clock: bool,
     /// Duration of a half, s.
     pub half_s: f32,
     /// Number of halves.
     pub halves: u32,
+    /// Whether the clock runs on in `ready` and `set`.
+    pub clock_runs_in_stoppages: bool,
+    /// The match is over when a team leads by so many goals (2025 rule book, "Mercy Rule": 10).
+    pub mercy_goals: Option<u32>,
     /// Robots of a team when a scenario lines up whole teams.
     pub team_size: u8,
+
     /// Whether goals count and are followed by a kick-off.
     pub goals: bool,
+    /// Whether a goal of the team that kicked off counts only if one of its robots has played the ball outside the
+    /// centre circle (2010 rule book, section 4.4).
+    pub no_kick_off_shots: bool,
+    /// Whether a goal counts only if two robots of the team have played the ball since the last restart (2025 rule
+    /// book, "Indirect Kick").
+    pub indirect_goals: bool,
+
     /// Whether a ball outside the lines is out.
     pub ball_out: bool,
     /// What follows then.
     pub ball_out_restart: BallOutRestart,
-    /// Whether the halves end, sides are changed and the match is finished by the clock.
-    pub clock: bool,
+    /// How long a free kick is the attackers' own, s (2025: 30).
+    pub free_kick_s: f32,
+    /// How far from the ball defenders must stay meanwhile, m (2025: 0.75).
+    pub free_kick_distance_m: f32,
+    /// How long they have to get there, s (2025: 10 as a guideline).
+    pub free_kick_leave_s: f32,
 
-    /// How long a penalised robot is off the pitch, s of play: 30 (2010 rule book, section 4.3).
+    /// How a kick-off comes about.
+    pub kick_off: KickOffProcedure,
+    /// Longest duration of `ready`, s (2010 and 2025: 45).
+    pub ready_s: f32,
+    /// Whether `ready` ends as soon as all robots have stood at legal places for a second.
+    pub end_ready_early: bool,
+    /// Duration of `set`, s.
+    pub set_s: f32,
+    /// Where robots may stand.
+    pub kick_off_positions: KickOffPositions,
+    /// For how long a robot at an illegal place in `set` is removed, s (2025: 15); none: it is placed by hand (2010).
+    pub illegal_position_s: Option<f32>,
+    /// For how long only the team that kicks off may approach the ball, s (2025: 10); none: everybody may at once.
+    pub kick_off_free_s: Option<f32>,
+
+    /// How long a penalised robot is off the pitch, s (2010 rule book, section 4.3: 30; 2025: 45).
     pub penalty_s: f32,
+    /// How much longer for each earlier penalty of its team, s (2025: 10).
+    pub penalty_increase_s: f32,
     /// Whether penalties are over when play is stopped for a kick-off (2010 rule book, section 4). They always are
     /// at half time.
     pub penalties_end_at_kick_off: bool,
@@ -66,8 +137,10 @@ pub struct Rules {
     pub collisions_between_team_mates: bool,
     /// Whether the keeper, number 1, is never responsible in its own penalty area.
     pub keeper_may_push: bool,
-    /// From this collision of a team on in a half, the responsible robot is removed for the rest of the half.
+    /// From this collision of a team on in a half, the responsible robot is removed for the rest of the half (2010: 4).
     pub pushing_limit: Option<u32>,
+    /// Whether a collision within [`Rules::free_kick_distance_m`] of the ball gives the other team a free kick (2025).
+    pub pushing_free_kick: bool,
 
     /// Whether a robot that stands near the ball for too long is penalised.
     pub stalling: bool,
@@ -75,20 +148,98 @@ pub struct Rules {
     pub stall_s: f32,
     /// How near is near, m, from the robot's origin to the ball's centre.
     pub stall_radius_m: f32,
+
+    /// Whether a robot that covers the ball for too long is penalised (2010 rule book, section 4.5).
+    pub ball_holding: bool,
+    /// For how long it may, s (2010 and 2025: 3).
+    pub ball_holding_s: f32,
+    /// For how long the keeper may with a foot in its own penalty area, s (2010: 5; 2025: 10).
+    pub keeper_ball_holding_s: f32,
+
+    /// Whether a robot that leaves the carpet, or stays in a goal, is penalised (2010 rule book, section 4.10).
+    pub leaving_field: bool,
+    /// For how long it may be in a goal, s (2010 and 2025: 5).
+    pub in_goal_s: f32,
+
+    /// Whether robots that defend where they may not are penalised (2010 rule book, section 4.11).
+    pub illegal_defender: bool,
+    /// Who may be where.
+    pub defender_limit: DefenderLimit,
+    /// For how long a robot may be there too many, s: a referee's reaction.
+    pub illegal_defender_s: f32,
+
+    /// Whether a robot that does nothing is penalised (2010 rule book, section 4.6).
+    pub inactive: bool,
+    /// For how long it may, s (2010 and 2025: 10).
+    pub inactive_s: f32,
+
+    /// Whether play that is stuck is freed (2010 rule book, section 3.10).
+    pub game_stuck: bool,
+    /// After how long, s (2010: 15; 2025: 30).
+    pub game_stuck_s: f32,
+    /// Whether the robot nearest to the ball is then penalised (2025), rather than moved to the halfway line (2010).
+    pub stuck_robot_is_penalised: bool,
+
+    /// Whether robots may fall when they collide.
+    pub falls: bool,
+    /// Up to this speed, at which two meet, neither falls, m/s.
+    pub fall_from_mps: f32,
+    /// From this speed on both fall, m/s; between the two the probability grows in proportion.
+    pub fall_certain_mps: f32,
+    /// How long a robot takes to get up, s of any state of the game.
+    pub get_up_s: f32,
+    /// Whether a robot that lies for too long is penalised (2010 rule book, section 4.6).
+    pub fallen: bool,
+    /// Within this time it must begin to get up, s (2010: 5).
+    pub fallen_s: f32,
+    /// Within this time it must stand, s (2010: 20).
+    pub get_up_limit_s: f32,
+
+    /// Whether robots can dive.
+    pub dives: bool,
+    /// How long a dive blocks its strip, s of any state of the game.
+    pub dive_s: f32,
+    /// How far the strip reaches beyond the robot's base, m.
+    pub dive_reach_m: f32,
+
+    /// Whether a drawn match is decided by a penalty shoot-out (2010 rule book, section 3.8.1).
+    pub shoot_out: bool,
+    /// Shots of a team before sudden death (2010: 5).
+    pub shoot_out_shots: u32,
+    /// Longest duration of a shot, s (2010: 60; 2025: 30).
+    pub shoot_out_s: f32,
+
+    /// For how long robots are not told of a change that the referee whistles, s (2025: 15).
+    pub status_delay_s: f32,
 }
 
 impl Default for Rules {
     fn default() -> Self {
         Self {
             name: "naoisis".to_owned(),
+            clock: true,
             half_s: 600.0,
             halves: 2,
+            clock_runs_in_stoppages: false,
+            mercy_goals: None,
             team_size: 3,
             goals: true,
+            no_kick_off_shots: false,
+            indirect_goals: false,
             ball_out: true,
             ball_out_restart: BallOutRestart::KickOff,
-            clock: true,
+            free_kick_s: 30.0,
+            free_kick_distance_m: 0.75,
+            free_kick_leave_s: 10.0,
+            kick_off: KickOffProcedure::Placed,
+            ready_s: 45.0,
+            end_ready_early: true,
+            set_s: 3.0,
+            kick_off_positions: KickOffPositions::Spl2010,
+            illegal_position_s: None,
+            kick_off_free_s: None,
             penalty_s: 30.0,
+            penalty_increase_s: 0.0,
             penalties_end_at_kick_off: false,
             return_place: ReturnPlace::HalfwayLine,
             collisions: true,
@@ -96,9 +247,37 @@ impl Default for Rules {
             collisions_between_team_mates: false,
             keeper_may_push: false,
             pushing_limit: None,
+            pushing_free_kick: false,
             stalling: true,
             stall_s: 15.0,
             stall_radius_m: 0.5,
+            ball_holding: false,
+            ball_holding_s: 3.0,
+            keeper_ball_holding_s: 5.0,
+            leaving_field: false,
+            in_goal_s: 5.0,
+            illegal_defender: false,
+            defender_limit: DefenderLimit::KeeperOnly,
+            illegal_defender_s: 1.0,
+            inactive: false,
+            inactive_s: 10.0,
+            game_stuck: false,
+            game_stuck_s: 15.0,
+            stuck_robot_is_penalised: false,
+            falls: false,
+            fall_from_mps: 0.1,
+            fall_certain_mps: 1.0,
+            get_up_s: 6.0,
+            fallen: false,
+            fallen_s: 5.0,
+            get_up_limit_s: 20.0,
+            dives: false,
+            dive_s: 1.0,
+            dive_reach_m: 0.5,
+            shoot_out: false,
+            shoot_out_shots: 5,
+            shoot_out_s: 60.0,
+            status_delay_s: 0.0,
         }
     }
 }
@@ -126,13 +305,48 @@ impl Rules {
     pub fn validate(&self) -> Result<(), RulesError> {
         in_range("halves", self.halves as f32, 1.0, 10.0, "")?;
         in_range("team_size", f32::from(self.team_size), 1.0, 11.0, " robots")?;
-        // At least a thousandth of a second, so that "positive" has a limit that can be written.
-        in_range("half_s", self.half_s, 1e-3, LONGEST_S, " s")?;
-        in_range("penalty_s", self.penalty_s, 0.0, LONGEST_S, " s")?;
+        in_range("mercy_goals", self.mercy_goals.unwrap_or(1) as f32, 1.0, 1000.0, " goals")?;
+        in_range("pushing_limit", self.pushing_limit.unwrap_or(1) as f32, 1.0, 1000.0, " collisions")?;
         in_range("collision_speed_mps", self.collision_speed_mps, 0.0, 10.0, " m/s")?;
-        in_range("pushing_limit", self.pushing_limit.unwrap_or(1) as f32, 1.0, 1000.0, "")?;
-        in_range("stall_s", self.stall_s, 1e-3, LONGEST_S, " s")?;
-        in_range("stall_radius_m", self.stall_radius_m, 1e-3, 100.0, " m")
+        in_range("free_kick_distance_m", self.free_kick_distance_m, 0.0, 100.0, " m")?;
+        in_range("fall_from_mps", self.fall_from_mps, 0.0, 100.0, " m/s")?;
+        in_range("fall_certain_mps", self.fall_certain_mps, self.fall_from_mps, 100.0, " m/s")?;
+        in_range("dive_reach_m", self.dive_reach_m, 0.0, 2.0, " m")?;
+        in_range("shoot_out_shots", self.shoot_out_shots as f32, 1.0, 100.0, " shots")?;
+        positive("stall_radius_m", self.stall_radius_m, 100.0, " m")?;
+        let positive_durations = [
+            ("half_s", self.half_s),
+            ("stall_s", self.stall_s),
+            ("free_kick_s", self.free_kick_s),
+            ("ball_holding_s", self.ball_holding_s),
+            ("keeper_ball_holding_s", self.keeper_ball_holding_s),
+            ("in_goal_s", self.in_goal_s),
+            ("inactive_s", self.inactive_s),
+            ("game_stuck_s", self.game_stuck_s),
+            ("fallen_s", self.fallen_s),
+            ("get_up_limit_s", self.get_up_limit_s),
+            ("shoot_out_s", self.shoot_out_s),
+        ];
+        for (field, value) in positive_durations {
+            positive(field, value, LONGEST_S, " s")?;
+        }
+        let durations = [
+            ("penalty_s", self.penalty_s),
+            ("penalty_increase_s", self.penalty_increase_s),
+            ("free_kick_leave_s", self.free_kick_leave_s),
+            ("ready_s", self.ready_s),
+            ("set_s", self.set_s),
+            ("illegal_position_s", self.illegal_position_s.unwrap_or(0.0)),
+            ("kick_off_free_s", self.kick_off_free_s.unwrap_or(0.0)),
+            ("illegal_defender_s", self.illegal_defender_s),
+            ("get_up_s", self.get_up_s),
+            ("dive_s", self.dive_s),
+            ("status_delay_s", self.status_delay_s),
+        ];
+        for (field, value) in durations {
+            in_range(field, value, 0.0, LONGEST_S, " s")?;
+        }
+        Ok(())
     }
 }
 
@@ -142,6 +356,14 @@ fn in_range(field: &'static str, value: f32, least: f32, most: f32, unit: &str) 
         return Ok(());
     }
     Err(RulesError { field, message: format!("`{field}` is {value}"), expected: format!("{least} to {most}{unit}") })
+}
+
+fn positive(field: &'static str, value: f32, most: f32, unit: &str) -> Result<(), RulesError> {
+    if value > 0.0 && value <= most {
+        return Ok(());
+    }
+    let expected = format!("more than 0, at most {most}{unit}");
+    Err(RulesError { field, message: format!("`{field}` is {value}"), expected })
 }
 
 #[cfg(test)]
@@ -154,11 +376,15 @@ mod tests {
         let wrong = [
             ("halves", Rules { halves: 0, ..Rules::default() }),
             ("team_size", Rules { team_size: 0, ..Rules::default() }),
+            ("half_s", Rules { half_s: 0.0, ..Rules::default() }),
             ("half_s", Rules { half_s: -1.0, ..Rules::default() }),
             ("half_s", Rules { half_s: f32::NAN, ..Rules::default() }),
             ("penalty_s", Rules { penalty_s: -0.1, ..Rules::default() }),
+            ("illegal_position_s", Rules { illegal_position_s: Some(-1.0), ..Rules::default() }),
             ("pushing_limit", Rules { pushing_limit: Some(0), ..Rules::default() }),
             ("stall_radius_m", Rules { stall_radius_m: 0.0, ..Rules::default() }),
+            ("fall_certain_mps", Rules { fall_from_mps: 0.5, fall_certain_mps: 0.4, ..Rules::default() }),
+            ("status_delay_s", Rules { status_delay_s: f32::INFINITY, ..Rules::default() }),
         ];
         for (field, rules) in wrong {
             assert_eq!(rules.validate().map_err(|error| error.field), Err(field));

@@ -3,6 +3,7 @@
 use bevy::prelude::*;
 
 use super::game::Game;
+use super::intervention::Intervention;
 use super::penalty::Penalty;
 use super::rules::Rules;
 use super::touch::Touch;
@@ -11,6 +12,8 @@ use crate::geometry::Pose;
 use crate::pitch::Pitch;
 use crate::robot::RobotId;
 use crate::robot::body::BodyBounds;
+use crate::robot::head::HeadAngles;
+use crate::robot::posture::Posture;
 
 /// Everything that the rules judge by.
 #[derive(Clone, Copy, Debug)]
@@ -29,8 +32,12 @@ pub struct MatchSnapshot<'a> {
     pub robots: &'a [RobotSnapshot],
     /// Posts, goal posts included.
     pub posts: &'a [Disc],
-    /// Who touched the ball last, up to the end of this cycle.
+    /// The touches of the ball in this cycle, in their order: who, and whether by a kick.
+    pub touches: &'a [(RobotId, bool)],
+    /// Who touched the ball last before this cycle; while the referee judges, those of this cycle included.
     pub last_touch: Option<Touch>,
+    /// What the referee is made to do at the end of this cycle.
+    pub interventions: &'a [Intervention],
     /// Robots that touched each other in this cycle, by their indices.
     pub contacts: &'a [[usize; 2]],
 }
@@ -44,6 +51,11 @@ impl MatchSnapshot<'_> {
     /// A duration in cycles.
     pub fn cycles(&self, seconds: f32) -> u64 {
         u64::from(self.clock.cycles_in(seconds))
+    }
+
+    /// Whether a robot is its team's keeper: number 1.
+    pub fn is_keeper(&self, robot: &RobotSnapshot) -> bool {
+        robot.id.number == 1
     }
 
     /// The index of a robot in [`MatchSnapshot::robots`].
@@ -85,8 +97,14 @@ pub struct RobotSnapshot {
     pub previous: Pose,
     /// How fast it wanted to walk in this cycle, m/s, pitch frame; a collision may have kept it from it.
     pub wanted_velocity: Vec2,
+    /// Where its head points.
+    pub head: HeadAngles,
+    /// Whether it kicks, or regains its balance after a kick.
+    pub is_kicking: bool,
     /// Its body.
     pub bounds: BodyBounds,
+    /// Whether it is on its feet.
+    pub posture: Posture,
     /// The penalty that it serves, if any.
     pub penalty: Penalty,
 }

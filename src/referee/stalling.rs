@@ -28,7 +28,7 @@ pub fn advance(stall: Option<Stall>, snapshot: &MatchSnapshot, robot: &RobotSnap
     let struck_now = snapshot
         .last_touch
         .is_some_and(|touch| touch.kick && touch.robot == robot.id && touch.cycle == snapshot.clock.cycle);
-    if !near || struck_now {
+    if !near || struck_now || !robot.posture.is_upright() {
         return None;
     }
     let stands = |stall: &Stall| {

@@ -4,7 +4,9 @@ use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::game::{Game, GameState, Score};
+use super::memory::RefereeMemory;
 use super::penalty::{Penalty, PenaltyReason};
+use super::set_play::SetPlay;
 use crate::cycle::CycleClock;
 use crate::knowledge::Knowledge;
 use crate::pitch::End;
@@ -28,32 +30,136 @@ pub struct GameStatus {
     pub own_end: End,
     /// The team that has, or had last, the kick-off.
     pub kick_off_team: Team,
+    /// Whether play was last restarted by a drop ball instead: neither team has the kick-off.
+    pub drop_ball: bool,
+    /// The free kick, or the kick-off that is one team's own, that is under way.
+    pub set_play: Option<SetPlayStatus>,
+    /// The team that shoots, in a penalty shoot-out.
+    pub shoot_out: Option<Team>,
     /// Whether this robot is penalised.
     pub penalised: bool,
     /// What for, if it is.
     pub penalty: Option<PenaltyReason>,
-    /// How often the robots were placed for a restart: it changes when the robot has been placed at its
-    /// kick-off position, in its team's agreed formation.
+    /// How often this robot was placed for a restart: when it changes, the robot has been placed at its kick-off
+    /// position, in its team's agreed formation.
     pub restarts: u32,
+    /// How often this robot was placed by hand because it stood at an illegal place: when it changes, the robot has
+    /// been placed at its position for the other team's kick-off, whoever kicks off.
+    pub hand_placements: u32,
+    /// How many whistles there have been. The whistle is heard at once, even if the change that it means is told
+    /// later.
+    pub whistles: u32,
+}
+
+/// What robots are told of a free kick.
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+pub struct SetPlayStatus {
+    /// Which.
+    pub kind: super::SetPlayKind,
+    /// The team that the ball belongs to.
+    pub team: Team,
+}
+
+/// The part of the game's state of which robots may hear late.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+pub struct Announcement {
+    /// The state.
+    pub state: GameState,
+    /// Goals.
+    pub score: Score,
+    /// The team that has the kick-off; none at a drop ball.
+    pub kick_off: Option<Team>,
+    /// The free kick under way.
+    pub set_play: Option<SetPlayStatus>,
+    /// Cycles for which a change has been withheld.
+    pub withheld_cycles: u64,
+}
+
+impl Announcement {
+    /// The whole truth.
+    pub fn of(game: &Game) -> Self {
+        let set_play = game.set_play.map(|SetPlay { kind, team, .. }| SetPlayStatus { kind, team });
+        Self { state: game.state, score: game.score, kick_off: game.kick_off(), set_play, withheld_cycles: 0 }
+    }
+
+    /// After a cycle: a change that the referee whistles (a goal, and the end of `set`) is withheld for so many
+    /// cycles, as robots have to hear the whistle; any other is told at once.
+    pub fn follow(&mut self, game: &Game, delay_cycles: u64) {
+        let truth = Self::of(game);
+        let whistled = truth.score != self.score
+            || matches!(
+                (self.state, truth.state),
+                (GameState::Set, GameState::Playing) | (GameState::Playing, GameState::Ready)
+            );
+        if whistled && self.withheld_cycles < delay_cycles {
+            self.withheld_cycles += 1;
+        } else {
+            *self = truth;
+        }
+    }
 }
 
 pub(super) fn tell_status(
     clock: Res<CycleClock>,
     game: Res<Game>,
+    memory: Res<RefereeMemory>,
     mut robots: Query<(&RobotId, &Penalty, &mut GameStatus)>,
 ) {
+    let told = &memory.announcement;
     for (id, penalty, mut status) in &mut robots {
+        let record = memory.record(*id);
         *status = GameStatus {
-            state: game.state,
-            score: game.score,
+            state: told.state,
+            score: told.score,
             half: game.half,
             time_left_s: game.time_left_s(&clock),
             time_s: clock.start_time_s() as f32,
             own_end: game.own_end(id.team),
-            kick_off_team: game.kick_off_team,
+            kick_off_team: told.kick_off.unwrap_or(game.kick_off_team),
+            drop_ball: told.kick_off.is_none(),
+            set_play: told.set_play,
+            shoot_out: game.shoot_out.map(|shoot_out| shoot_out.team),
             penalised: penalty.is_active(),
             penalty: penalty.0.map(|penalty| penalty.reason),
-            restarts: game.restarts,
+            restarts: record.map_or(0, |record| record.restarts),
+            hand_placements: record.map_or(0, |record| record.hand_placements),
+            whistles: game.whistles,
         };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_whistled_change_is_withheld_for_its_time_and_others_are_not() {
+        let mut game = Game { state: GameState::Set, ..Game::default() };
+        let mut told = Announcement::of(&game);
+        game.state = GameState::Playing;
+        let heard = (0..10).find(|_| {
+            told.follow(&game, 5);
+            told.state == GameState::Playing
+        });
+        assert_eq!(heard, Some(5));
+        game.score.blue = 1;
+        told.follow(&game, 5);
+        assert_eq!(told.score.blue, 0);
+        let mut told = Announcement::of(&Game { state: GameState::Ready, ..Game::default() });
+        told.follow(&Game { state: GameState::Set, ..Game::default() }, 5);
+        assert_eq!(told.state, GameState::Set);
+    }
+
+    #[test]
+    fn a_goal_becomes_known_together_with_what_follows() {
+        let mut game = Game { state: GameState::Playing, ..Game::default() };
+        let mut told = Announcement::of(&game);
+        (game.state, game.score.pink, game.kick_off_team) = (GameState::Ready, 1, Team::Blue);
+        for _ in 0..3 {
+            told.follow(&game, 3);
+            assert_eq!((told.state, told.score.pink), (GameState::Playing, 0));
+        }
+        told.follow(&game, 3);
+        assert_eq!((told.state, told.score.pink), (GameState::Ready, 1));
     }
 }

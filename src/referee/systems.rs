@@ -4,11 +4,14 @@ use bevy::prelude::*;
 
 use super::decide::{Decisions, decide};
 use super::game::{Game, GameState};
+use super::intervention::Interventions;
+use super::kick_off_shot::KickOffPlay;
 use super::memory::RefereeMemory;
 use super::penalty::Penalty;
-use super::rules::Rules;
+use super::rules::{KickOffProcedure, Rules};
 use super::snapshot::{BallSnapshot, Disc, MatchSnapshot, RobotSnapshot};
-use super::touch::{Touch, last_touch_of_cycle};
+use super::status::Announcement;
+use super::touch::touches_of_cycle;
 use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity};
 use crate::collision::Contacts;
 use crate::cycle::CycleClock;
@@ -16,16 +19,34 @@ use crate::events::{CycleEvents, MatchEvent};
 use crate::geometry::Pose;
 use crate::pitch::{Pitch, Post};
 use crate::robot::body::BodyBounds;
+use crate::robot::head::HeadAngles;
 use crate::robot::kick::{KickCommand, KickPhase};
 use crate::robot::motion::{ExecutedStep, WalkCommand};
+use crate::robot::posture::Posture;
 use crate::robot::{PreviousPose, RobotId, Roster, Velocity};
 
-/// The first whistle: in the first cycle the ball comes into play before anybody senses or acts.
-pub(super) fn begin_match(mut game: ResMut<Game>, mut events: ResMut<CycleEvents>) {
-    if game.state == GameState::Initial {
-        game.state = GameState::Playing;
-        events.push(MatchEvent::HalfBegins { half: game.half });
+/// The match begins: in the first cycle, before anybody senses or acts, the robots may walk to their places, or the
+/// ball comes into play.
+pub(super) fn begin_match(
+    rules: Res<Rules>,
+    mut game: ResMut<Game>,
+    mut memory: ResMut<RefereeMemory>,
+    mut events: ResMut<CycleEvents>,
+) {
+    if game.state != GameState::Initial {
+        return;
     }
+    game.state = match rules.kick_off {
+        KickOffProcedure::Placed => GameState::Playing,
+        KickOffProcedure::ReadyAndSet => GameState::Ready,
+    };
+    events.push(MatchEvent::HalfBegins { half: game.half });
+    events.push(MatchEvent::StateChanged { state: game.state });
+    if game.state == GameState::Playing {
+        game.whistles += 1;
+        memory.kick_off = Some(KickOffPlay::new(game.kick_off_team));
+    }
+    memory.announcement = Announcement::of(&game);
 }
 
 /// What [`officiate`] works with, kept between cycles so that a steady match allocates nothing.
@@ -35,6 +56,7 @@ pub(super) struct Scratch {
     robots: Vec<RobotSnapshot>,
     posts: Vec<Disc>,
     contacts: Vec<[usize; 2]>,
+    touches: Vec<(RobotId, bool)>,
     decisions: Decisions,
 }
 
@@ -48,11 +70,12 @@ pub(super) fn officiate(
     mut events: ResMut<CycleEvents>,
     mut game: ResMut<Game>,
     mut memory: ResMut<RefereeMemory>,
+    mut interventions: ResMut<Interventions>,
     posts: Query<(&Pose, &Post), (Without<RobotId>, Without<Ball>)>,
     mut robots: Query<
         (
-            (&mut Pose, &mut PreviousPose, &mut Velocity, &BodyBounds, &ExecutedStep),
-            (&mut Penalty, &mut WalkCommand, &mut KickCommand, &mut KickPhase),
+            (&mut Pose, &mut PreviousPose, &mut Velocity, &mut BodyBounds, &ExecutedStep, &HeadAngles),
+            (&mut Penalty, &mut Posture, &mut WalkCommand, &mut KickCommand, &mut KickPhase),
         ),
         With<RobotId>,
     >,
@@ -61,18 +84,23 @@ pub(super) fn officiate(
         (With<Ball>, Without<RobotId>),
     >,
 ) {
-    let Scratch { entities, robots: seen, posts: discs, contacts: pairs, decisions } = &mut *scratch;
+    let Scratch { entities, robots: seen, posts: discs, contacts: pairs, touches, decisions } = &mut *scratch;
     entities.clear();
     seen.clear();
     for (id, entity) in roster.iter() {
-        let Ok(((pose, previous, _, bounds, step), (penalty, ..))) = robots.get(entity) else { continue };
+        let Ok(((pose, previous, _, bounds, step, head), (penalty, posture, _, _, phase))) = robots.get(entity) else {
+            continue;
+        };
         entities.push(entity);
         seen.push(RobotSnapshot {
             id,
             pose: *pose,
             previous: previous.0,
             wanted_velocity: previous.0.forward().rotate(step.0.translation()) / clock.period(),
+            head: *head,
+            is_kicking: *phase != KickPhase::Ready,
             bounds: *bounds,
+            posture: *posture,
             penalty: *penalty,
         });
     }
@@ -81,12 +109,8 @@ pub(super) fn officiate(
     pairs.extend(contacts.robots_in_contact().filter_map(|(a, b)| Some([index_of(a)?, index_of(b)?])));
     discs.clear();
     discs.extend(posts.iter().map(|(pose, post)| Disc { centre: pose.position, radius: post.radius }));
-    if let Some((robot, kick)) = last_touch_of_cycle(&events, contacts.robots_at_ball())
-        && let Some(index) = index_of(robot)
-    {
-        let robot_position = seen[index].pose.position;
-        memory.last_touch = Some(Touch { robot, cycle: clock.cycle, robot_position, kick });
-    }
+    touches_of_cycle(&events, contacts.robots_at_ball(), touches);
+    interventions.fall_due(clock.end_time_s());
     let mut balls = balls.iter_mut();
     let mut ball = balls.next();
     let snapshot = MatchSnapshot {
@@ -102,11 +126,16 @@ pub(super) fn officiate(
         }),
         robots: seen,
         posts: discs,
+        touches,
         last_touch: memory.last_touch,
+        interventions: &interventions.queue,
         contacts: pairs,
     };
     decide(&snapshot, &mut memory, decisions);
 
+    if !interventions.queue.is_empty() {
+        interventions.queue.clear();
+    }
     if *game != decisions.game {
         game.clone_from(&decisions.game);
     }
@@ -114,14 +143,16 @@ pub(super) fn officiate(
     if let (Some(place), Some((pose, previous, velocity, ..))) = (decisions.ball, &mut ball) {
         pose.position = place;
         previous.0 = **pose;
-        velocity.0 = Vec2::ZERO;
+        velocity.0 = decisions.ball_velocity;
     }
     for ((before, after), entity) in seen.iter().zip(&decisions.robots).zip(entities) {
         if before == after {
             continue;
         }
-        let Ok(((mut pose, mut previous, mut velocity, ..), (mut penalty, mut walk, mut kick, mut phase))) =
-            robots.get_mut(*entity)
+        let Ok((
+            (mut pose, mut previous, mut velocity, mut bounds, ..),
+            (mut penalty, mut posture, mut walk, mut kick, mut phase),
+        )) = robots.get_mut(*entity)
         else {
             continue;
         };
@@ -133,6 +164,9 @@ pub(super) fn officiate(
             *walk = WalkCommand::default();
             *kick = KickCommand::default();
             *phase = KickPhase::default();
+            // Whoever is put down is put on its feet.
+            *posture = Posture::Upright;
+            *bounds = bounds.in_posture(Posture::Upright);
         }
     }
 }

@@ -5,6 +5,7 @@ use bevy::prelude::*;
 use super::decide::{Decisions, decide};
 use super::formation::formation;
 use super::game::{Game, GameState};
+use super::intervention::Intervention;
 use super::memory::RefereeMemory;
 use super::penalty::Penalty;
 use super::rules::Rules;
@@ -14,6 +15,8 @@ use crate::cycle::CycleClock;
 use crate::geometry::Pose;
 use crate::pitch::Pitch;
 use crate::robot::body::BodyBounds;
+use crate::robot::head::HeadAngles;
+use crate::robot::posture::Posture;
 use crate::robot::{RobotId, Team};
 
 /// Everything that a [`MatchSnapshot`] borrows.
@@ -28,6 +31,8 @@ pub struct Situation {
     pub posts: Vec<Disc>,
     pub memory: RefereeMemory,
     pub contacts: Vec<[usize; 2]>,
+    pub touches: Vec<(RobotId, bool)>,
+    pub interventions: Vec<Intervention>,
 }
 
 impl Situation {
@@ -46,7 +51,10 @@ impl Situation {
                     pose,
                     previous: pose,
                     wanted_velocity: Vec2::ZERO,
+                    head: HeadAngles::default(),
+                    is_kicking: false,
                     bounds: BodyBounds::default(),
+                    posture: Posture::Upright,
                     penalty: Penalty(None),
                 }
             })
@@ -62,6 +70,8 @@ impl Situation {
             posts,
             memory: RefereeMemory::default(),
             contacts: vec![],
+            touches: vec![],
+            interventions: vec![],
         }
     }
 
@@ -95,6 +105,8 @@ impl Situation {
             posts: &self.posts,
             last_touch: self.memory.last_touch,
             contacts: &self.contacts,
+            touches: &self.touches,
+            interventions: &self.interventions,
         }
     }
 
@@ -136,6 +148,8 @@ impl Situation {
         self.game = decisions.game.clone();
         self.robots.clone_from(&decisions.robots);
         self.clock.cycle += 1;
+        self.touches.clear();
+        self.interventions.clear();
         let ball = decisions.ball.or(self.path.last().copied());
         self.path = ball.map_or(vec![], |ball| vec![ball; 2]);
         decisions

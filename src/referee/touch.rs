@@ -1,4 +1,4 @@
-//! Who touched the ball last.
+//! Who touched the ball.
 //!
 //! Kicks happen at the start of a cycle, the ball meets bodies in its course: so of all touches of a cycle, kicks
 //! come first, then contacts in the order in which they happened.
@@ -22,20 +22,18 @@ pub struct Touch {
     pub kick: bool,
 }
 
-/// The last touch of a cycle: who, and whether by a kick. `contacts` are the robots that the ball met, in the order
-/// in which it met them.
+/// All touches of a cycle, in their order: who, and whether by a kick. `contacts` are the robots that the ball met,
+/// in the order in which it met them.
 ///
-/// Of two robots that kick in the same cycle, the one that gives the ball the greater speed has the last touch; of
-/// equal ones the first in order.
-pub fn last_touch_of_cycle(
+/// Of robots that kick in the same cycle, the one that gives the ball the greater speed has the last touch; of equal
+/// ones the first in order. Whoever kicks and is met by the ball at once has kicked it.
+pub fn touches_of_cycle(
     events: &[MatchEvent],
-    contacts: impl DoubleEndedIterator<Item = RobotId>,
-) -> Option<(RobotId, bool)> {
-    let mut contacts = contacts;
-    if let Some(robot) = contacts.next_back() {
-        return Some((robot, false));
-    }
-    let mut hardest: Option<(RobotId, f32)> = None;
+    contacts: impl Iterator<Item = RobotId>,
+    touches: &mut Vec<(RobotId, bool)>,
+) {
+    touches.clear();
+    let mut hardest: Option<(usize, f32)> = None;
     for event in events {
         let MatchEvent::Kick { robot, result: KickResult::Kicked | KickResult::Reduced, launch_speed_mps, .. } = event
         else {
@@ -43,10 +41,19 @@ pub fn last_touch_of_cycle(
         };
         let speed = launch_speed_mps.unwrap_or(0.0);
         if hardest.is_none_or(|(_, most)| speed > most) {
-            hardest = Some((*robot, speed));
+            hardest = Some((touches.len(), speed));
         }
+        touches.push((*robot, true));
     }
-    hardest.map(|(robot, _)| (robot, true))
+    if let Some((index, _)) = hardest {
+        let last = touches.remove(index);
+        touches.push(last);
+    }
+    let kicks = touches.len();
+    for robot in contacts {
+        let kicked = touches[..kicks].contains(&(robot, true));
+        touches.push((robot, kicked));
+    }
 }
 
 #[cfg(test)]
@@ -67,23 +74,29 @@ mod tests {
         }
     }
 
+    fn touches(events: &[MatchEvent], contacts: &[RobotId]) -> Vec<(RobotId, bool)> {
+        let mut touches = Vec::new();
+        touches_of_cycle(events, contacts.iter().copied(), &mut touches);
+        touches
+    }
+
     const BLUE: RobotId = RobotId::new(Team::Blue, 2);
     const PINK: RobotId = RobotId::new(Team::Pink, 3);
 
     #[test]
     fn a_contact_comes_after_a_kick_and_the_last_contact_counts() {
         let events = [kick(BLUE, 2.0, KickResult::Kicked)];
-        assert_eq!(last_touch_of_cycle(&events, [PINK].into_iter()), Some((PINK, false)));
-        assert_eq!(last_touch_of_cycle(&events, [PINK, BLUE].into_iter()), Some((BLUE, false)));
-        assert_eq!(last_touch_of_cycle(&events, [].into_iter()), Some((BLUE, true)));
+        assert_eq!(touches(&events, &[PINK]), [(BLUE, true), (PINK, false)]);
+        assert_eq!(touches(&events, &[PINK, BLUE]), [(BLUE, true), (PINK, false), (BLUE, true)]);
+        assert_eq!(touches(&events, &[]), [(BLUE, true)]);
     }
 
     #[test]
-    fn a_missed_kick_is_no_touch_and_the_harder_of_two_counts() {
-        assert_eq!(last_touch_of_cycle(&[kick(BLUE, 2.0, KickResult::Missed)], [].into_iter()), None);
-        let both = [kick(BLUE, 1.0, KickResult::Kicked), kick(PINK, 1.1, KickResult::Reduced)];
-        assert_eq!(last_touch_of_cycle(&both, [].into_iter()), Some((PINK, true)));
+    fn a_missed_kick_is_no_touch_and_the_harder_of_two_comes_last() {
+        assert_eq!(touches(&[kick(BLUE, 2.0, KickResult::Missed)], &[]), []);
+        let harder = [kick(BLUE, 1.1, KickResult::Kicked), kick(PINK, 1.0, KickResult::Reduced)];
+        assert_eq!(touches(&harder, &[]), [(PINK, true), (BLUE, true)]);
         let equal = [kick(BLUE, 1.0, KickResult::Kicked), kick(PINK, 1.0, KickResult::Kicked)];
-        assert_eq!(last_touch_of_cycle(&equal, [].into_iter()), Some((BLUE, true)));
+        assert_eq!(touches(&equal, &[]), [(PINK, true), (BLUE, true)]);
     }
 }

@@ -3,6 +3,7 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::posture::Posture;
 use super::{RobotId, Roster};
 use crate::ball::{Ball, BallPhysics, BallVelocity, Rolling};
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
@@ -270,10 +271,10 @@ fn take_kick_commands(
     clock: Res<CycleClock>,
     game: Res<Game>,
     mut events: ResMut<CycleEvents>,
-    mut robots: Query<(&RobotId, &KickSettings, &Penalty, &mut KickCommand, &mut KickPhase)>,
+    mut robots: Query<(&RobotId, &KickSettings, &Penalty, &Posture, &mut KickCommand, &mut KickPhase)>,
 ) {
     for entity in roster.entities() {
-        let Ok((id, settings, penalty, mut command, mut phase)) = robots.get_mut(entity) else { continue };
+        let Ok((id, settings, penalty, posture, mut command, mut phase)) = robots.get_mut(entity) else { continue };
         let Some(request) = command.0 else { continue };
         command.0 = None;
         let reason = if request.speed.is_nan() {
@@ -285,6 +286,8 @@ fn take_kick_commands(
             Some(KickMiss::NotANumber)
         } else if penalty.is_active() {
             Some(KickMiss::Penalised)
+        } else if !posture.is_upright() {
+            Some(KickMiss::Down)
         } else if *phase != KickPhase::Ready {
             Some(KickMiss::Busy)
         } else if game.state != GameState::Playing {

@@ -11,6 +11,7 @@ pub mod body;
 pub mod head;
 pub mod kick;
 pub mod motion;
+pub mod posture;
 
 use crate::cycle::{BeginCycle, Cycle, CycleSystems};
 use crate::geometry::Pose;
@@ -30,7 +31,7 @@ impl Plugin for RobotPlugin {
             .add_observer(enter_roster)
             .add_observer(leave_roster)
             .add_systems(Cycle, remember_poses.in_set(CycleSystems::First).after(BeginCycle))
-            .add_plugins((head::HeadPlugin, motion::MotionPlugin, kick::KickPlugin));
+            .add_plugins((head::HeadPlugin, motion::MotionPlugin, kick::KickPlugin, posture::PosturePlugin));
     }
 }
 

@@ -8,6 +8,7 @@ use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::kick::{KickPhase, KickSystems};
+use super::posture::Posture;
 use super::{RobotId, Roster};
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
 use crate::events::{CommandKind, CycleEvents, MatchEvent, Refusal};
@@ -111,7 +112,7 @@ fn take_walk_commands(
         &RobotId,
         &MotionLimits,
         &KickPhase,
-        &Penalty,
+        (&Penalty, &Posture),
         &mut WalkCommand,
         &mut ExecutedStep,
         &mut RandomStreams,
@@ -119,7 +120,8 @@ fn take_walk_commands(
 ) {
     let may_walk = matches!(game.state, GameState::Ready | GameState::Playing);
     for entity in roster.entities() {
-        let Ok((id, limits, kick, penalty, mut command, mut step, mut streams)) = robots.get_mut(entity) else {
+        let Ok((id, limits, kick, (penalty, posture), mut command, mut step, mut streams)) = robots.get_mut(entity)
+        else {
             continue;
         };
         let wanted = core::mem::take(&mut *command);
@@ -130,7 +132,8 @@ fn take_walk_commands(
                 WalkCommand::default()
             }
         };
-        step.0 = if may_walk && *kick == KickPhase::Ready && !penalty.is_active() {
+        let is_free = *kick == KickPhase::Ready && posture.is_upright() && !penalty.is_active();
+        step.0 = if may_walk && is_free {
             executed_step(wanted, limits, clock.period(), &mut streams.motion)
         } else {
             WalkCommand::default()

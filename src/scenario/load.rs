@@ -11,6 +11,7 @@ use super::error::{Place, ScenarioError, ScenarioErrorKind};
 use super::field_path::{FieldPath, Segment};
 use super::library::LIBRARY;
 use super::outline::{Aim, Node};
+use super::setting::Setting;
 use super::shape::{ShapeError, Strict};
 use super::validate::{ScenarioFault, place_ball_beside_robots};
 use super::wording::did_you_mean;
@@ -63,7 +64,10 @@ pub struct ScenarioSource {
     /// The file as it was named, or the name of a built-in scenario.
     pub name: String,
     text: Arc<str>,
+    value: Value,
     outline: Node,
+    /// What is laid over the text.
+    settings: Vec<Setting>,
 }
 
 impl ScenarioSource {
@@ -94,6 +98,9 @@ impl ScenarioSource {
         message: &str,
         expected: &str,
     ) -> ScenarioError {
+        if let Some(setting) = self.settings.iter().rev().find(|setting| setting.concerns(path)) {
+            return setting.error(kind, message, expected);
+        }
         let place = Place::new(&self.text, self.find(path, related, aim));
         ScenarioError::of_file(kind, &self.name, message.to_owned(), expected.to_owned())
             .at(place)
@@ -204,11 +211,30 @@ impl ScenarioFile {
     pub fn from_text(text: &str, format: Format, name: &str) -> Result<ScenarioFile, ScenarioError> {
         // Some editors begin a file with a byte order mark.
         let text: Arc<str> = text.strip_prefix('\u{feff}').unwrap_or(text).into();
-        let (mut value, outline) = read::read(&text, format).map_err(|fault| {
+        let (value, outline) = read::read(&text, format).map_err(|fault| {
             ScenarioError::of_file(ScenarioErrorKind::Syntax, name, fault.message, fault.expected)
                 .at(Place::new(&text, fault.span))
         })?;
-        let source = ScenarioSource { name: name.to_owned(), text, outline };
+        let source = ScenarioSource { name: name.to_owned(), text, value, outline, settings: Vec::new() };
+        ScenarioFile::build(source)
+    }
+
+    /// The same scenario with some fields set otherwise; later settings win.
+    ///
+    /// # Errors
+    /// What is wrong with a setting, or with the scenario that comes of it.
+    pub fn with(&self, settings: &[Setting]) -> Result<ScenarioFile, ScenarioError> {
+        if settings.is_empty() {
+            return Ok(self.clone());
+        }
+        let mut source = self.source.clone();
+        source.settings.extend_from_slice(settings);
+        ScenarioFile::build(source)
+    }
+
+    fn build(source: ScenarioSource) -> Result<ScenarioFile, ScenarioError> {
+        let mut value = source.value.clone();
+        source.settings.iter().try_for_each(|setting| setting.lay_over(&mut value))?;
         let gives_ball_place = value.pointer("/ball/position_m").is_some();
         if let Value::Object(root) = &mut value {
             presets::resolve(root).map_err(|fault| source.error(&fault))?;

@@ -41,6 +41,8 @@ pub const FIELD_PRESETS: &[Preset] = &[
 pub const RULES_PRESETS: &[Preset] = &[
     Preset { name: "naoisis", text: include_str!("../../assets/rules/naoisis.ron") },
     Preset { name: "spl2010", text: include_str!("../../assets/rules/spl2010.ron") },
+    Preset { name: "spl2025", text: include_str!("../../assets/rules/spl2025.ron") },
+    Preset { name: "extended", text: include_str!("../../assets/rules/extended.ron") },
     Preset { name: "free", text: include_str!("../../assets/rules/free.ron") },
 ];
 

@@ -10,12 +10,14 @@ use crate::ball::Rolling;
 use crate::communication::{MessageSettings, TeamMessage};
 use crate::geometry::{Pose, file_units};
 use crate::pitch::Pitch;
-use crate::referee::Rules;
+use crate::referee::{Rules, TimedIntervention};
 use crate::robot::head::HeadLimits;
 use crate::robot::kick::{KickRequest, KickSettings};
 use crate::robot::motion::MotionLimits;
+use crate::robot::posture::PostureRequest;
 use crate::robot::{RobotId, Team};
 use crate::sensing::camera::CameraSettings;
+use crate::sensing::fidelity::Fidelities;
 use crate::sensing::odometry::OdometrySettings;
 use crate::sensing::sonar::SonarSettings;
 use crate::sensing::vision::VisionSettings;
@@ -47,6 +49,9 @@ pub struct Scenario {
     pub kicks: KickSettings,
     /// How robots turn their heads, unless they say otherwise.
     pub head: HeadLimits,
+    /// How true the sensors are, in a word, unless a robot says otherwise.
+    #[serde(skip_serializing_if = "Fidelities::is_unset")]
+    pub fidelity: Fidelities,
     /// The sonars, unless a robot says otherwise.
     pub sonar: SonarSettings,
     /// The cameras.
@@ -63,6 +68,9 @@ pub struct Scenario {
     pub teams: Option<TeamsSpec>,
     /// Extra posts.
     pub posts: Vec<PostSpec>,
+    /// What the referee is made to do, and when.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub interventions: Vec<TimedIntervention>,
 }
 
 impl Default for Scenario {
@@ -79,6 +87,7 @@ impl Default for Scenario {
             motion: MotionLimits::default(),
             kicks: KickSettings::default(),
             head: HeadLimits::default(),
+            fidelity: Fidelities::default(),
             sonar: SonarSettings::default(),
             cameras: CameraSettings::default(),
             vision: VisionSettings::default(),
@@ -87,6 +96,7 @@ impl Default for Scenario {
             robots: Vec::new(),
             teams: None,
             posts: Vec::new(),
+            interventions: Vec::new(),
         }
     }
 }
@@ -95,9 +105,20 @@ impl Scenario {
     /// Where neither the scenario nor the clock of the rules ends a match, it is over after this time, s.
     const LONGEST_WITHOUT_CLOCK_S: f32 = 60.0;
 
+    /// Whether there is such a robot in the match: in the list, or in a team that is lined up.
+    pub fn has_robot(&self, id: RobotId) -> bool {
+        let lined_up = self.teams.is_some() && (1..=self.rules.team_size).contains(&id.number);
+        lined_up || self.robots.iter().any(|robot| robot.id() == id)
+    }
+
     /// When the match is over at the latest, s; none where the final whistle ends it.
     pub fn end_s(&self) -> Option<f32> {
         self.duration_s.or((!self.rules.clock).then_some(Self::LONGEST_WITHOUT_CLOCK_S))
+    }
+
+    /// How true a robot's sensors are: as it says itself, and else as the scenario says for all.
+    pub fn fidelity_of(&self, robot: &RobotSpec) -> Fidelities {
+        robot.fidelity.or(self.fidelity)
     }
 
     /// The cycle after which the match is over at the latest; none where the final whistle ends it.
@@ -156,6 +177,9 @@ pub struct RobotSpec {
     /// Its own way of turning the head.
     #[serde(rename = "head", skip_serializing_if = "Option::is_none")]
     pub head_limits: Option<HeadLimits>,
+    /// How true its own sensors are.
+    #[serde(skip_serializing_if = "Fidelities::is_unset")]
+    pub fidelity: Fidelities,
     /// Its own sonars.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sonar: Option<SonarSettings>,
@@ -257,6 +281,9 @@ pub struct ScriptEntry {
     /// Yaw and pitch for the head, radians (degrees in files).
     #[serde(rename = "head_deg", with = "optional_degree_pair", skip_serializing_if = "Option::is_none")]
     pub head: Option<[f32; 2]>,
+    /// Getting up, or a dive.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub posture: Option<PostureRequest>,
     /// A message for the team-mates.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub say: Option<TeamMessage>,

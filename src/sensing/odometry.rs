@@ -14,6 +14,9 @@
 //! assumes 5 cm along, 1 cm across a step's metre and 0.5°, B-Human's self-locator 20 % of the translation and 30 % of
 //! the rotation, rUNSWift's of 2010 a slip factor of 0.9 (so `translation_scale` 1.11).
 //!
+//! **Truth** ([`OdometrySource::Truth`]) is for debugging: the way that the robot really went, shoves and being carried
+//! included.
+//!
 //! **The real NAO** computes it from its joint angles and from which foot it takes to be the supporting one; slipping
 //! feet and the play in its joints are what it does not know of.
 
@@ -38,6 +41,7 @@ impl Plugin for OdometryPlugin {
         }
         app.register_type::<OdometrySettings>()
             .register_type::<Odometry>()
+            .register_type::<OdometryOrigin>()
             .add_systems(Cycle, count_steps.in_set(SensingSystems::Odometry));
     }
 }
@@ -158,12 +162,30 @@ pub(crate) struct OdometryNoiseChanges {
     rotation_scale: Option<f32>,
 }
 
+/// What a robot's odometry counts.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum OdometrySource {
+    /// The steps of its legs, with their errors.
+    #[default]
+    Steps,
+    /// The way that it really went, for debugging.
+    Truth,
+}
+
+/// Where the frame of a robot's odometry lies, pitch frame, while it tells the truth.
+#[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[reflect(Component, @Knowledge::Truth)]
+pub struct OdometryOrigin(Option<Pose>);
+
 /// How exactly a robot knows its steps.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[require(Odometry)]
+#[require(Odometry, OdometryOrigin)]
 #[reflect(Component, @Knowledge::Public)]
 #[serde(default, deny_unknown_fields)]
 pub struct OdometrySettings {
+    /// What it counts.
+    pub source: OdometrySource,
     /// Errors of the measured steps.
     pub noise: OdometryNoise,
 }
@@ -171,14 +193,35 @@ pub struct OdometrySettings {
 impl OdometrySettings {
     /// Odometry without error.
     pub fn exact() -> Self {
-        Self { noise: OdometryNoise::none() }
+        Self { source: OdometrySource::Steps, noise: OdometryNoise::none() }
     }
 }
 
-fn count_steps(mut robots: Query<(&ExecutedStep, &OdometrySettings, &mut Odometry, &mut RandomStreams)>) {
-    for (step, settings, mut odometry, mut streams) in &mut robots {
-        if !step.0.is_null() {
-            odometry.0 = odometry.0.compose(settings.noise.measure(step.0, &mut streams.odometry));
+fn count_steps(
+    mut robots: Query<(
+        &Pose,
+        &ExecutedStep,
+        &OdometrySettings,
+        &mut OdometryOrigin,
+        &mut Odometry,
+        &mut RandomStreams,
+    )>,
+) {
+    for (&pose, step, settings, mut origin, mut odometry, mut streams) in &mut robots {
+        match settings.source {
+            OdometrySource::Truth => {
+                // Who changes to the truth in the middle of a match goes on from where it thought that it was.
+                let origin = *origin.0.get_or_insert_with(|| pose.compose(odometry.0.relative(Pose::default())));
+                odometry.0 = origin.relative(pose);
+            }
+            OdometrySource::Steps => {
+                if origin.0.is_some() {
+                    origin.0 = None;
+                }
+                if !step.0.is_null() {
+                    odometry.0 = odometry.0.compose(settings.noise.measure(step.0, &mut streams.odometry));
+                }
+            }
         }
     }
 }
@@ -206,6 +249,21 @@ mod tests {
         set(&mut app, robot, (Pose::new(1.0, 1.0, 0.0), ExecutedStep::default()).0);
         set(&mut app, robot, ExecutedStep::default());
         assert_eq!(sense::<Odometry>(&mut app, robot).0, pose);
+    }
+
+    #[test]
+    fn the_truth_knows_of_being_carried_and_goes_on_where_the_steps_ended() {
+        let mut app = sensing_app();
+        let robot = spawn_robot(&mut app, Team::Blue, 1, [1.0, 0.0, 90.0], [0.0, 0.0]);
+        // It believes in a step of 10 cm that took it nowhere.
+        set(&mut app, robot, ExecutedStep(WalkCommand::new(0.1, 0.0, 0.0)));
+        assert_abs_diff_eq!(sense::<Odometry>(&mut app, robot).0.position.x, 0.1, epsilon = 1e-6);
+        set(&mut app, robot, OdometrySettings { source: OdometrySource::Truth, ..default() });
+        assert_abs_diff_eq!(sense::<Odometry>(&mut app, robot).0.position.x, 0.1, epsilon = 1e-6);
+        // Carried by 0.5 m to its right: +x of the pitch is the right of one who faces +y.
+        set(&mut app, robot, Pose::new(1.5, 0.0, FRAC_PI_2));
+        let Odometry(pose) = sense(&mut app, robot);
+        assert_abs_diff_eq!(pose.position, Vec2::new(0.1, -0.5), epsilon = 1e-6);
     }
 
     #[test]

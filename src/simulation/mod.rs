@@ -21,9 +21,13 @@ use bevy::app::PluginGroupBuilder;
 use bevy::prelude::*;
 
 pub mod invariants;
+mod settings;
+pub mod snapshot;
 mod spawn;
 
-pub use spawn::{MatchEntity, start as start_match};
+pub use settings::change_settings;
+pub use snapshot::{Snapshot, SnapshotError};
+pub use spawn::{MatchEntity, resolved, start as start_match};
 
 use crate::ball::{BallPlugin, BallVelocity};
 use crate::behaviour::BehaviourPlugin;

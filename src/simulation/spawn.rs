@@ -2,6 +2,7 @@
 
 use bevy::prelude::*;
 
+use super::settings::RobotSettings;
 use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity};
 use crate::behaviour::BehaviourRegistry;
 use crate::behaviour::script::Script;
@@ -55,7 +56,7 @@ pub fn start(world: &mut World, scenario: &Scenario) -> Result<(), ScenarioFault
     world.insert_resource(MessagesInFlight::default());
     world.insert_resource(MessageStatistics::default());
     world.insert_resource(clock_of(scenario));
-    referee::start(world, &scenario.rules, &clock_of(scenario));
+    referee::start(world, scenario, &clock_of(scenario));
     world.insert_resource(CycleEvents::default());
     world.insert_resource(Contacts::default());
     spawn_posts(world, scenario);
@@ -65,6 +66,14 @@ pub fn start(world: &mut World, scenario: &Scenario) -> Result<(), ScenarioFault
     }
     world.insert_resource(scenario.clone());
     Ok(())
+}
+
+/// The scenario with all robots listed: those that whole teams line up included.
+pub fn resolved(world: &World, scenario: &Scenario) -> Scenario {
+    match robots_of(world, scenario) {
+        Ok(robots) => Scenario { robots, teams: None, ..scenario.clone() },
+        Err(_) => scenario.clone(),
+    }
 }
 
 /// The scenario's robots, or those of the two teams that it names, lined up for a kick-off, ordered by id. All of
@@ -155,18 +164,16 @@ fn spawn_ball(world: &mut World, scenario: &Scenario) {
 
 fn spawn_robot(world: &mut World, scenario: &Scenario, robot: &RobotSpec) {
     let id = robot.id();
-    let head_limits = robot.head_limits.unwrap_or(scenario.head);
     let [yaw, pitch] = robot.head;
     let mut entity = world.spawn((
         MatchEntity,
         id,
+        RobotSettings::of(scenario, robot),
         (robot.pose, PreviousPose(robot.pose), Velocity::default(), BodyBounds::default()),
-        (robot.motion.unwrap_or(scenario.motion), WalkCommand::default(), ExecutedStep::default()),
-        (head_limits, HeadAngles { yaw, pitch }, HeadCommand { yaw, pitch }),
-        (scenario.kicks, KickCommand::default(), KickPhase::default()),
-        (robot.sonar.unwrap_or(scenario.sonar), SonarReading::default()),
-        (scenario.cameras, robot.vision.clone().unwrap_or_else(|| scenario.vision.clone()), Percepts::default()),
-        (robot.odometry.unwrap_or(scenario.odometry), Odometry::default(), BodyStatus::default()),
+        (WalkCommand::default(), ExecutedStep::default()),
+        (HeadAngles { yaw, pitch }, HeadCommand { yaw, pitch }),
+        (KickCommand::default(), KickPhase::default()),
+        (SonarReading::default(), Percepts::default(), Odometry::default(), BodyStatus::default()),
         (Outbox::default(), Inbox::default()),
         RandomStreams::new(scenario.seed, id),
     ));

@@ -4,7 +4,7 @@ use bevy::prelude::*;
 
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
 use crate::events::{BoundaryLine, CycleEvents, KickMiss, KickResult, MatchEvent};
-use crate::referee::PenaltyReason;
+use crate::referee::report::headline;
 use crate::robot::Team;
 use crate::robot::kick::KickType;
 
@@ -87,23 +87,17 @@ fn describe(event: &MatchEvent) -> Option<(Option<Team>, bool, String)> {
         MatchEvent::KickOff { team } => (Some(*team), false, format!("Kick-off for {team}")),
         MatchEvent::ThrowIn { team, .. } => (Some(*team), false, format!("Throw-in for {team}")),
         MatchEvent::Penalty { robot, reason, .. } => {
-            (Some(robot.team), false, format!("{robot} penalised for {}", reason_name(*reason)))
+            (Some(robot.team), false, format!("{robot} penalised for {}", reason.words()))
         }
         MatchEvent::PenaltyOver { robot, .. } => (Some(robot.team), false, format!("{robot} is back")),
         MatchEvent::HalfBegins { half } => (None, true, format!("Half {half} begins")),
         MatchEvent::FinalWhistle => (None, true, "Final whistle".to_owned()),
         MatchEvent::InvariantBroken { message } => (None, true, format!("Error in the simulation: {message}")),
         MatchEvent::Collision { .. } | MatchEvent::CommandRefused { .. } => return None,
+        // What else the referee decides, in its own words.
+        decision => (None, false, headline(decision)?.trim_end_matches('.').to_owned()),
     };
     Some((team, important, text))
-}
-
-/// What a robot was penalised for, in a word.
-pub(super) fn reason_name(reason: PenaltyReason) -> &'static str {
-    match reason {
-        PenaltyReason::Pushing => "pushing",
-        PenaltyReason::Stalling => "stalling",
-    }
 }
 
 #[cfg(test)]

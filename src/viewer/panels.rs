@@ -5,7 +5,7 @@ use bevy_egui::egui::{self, Align2, Color32, CornerRadius, FontId, Frame, Margin
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 use super::drive::{Playback, Speed, ViewerCommand, is_over};
-use super::event_log::{EventLog, reason_name};
+use super::event_log::EventLog;
 use super::keys::{Action, BINDINGS, MOUSE, Shown, Switch};
 use super::palette;
 use crate::cycle::CycleClock;
@@ -244,7 +244,7 @@ fn show_events(
             ui.set_width(232.0);
             for (id, penalty) in &penalties {
                 let left_s = penalty.cycles_left as f64 * clock.period_s;
-                let text = format!("⛔ {id}: {}, {left_s:.0} s", reason_name(penalty.reason));
+                let text = format!("⛔ {id}: {}, {left_s:.0} s", penalty.reason.words());
                 ui.label(RichText::new(text).color(team_colour(id.team)));
             }
             for entry in log.iter().rev().take(EVENTS_SHOWN) {

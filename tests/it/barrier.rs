@@ -134,6 +134,69 @@ fn a_marker_that_others_carry_is_no_marker() {
 }
 
 #[test]
+fn parameters_that_build_themselves_from_the_world_find_nothing_and_leave_nothing() {
+    struct Spy<const KIND: u8>;
+    impl<const KIND: u8> FromWorld for Spy<KIND> {
+        fn from_world(world: &mut World) -> Self {
+            fn copies(poses: Query<&Pose>) {
+                let _ = poses.iter().count();
+            }
+            match KIND {
+                0 => {
+                    world.get_resource_or_init::<Schedules>().add_systems(Cycle, copies);
+                }
+                1 => {
+                    world.add_observer(|_: On<Insert, Pose>| {});
+                }
+                2 => {
+                    world.register_component_hooks::<Pose>().on_insert(|_, _| {});
+                }
+                _ => {}
+            }
+            Spy
+        }
+    }
+    fn with_local<const KIND: u8>(_: Local<Spy<KIND>>) {}
+    assert_eq!(refusal(with_local::<0>), Breach::Accomplice);
+    assert_eq!(refusal(with_local::<1>), Breach::Accomplice);
+    assert_eq!(refusal(with_local::<2>), Breach::Accomplice);
+    assert_eq!(register(with_local::<3>), Ok(()), "a memory that builds itself is fine");
+
+    let mut app = crate::support::headless_app();
+    app.start_match(&Scenario::named("match3v3").unwrap()).unwrap();
+    let late = app.try_add_behaviour::<Mine, _>("late", |_: Local<u8>| {}).err().map(|error| error.reason);
+    assert_eq!(late, Some(Breach::MatchIsOn));
+}
+
+#[test]
+fn hooks_of_a_marker_or_of_what_comes_with_it_are_refused() {
+    use bevy::ecs::lifecycle::HookContext;
+    use bevy::ecs::world::DeferredWorld;
+
+    fn looks_around(world: DeferredWorld, context: HookContext) {
+        let _ = world.get::<Pose>(context.entity);
+    }
+    #[derive(Component, Default)]
+    #[component(on_add = looks_around)]
+    struct Hooked;
+    #[derive(Component, Default)]
+    #[require(Hooked)]
+    struct WithHooked;
+
+    let mut app = App::new();
+    app.add_plugins(NaoisisPlugins);
+    for refused in [
+        app.try_add_behaviour::<Hooked, _>("hooked", |_: Local<u8>| {}).err(),
+        app.try_add_behaviour::<WithHooked, _>("with hooked", |_: Local<u8>| {}).err(),
+    ] {
+        match refused.map(|error| error.reason) {
+            Some(Breach::Hooks { component }) => assert!(component.ends_with("::Hooked"), "{component}"),
+            other => panic!("{other:?}"),
+        }
+    }
+}
+
+#[test]
 fn the_engines_own_resources_and_relationships_lead_nowhere() {
     assert!(forbidden_component(|_: ResMut<Schedules>| {}).ends_with("Schedules"));
     assert!(forbidden_component(|_: Res<AppTypeRegistry>| {}).ends_with("AppTypeRegistry"));

@@ -114,3 +114,57 @@ fn an_interrupted_run_closes_its_trace() {
     let end: serde_json::Value = serde_json::from_str(trace.lines().last().unwrap()).unwrap();
     assert_eq!((end["type"].as_str(), end["reason"].as_str()), (Some("end"), Some("interrupted")));
 }
+
+#[test]
+fn a_saved_match_goes_on_as_if_it_had_never_stopped_or_branches_off() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |arguments: &[&str]| {
+        let output = naoisis(folder.path(), &[&["run"], arguments].concat());
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        text(&output.stdout)
+    };
+    let last_cycle = |trace: &str| {
+        let lines: Vec<&str> = trace.lines().collect();
+        lines[lines.len() - 2].to_owned()
+    };
+    let whole = run(&["match3v3", "--duration", "4", "--trace", "-", "--save", "half.naoisis", "--save-at", "2"]);
+    let rest = run(&["half.naoisis", "--duration", "4", "--trace", "-"]);
+    assert_eq!(rest.lines().count(), 1 + 61 + 1);
+    assert_eq!(last_cycle(&whole), last_cycle(&rest));
+    let branch = run(&["half.naoisis", "--duration", "4", "--trace", "-", "--set", "messages.loss=1"]);
+    assert_ne!(last_cycle(&whole), last_cycle(&branch));
+    assert!(last_cycle(&branch).contains("\"inbox\":[]"));
+
+    for (arguments, words) in [
+        (&["half.naoisis", "--seed", "3"][..], "--seed: a saved match"),
+        (&["half.naoisis", "--set", "field.length_m=7"], "--set field.length_m=7: `field` cannot change"),
+        (&["half.naoisis", "--set", "messages.loss=2"], "--set messages.loss=2: `loss` is 2"),
+        (&["nowhere.naoisis"], "nowhere.naoisis: "),
+        (&["match3v3", "--save", "half.json"], "--save: half.json: expected a file name that ends in .naoisis"),
+        (&["half.naoisis", "--trace", "half.naoisis"], "--trace: this would write over the scenario"),
+    ] {
+        let output = naoisis(folder.path(), &[&["run"], arguments].concat());
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        assert!(text(&output.stderr).contains(words), "{}", text(&output.stderr));
+    }
+}
+
+#[test]
+fn a_batch_goes_on_where_it_was_and_reports_what_fails() {
+    let folder = tempfile::tempdir().unwrap();
+    let batch = |matches: &str, threads: &str| {
+        let sweep = "messages.loss=0,1";
+        let arguments = ["batch", "match3v3", "--duration", "2", "--csv", "table.csv", "--set", sweep];
+        naoisis(folder.path(), &[&arguments[..], &["--matches", matches, "--threads", threads]].concat())
+    };
+    assert!(batch("1", "1").status.success());
+    let first = std::fs::read_to_string(folder.path().join("table.csv")).unwrap();
+    let output = batch("3", "2");
+    assert!(output.status.success());
+    assert!(text(&output.stdout).contains("6 of 6 matches, 2 of them earlier"), "{}", text(&output.stdout));
+    let table = std::fs::read_to_string(folder.path().join("table.csv")).unwrap();
+    assert!(table.starts_with(&first) && table.lines().count() == 7, "{table}");
+    let output = naoisis(folder.path(), &["batch", "match3v3", "--matches", "1", "--csv", "table.csv"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("table.csv:1: these are not the columns of this batch"));
+}

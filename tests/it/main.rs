@@ -2,6 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "a failed test may panic")]
 
 mod barrier;
+mod batch;
 mod built_in_scenarios;
 mod collisions;
 mod commands;
@@ -10,4 +11,5 @@ mod kicks;
 mod matches;
 mod scenario_files;
 mod sensing;
+mod snapshot;
 mod support;

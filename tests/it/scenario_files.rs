@@ -155,7 +155,7 @@ fn values_out_of_range() {
         ("field: (length_m: «-6.0)", "length_m is -6", "1 to 120 m"),
         ("field: (preset: spl2025, goal: (width_m: «0.0))", "goal.width_m is 0", "0.2 to 6 m"),
         ("rules: (halves: «0)", "`halves` is 0", "1 to 10"),
-        ("rules: (half_s: «0.0)", "`half_s` is 0", "0.001 to 100000 s"),
+        ("rules: (half_s: «0.0)", "`half_s` is 0", "more than 0, at most 100000 s"),
         ("rules: (penalty_s: «-30.0)", "`penalty_s` is -30", "0 to 100000 s"),
         ("rules: (preset: naoisis, stall_radius_m: «-0.5)", "`stall_radius_m` is -0.5", "100 m"),
         ("rules: (preset: spl2010, team_size: «12)", "`team_size` is 12", "1 to 11 robots"),
@@ -235,7 +235,7 @@ fn robots_that_cannot_be() {
         (
             "(behaviour: script([(walk: (0, 0, 0)), «(from_s: 2)]))",
             "does nothing",
-            "`walk`, `kick`, `head_deg` or `say`",
+            "`walk`, `kick`, `head_deg`, `posture` or `say`",
         ),
     ];
     for (marked, message, expected) in cases {

@@ -51,3 +51,40 @@ fn one_robots_settings_leave_every_other_robots_readings_untouched() {
         assert_eq!(differed, !changed.contains("max_linear"), "{changed}");
     }
 }
+
+#[test]
+fn a_word_says_how_true_a_robots_sensors_are() {
+    // All look away from the ball and from each other; only the truth knows of them.
+    let robots = |of_all: &str| {
+        match_of(&format!(
+            r#"{{ "rules": "free", {of_all} "ball": {{ "position_m": [0, 0] }}, "robots": [
+                 {{ "number": 1, "pose": [1, 0, 0] }},
+                 {{ "number": 2, "pose": [1, 1, 0], "fidelity": "truth" }},
+                 {{ "number": 3, "pose": [1, -1, 0], "fidelity": {{ "sonar": "truth" }} }}] }}"#
+        ))
+    };
+    let sees = |app: &bevy::prelude::App, number| app.robot::<Percepts>(blue(number)).unwrap().ball.is_some();
+    for (of_all, all_see) in [("", false), (r#""fidelity": "ideal","#, false), (r#""fidelity": "truth","#, true)] {
+        let mut app = robots(of_all);
+        app.run_cycles(1);
+        assert_eq!([1, 2, 3].map(|number| sees(&app, number)), [all_see, true, all_see], "{of_all}");
+    }
+    // Without noise, the same place is seen in every cycle.
+    let ball_places = |fidelity: &str| {
+        let mut app = match_of(&format!(
+            r#"{{ "rules": "free", "fidelity": "{fidelity}", "ball": {{ "position_m": [1, 0] }},
+                 "robots": [{{ "number": 1, "pose": [-1, 0, 0] }}] }}"#
+        ));
+        let places: Vec<_> = (0..30)
+            .filter_map(|_| {
+                app.run_cycles(1);
+                app.robot::<Percepts>(blue(1)).unwrap().ball.map(|ball| ball.position_m)
+            })
+            .collect();
+        assert!(!places.is_empty());
+        places
+    };
+    let ideal = ball_places("ideal");
+    assert!(ideal.len() == 30 && ideal.windows(2).all(|pair| pair[0] == pair[1]));
+    assert!(ball_places("noisy").windows(2).any(|pair| pair[0] != pair[1]));
+}

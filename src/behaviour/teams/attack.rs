@@ -11,7 +11,6 @@ use crate::geometry::unit;
 use crate::robot::head::HeadCommand;
 use crate::robot::kick::{KickRequest, KickType};
 use crate::robot::motion::WalkCommand;
-use crate::sensing::status::BodyStatus;
 
 /// An opponent nearer to the ball than this puts the attacker under pressure, m.
 const PRESSURE_DISTANCE_M: f32 = 0.5;
@@ -59,8 +58,7 @@ fn choose_aim(player: &Player, memory: &mut PlayerMemory, ball: Vec2) -> Aim {
 /// The kick to make now, if the ball lies right for one. An opponent at the ball, or a long time there, makes do with
 /// less.
 fn kick_if_ready(player: &Player, memory: &PlayerMemory, ball: &BallBelief, aim: &Aim) -> Option<KickRequest> {
-    let is_free = matches!(player.body, BodyStatus::Standing | BodyStatus::Walking);
-    if !is_free || ball.age_s > FRESH_BALL_S || ball.heard_from.is_some() {
+    if !player.body.is_free() || ball.age_s > FRESH_BALL_S || ball.heard_from.is_some() {
         return None;
     }
     let waited_s = memory.at_ball_since_s.map_or(0.0, |since| player.status.time_s - since);
@@ -187,6 +185,7 @@ mod tests {
     use crate::behaviour::teams::player::tests::{Situation, after_decision};
     use crate::geometry::Pose;
     use crate::robot::body::BodyBounds;
+    use crate::sensing::status::BodyStatus;
 
     const BALL_RADIUS_M: f32 = 0.03;
 

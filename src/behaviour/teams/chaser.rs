@@ -1,6 +1,7 @@
 //! Chasers: everybody after the ball, except that whoever is further away than a team-mate keeps out of the way.
 
 use super::attack::{attack, search};
+use super::obeying::is_for_the_keeper_only;
 use super::player::{Decision, Player, PlayerMemory};
 use super::roles::{has_turn, support};
 
@@ -12,5 +13,9 @@ pub fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
     let Some(ball) = player.ball().map(|ball| ball.position_m) else { return search(player, memory) };
     memory.attacks = has_turn(player, memory, ball, |_| true);
     let crowding = player.position().distance_squared(ball) < CROWDING_DISTANCE_M * CROWDING_DISTANCE_M;
-    if memory.attacks || !crowding { attack(player, memory) } else { support(player, ball) }
+    if memory.attacks || !(crowding || is_for_the_keeper_only(player, ball)) {
+        attack(player, memory)
+    } else {
+        support(player, ball)
+    }
 }

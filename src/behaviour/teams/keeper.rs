@@ -5,6 +5,9 @@ use bevy::prelude::*;
 use super::attack::attack;
 use super::looking;
 use super::player::{Decision, Player, PlayerMemory};
+use crate::pitch::End;
+use crate::referee::DefenderLimit;
+use crate::robot::posture::{PostureRequest, Side};
 
 /// Distance of the keeper's place from the middle of the goal line, m.
 const GUARD_DISTANCE_M: f32 = 0.45;
@@ -29,16 +32,19 @@ pub fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
     let (position, velocity) = (ball.position_m, ball.velocity_mps);
     if let Some(y) = crossing(position, velocity, player.position().x, 0.5 * player.pitch.goal.width_m + 0.15) {
         memory.attacks = false;
+        let posture = dive(player, position, velocity, y);
         let place = Vec2::new(player.position().x, y);
         let walk = player.walk_to(place, Vec2::X, &default());
-        return Decision { walk, intention: "save", ..default() };
+        return Decision { walk, posture, intention: "save", ..default() };
     }
+    let alone = player.rules.illegal_defender && player.rules.defender_limit == DefenderLimit::KeeperOnly;
+    let in_area = alone && player.pitch.in_penalty_area(End::NegativeX, position);
     let clear_distance = if memory.attacks { GIVE_UP_DISTANCE_M } else { CLEAR_DISTANCE_M };
     let distance = position.distance(goal);
     let nearer_mate = player.belief.team_mates.iter().any(|mate| {
         mate.age_s < 1.0 && mate.position_m.distance(position) < 0.6 * player.position().distance(position)
     });
-    memory.attacks = distance < clear_distance && !nearer_mate && velocity.length() < SHOT_SPEED_MPS;
+    memory.attacks = (in_area || distance < clear_distance && !nearer_mate) && velocity.length() < SHOT_SPEED_MPS;
     if memory.attacks {
         return attack(player, memory);
     }
@@ -47,6 +53,21 @@ pub fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
     let facing = (position - player.position()).normalize_or(Vec2::X);
     let walk = player.travel_to(place, facing, &player.obstacles());
     Decision { walk, intention: "keep", ..default() }
+}
+
+/// A dive, for a shot that crosses the keeper's line at `y` and that it can reach by a dive only.
+fn dive(player: &Player, ball: Vec2, velocity: Vec2, y: f32) -> Option<PostureRequest> {
+    /// The keeper's body on its feet stops what comes this near, m.
+    const BODY_M: f32 = 0.12;
+    /// A ball that is still further away than this in time leaves time for another look, s.
+    const SOON_S: f32 = 0.7;
+    let way = y - player.position().y;
+    let time_s = (ball.x - player.position().x) / -velocity.x;
+    let walks = player.limits.max_linear_mps * time_s + BODY_M;
+    let reaches = player.rules.dive_reach_m + BODY_M;
+    let faces_ball = player.forward.x > 0.8 && player.body.is_free();
+    let pays = player.rules.dives && faces_ball && time_s < SOON_S && way.abs() > walks && way.abs() < reaches;
+    pays.then_some(PostureRequest::Dive(if way > 0.0 { Side::Left } else { Side::Right }))
 }
 
 /// Between the ball and the middle of the goal.
@@ -77,6 +98,25 @@ mod tests {
         // Along (2, 1) / √5, 0.45 m from the goal.
         assert_abs_diff_eq!(place, goal + Vec2::new(0.4025, 0.2012), epsilon = 1e-3);
         assert!(guard_place(Vec2::new(-2.9, 2.0), goal, 0.7).x >= -2.8);
+    }
+
+    #[test]
+    fn a_shot_that_cannot_be_walked_to_is_dived_for_where_the_rules_let_it() {
+        let mut situation = crate::behaviour::teams::player::tests::Situation::new(
+            crate::geometry::Pose::new(-2.7, 0.0, 0.0),
+            Vec2::ZERO,
+        );
+        let dives = |situation: &crate::behaviour::teams::player::tests::Situation, y: f32| {
+            // 1 m away at 2 m/s: half a second, in which it walks 10 cm.
+            dive(&situation.player(), Vec2::new(-1.7, y), Vec2::new(-2.0, 0.0), y)
+        };
+        assert_eq!(dives(&situation, 0.4), None);
+        situation.rules.dives = true;
+        assert_eq!(dives(&situation, 0.4), Some(PostureRequest::Dive(Side::Left)));
+        assert_eq!(dives(&situation, -0.4), Some(PostureRequest::Dive(Side::Right)));
+        assert_eq!([dives(&situation, 0.2), dives(&situation, 0.7)], [None, None], "within a step; out of reach");
+        situation.body = crate::sensing::status::BodyStatus::Fallen;
+        assert_eq!(dives(&situation, 0.4), None);
     }
 
     #[test]

@@ -14,6 +14,7 @@ pub mod chaser;
 pub mod keeper;
 pub mod kicking;
 pub mod looking;
+pub mod obeying;
 pub mod player;
 pub mod roles;
 pub mod striker;
@@ -27,12 +28,13 @@ use crate::belief::{Belief, SimpleBelief};
 use crate::communication::{Outbox, TeamMessage};
 use crate::cycle::CycleClock;
 use crate::knowledge::Knowledge;
-use crate::pitch::{End, Pitch};
-use crate::referee::{GameState, GameStatus, Rules, formation};
+use crate::pitch::Pitch;
+use crate::referee::{GameState, GameStatus, Rules};
 use crate::robot::RobotId;
 use crate::robot::head::HeadCommand;
 use crate::robot::kick::{KickCommand, KickSettings};
 use crate::robot::motion::{MotionLimits, WalkCommand};
+use crate::robot::posture::PostureCommand;
 use crate::sensing::sonar::{SonarReading, SonarSettings};
 use crate::sensing::status::BodyStatus;
 
@@ -136,6 +138,7 @@ struct PlayerQuery {
     head: &'static mut HeadCommand,
     kick: &'static mut KickCommand,
     outbox: &'static mut Outbox,
+    posture: &'static mut PostureCommand,
 }
 
 fn play<R: Role>(
@@ -155,7 +158,7 @@ fn play<R: Role>(
             limits: robot.limits,
             kicks: robot.kicks,
             pitch: &pitch,
-            team_size: rules.team_size,
+            rules: &rules,
             period: clock.period(),
             forward: robot.belief.pose.forward(),
         };
@@ -164,6 +167,7 @@ fn play<R: Role>(
         *robot.walk = decision.walk;
         *robot.head = decision.head.unwrap_or_else(|| attack::watch(&player, memory));
         robot.kick.0 = decision.kick;
+        robot.posture.0 = decision.posture.or_else(|| obeying::posture(&player));
         robot.outbox.0 = (!player.status.penalised).then(|| message(&player, decision.intention));
     }
 }
@@ -174,65 +178,18 @@ fn decide_in_game(
     memory: &mut PlayerMemory,
     decide: impl FnOnce(&Player, &mut PlayerMemory) -> Decision,
 ) -> Decision {
-    note_kick_off(player, memory);
+    obeying::note_kick_off(player, memory);
     if player.status.penalised {
         return Decision { head: Some(HeadCommand::default()), intention: "wait", ..default() };
     }
     match player.status.state {
         GameState::Playing => {
             let decision = decide(player, memory);
-            if keeps_off_the_kick_off(player, memory) { stay_off_the_circle(player, decision) } else { decision }
+            obeying::obey(player, memory, decision)
         }
-        GameState::Ready => {
-            let place = kick_off_place(player);
-            let walk = player.travel_to(place.position, place.forward(), &player.obstacles());
-            Decision { walk, intention: "ready", ..default() }
-        }
+        GameState::Ready => obeying::take_kick_off_place(player),
         GameState::Initial | GameState::Set | GameState::Finished => Decision { intention: "wait", ..default() },
     }
-}
-
-/// The player's place for the kick-off, team frame.
-fn kick_off_place(player: &Player) -> crate::geometry::Pose {
-    let kicking_off = player.status.kick_off_team == player.id.team;
-    formation(player.pitch, player.team_size, player.id.number, End::NegativeX, kicking_off)
-}
-
-/// Takes note of kick-offs, and of when they are over: the ball has left the mark, or it takes too long.
-fn note_kick_off(player: &Player, memory: &mut PlayerMemory) {
-    /// After this time the ball is free for everybody, s (2025 rule book).
-    const KICK_OFF_S: f32 = 10.0;
-    /// A ball this far from the centre mark is in play, m.
-    const IN_PLAY_M: f32 = 0.2;
-    let now = player.status.time_s;
-    let placed = match memory.restarts {
-        // At the start of the match, whoever stands at its kick-off place has been placed there.
-        None => kick_off_place(player).position.distance(player.position()) < 0.1,
-        Some(restarts) => restarts != player.status.restarts,
-    };
-    memory.restarts = Some(player.status.restarts);
-    if placed {
-        *memory =
-            PlayerMemory { restarts: memory.restarts, kick_off_since_s: Some(now), last_glance_s: now, ..default() };
-    }
-    let in_play = player.ball().is_some_and(|ball| ball.position_m.length_squared() > IN_PLAY_M * IN_PLAY_M);
-    if memory.kick_off_since_s.is_some_and(|since| in_play || now - since > KICK_OFF_S) {
-        memory.kick_off_since_s = None;
-    }
-}
-
-/// Whether the opponents have a kick-off that is not over yet.
-fn keeps_off_the_kick_off(player: &Player, memory: &PlayerMemory) -> bool {
-    memory.kick_off_since_s.is_some() && player.status.kick_off_team != player.id.team
-}
-
-/// Stops a player before the centre circle.
-fn stay_off_the_circle(player: &Player, decision: Decision) -> Decision {
-    let least = player.pitch.centre_circle_diameter_m / 2.0 + 0.2;
-    if player.position().length_squared() > least * least {
-        return Decision { kick: None, ..decision };
-    }
-    Decision { walk: WalkCommand::default(), kick: None, ..decision }
 }
 
 /// What the player tells its team-mates.

@@ -8,11 +8,12 @@ use crate::belief::{BallBelief, Belief};
 use crate::geometry::{Pose, unit, unrotate};
 use crate::knowledge::Knowledge;
 use crate::pitch::Pitch;
-use crate::referee::GameStatus;
+use crate::referee::{GameStatus, Rules};
 use crate::robot::RobotId;
 use crate::robot::head::HeadCommand;
 use crate::robot::kick::{KickRequest, KickSettings, KickType};
 use crate::robot::motion::{MotionLimits, WalkCommand};
+use crate::robot::posture::PostureRequest;
 use crate::sensing::sonar::{SonarReading, SonarSettings};
 use crate::sensing::status::BodyStatus;
 
@@ -37,8 +38,8 @@ pub struct Player<'a> {
     pub kicks: &'a KickSettings,
     /// The pitch.
     pub pitch: &'a Pitch,
-    /// Robots of a team.
-    pub team_size: u8,
+    /// The rules.
+    pub rules: &'a Rules,
     /// Duration of a cycle, s.
     pub period: f32,
     /// Where it faces, unit vector, team frame.
@@ -54,6 +55,8 @@ pub struct Decision {
     pub head: Option<HeadCommand>,
     /// The kick.
     pub kick: Option<KickRequest>,
+    /// What it does with its whole body.
+    pub posture: Option<PostureRequest>,
     /// What it is about, in a word.
     pub intention: &'static str,
 }
@@ -64,6 +67,8 @@ pub struct Decision {
 pub struct PlayerMemory {
     /// How often the robots had been placed.
     pub restarts: Option<u32>,
+    /// Whether the game was in `ready` or `set`.
+    pub waited_for_kick_off: bool,
     /// When the kick-off was given that is not over yet, s.
     pub kick_off_since_s: Option<f32>,
     /// The direction in which the ball should go, team frame.
@@ -186,6 +191,7 @@ pub(super) mod tests {
         pub limits: MotionLimits,
         pub kicks: KickSettings,
         pub pitch: Pitch,
+        pub rules: Rules,
         pub period: f32,
     }
 
@@ -202,6 +208,7 @@ pub(super) mod tests {
                 limits: MotionLimits::default(),
                 kicks: KickSettings::default(),
                 pitch: Pitch::default(),
+                rules: Rules::default(),
                 period: 1.0 / 30.0,
             }
         }
@@ -218,7 +225,7 @@ pub(super) mod tests {
                 limits: &self.limits,
                 kicks: &self.kicks,
                 pitch: &self.pitch,
-                team_size: 3,
+                rules: &self.rules,
                 period: self.period,
                 forward: self.belief.pose.forward(),
             }

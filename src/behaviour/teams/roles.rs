@@ -2,6 +2,7 @@
 
 use bevy::prelude::*;
 
+use super::obeying::is_for_the_keeper_only;
 use super::player::{Decision, Player, PlayerMemory};
 use super::walking::Obstacles;
 use crate::robot::RobotId;
@@ -24,6 +25,9 @@ pub fn time_to_ball_s(position: Vec2, ball: Vec2, opponent_goal: Vec2) -> f32 {
 
 /// Whether it is this player's turn to go for the ball: nobody of the team-mates that count is there sooner.
 pub fn has_turn(player: &Player, memory: &PlayerMemory, ball: Vec2, counts: impl Fn(Option<RobotId>) -> bool) -> bool {
+    if is_for_the_keeper_only(player, ball) {
+        return false;
+    }
     let goal = player.opponent_goal();
     let preference = if memory.attacks { TURN_PREFERENCE_S } else { 0.0 };
     let own_s = time_to_ball_s(player.position(), ball, goal) - preference;

@@ -12,6 +12,11 @@ use core::ops::RangeInclusive;
 use super::field_path::FieldPath;
 use super::types::{BehaviourSpec, RobotSpec, Scenario, ScriptEntry};
 use crate::geometry::to_degrees;
+use crate::referee::{Intervention, TimedIntervention};
+use crate::robot::motion::MotionLimits;
+use crate::sensing::camera::CameraRendering;
+use crate::sensing::fidelity::Fidelity;
+use crate::sensing::vision::VisionSource;
 
 /// A value of a scenario that cannot be.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
@@ -100,6 +105,28 @@ impl Checks {
         self.range(path, value, 0.0..=1.0, ", a probability");
     }
 
+    /// That robots that see by their images have some.
+    fn image_source(&mut self, scenario: &Scenario) {
+        if scenario.cameras.render != CameraRendering::Off {
+            return;
+        }
+        let root = FieldPath::default();
+        let lined_up = RobotSpec::default();
+        let robots = (0..).zip(&scenario.robots).map(|(index, robot)| (root.field("robots").index(index), robot));
+        let teams = scenario.teams.iter().map(|_| (root.clone(), &lined_up));
+        for (path, robot) in robots.chain(teams) {
+            let word = scenario.fidelity_of(robot).vision;
+            let source = robot.vision.as_ref().unwrap_or(&scenario.vision).source;
+            let by_word = word.is_some_and(|word| word == Fidelity::Image);
+            if by_word || (word.is_none() && source == VisionSource::Image) {
+                let message = "`render` is off, but robots see by their images";
+                let fault = ScenarioFault::new(root.field("cameras").field("render"), message, "`software` or `auto`");
+                self.faults.push(fault.related_to(path.field("vision")));
+                return;
+            }
+        }
+    }
+
     fn scenario(&mut self, scenario: &Scenario) {
         let root = FieldPath::default();
         self.range(root.field("cycle_s"), scenario.cycle_s, 0.001..=1.0, " s");
@@ -114,12 +141,14 @@ impl Checks {
             self.ball(&root.field("ball"), ball);
         }
         self.motion(&root.field("motion"), &scenario.motion);
+        self.turn(&root.field("motion"), &scenario.motion, scenario.cycle_s);
         self.kicks(&root.field("kicks"), &scenario.kicks);
         self.head(&root.field("head"), &scenario.head);
         self.sonar(&root.field("sonar"), &scenario.sonar);
         self.odometry(&root.field("odometry"), &scenario.odometry);
         self.cameras(&root.field("cameras"), &scenario.cameras);
         self.vision(&root.field("vision"), &scenario.vision);
+        self.image_source(scenario);
         self.messages(&root.field("messages"), &scenario.messages);
         for (index, robot) in scenario.robots.iter().enumerate() {
             self.robot(&root.field("robots").index(index), robot, scenario);
@@ -142,6 +171,9 @@ impl Checks {
             self.positive(path.field("radius_m"), post.radius_m, 1.0, " m");
             self.positive(path.field("height_m"), post.height_m, 10.0, " m");
         }
+        for (index, timed) in scenario.interventions.iter().enumerate() {
+            self.intervention(&root.field("interventions").index(index), timed, scenario);
+        }
     }
 
     fn robot(&mut self, path: &FieldPath, robot: &RobotSpec, scenario: &Scenario) {
@@ -150,6 +182,7 @@ impl Checks {
         }
         if let Some(motion) = &robot.motion {
             self.motion(&path.field("motion"), motion);
+            self.turn(&path.field("motion"), motion, scenario.cycle_s);
         }
         if let Some(head) = &robot.head_limits {
             self.head(&path.field("head"), head);
@@ -184,7 +217,9 @@ impl Checks {
             BehaviourSpec::Named(_) => {}
             BehaviourSpec::Script(entries) => {
                 for (index, entry) in entries.iter().enumerate() {
-                    self.script_entry(&path.field("behaviour.script").index(index), entry);
+                    let path = path.field("behaviour.script").index(index);
+                    self.script_entry(&path, entry);
+                    self.text(&path, entry, scenario.messages.max_text_bytes);
                 }
             }
         }
@@ -201,8 +236,62 @@ impl Checks {
             let message = format!("`until_s` is {until}, and `from_s` {}", entry.from_s);
             self.fault(path.field("until_s"), message, "an end after the start, or none for a single cycle");
         }
-        if entry.walk.is_none() && entry.kick.is_none() && entry.head.is_none() && entry.say.is_none() {
-            self.fault(path.clone(), "this entry of a script does nothing", "`walk`, `kick`, `head_deg` or `say`");
+        let acts = entry.walk.is_some() || entry.kick.is_some() || entry.head.is_some() || entry.posture.is_some();
+        if !acts && entry.say.is_none() {
+            let expected = "`walk`, `kick`, `head_deg`, `posture` or `say`";
+            self.fault(path.clone(), "this entry of a script does nothing", expected);
+        }
+    }
+
+    /// That an intervention is one that could be carried out when its time comes.
+    fn intervention(&mut self, path: &FieldPath, timed: &TimedIntervention, scenario: &Scenario) {
+        if timed.at_s < 0.0 {
+            self.fault(path.field("at_s"), format!("`at_s` is {}", timed.at_s), "0 s or later");
+        }
+        let path = path.field("do");
+        let carpet = scenario.field.carpet_half_extents();
+        let (robot, place) = match timed.intervention {
+            Intervention::PlaceBall { position_m, .. } => (None, Some(("place_ball.position_m", position_m))),
+            Intervention::DropBall { position_m } => (None, Some(("drop_ball.position_m", position_m))),
+            Intervention::PlaceRobot { robot, pose } => {
+                (Some(("place_robot.robot", robot)), Some(("place_robot.pose", pose.position)))
+            }
+            Intervention::Penalise { robot, duration_s, .. } => {
+                let duration = path.field("penalise.duration_s");
+                self.range(duration, duration_s.unwrap_or(0.0), 0.0..=1e5, " s");
+                (Some(("penalise.robot", robot)), None)
+            }
+            Intervention::Return { robot } => (Some(("return.robot", robot)), None),
+            Intervention::SetScore { .. } | Intervention::Whistle | Intervention::KickOff { .. } => (None, None),
+        };
+        if let Some((field, robot)) = robot
+            && !scenario.has_robot(robot)
+        {
+            self.fault(path.field(field), format!("there is no robot {robot}"), "a robot of this scenario");
+        }
+        if let Some((field, place)) = place
+            && !place.abs().cmple(carpet).all()
+        {
+            let message = format!("({}, {}) is outside the carpet", place.x, place.y);
+            self.fault(path.field(field), message, format!("within ±{} m and ±{} m", carpet.x, carpet.y));
+        }
+    }
+
+    /// That what it says may be sent.
+    fn text(&mut self, path: &FieldPath, entry: &ScriptEntry, most_bytes: u32) {
+        let Some(say) = &entry.say else { return };
+        if say.text_bytes() > most_bytes as usize {
+            let message = format!("the texts of this message have {} bytes", say.text_bytes());
+            self.fault(path.field("say"), message, format!("at most {most_bytes} bytes, `messages.max_text_bytes`"));
+        }
+    }
+
+    /// That within a cycle a robot can turn by less than half a turn to either side.
+    fn turn(&mut self, path: &FieldPath, motion: &MotionLimits, cycle_s: f64) {
+        let turn_deg = f64::from(to_degrees(motion.max_angular)) * cycle_s;
+        if turn_deg >= 180.0 {
+            let message = format!("with cycles of {cycle_s} s a robot could turn by {turn_deg:.0} degrees in one");
+            self.fault(path.field("max_angular_degps"), message, "less than 180 degrees a cycle");
         }
     }
 

@@ -41,6 +41,14 @@ impl Image {
         self.rgb.is_empty()
     }
 
+    /// Forgets everything, and keeps the memory.
+    pub fn clear(&mut self) {
+        (self.width, self.height) = (0, 0);
+        self.rgb.clear();
+        self.labels.clear();
+        self.depth_m.clear();
+    }
+
     /// The colour of a pixel: `u` from the left, `v` from the top. None outside the image.
     pub fn colour(&self, u: u32, v: u32) -> Option<[u8; 3]> {
         let first = 3 * self.index(u, v)?;

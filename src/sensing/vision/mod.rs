@@ -199,7 +199,7 @@ pub enum VisionSource {
     /// From the geometry of what is in view, with the noise of a real vision system.
     #[default]
     Geometric,
-    /// From the camera images alone.
+    /// From the robot's camera images.
     Image,
     /// Perfect and unlimited, for debugging: everything on the pitch, wherever the robot looks.
     Truth,
@@ -235,8 +235,8 @@ fn recognise(
         let stream = &mut streams.vision;
         let own_index = scene.robots.iter().position(|robot| robot.id == id);
         match settings.source {
-            VisionSource::Image => {}
             VisionSource::Truth => truth::know_everything(&mut percepts, &scene, own_index, pose, camera, head),
+            VisionSource::Image => {}
             VisionSource::Geometric => {
                 occluders.gather(&scene, own_index, pose);
                 let mut observer = Observer::new(camera, head, pose, &settings.noise, &occluders, stream);

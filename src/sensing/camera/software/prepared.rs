@@ -129,7 +129,7 @@ impl PreparedScene {
         let mut unknown = Vec::new();
         for robot in &scene.robots {
             let middle = robot.world_from_robot.transform_point3(Vec3::Z * ROBOT_MIDDLE);
-            let limbs = robot.posture.world_from_limbs(robot.world_from_robot);
+            let limbs = robot.joints.world_from_limbs(robot.world_from_robot);
             let place = |limb: Limb| limbs[limb as usize];
             match robots.iter().find(|(id, _)| *id == robot.id) {
                 Some((_, model)) => self.add(Some(robot.id), middle, ROBOT_REACH, model, place),

@@ -1,7 +1,7 @@
 use super::*;
 use crate::appearance::Label;
 use crate::appearance::colours;
-use crate::appearance::posing::{Posture, leg_angles};
+use crate::appearance::posing::{JointAngles, leg_angles};
 use crate::appearance::robot::RobotDesign;
 use crate::appearance::scene::{SceneDescription, SceneRobot};
 use crate::geometry::{Pose, unit};
@@ -13,13 +13,13 @@ use bevy::math::{Vec2, Vec3};
 /// A scene with two robots, one in front of the other, and the ball.
 fn scene() -> SceneDescription {
     let mut scene = SceneDescription::empty(Pitch::default());
-    let posture = Posture {
+    let joints = JointAngles {
         head: HeadAngles { yaw: 0.4, pitch: 0.1 },
         legs: [leg_angles(Vec2::new(0.03, 0.02)), leg_angles(Vec2::new(-0.03, 0.0))],
         arms: [0.2, -0.2],
     };
     for (team, x, y, heading) in [(Team::Blue, 0.5, 0.2, 1.0), (Team::Pink, 1.2, -0.2, 3.0)] {
-        scene.robots.push(SceneRobot::standing(RobotId::new(team, 3), Pose::new(x, y, heading), posture));
+        scene.robots.push(SceneRobot::standing(RobotId::new(team, 3), Pose::new(x, y, heading), joints));
     }
     scene.ball = Some((Vec2::new(0.1, -0.3), 0.03));
     scene

@@ -1,0 +1,223 @@
+//! What is noted of a match of a batch.
+
+use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::statistics::median;
+use crate::ball::Ball;
+use crate::belief::{Belief, pitch_from_team};
+use crate::communication::MessageStatistics;
+use crate::cycle::CycleClock;
+use crate::events::{CycleEvents, KickResult, MatchEvent};
+use crate::geometry::Pose;
+use crate::pitch::End;
+use crate::referee::{Game, GameState, Penalty, RefereeMemory};
+use crate::robot::{RobotId, Team};
+
+/// Cycles between two looks at the beliefs; one look a cycle would tell hardly more.
+const CYCLES_PER_BELIEF: u64 = 30;
+
+/// How a match ended.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum MatchOutcome {
+    /// With the final whistle.
+    FinalWhistle,
+    /// At the end of the scenario's duration.
+    Duration,
+    /// At its end, but something that must always hold did not.
+    InvariantBroken,
+    /// With a panic, of a behaviour for instance.
+    Panicked,
+    /// It could not be started.
+    Refused,
+}
+
+impl MatchOutcome {
+    /// Whether the match was played as it should be.
+    pub fn is_valid(self) -> bool {
+        matches!(self, MatchOutcome::FinalWhistle | MatchOutcome::Duration)
+    }
+}
+
+/// A number for each team.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
+pub struct OfTeams<T> {
+    /// Blue's.
+    pub blue: T,
+    /// Pink's.
+    pub pink: T,
+}
+
+impl<T> OfTeams<T> {
+    /// That of this team.
+    pub fn of(&self, team: Team) -> &T {
+        match team {
+            Team::Blue => &self.blue,
+            Team::Pink => &self.pink,
+        }
+    }
+
+    fn of_mut(&mut self, team: Team) -> &mut T {
+        match team {
+            Team::Blue => &mut self.blue,
+            Team::Pink => &mut self.pink,
+        }
+    }
+}
+
+/// What came of one match: a row of a batch's table.
+#[derive(Clone, PartialEq, Debug)]
+pub struct MatchRow {
+    /// Its place in the batch, from 0.
+    pub index: usize,
+    /// Which variant of the scenario was played, from 0.
+    pub variant: usize,
+    /// The seed.
+    pub seed: u64,
+    /// How it ended.
+    pub outcome: MatchOutcome,
+    /// How long it was, s of the match's time.
+    pub duration_s: f64,
+    /// Goals that count for the team.
+    pub goals: OfTeams<u32>,
+    /// Goals against itself, which count for the other team.
+    pub own_goals: OfTeams<u32>,
+    /// Balls that it struck.
+    pub kicks: OfTeams<u32>,
+    /// Penalties against it.
+    pub penalties: OfTeams<u32>,
+    /// Balls that left the pitch.
+    pub outs: u32,
+    /// Blue's share of the time of play in which it had touched the ball last. None if nobody touched it.
+    pub blue_possession: Option<f64>,
+    /// Share of the time of play in which the ball was in blue's half. None without a ball.
+    pub ball_in_blue_half: Option<f64>,
+    /// Messages lost on the way, out of those that should have reached somebody. None if there were none.
+    pub messages_lost: Option<f64>,
+    /// The median distance of the place where a robot of the team believes to be from where it is, m. None without
+    /// beliefs.
+    pub belief_error_m: OfTeams<Option<f64>>,
+    /// What went wrong.
+    pub note: String,
+}
+
+impl MatchRow {
+    /// The row of a match that did not come to its end.
+    pub(super) fn failed(seed: u64, outcome: MatchOutcome, note: String) -> Self {
+        Self {
+            index: 0,
+            variant: 0,
+            seed,
+            outcome,
+            duration_s: 0.0,
+            goals: OfTeams::default(),
+            own_goals: OfTeams::default(),
+            kicks: OfTeams::default(),
+            penalties: OfTeams::default(),
+            outs: 0,
+            blue_possession: None,
+            ball_in_blue_half: None,
+            messages_lost: None,
+            belief_error_m: OfTeams::default(),
+            note,
+        }
+    }
+}
+
+/// Watches a match, cycle by cycle.
+#[derive(Clone, Debug, Default)]
+pub struct MatchObserver {
+    own_goals: OfTeams<u32>,
+    kicks: OfTeams<u32>,
+    penalties: OfTeams<u32>,
+    outs: u32,
+    /// Cycles of play in which the team had touched the ball last.
+    possession: OfTeams<u64>,
+    /// Cycles of play with the ball in the team's half.
+    ball_in_half: OfTeams<u64>,
+    belief_errors: OfTeams<Vec<f64>>,
+    first_broken_invariant: Option<String>,
+}
+
+impl MatchObserver {
+    /// Notes what happened in the last cycle.
+    pub fn observe(&mut self, world: &mut World) {
+        for event in world.resource::<CycleEvents>().iter() {
+            self.count(event);
+        }
+        let game = world.resource::<Game>();
+        if game.state != GameState::Playing {
+            return;
+        }
+        let own_ends = OfTeams { blue: game.own_end(Team::Blue), pink: game.own_end(Team::Pink) };
+        if let Some(touch) = world.resource::<RefereeMemory>().last_touch {
+            *self.possession.of_mut(touch.robot.team) += 1;
+        }
+        let ball =
+            world.try_query_filtered::<&Pose, With<Ball>>().and_then(|mut balls| balls.iter(world).next().copied());
+        if let Some(ball) = ball
+            && ball.position.x != 0.0
+        {
+            let end = if ball.position.x < 0.0 { End::NegativeX } else { End::PositiveX };
+            let team = if own_ends.blue == end { Team::Blue } else { Team::Pink };
+            *self.ball_in_half.of_mut(team) += 1;
+        }
+        if world.resource::<CycleClock>().cycle.is_multiple_of(CYCLES_PER_BELIEF) {
+            self.compare_beliefs(world, own_ends);
+        }
+    }
+
+    fn count(&mut self, event: &MatchEvent) {
+        match event {
+            MatchEvent::Goal { team, own_goal: true, .. } => *self.own_goals.of_mut(team.opponent()) += 1,
+            MatchEvent::Kick { robot, result: KickResult::Kicked | KickResult::Reduced, .. } => {
+                *self.kicks.of_mut(robot.team) += 1;
+            }
+            MatchEvent::Penalty { robot, .. } => *self.penalties.of_mut(robot.team) += 1,
+            MatchEvent::BallOut { .. } => self.outs += 1,
+            MatchEvent::InvariantBroken { message } if self.first_broken_invariant.is_none() => {
+                self.first_broken_invariant = Some(message.clone());
+            }
+            _ => {}
+        }
+    }
+
+    fn compare_beliefs(&mut self, world: &World, own_ends: OfTeams<End>) {
+        let Some(mut robots) = world.try_query::<(&RobotId, &Pose, &Belief, Option<&Penalty>)>() else { return };
+        for (id, pose, belief, penalty) in robots.iter(world) {
+            if !penalty.is_some_and(Penalty::is_active) {
+                let believed = pitch_from_team(belief.pose, *own_ends.of(id.team));
+                let error = believed.position.distance(pose.position);
+                self.belief_errors.of_mut(id.team).push(f64::from(error));
+            }
+        }
+    }
+
+    /// The row of the match that was watched.
+    pub(super) fn row(self, world: &World, seed: u64, outcome: MatchOutcome) -> MatchRow {
+        let score = world.resource::<Game>().score;
+        let messages = world.resource::<MessageStatistics>();
+        let [delivered, lost] = [&messages.blue, &messages.pink].into_iter().fold([0, 0], |[delivered, lost], team| {
+            [delivered + u64::from(team.delivered), lost + u64::from(team.lost)]
+        });
+        let share = |part: u64, other: u64| (part + other > 0).then(|| part as f64 / (part + other) as f64);
+        let [blue_errors, pink_errors] = [self.belief_errors.blue, self.belief_errors.pink].map(median);
+        MatchRow {
+            duration_s: world.resource::<CycleClock>().end_time_s(),
+            goals: OfTeams { blue: score.of(Team::Blue), pink: score.of(Team::Pink) },
+            own_goals: self.own_goals,
+            kicks: self.kicks,
+            penalties: self.penalties,
+            outs: self.outs,
+            blue_possession: share(self.possession.blue, self.possession.pink),
+            ball_in_blue_half: share(self.ball_in_half.blue, self.ball_in_half.pink),
+            messages_lost: share(lost, delivered),
+            belief_error_m: OfTeams { blue: blue_errors, pink: pink_errors },
+            ..match self.first_broken_invariant {
+                Some(message) => MatchRow::failed(seed, MatchOutcome::InvariantBroken, message),
+                None => MatchRow::failed(seed, outcome, String::new()),
+            }
+        }
+    }
+}

@@ -1,0 +1,120 @@
+//! Means and shares with their confidence intervals.
+
+/// The quantile of the standard normal distribution for a two-sided confidence of 95 %.
+const Z_95: f64 = 1.959_963_984_540_054;
+
+/// A value and the interval in which the truth lies with 95 % confidence.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Estimate {
+    /// The value.
+    pub value: f64,
+    /// The lower end.
+    pub low: f64,
+    /// The upper end.
+    pub high: f64,
+}
+
+impl Estimate {
+    /// Half the width of the interval.
+    pub fn margin(&self) -> f64 {
+        (self.high - self.low) / 2.0
+    }
+}
+
+/// The share of successes, with Wilson's score interval. None without trials.
+pub fn share(successes: usize, trials: usize) -> Option<Estimate> {
+    if trials == 0 {
+        return None;
+    }
+    // Wilson 1927: (p + z²/2n ± z sqrt(p (1 - p)/n + z²/4n²)) / (1 + z²/n)
+    let (n, z2) = (trials as f64, Z_95 * Z_95);
+    let p = successes as f64 / n;
+    let centre = p + z2 / (2.0 * n);
+    let spread = Z_95 * (p * (1.0 - p) / n + z2 / (4.0 * n * n)).sqrt();
+    let scale = 1.0 + z2 / n;
+    Some(Estimate { value: p, low: ((centre - spread) / scale).max(0.0), high: ((centre + spread) / scale).min(1.0) })
+}
+
+/// The mean, with Student's interval. None without values; of a single value the interval is infinite.
+pub fn mean(values: &[f64]) -> Option<Estimate> {
+    if values.is_empty() {
+        return None;
+    }
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let margin = match values.len() {
+        1 => f64::INFINITY,
+        _ => {
+            let variance = values.iter().map(|value| (value - mean) * (value - mean)).sum::<f64>() / (n - 1.0);
+            student_quantile_95(n - 1.0) * (variance / n).sqrt()
+        }
+    };
+    Some(Estimate { value: mean, low: mean - margin, high: mean + margin })
+}
+
+/// The middle value; the mean of the two in the middle of an even number. None without values.
+pub fn median(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    let middle = values.len() / 2;
+    let upper = *values.get(middle)?;
+    Some(if values.len() % 2 == 1 { upper } else { (values[middle - 1] + upper) / 2.0 })
+}
+
+/// Student's two-sided quantile for 95 %: exact for 1 and 2 degrees of freedom, else by Fisher's expansion (Abramowitz
+/// and Stegun, 26.7.5), which is good to 1 % from 3 on.
+fn student_quantile_95(degrees: f64) -> f64 {
+    let z = Z_95;
+    if degrees < 1.5 {
+        return 12.706_204_736;
+    }
+    if degrees < 2.5 {
+        return 4.302_652_73;
+    }
+    let [z3, z5, z7] = [z * z * z, z * z * z * z * z, z * z * z * z * z * z * z];
+    z + (z3 + z) / (4.0 * degrees)
+        + (5.0 * z5 + 16.0 * z3 + 3.0 * z) / (96.0 * degrees * degrees)
+        + (3.0 * z7 + 19.0 * z5 + 17.0 * z3 - 15.0 * z) / (384.0 * degrees * degrees * degrees)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_abs_diff_eq;
+
+    #[test]
+    fn shares_have_wilsons_interval() {
+        // 8 of 10: (0.8 + 0.19207 ± 1.96 sqrt(0.016 + 0.0096036)) / 1.384146 = 0.4902 .. 0.9433
+        let estimate = share(8, 10).unwrap();
+        assert_abs_diff_eq!(estimate.low, 0.4902, epsilon = 1e-4);
+        assert_abs_diff_eq!(estimate.high, 0.9433, epsilon = 1e-4);
+        assert_eq!(share(0, 5).unwrap().low, 0.0);
+        assert_eq!(share(5, 5).unwrap().high, 1.0);
+        assert_eq!(share(0, 0), None);
+    }
+
+    #[test]
+    fn means_have_students_interval() {
+        // 1, 2, 3, 4, 5: mean 3, standard deviation sqrt(2.5), t(4) = 2.776: 2.776 sqrt(2.5 / 5) = 1.963
+        let estimate = mean(&[1.0, 2.0, 3.0, 4.0, 5.0]).unwrap();
+        assert_abs_diff_eq!(estimate.value, 3.0, epsilon = 1e-12);
+        assert_abs_diff_eq!(estimate.margin(), 1.963, epsilon = 0.01);
+        assert_eq!(mean(&[]), None);
+        assert_eq!(mean(&[2.0]).unwrap().margin(), f64::INFINITY);
+    }
+
+    #[test]
+    fn students_quantiles_are_those_of_the_tables() {
+        for (degrees, quantile) in
+            [(1.0, 12.706), (2.0, 4.303), (3.0, 3.182), (5.0, 2.571), (10.0, 2.228), (99.0, 1.984)]
+        {
+            assert!((student_quantile_95(degrees) / quantile - 1.0).abs() < 0.01, "{degrees}");
+        }
+    }
+
+    #[test]
+    fn the_median_is_in_the_middle() {
+        assert_eq!(median(vec![3.0, 1.0, 2.0]), Some(2.0));
+        assert_eq!(median(vec![4.0, 1.0, 2.0, 3.0]), Some(2.5));
+        assert_eq!(median(Vec::new()), None);
+    }
+}

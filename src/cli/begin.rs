@@ -1,0 +1,84 @@
+//! What the match of `naoisis run` begins with: a scenario, or a snapshot of a match to go on with.
+
+use bevy::prelude::*;
+use std::path::Path;
+use std::process::ExitCode;
+
+use super::report;
+use super::run::RunArguments;
+use crate::scenario::{Format, Scenario, ScenarioFile};
+use crate::simulation::snapshot::EXTENSION;
+use crate::simulation::{MatchApp, Snapshot, change_settings};
+
+/// Whether a word of the command line is the path of a snapshot.
+fn is_snapshot(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(EXTENSION))
+}
+
+/// Puts the match that the command line asks for into the app.
+///
+/// # Errors
+/// The exit status of what is wrong, which is said already.
+pub fn begin(app: &mut App, arguments: &RunArguments) -> Result<(), ExitCode> {
+    if is_snapshot(Path::new(&arguments.scenario)) {
+        return go_on(app, arguments);
+    }
+    let file = ScenarioFile::find(&arguments.scenario).map_err(|error| report::scenario_error(&error))?;
+    begin_with(app, &file, arguments)
+}
+
+/// Starts the match of a scenario with what the command line changes in it.
+///
+/// # Errors
+/// The exit status of what is wrong, which is said already.
+pub fn begin_with(app: &mut App, file: &ScenarioFile, arguments: &RunArguments) -> Result<(), ExitCode> {
+    let mut file = file.with(&arguments.set).map_err(|error| report::scenario_error(&error))?;
+    change_from_command_line(&mut file.scenario, arguments)?;
+    app.start_match(&file.scenario).map_err(|fault| report::scenario_error(&file.source.error(&fault)))?;
+    Ok(())
+}
+
+fn change_from_command_line(scenario: &mut Scenario, arguments: &RunArguments) -> Result<(), ExitCode> {
+    if let Some(seed) = arguments.seed {
+        scenario.seed = seed;
+    }
+    if let Some(duration_s) = arguments.duration {
+        scenario.duration_s = Some(duration_s);
+        if let Err(fault) = scenario.validate() {
+            return Err(report::usage_error(&format!("--duration: {}; expected {}", fault.message, fault.expected)));
+        }
+    }
+    if let Some(cameras) = arguments.cameras {
+        scenario.cameras.render = cameras.into();
+        if let Err(fault) = scenario.validate() {
+            return Err(report::usage_error(&format!("--cameras: {}; expected {}", fault.message, fault.expected)));
+        }
+    }
+    Ok(())
+}
+
+/// Goes on with a saved match, with other settings if the command line has some.
+fn go_on(app: &mut App, arguments: &RunArguments) -> Result<(), ExitCode> {
+    let usage_error = |message: &str| report::usage_error(message);
+    if arguments.seed.is_some() {
+        return Err(usage_error("--seed: a saved match goes on with the random numbers that it had; expected no seed"));
+    }
+    let path = Path::new(&arguments.scenario);
+    let snapshot = Snapshot::load(path, app.world()).map_err(|error| usage_error(&error.to_string()))?;
+    snapshot.restore(app.world_mut()).map_err(|error| usage_error(&format!("{}: {error}", path.display())))?;
+    if !arguments.set.is_empty() {
+        // The settings are laid over the scenario's text, and what that changes is changed in the match.
+        let scenario = app.world().resource::<Scenario>();
+        let text = scenario.resolved_json().map_err(|error| usage_error(&error.to_string()))?;
+        let as_saved = ScenarioFile::from_text(&text, Format::Json, &arguments.scenario)
+            .map_err(|error| report::scenario_error(&error))?;
+        let changed = as_saved.with(&arguments.set).map_err(|error| report::scenario_error(&error))?;
+        app.insert_resource(as_saved.scenario);
+        change_settings(app.world_mut(), &changed.scenario)
+            .map_err(|fault| report::scenario_error(&changed.source.error(&fault)))?;
+    }
+    let mut scenario = app.world().resource::<Scenario>().clone();
+    change_from_command_line(&mut scenario, arguments)?;
+    change_settings(app.world_mut(), &scenario).map_err(|fault| usage_error(&fault.to_string()))?;
+    Ok(())
+}

@@ -1,0 +1,39 @@
+//! Who is where on the pitch.
+
+use bevy::prelude::*;
+
+use super::snapshot::RobotSnapshot;
+use crate::pitch::{AreaDimensions, End, Pitch};
+
+/// Where the feet are, m to the left and right of a robot's origin (paper, caption of Table 2).
+const FOOT_Y: f32 = 0.05;
+
+/// The places of a robot's feet, m, pitch frame.
+pub fn feet(robot: &RobotSnapshot) -> [Vec2; 2] {
+    [FOOT_Y, -FOOT_Y].map(|y| robot.pose.transform_point(Vec2::new(0.0, y)))
+}
+
+/// The corners of a robot's base, m, pitch frame.
+pub fn base_corners(robot: &RobotSnapshot) -> [Vec2; 4] {
+    robot.bounds.base.footprint(robot.pose).corners()
+}
+
+/// Whether a place is in the area in front of the goal at `end`, its lines included.
+pub fn in_area(pitch: &Pitch, area: AreaDimensions, end: End, point: Vec2) -> bool {
+    let half_line = pitch.line_width_m / 2.0;
+    let depth = pitch.half_length() + half_line - end.sign() * point.x;
+    (0.0..=area.depth_m + pitch.line_width_m).contains(&depth) && point.y.abs() <= area.width_m / 2.0 + half_line
+}
+
+/// Whether a place is inside the goal at `end`, behind the goal line.
+pub fn in_goal(pitch: &Pitch, end: End, point: Vec2) -> bool {
+    let behind = end.sign() * point.x - pitch.outer_half_extents().x;
+    behind > 0.0
+        && end.sign() * point.x <= pitch.goal_post_x() + pitch.goal.depth_m
+        && point.y.abs() < pitch.goal.width_m / 2.0
+}
+
+/// The same place as the team that defends `own_end` sees it: its own goal at -x.
+pub fn in_team_frame(own_end: End, point: Vec2) -> Vec2 {
+    point * -own_end.sign()
+}

@@ -1,0 +1,54 @@
+//! Ball holding: a robot must leave enough open space around the ball (2010 rule book, section 4.5). It holds the
+//! ball when the convex hull of its body on the ground covers more than half of it, which is when the ball's centre
+//! is within the hull.
+
+use bevy::prelude::*;
+
+use super::areas::{feet, in_area};
+use super::evidence::Evidence;
+use super::snapshot::{MatchSnapshot, RobotSnapshot};
+use crate::robot::body::{BodyBounds, BodyBox};
+
+/// For how many cycles the robot has held the ball, this one included. Letting go counts back as fast: the rule asks
+/// for a release about as long as the hold.
+pub fn advance(cycles: u64, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> u64 {
+    if holds_ball(snapshot, robot) { cycles + 1 } else { cycles.saturating_sub(1) }
+}
+
+fn holds_ball(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
+    snapshot.ball.is_some_and(|ball| {
+        let place = robot.pose.inverse_transform_point(ball.position);
+        place.length_squared() < 1.0 && is_in_hull(&robot.bounds, place)
+    })
+}
+
+/// Whether a place in the robot frame is within the convex hull of the robot's two boxes, seen from above.
+pub fn is_in_hull(bounds: &BodyBounds, place: Vec2) -> bool {
+    // Both boxes are symmetric about the x axis: so is the hull, and its half above the axis decides.
+    let corners = |part: &BodyBox| part.x_m.map(|x| Vec2::new(x, part.half_width_m));
+    let [a, b] = corners(&bounds.torso);
+    let [c, d] = corners(&bounds.base);
+    let corners = [a, b, c, d];
+    let place = Vec2::new(place.x, place.y.abs());
+    // The hull's edge is the highest of the chords between two corners.
+    corners.iter().any(|left| {
+        corners.iter().any(|right| {
+            let spans = left.x < right.x && left.x <= place.x && place.x <= right.x;
+            spans && place.y <= left.y + (place.x - left.x) / (right.x - left.x) * (right.y - left.y)
+        })
+    })
+}
+
+/// The case against a robot that has held the ball for too long.
+pub fn judge(cycles: u64, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> Option<Evidence> {
+    let own_end = snapshot.game.own_end(robot.id.team);
+    let area = snapshot.pitch.penalty_area;
+    let keeper_at_home =
+        snapshot.is_keeper(robot) && feet(robot).iter().any(|foot| in_area(snapshot.pitch, area, own_end, *foot));
+    let limit = if keeper_at_home { snapshot.rules.keeper_ball_holding_s } else { snapshot.rules.ball_holding_s };
+    (cycles >= snapshot.cycles(limit) && holds_ball(snapshot, robot)).then(|| {
+        Evidence::against(snapshot, "A robot may not cover more than half of the ball for long.", robot)
+            .with_measurement("s of holding", snapshot.seconds(cycles), limit)
+            .otherwise("It had to release the ball in time.")
+    })
+}

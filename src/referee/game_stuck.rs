@@ -1,0 +1,79 @@
+//! Game stuck: nothing substantial happens for a time (2010 rule book, section 3.10; 2025 rule book, "Game Stuck").
+//!
+//! Substantial is that the ball moves. If a robot is at the ball, the nearest one is taken away; otherwise play is
+//! stopped, which asks for a touch of the ball since the last kick-off.
+
+use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::evidence::Evidence;
+use super::snapshot::MatchSnapshot;
+
+/// A ball that is farther than this from where it was has moved, m.
+const MOVED_M: f32 = 0.1;
+/// A robot this near is at the ball, m.
+const AT_BALL_M: f32 = 0.5;
+
+/// A ball that does not move.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+pub struct Stuck {
+    /// Where it lies, m, pitch frame.
+    pub ball: Vec2,
+    /// Cycles for which it has.
+    pub cycles: u64,
+    /// Whether anybody has touched the ball since the last kick-off.
+    pub touched: bool,
+}
+
+/// What is done about play that is stuck.
+#[derive(Clone, PartialEq, Debug)]
+pub enum Remedy {
+    /// The robot of this index, the nearest to the ball, is taken away.
+    Local(usize, Evidence),
+    /// Play is stopped for a kick-off.
+    Global(Evidence),
+}
+
+/// How long the ball has lain, this cycle included.
+pub fn advance(stuck: Stuck, snapshot: &MatchSnapshot) -> Stuck {
+    let touched = stuck.touched || !snapshot.touches.is_empty();
+    let Some(ball) = snapshot.ball else { return Stuck { cycles: 0, touched, ..stuck } };
+    if stuck.cycles > 0 && stuck.ball.distance(ball.position) <= MOVED_M {
+        Stuck { cycles: stuck.cycles + 1, touched, ..stuck }
+    } else {
+        Stuck { ball: ball.position, cycles: 1, touched }
+    }
+}
+
+/// What is done about it, if it has lain for too long.
+pub fn judge(stuck: &Stuck, snapshot: &MatchSnapshot) -> Option<Remedy> {
+    if stuck.cycles < snapshot.cycles(snapshot.rules.game_stuck_s) {
+        return None;
+    }
+    let ball = snapshot.ball?.position;
+    let distance = |index: &usize| snapshot.robots[*index].pose.position.distance(ball);
+    let present = (0..snapshot.robots.len()).filter(|index| snapshot.robots[*index].is_present());
+    let nearest = present.min_by(|a, b| distance(a).total_cmp(&distance(b)));
+    let measured = |evidence: Evidence| {
+        evidence
+            .with_measurement("s without change", snapshot.seconds(stuck.cycles), snapshot.rules.game_stuck_s)
+            .otherwise(format!("The ball had to move by more than {MOVED_M} m in time."))
+    };
+    match nearest.filter(|index| distance(index) <= AT_BALL_M) {
+        Some(index) => Some(Remedy::Local(
+            index,
+            measured(Evidence::against(
+                snapshot,
+                "When play is stuck, the robot nearest to the ball is taken away.",
+                &snapshot.robots[index],
+            )),
+        )),
+        None => stuck.touched.then(|| {
+            Remedy::Global(measured(Evidence::new(
+                snapshot,
+                "When play is stuck with nobody at the ball, it is stopped for a kick-off.",
+                ball,
+            )))
+        }),
+    }
+}

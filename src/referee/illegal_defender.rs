@@ -1,0 +1,66 @@
+//! Illegal defenders: who may be where in front of the own goal (2010 rule book, section 4.11; 2025 rule book, "Own
+//! Goal Area").
+
+use super::areas::{base_corners, feet, in_area};
+use super::evidence::Evidence;
+use super::memory::RobotRecord;
+use super::rules::DefenderLimit;
+use super::snapshot::{MatchSnapshot, RobotSnapshot};
+
+/// Whether a robot counts as being in the area that its team may not crowd.
+pub fn is_in_area(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
+    match snapshot.rules.defender_limit {
+        DefenderLimit::KeeperOnly => {
+            let own_end = snapshot.game.own_end(robot.id.team);
+            feet(robot).iter().all(|foot| in_area(snapshot.pitch, snapshot.pitch.penalty_area, own_end, *foot))
+        }
+        DefenderLimit::AtMost(_) => is_in_goal_area(snapshot, robot),
+    }
+}
+
+/// Whether any part of a robot's base touches its own goal area, or where the pitch has none, its penalty area.
+pub fn is_in_goal_area(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
+    let area = snapshot.pitch.goal_area.unwrap_or(snapshot.pitch.penalty_area);
+    let own_end = snapshot.game.own_end(robot.id.team);
+    base_corners(robot).iter().any(|corner| in_area(snapshot.pitch, area, own_end, *corner))
+}
+
+/// For how many cycles the robot has been in the area, this one included.
+pub fn advance(cycles_in_area: u64, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> u64 {
+    if is_in_area(snapshot, robot) { cycles_in_area + 1 } else { 0 }
+}
+
+/// The case against the robot of index `index`, if it is an illegal defender. Where only a number is limited, those
+/// that came last are too many. `records` are up to date for all robots.
+pub fn judge(records: &[RobotRecord], snapshot: &MatchSnapshot, index: usize) -> Option<Evidence> {
+    let (robot, own) = (&snapshot.robots[index], &records[index]);
+    // A referee's reaction: too many for that long.
+    if own.cycles_in_area <= snapshot.cycles(snapshot.rules.illegal_defender_s) {
+        return None;
+    }
+    let evidence = |rule| {
+        Evidence::against(snapshot, rule, robot).with_measurement(
+            "s in the area",
+            snapshot.seconds(own.cycles_in_area),
+            snapshot.rules.illegal_defender_s,
+        )
+    };
+    match snapshot.rules.defender_limit {
+        DefenderLimit::KeeperOnly => (!snapshot.is_keeper(robot)).then(|| {
+            evidence("Only the keeper may have both feet in its own penalty area.")
+                .otherwise("It had to keep a foot outside the area, or leave it at once.")
+        }),
+        DefenderLimit::AtMost(most) => {
+            let before = records.iter().zip(snapshot.robots).filter(|(record, other)| {
+                other.is_present()
+                    && other.id.team == robot.id.team
+                    && record.cycles_in_area > 0
+                    && (record.cycles_in_area, robot.id) > (own.cycles_in_area, other.id)
+            });
+            (before.count() >= usize::from(most)).then(|| {
+                evidence("Only so many robots of a team may be in their own goal area at a time.")
+                    .otherwise(format!("At most {most} robots, with those that came before it, had to be there."))
+            })
+        }
+    }
+}

@@ -1,0 +1,92 @@
+//! Indirect goals: a goal counts only if two robots of the team have played the ball since the last restart (2025
+//! rule book, "Indirect Kick"). Own goals always count, and so does a first shot of the team that had to keep away
+//! from a free kick which was not taken in time.
+
+use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::boundary::Crossing;
+use super::evidence::Evidence;
+use super::snapshot::MatchSnapshot;
+use crate::robot::{RobotId, Team};
+
+/// A ball slower than this has come to a stop, m/s.
+const STOPPED_MPS: f32 = 0.05;
+
+/// Who has played the ball since the last restart.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+pub struct Plays {
+    /// The first robot of each team, blue first.
+    pub first: [Option<RobotId>; 2],
+    /// Whether another robot of that team has played it, too.
+    pub second: [bool; 2],
+    /// Whose kick the ball still rolls from.
+    pub shot: Option<RobotId>,
+    /// A direct goal that is allowed.
+    pub direct: Option<Direct>,
+}
+
+/// Permission for a direct goal.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
+pub struct Direct {
+    /// Of this team.
+    pub team: Team,
+    /// By this robot, once it has played the ball.
+    pub robot: Option<RobotId>,
+}
+
+impl Plays {
+    /// After a free kick that was not taken in time: the other team may score directly.
+    pub fn direct_for(team: Team) -> Self {
+        Self { direct: Some(Direct { team, robot: None }), ..Self::default() }
+    }
+
+    /// Takes note of a cycle.
+    pub fn advance(&mut self, snapshot: &MatchSnapshot) {
+        for &(robot, kick) in snapshot.touches {
+            let team = robot.team as usize;
+            match self.first[team] {
+                None => self.first[team] = Some(robot),
+                Some(first) => self.second[team] |= first != robot,
+            }
+            if kick {
+                self.shot = Some(robot);
+            }
+            self.direct = self.direct.and_then(|direct| direct.after_touch(robot, kick));
+        }
+        if snapshot.touches.is_empty() && snapshot.ball.is_some_and(|ball| ball.velocity.length() < STOPPED_MPS) {
+            self.shot = None;
+            self.direct = self.direct.filter(|direct| direct.robot.is_none());
+        }
+    }
+}
+
+impl Direct {
+    fn after_touch(self, robot: RobotId, kick: bool) -> Option<Direct> {
+        match self.robot {
+            None => (robot.team == self.team).then_some(Direct { robot: Some(robot), ..self }),
+            // A deflection leaves the shot what it is; to play the ball again does not.
+            Some(shooter) => (shooter != robot && !kick).then_some(self),
+        }
+    }
+}
+
+/// Why a goal of `team` does not count, if it had to be indirect and was not.
+pub fn judge(snapshot: &MatchSnapshot, plays: &Plays, team: Team, crossing: &Crossing) -> Option<Evidence> {
+    if !snapshot.rules.indirect_goals {
+        return None;
+    }
+    let shot_by_team = plays.shot.is_some_and(|robot| robot.team == team);
+    let own_goal = snapshot.last_touch.is_some_and(|touch| touch.robot.team != team) && !shot_by_team;
+    let indirect = plays.second[team as usize];
+    let direct = plays.direct.is_some_and(|direct| direct.team == team && direct.robot.is_some());
+    if own_goal || indirect || direct {
+        return None;
+    }
+    let evidence = Evidence::new(
+        snapshot,
+        "A goal counts only if two robots of the team have played the ball since the last restart.",
+        crossing.position,
+    );
+    Some(evidence.otherwise(format!("Another robot of the {team} team had to play the ball before.")))
+}

@@ -1,0 +1,360 @@
+//! Interventions: what a person, a program or a scenario makes the referee do.
+//!
+//! An [`Intervention`] is a Bevy command (`commands.queue(Intervention::Whistle)`), and a scenario file lists them with
+//! the time at which they happen. They are carried out at the end of the cycle, after the rules have been applied;
+//! what cannot be done is refused and reported, and nothing changes.
+
+use bevy::prelude::*;
+use core::fmt;
+use serde::{Deserialize, Serialize};
+
+use super::decide::Referee;
+use super::evidence::Evidence;
+use super::game::{GameState, Score};
+use super::penalty::PenaltyReason;
+use super::placing::Occupied;
+use super::snapshot::Disc;
+use crate::events::MatchEvent;
+use crate::geometry::{Pose, file_units};
+use crate::knowledge::Knowledge;
+use crate::robot::{RobotId, Team};
+
+/// Something that the referee is made to do.
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Intervention {
+    /// Puts the ball down, where there is room for it.
+    PlaceBall {
+        /// Where, m, pitch frame.
+        position_m: Vec2,
+        /// With which velocity, m/s, pitch frame.
+        #[serde(default)]
+        velocity_mps: Vec2,
+    },
+    /// Puts a robot down, where there is room for it.
+    PlaceRobot {
+        /// Which robot.
+        robot: RobotId,
+        /// Where, pitch frame: `[x m, y m, heading deg]` in files.
+        #[serde(with = "file_units::pose")]
+        pose: Pose,
+    },
+    /// Sets the score.
+    SetScore {
+        /// Of the blue team.
+        blue: u32,
+        /// Of the pink team.
+        pink: u32,
+    },
+    /// Removes a robot from the pitch.
+    Penalise {
+        /// Which robot.
+        robot: RobotId,
+        /// What for.
+        #[serde(default)]
+        reason: PenaltyReason,
+        /// For how long, s of play; without it as long as the rules say.
+        #[serde(default)]
+        duration_s: Option<f32>,
+    },
+    /// Ends a robot's penalty.
+    Return {
+        /// Which robot.
+        robot: RobotId,
+    },
+    /// Whistles: `ready` becomes `set`, `set` becomes `playing`. In play it is only heard.
+    Whistle,
+    /// Puts the ball down to rest, in play, with neither team having a right to it.
+    DropBall {
+        /// Where, m, pitch frame.
+        #[serde(default)]
+        position_m: Vec2,
+    },
+    /// Stops play for a kick-off.
+    KickOff {
+        /// Of this team.
+        team: Team,
+    },
+}
+
+impl fmt::Display for Intervention {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Intervention::PlaceBall { position_m, velocity_mps } => write!(
+                formatter,
+                "the ball is put at ({:.2}, {:.2}) with {:.2} m/s",
+                position_m.x,
+                position_m.y,
+                velocity_mps.length()
+            ),
+            Intervention::PlaceRobot { robot, pose } => {
+                write!(formatter, "{robot} is put at ({:.2}, {:.2})", pose.position.x, pose.position.y)
+            }
+            Intervention::SetScore { blue, pink } => write!(formatter, "the score is set to blue {blue} : pink {pink}"),
+            Intervention::Penalise { robot, .. } => write!(formatter, "{robot} is penalised"),
+            Intervention::Return { robot } => write!(formatter, "{robot} may return"),
+            Intervention::Whistle => formatter.write_str("the whistle"),
+            Intervention::DropBall { position_m } => {
+                write!(formatter, "the ball is dropped at ({:.2}, {:.2})", position_m.x, position_m.y)
+            }
+            Intervention::KickOff { team } => write!(formatter, "kick-off for {team}"),
+        }
+    }
+}
+
+/// An intervention at a given time.
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TimedIntervention {
+    /// When, s since the start: it is carried out at the end of the first cycle that ends then or later.
+    pub at_s: f64,
+    /// What.
+    #[serde(rename = "do")]
+    pub intervention: Intervention,
+}
+
+/// The interventions to come.
+#[derive(Resource, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[reflect(Resource, @Knowledge::Truth)]
+pub struct Interventions {
+    /// Those for the end of this cycle, in the order in which they were asked for.
+    pub queue: Vec<Intervention>,
+    /// Those for a later time, the latest first.
+    scheduled: Vec<TimedIntervention>,
+}
+
+impl Interventions {
+    /// The interventions that a scenario lists; of those for the same time the first in the list comes first.
+    pub fn scheduled(list: &[TimedIntervention]) -> Self {
+        let mut scheduled: Vec<_> = list.iter().rev().copied().collect();
+        scheduled.sort_by(|a, b| b.at_s.total_cmp(&a.at_s));
+        Self { queue: Vec::new(), scheduled }
+    }
+
+    /// Moves those that are due at `time_s` to the queue.
+    pub(super) fn fall_due(&mut self, time_s: f64) {
+        // Half a microsecond for rounding: a time given with a few digits is met by the cycle that it means.
+        while let Some(next) = self.scheduled.pop_if(|next| next.at_s <= time_s + 5e-7) {
+            self.queue.push(next.intervention);
+        }
+    }
+}
+
+impl Command for Intervention {
+    type Out = ();
+
+    fn apply(self, world: &mut World) {
+        world.get_resource_or_init::<Interventions>().queue.push(self);
+    }
+}
+
+impl Referee<'_, '_> {
+    /// Carries out what it is made to do.
+    pub(super) fn intervene(&mut self) {
+        for &intervention in self.seen.interventions {
+            let event = match self.carry_out(intervention) {
+                Ok(()) => MatchEvent::Intervention { intervention },
+                Err(message) => MatchEvent::InterventionRefused { intervention, message },
+            };
+            self.decisions.events.push(event);
+        }
+    }
+
+    fn carry_out(&mut self, intervention: Intervention) -> Result<(), String> {
+        match intervention {
+            Intervention::PlaceBall { position_m, velocity_mps } => {
+                self.require_ball()?;
+                self.require_on_carpet(position_m)?;
+                if !velocity_mps.is_finite() {
+                    return Err("the velocity is not finite".to_owned());
+                }
+                self.put_ball(position_m);
+                self.decisions.ball_velocity = velocity_mps;
+            }
+            Intervention::PlaceRobot { robot, pose } => {
+                let index = self.find(robot)?;
+                self.require_on_carpet(pose.position)?;
+                if !pose.is_finite() {
+                    return Err("the heading is not finite".to_owned());
+                }
+                if !self.decisions.robots[index].is_present() {
+                    return Err(format!("{robot} serves a penalty"));
+                }
+                let mut occupied = Occupied::by_others(&self.now(), Some(index));
+                if let (Some(place), Some(ball)) = (self.decisions.ball, self.seen.ball) {
+                    occupied.set_ball(Disc { centre: place, radius: ball.radius });
+                }
+                self.decisions.robots[index].pose = occupied.free_pose(pose, &self.seen.robots[index].bounds);
+                self.memory.robots[index].forgive();
+            }
+            Intervention::SetScore { blue, pink } => self.decisions.game.score = Score { blue, pink },
+            Intervention::Penalise { robot, reason, duration_s } => {
+                let index = self.find(robot)?;
+                if !self.decisions.robots[index].is_present() {
+                    return Err(format!("{robot} serves a penalty already"));
+                }
+                let seconds = duration_s.unwrap_or(self.seen.rules.penalty_s);
+                if !(seconds.is_finite() && seconds >= 0.0) {
+                    return Err(format!("a penalty cannot last {seconds} s"));
+                }
+                let evidence = Evidence::against(
+                    self.seen,
+                    "Whoever runs the match can penalise a robot.",
+                    &self.seen.robots[index],
+                );
+                self.remove(index, reason, self.seen.cycles(seconds), evidence);
+            }
+            Intervention::Return { robot } => {
+                let index = self.find(robot)?;
+                if self.decisions.robots[index].is_present() {
+                    return Err(format!("{robot} serves no penalty"));
+                }
+                self.bring_back(index);
+            }
+            Intervention::Whistle => match self.decisions.game.state {
+                GameState::Ready => {
+                    self.whistle();
+                    self.begin_set();
+                }
+                GameState::Set => self.begin_play(),
+                GameState::Playing => self.whistle(),
+                GameState::Initial | GameState::Finished => return Err("there is no play to whistle for".to_owned()),
+            },
+            Intervention::DropBall { position_m } => {
+                self.require_ball()?;
+                self.require_on_carpet(position_m)?;
+                self.require_play()?;
+                let position_m = self.put_ball(position_m);
+                self.drop_ball();
+                self.decisions.events.push(MatchEvent::DropBall { position_m });
+            }
+            Intervention::KickOff { team } => {
+                self.require_play()?;
+                self.begin_kick_off(Some(team));
+            }
+        }
+        Ok(())
+    }
+
+    fn find(&self, robot: RobotId) -> Result<usize, String> {
+        self.seen.robot_index(robot).ok_or_else(|| format!("there is no robot {robot}"))
+    }
+
+    fn require_ball(&self) -> Result<(), String> {
+        self.seen.ball.map(|_| ()).ok_or_else(|| "there is no ball".to_owned())
+    }
+
+    fn require_play(&self) -> Result<(), String> {
+        match self.decisions.game.state {
+            GameState::Finished => Err("the match is over".to_owned()),
+            _ if self.decisions.game.shoot_out.is_some() => Err("there is a shoot-out".to_owned()),
+            _ => Ok(()),
+        }
+    }
+
+    fn require_on_carpet(&self, place: Vec2) -> Result<(), String> {
+        let carpet = self.seen.pitch.carpet_half_extents();
+        // A place that is no number is on no carpet.
+        if place.abs().cmple(carpet).all() {
+            return Ok(());
+        }
+        Err(format!(
+            "({}, {}) is not on the carpet, which ends at ±{} m and ±{} m",
+            place.x, place.y, carpet.x, carpet.y
+        ))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::Situation;
+    use super::*;
+
+    const BLUE2: RobotId = RobotId::new(Team::Blue, 2);
+
+    fn decided(intervention: Intervention) -> super::super::decide::Decisions {
+        Situation { interventions: vec![intervention], ..Situation::three_a_side() }.decide()
+    }
+
+    #[test]
+    fn the_ball_is_placed_and_rolls() {
+        let (position_m, velocity_mps) = (Vec2::new(1.0, 1.0), Vec2::new(0.5, 0.0));
+        let decided = decided(Intervention::PlaceBall { position_m, velocity_mps });
+        assert_eq!((decided.ball, decided.ball_velocity), (Some(position_m), velocity_mps));
+    }
+
+    #[test]
+    fn a_robot_is_placed_where_there_is_room() {
+        let pose = Pose::new(1.0, 1.0, 0.5);
+        let decided_there = decided(Intervention::PlaceRobot { robot: BLUE2, pose });
+        assert_eq!(decided_there.robots[1].pose, pose);
+        // Pink's keeper stands there.
+        let taken = Pose { heading: 0.0, ..Situation::three_a_side().robots[3].pose };
+        let beside = decided(Intervention::PlaceRobot { robot: BLUE2, pose: taken }).robots[1].pose;
+        assert!((0.05..0.5).contains(&beside.position.distance(taken.position)));
+    }
+
+    #[test]
+    fn a_robot_is_penalised_and_returns() {
+        let duration_s = Some(10.0);
+        let mut situation = Situation {
+            interventions: vec![Intervention::Penalise { robot: BLUE2, reason: PenaltyReason::Manual, duration_s }],
+            ..Situation::three_a_side()
+        };
+        let robot = situation.pass().robots[1];
+        // 10 s of 1/30 s.
+        assert_eq!(robot.penalty.0.unwrap().cycles_left, 300);
+        let mut situation = Situation { interventions: vec![Intervention::Return { robot: BLUE2 }], ..situation };
+        assert!(situation.pass().robots[1].is_present());
+    }
+
+    #[test]
+    fn score_whistle_and_drop_ball() {
+        assert_eq!(decided(Intervention::SetScore { blue: 3, pink: 1 }).game.score, Score { blue: 3, pink: 1 });
+        assert_eq!(decided(Intervention::Whistle).game.whistles, 1);
+        let mut ready = Situation { interventions: vec![Intervention::Whistle], ..Situation::three_a_side() };
+        ready.game.state = GameState::Ready;
+        ready.pass();
+        assert_eq!(ready.game.state, GameState::Set);
+        ready.interventions = vec![Intervention::Whistle];
+        assert_eq!(ready.decide().game.state, GameState::Playing);
+        let dropped = decided(Intervention::DropBall { position_m: Vec2::new(1.0, -1.0) });
+        assert_eq!((dropped.ball, dropped.game.drop_ball), (Some(Vec2::new(1.0, -1.0)), true));
+    }
+
+    #[test]
+    fn what_cannot_be_done_is_refused_and_changes_nothing() {
+        let nobody = RobotId::new(Team::Pink, 9);
+        let far = Pose::new(9.0, 0.0, 0.0);
+        let impossible = [
+            Intervention::PlaceBall { position_m: Vec2::new(f32::NAN, 0.0), velocity_mps: Vec2::ZERO },
+            Intervention::PlaceBall { position_m: Vec2::ZERO, velocity_mps: Vec2::splat(f32::INFINITY) },
+            Intervention::PlaceRobot { robot: nobody, pose: Pose::default() },
+            Intervention::PlaceRobot { robot: BLUE2, pose: far },
+            Intervention::Penalise { robot: nobody, reason: PenaltyReason::Manual, duration_s: None },
+            Intervention::Penalise { robot: BLUE2, reason: PenaltyReason::Manual, duration_s: Some(-1.0) },
+            Intervention::Return { robot: BLUE2 },
+            Intervention::Return { robot: nobody },
+        ];
+        let before = Situation::three_a_side();
+        for intervention in impossible {
+            let decided = decided(intervention);
+            assert!(matches!(decided.events[..], [MatchEvent::InterventionRefused { .. }]), "{intervention:?}");
+            assert_eq!((decided.ball, &decided.robots), (None, &before.robots));
+        }
+    }
+
+    #[test]
+    fn those_of_a_scenario_fall_due_in_their_order() {
+        let at = |at_s, blue| TimedIntervention { at_s, intervention: Intervention::SetScore { blue, pink: 0 } };
+        let mut interventions = Interventions::scheduled(&[at(2.0, 3), at(1.0, 1), at(1.0, 2)]);
+        interventions.fall_due(0.5);
+        assert!(interventions.queue.is_empty());
+        interventions.fall_due(1.0);
+        let scores = [1, 2].map(|blue| Intervention::SetScore { blue, pink: 0 });
+        assert_eq!(interventions.queue, scores);
+        interventions.queue.clear();
+        interventions.fall_due(5.0);
+        assert_eq!(interventions.queue.len(), 1);
+    }
+}

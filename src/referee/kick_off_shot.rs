@@ -1,0 +1,60 @@
+//! A shot straight from the kick-off cannot score (2010 rule book, section 4.4): no goal of the team that kicked off
+//! counts before one of its robots has played the ball when it had wholly left the centre circle. A ball that
+//! opponents only deflected is still that shot; one that they kicked is not.
+
+use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::boundary::Crossing;
+use super::evidence::Evidence;
+use super::snapshot::MatchSnapshot;
+use crate::robot::Team;
+
+/// How far play has come since the kick-off.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
+pub struct KickOffPlay {
+    /// The team that kicked off.
+    pub team: Team,
+    /// Whether the ball has wholly left the centre circle.
+    pub left_circle: bool,
+    /// Whether whatever comes now is no shot from the kick-off any more.
+    pub over: bool,
+}
+
+impl KickOffPlay {
+    /// Just after the whistle.
+    pub fn new(team: Team) -> Self {
+        Self { team, left_circle: false, over: false }
+    }
+
+    /// Takes note of a cycle: first its touches, then where the ball went.
+    pub fn advance(&mut self, snapshot: &MatchSnapshot) {
+        for (robot, kick) in snapshot.touches {
+            let played_on = if robot.team == self.team { self.left_circle } else { *kick };
+            self.over |= played_on;
+        }
+        let Some(ball) = snapshot.ball else { return };
+        let pitch = snapshot.pitch;
+        let radius = (pitch.centre_circle_diameter_m + pitch.line_width_m) / 2.0 + ball.radius;
+        self.left_circle |= ball.path.iter().chain([&ball.position]).any(|place| place.length() > radius);
+    }
+}
+
+/// Why a goal of `team` does not count, if it was shot from the kick-off.
+pub fn judge(
+    snapshot: &MatchSnapshot,
+    play: Option<&KickOffPlay>,
+    team: Team,
+    crossing: &Crossing,
+) -> Option<Evidence> {
+    let play = play.filter(|play| snapshot.rules.no_kick_off_shots && play.team == team && !play.over)?;
+    let evidence = Evidence::new(
+        snapshot,
+        "A shot from the kick-off, before the whole ball has left the centre circle, cannot score.",
+        crossing.position,
+    );
+    Some(evidence.otherwise(format!(
+        "A robot of the {} team had to play the ball again after it had left the circle.",
+        play.team
+    )))
+}

@@ -1,0 +1,135 @@
+//! The referee's penalties: robots are removed, wait, and come back.
+
+use super::collision;
+use super::decide::Referee;
+use super::evidence::Evidence;
+use super::game::GameState;
+use super::penalty::{ActivePenalty, Penalty, PenaltyReason};
+use super::placing::Occupied;
+use super::removal::{halfway_pose, return_pose, stuck_keeper_pose, waiting_pose};
+use super::set_play::SetPlayKind;
+use super::snapshot::RobotSnapshot;
+use crate::events::MatchEvent;
+use crate::robot::Team;
+
+/// A push so near to the ball gives the other team a free kick, m (2025 rule book, "Player Pushing").
+const PUSHING_FREE_KICK_M: f32 = 0.5;
+
+impl Referee<'_, '_> {
+    /// Penalties run, and robots that have served theirs come back.
+    pub(super) fn count_penalties(&mut self) {
+        for index in 0..self.decisions.robots.len() {
+            let Some(penalty) = &mut self.decisions.robots[index].penalty.0 else { continue };
+            penalty.cycles_left = penalty.cycles_left.saturating_sub(1);
+            if penalty.cycles_left == 0 {
+                self.bring_back(index);
+            }
+        }
+    }
+
+    /// Penalises the robot that is responsible for a collision.
+    pub(super) fn penalise_push(&mut self, robot: usize, other: usize) {
+        if !self.decisions.robots[robot].is_present() {
+            return;
+        }
+        let RobotSnapshot { id, pose, .. } = self.seen.robots[robot];
+        *self.memory.pushes.of_mut(id.team) += 1;
+        self.penalise(robot, PenaltyReason::Pushing, collision::evidence(self.seen, robot, other));
+        let Some(ball) = self.seen.ball else { return };
+        let near_ball = pose.position.distance(ball.position) <= PUSHING_FREE_KICK_M;
+        if self.seen.rules.pushing_free_kick && near_ball && self.decisions.game.set_play.is_none() {
+            self.begin_free_kick(SetPlayKind::PushingFreeKick, id.team.opponent(), ball.position);
+        }
+    }
+
+    /// For how many cycles of play a robot of `team` is removed, and counts the offence.
+    fn penalty_cycles(&mut self, reason: PenaltyReason, team: Team) -> u64 {
+        let rules = self.seen.rules;
+        if reason == PenaltyReason::IllegalPosition && self.seen.game.state != GameState::Playing {
+            return self.seen.cycles(rules.illegal_position_s.unwrap_or(rules.penalty_s));
+        }
+        let for_the_half = reason == PenaltyReason::Pushing
+            && rules.pushing_limit.is_some_and(|limit| self.memory.pushes.of(team) >= limit);
+        let mut seconds = rules.penalty_s;
+        if reason.is_infraction() {
+            let earlier = self.memory.infractions.of_mut(team);
+            seconds += rules.penalty_increase_s * *earlier as f32;
+            *earlier += 1;
+        }
+        let rest_of_half = self.seen.game.cycles_left.filter(|_| for_the_half);
+        rest_of_half.unwrap_or(self.seen.cycles(seconds))
+    }
+
+    /// Removes a robot from the pitch.
+    pub(super) fn penalise(&mut self, index: usize, reason: PenaltyReason, evidence: Evidence) {
+        let cycles = self.penalty_cycles(reason, self.seen.robots[index].id.team);
+        self.remove(index, reason, cycles, evidence);
+    }
+
+    /// Removes a robot from the pitch for so many cycles of play.
+    pub(super) fn remove(&mut self, index: usize, reason: PenaltyReason, cycles: u64, evidence: Evidence) {
+        let snapshot = self.now();
+        let RobotSnapshot { id, bounds, pose, .. } = snapshot.robots[index];
+        let waiting = Occupied::by_waiting(&snapshot);
+        let pose = waiting_pose(&snapshot, snapshot.game.own_end(id.team), pose.position, &bounds, &waiting);
+        let until_s = (self.seen.clock.end_time_s() + cycles as f64 * self.seen.clock.period_s) as f32;
+        let robot = &mut self.decisions.robots[index];
+        robot.pose = pose;
+        robot.penalty = Penalty(Some(ActivePenalty { reason, cycles_left: cycles.max(1) }));
+        self.memory.robots[index].forgive();
+        self.decisions.events.push(MatchEvent::Penalty { robot: id, reason, until_s, evidence });
+    }
+
+    /// Lets a penalised robot come back.
+    pub(super) fn bring_back(&mut self, index: usize) {
+        let snapshot = self.now();
+        let RobotSnapshot { id, bounds, pose, .. } = snapshot.robots[index];
+        let occupied = Occupied::by_others(&snapshot, Some(index));
+        let pose = return_pose(&snapshot, snapshot.game.own_end(id.team), pose, &bounds, &occupied);
+        let robot = &mut self.decisions.robots[index];
+        robot.pose = pose;
+        robot.penalty = Penalty(None);
+        self.decisions.events.push(MatchEvent::PenaltyOver { robot: id, position_m: pose.position });
+    }
+
+    /// Lets all penalised robots come back.
+    pub(super) fn bring_all_back(&mut self) {
+        for index in 0..self.decisions.robots.len() {
+            if !self.decisions.robots[index].is_present() {
+                self.bring_back(index);
+            }
+        }
+    }
+
+    /// All penalties are over; the robots are about to be placed.
+    pub(super) fn end_penalties(&mut self) {
+        for index in 0..self.decisions.robots.len() {
+            let robot = &mut self.decisions.robots[index];
+            if robot.penalty.is_active() {
+                robot.penalty = Penalty(None);
+                let (robot, position_m) = (robot.id, robot.pose.position);
+                self.decisions.events.push(MatchEvent::PenaltyOver { robot, position_m });
+            }
+        }
+    }
+
+    /// Takes the robot nearest to a ball that is stuck away: off the pitch, or to the halfway line; the keeper from
+    /// its own penalty area to the penalty mark.
+    pub(super) fn take_from_ball(&mut self, index: usize, evidence: Evidence) {
+        let id = self.seen.robots[index].id;
+        self.decisions.events.push(MatchEvent::GameStuck { robot: Some(id), evidence: evidence.clone() });
+        if self.seen.rules.stuck_robot_is_penalised {
+            self.penalise(index, PenaltyReason::GameStuck, evidence);
+            return;
+        }
+        let snapshot = self.now();
+        let robot = &snapshot.robots[index];
+        let own_end = snapshot.game.own_end(id.team);
+        let occupied = Occupied::by_others(&snapshot, Some(index));
+        let pose = stuck_keeper_pose(&snapshot, robot)
+            .map(|pose| occupied.free_pose(pose, &robot.bounds))
+            .unwrap_or_else(|| halfway_pose(&snapshot, own_end, &robot.bounds, &occupied));
+        self.decisions.robots[index].pose = pose;
+        self.memory.robots[index].forgive();
+    }
+}

@@ -1,0 +1,188 @@
+//! Where robots may stand at a kick-off.
+
+use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::areas::{base_corners, feet, in_area, in_goal, in_team_frame};
+use super::evidence::Evidence;
+use super::rules::{DefenderLimit, KickOffPositions};
+use super::snapshot::{MatchSnapshot, RobotSnapshot};
+use crate::robot::Team;
+
+/// What is wrong with a robot's place at a kick-off.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum IllegalPosition {
+    /// It is outside the lines.
+    OffPitch,
+    /// It is not wholly in its own half.
+    OutsideOwnHalf,
+    /// It is in the centre circle and may not be, or somebody of its team is nearer to the ball there.
+    InCentreCircle,
+    /// A defender is not behind the penalty mark of its half (2010).
+    PastPenaltyMark,
+    /// A field player is in its own penalty area (2010).
+    InPenaltyArea,
+    /// The keeper is not in its own penalty area (2010).
+    KeeperAway,
+    /// Too many of its team are in their own goal area (2025).
+    InGoalArea,
+    /// It stands where the ball goes.
+    OnCentreMark,
+}
+
+impl IllegalPosition {
+    /// The rule in one sentence.
+    pub fn rule(self) -> &'static str {
+        match self {
+            IllegalPosition::OffPitch => "At a kick-off robots stand on the pitch.",
+            IllegalPosition::OutsideOwnHalf => "At a kick-off robots stand in their own half.",
+            IllegalPosition::InCentreCircle => {
+                "At a kick-off one robot of the team that kicks off may be in the centre circle, and nobody else."
+            }
+            IllegalPosition::PastPenaltyMark => {
+                "At a kick-off the defending field players stand behind their penalty mark."
+            }
+            IllegalPosition::InPenaltyArea => "At a kick-off field players stand outside their own penalty area.",
+            IllegalPosition::KeeperAway => "At a kick-off the keeper has both feet in its own penalty area.",
+            IllegalPosition::InGoalArea => "Only so many robots of a team may be in their own goal area.",
+            IllegalPosition::OnCentreMark => "At a kick-off nobody may stand on the centre mark.",
+        }
+    }
+}
+
+/// What is wrong with the place of each robot at a kick-off of `kick_off_team`, or at a drop ball if there is none:
+/// one entry a robot, none for a legal place or a penalised robot.
+pub fn illegal_positions(
+    snapshot: &MatchSnapshot,
+    kick_off_team: Option<Team>,
+) -> impl Iterator<Item = Option<IllegalPosition>> {
+    let nearest = kick_off_team.and_then(|team| nearest_in_circle(snapshot, team));
+    let positions = snapshot.rules.kick_off_positions;
+    snapshot.robots.iter().enumerate().map(move |(index, robot)| {
+        if !robot.is_present() {
+            return None;
+        }
+        let attacks = kick_off_team == Some(robot.id.team);
+        let may_be_in_circle = attacks && nearest == Some(index);
+        let ball_radius = snapshot.ball.map_or(0.0, |ball| ball.radius);
+        let base = robot.bounds.base.footprint(robot.pose);
+        if base.overlap_disc(Vec2::ZERO, ball_radius).is_some() {
+            return Some(IllegalPosition::OnCentreMark);
+        }
+        match positions {
+            KickOffPositions::Spl2010 => illegal_in_2010(snapshot, robot, attacks, may_be_in_circle),
+            KickOffPositions::Spl2025 => illegal_in_2025(snapshot, index, may_be_in_circle),
+        }
+    })
+}
+
+/// The robot of a team in the centre circle that is nearest to the ball.
+fn nearest_in_circle(snapshot: &MatchSnapshot, team: Team) -> Option<usize> {
+    let candidates = snapshot
+        .robots
+        .iter()
+        .enumerate()
+        .filter(|(_, robot)| robot.is_present() && robot.id.team == team && touches_circle(snapshot, robot));
+    candidates
+        .min_by(|(_, a), (_, b)| a.pose.position.length_squared().total_cmp(&b.pose.position.length_squared()))
+        .map(|(index, _)| index)
+}
+
+fn touches_circle(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
+    let radius = snapshot.pitch.centre_circle_diameter_m / 2.0 + snapshot.pitch.line_width_m / 2.0;
+    robot.bounds.base.footprint(robot.pose).overlap_disc(Vec2::ZERO, radius).is_some()
+}
+
+/// Whether any part of the base is on or beyond the halfway line.
+fn leaves_own_half(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
+    let own_end = snapshot.game.own_end(robot.id.team);
+    base_corners(robot).iter().any(|corner| in_team_frame(own_end, *corner).x > -snapshot.pitch.line_width_m / 2.0)
+}
+
+fn is_off_pitch(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
+    let limits = snapshot.pitch.outer_half_extents();
+    let place = robot.pose.position.abs();
+    place.x > limits.x || place.y > limits.y
+}
+
+fn illegal_in_2010(
+    snapshot: &MatchSnapshot,
+    robot: &RobotSnapshot,
+    attacks: bool,
+    may_be_in_circle: bool,
+) -> Option<IllegalPosition> {
+    let pitch = snapshot.pitch;
+    let own_end = snapshot.game.own_end(robot.id.team);
+    let mut feet_at_home = feet(robot).map(|foot| in_area(pitch, pitch.penalty_area, own_end, foot)).into_iter();
+    if is_off_pitch(snapshot, robot) {
+        Some(IllegalPosition::OffPitch)
+    } else if leaves_own_half(snapshot, robot) {
+        Some(IllegalPosition::OutsideOwnHalf)
+    } else if snapshot.is_keeper(robot) {
+        (!feet_at_home.all(|at_home| at_home)).then_some(IllegalPosition::KeeperAway)
+    } else if feet_at_home.any(|at_home| at_home) {
+        Some(IllegalPosition::InPenaltyArea)
+    } else if touches_circle(snapshot, robot) && !may_be_in_circle {
+        Some(IllegalPosition::InCentreCircle)
+    } else {
+        let mark = -(pitch.half_length() - pitch.penalty_mark_distance_m);
+        let past = |corner: &Vec2| in_team_frame(own_end, *corner).x > mark;
+        (!attacks && base_corners(robot).iter().any(past)).then_some(IllegalPosition::PastPenaltyMark)
+    }
+}
+
+fn illegal_in_2025(snapshot: &MatchSnapshot, index: usize, may_be_in_circle: bool) -> Option<IllegalPosition> {
+    let robot = &snapshot.robots[index];
+    let own_end = snapshot.game.own_end(robot.id.team);
+    if is_off_pitch(snapshot, robot) && !in_goal(snapshot.pitch, own_end, robot.pose.position) {
+        return Some(IllegalPosition::OffPitch);
+    }
+    if may_be_in_circle {
+        // Anywhere in the circle, its other half included, but wholly in it if not in the own half.
+        let radius = snapshot.pitch.centre_circle_diameter_m / 2.0 + snapshot.pitch.line_width_m / 2.0;
+        let inside = base_corners(robot).iter().all(|corner| corner.length() <= radius);
+        return (leaves_own_half(snapshot, robot) && !inside).then_some(IllegalPosition::OutsideOwnHalf);
+    }
+    if leaves_own_half(snapshot, robot) {
+        return Some(IllegalPosition::OutsideOwnHalf);
+    }
+    // The kick-off team's other robots may be in the circle, as long as they are in their own half.
+    let attacks = snapshot.game.has_kick_off(robot.id.team);
+    if !attacks && touches_circle(snapshot, robot) {
+        return Some(IllegalPosition::InCentreCircle);
+    }
+    match snapshot.rules.defender_limit {
+        DefenderLimit::AtMost(most) if is_excessive_in_goal_area(snapshot, index, most) => {
+            Some(IllegalPosition::InGoalArea)
+        }
+        _ => None,
+    }
+}
+
+/// Whether more than `most` of the robot's team are in their own goal area, and it is one of those nearest to the
+/// area's border, the excessive ones. The keeper never is.
+fn is_excessive_in_goal_area(snapshot: &MatchSnapshot, index: usize, most: u8) -> bool {
+    let robot = &snapshot.robots[index];
+    if !super::illegal_defender::is_in_goal_area(snapshot, robot) || snapshot.is_keeper(robot) {
+        return false;
+    }
+    // How deep in the area somebody stands; the keeper counts as deepest.
+    let depth = |other: &RobotSnapshot| {
+        let own_end = snapshot.game.own_end(other.id.team);
+        if snapshot.is_keeper(other) { f32::INFINITY } else { -in_team_frame(own_end, other.pose.position).x }
+    };
+    let deeper = snapshot
+        .robots
+        .iter()
+        .filter(|other| other.is_present() && other.id.team == robot.id.team && other.id != robot.id)
+        .filter(|other| super::illegal_defender::is_in_goal_area(snapshot, other))
+        .filter(|other| (depth(other), robot.id) > (depth(robot), other.id))
+        .count();
+    deeper >= usize::from(most)
+}
+
+/// The case against a robot at an illegal place.
+pub fn evidence(snapshot: &MatchSnapshot, robot: &RobotSnapshot, illegal: IllegalPosition) -> Evidence {
+    Evidence::against(snapshot, illegal.rule(), robot).otherwise("It had to be at a legal place before `set` began.")
+}

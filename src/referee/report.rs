@@ -1,0 +1,161 @@
+//! The match report: what the referee decided and why, in lines that a person can read.
+
+use core::fmt::Write;
+
+use super::evidence::Evidence;
+use crate::events::{BoundaryLine, DisallowedGoal, MatchEvent};
+
+/// The lines of the report for an event at this time, s since the start; none for what is no decision of the
+/// referee's. The first line says what was decided, those that follow are indented and say why.
+pub fn report(time_s: f64, event: &MatchEvent) -> Option<String> {
+    let (headline, evidence) = sentence(event)?;
+    let minutes = (time_s / 60.0).floor();
+    let mut text = format!("{minutes:3.0}:{:05.2}  {headline}", time_s - 60.0 * minutes);
+    if let Some(evidence) = evidence {
+        explain(&mut text, evidence);
+    }
+    Some(text)
+}
+
+/// What was decided, in a sentence; none for what is no decision of the referee's.
+pub fn headline(event: &MatchEvent) -> Option<String> {
+    sentence(event).map(|(sentence, _)| sentence)
+}
+
+/// What was decided in a sentence, and its evidence.
+fn sentence(event: &MatchEvent) -> Option<(String, Option<&Evidence>)> {
+    Some(match event {
+        MatchEvent::Goal { team, scorer, own_goal, evidence } => {
+            let by = match scorer {
+                Some(scorer) if *own_goal => format!(", an own goal by {scorer}"),
+                Some(scorer) => format!(", by {scorer}"),
+                None => String::new(),
+            };
+            (format!("Goal for {team}{by}."), Some(evidence))
+        }
+        MatchEvent::GoalDisallowed { team, reason, evidence } => {
+            let why = match reason {
+                DisallowedGoal::KickOffShot => "it was shot straight from the kick-off",
+                DisallowedGoal::NotIndirect => "only one robot of the team had played the ball",
+            };
+            (format!("No goal for {team}: {why}."), Some(evidence))
+        }
+        MatchEvent::BallOut { line, last_touch, evidence, .. } => {
+            let line = match line {
+                BoundaryLine::Side => "side line",
+                BoundaryLine::Goal => "goal line",
+            };
+            let by = last_touch.map(|team| format!(", last touched by {team}")).unwrap_or_default();
+            (format!("Ball out over the {line}{by}."), Some(evidence))
+        }
+        MatchEvent::ThrowIn { team, position_m } => {
+            (format!("Throw-in for {team} at ({:.2}, {:.2}).", position_m.x, position_m.y), None)
+        }
+        MatchEvent::KickOff { team } => (format!("Kick-off for {team}."), None),
+        MatchEvent::DropBall { position_m } => {
+            (format!("Drop ball at ({:.2}, {:.2}).", position_m.x, position_m.y), None)
+        }
+        MatchEvent::FreeKick { set_play, team, position_m } => {
+            (format!("{} for {team} at ({:.2}, {:.2}).", set_play.words(), position_m.x, position_m.y), None)
+        }
+        MatchEvent::FreeKickOver { team, taken } => {
+            let how = if *taken { "has played the ball" } else { "did not play the ball in time" };
+            (format!("Ball free: {team} {how}."), None)
+        }
+        MatchEvent::GameStuck { robot, evidence } => {
+            let remedy = robot.map_or("play is stopped".to_owned(), |robot| format!("{robot} is taken from the ball"));
+            (format!("Game stuck: {remedy}."), Some(evidence))
+        }
+        MatchEvent::PlacedByHand { robot, position_m, evidence } => {
+            (format!("{robot} is placed by hand at ({:.2}, {:.2}).", position_m.x, position_m.y), Some(evidence))
+        }
+        MatchEvent::Penalty { robot, reason, until_s, evidence } => {
+            (format!("{robot} is penalised for {} until {until_s:.1} s.", reason.words()), Some(evidence))
+        }
+        MatchEvent::PenaltyOver { robot, position_m } => {
+            (format!("{robot} is back at ({:.2}, {:.2}).", position_m.x, position_m.y), None)
+        }
+        MatchEvent::Intervention { intervention } => (format!("By hand: {intervention}."), None),
+        MatchEvent::InterventionRefused { intervention, message } => {
+            (format!("Not done by hand: {intervention}: {message}."), None)
+        }
+        MatchEvent::StateChanged { state } => (format!("The game is in state {}.", state.name()), None),
+        MatchEvent::HalfBegins { half } => (format!("Half {half} begins."), None),
+        MatchEvent::FinalWhistle => ("Final whistle.".to_owned(), None),
+        MatchEvent::ShootOutBegins => ("The match is drawn: penalty shoot-out.".to_owned(), None),
+        MatchEvent::Shot { team, scored, goals, evidence } => {
+            let result = if *scored { "scores" } else { "does not score" };
+            (format!("{team} {result}; blue {} : pink {}.", goals.blue, goals.pink), Some(evidence))
+        }
+        MatchEvent::ShootOutWon { team } => (format!("{team} wins the shoot-out."), None),
+        MatchEvent::Fall { robot, speed_mps, probability } => {
+            (format!("{robot} falls: a collision at {speed_mps:.2} m/s, probability {probability:.2}."), None)
+        }
+        MatchEvent::GotUp { robot } => (format!("{robot} stands again."), None),
+        MatchEvent::Dive { robot, side } => (format!("{robot} dives to its {}.", side.name()), None),
+        MatchEvent::Kick { .. }
+        | MatchEvent::Collision { .. }
+        | MatchEvent::CommandRefused { .. }
+        | MatchEvent::InvariantBroken { .. } => return None,
+    })
+}
+
+fn explain(text: &mut String, evidence: &Evidence) {
+    const INDENT: &str = "\n           ";
+    // Writing to a string cannot fail.
+    let mut line = |what: core::fmt::Arguments| _ = write!(text, "{INDENT}{what}");
+    line(format_args!("Rule: {}", evidence.rule));
+    let mut where_and_who = format!("At ({:.2}, {:.2})", evidence.position_m.x, evidence.position_m.y);
+    if let Some(ball) = evidence.ball_m {
+        _ = write!(where_and_who, "; ball at ({:.2}, {:.2})", ball.x, ball.y);
+    }
+    for robot in &evidence.robots {
+        _ = write!(
+            where_and_who,
+            "; {} at ({:.2}, {:.2}), {:.2} m/s",
+            robot.robot, robot.position_m.x, robot.position_m.y, robot.speed_mps
+        );
+    }
+    line(format_args!("{where_and_who}."));
+    if let Some(measured) = &evidence.measured {
+        line(format_args!("Measured: {:.3} {}; limit {:.3}.", measured.value, measured.what, measured.limit));
+    }
+    if !evidence.otherwise.is_empty() {
+        line(format_args!("Otherwise: {}", evidence.otherwise));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::Situation;
+    use super::*;
+    use crate::geometry::Pose;
+    use crate::robot::{RobotId, Team};
+
+    #[test]
+    fn a_verdict_reads_as_what_why_and_what_else() {
+        let (blue2, pink2) = (RobotId::new(Team::Blue, 2), RobotId::new(Team::Pink, 2));
+        let situation = Situation::three_a_side()
+            .robot_at(blue2, Pose::new(1.0, 0.5, 0.0))
+            .robot_at(pink2, Pose::new(1.1, 0.5, 0.0))
+            .walking(blue2, [0.2, 0.0])
+            .contact(blue2, pink2);
+        let events = situation.decide().events;
+        assert_eq!(
+            report(63.5, &events[0]).unwrap(),
+            "  1:03.50  blue2 is penalised for pushing until 33.3 s.\n           \
+             Rule: Of two robots that collide, the one that walks faster towards the other is responsible, unless \
+             they face each other with the ball between them.\n           \
+             At (1.05, 0.50); ball at (0.00, 0.00); blue2 at (1.00, 0.50), 0.20 m/s; pink2 at (1.10, 0.50), 0.00 \
+             m/s.\n           \
+             Measured: 0.200 m/s towards the other; limit 0.050.\n           \
+             Otherwise: It had to walk towards pink2 at no more than 0.05 m/s."
+        );
+    }
+
+    #[test]
+    fn what_is_no_decision_is_not_reported() {
+        assert_eq!(report(0.0, &MatchEvent::InvariantBroken { message: String::new() }), None);
+        assert_eq!(report(600.0, &MatchEvent::FinalWhistle).unwrap(), " 10:00.00  Final whistle.");
+    }
+}

@@ -1,0 +1,267 @@
+//! The referee's restarts: kick-offs with `ready` and `set`, free kicks, halves, the end of the match.
+
+use bevy::prelude::*;
+
+use super::decide::Referee;
+use super::evidence::Evidence;
+use super::game::{Game, GameState, Score, half_cycles};
+use super::indirect_goal::Plays;
+use super::kick_off_shot::KickOffPlay;
+use super::penalty::PenaltyReason;
+use super::placing::{Occupied, line_up};
+use super::positions::{self, illegal_positions};
+use super::rules::KickOffProcedure;
+use super::set_play::{Course, SetPlay, SetPlayKind};
+use crate::events::MatchEvent;
+use crate::referee::formation;
+use crate::robot::Team;
+
+/// Once all robots have stood at legal places for so long, `ready` may end, s.
+const LINED_UP_S: f32 = 1.0;
+
+impl Referee<'_, '_> {
+    /// The whistle: everybody hears it.
+    pub(super) fn whistle(&mut self) {
+        self.decisions.game.whistles += 1;
+    }
+
+    pub(super) fn enter(&mut self, state: GameState) {
+        self.decisions.game.state = state;
+        self.decisions.game.state_cycles = 0;
+        self.decisions.events.push(MatchEvent::StateChanged { state });
+    }
+
+    /// Puts the ball down where there is room for it, and forgets who touched it.
+    pub(super) fn put_ball(&mut self, place: Vec2) -> Vec2 {
+        let radius = self.seen.ball.map_or(0.0, |ball| ball.radius);
+        let place = Occupied::by_others(&self.now(), None).free_ball_place(place, radius);
+        self.decisions.ball = Some(place);
+        self.decisions.ball_velocity = Vec2::ZERO;
+        self.memory.last_touch = None;
+        place
+    }
+
+    /// Counts the cycle. Returns whether the half is over.
+    pub(super) fn run_clock(&mut self) -> bool {
+        let Some(cycles_left) = &mut self.decisions.game.cycles_left else { return false };
+        *cycles_left = cycles_left.saturating_sub(1);
+        *cycles_left == 0
+    }
+
+    /// Changes sides for the next half, or ends the match.
+    pub(super) fn end_half(&mut self) {
+        let game = &mut self.decisions.game;
+        if game.half >= self.seen.rules.halves {
+            self.end_match();
+            return;
+        }
+        game.half += 1;
+        game.blue_end = game.blue_end.opposite();
+        game.cycles_left = Some(half_cycles(self.seen.rules, &self.seen.clock));
+        let half = game.half;
+        self.memory.pushes = default();
+        self.decisions.events.push(MatchEvent::HalfBegins { half });
+        self.end_penalties();
+        let team = Some(Game::first_kick_off_of_half(half));
+        if self.seen.rules.kick_off == KickOffProcedure::ReadyAndSet {
+            // In the break the robots are carried to their new half.
+            self.place_for_kick_off(team);
+        }
+        self.begin_kick_off(team);
+    }
+
+    /// The match is over, but for a shoot-out if it is drawn.
+    pub(super) fn end_match(&mut self) {
+        let Score { blue, pink } = self.decisions.game.score;
+        if blue == pink && self.seen.rules.shoot_out && self.seen.ball.is_some() {
+            self.begin_shoot_out();
+        } else {
+            self.finish();
+        }
+    }
+
+    /// The final whistle.
+    pub(super) fn finish(&mut self) {
+        self.whistle();
+        self.decisions.game.state = GameState::Finished;
+        self.decisions.game.state_cycles = 0;
+        self.decisions.game.set_play = None;
+        self.decisions.events.push(MatchEvent::FinalWhistle);
+    }
+
+    /// A kick-off begins, or without a team a drop ball: robots are placed for it or walk to their places, as the
+    /// rules say.
+    pub(super) fn begin_kick_off(&mut self, team: Option<Team>) {
+        if self.seen.rules.penalties_end_at_kick_off {
+            match self.seen.rules.kick_off {
+                KickOffProcedure::Placed => self.end_penalties(),
+                KickOffProcedure::ReadyAndSet => self.bring_all_back(),
+            }
+        }
+        let game = &mut self.decisions.game;
+        game.kick_off_team = team.unwrap_or(game.kick_off_team);
+        game.drop_ball = team.is_none();
+        game.set_play = None;
+        self.memory.kick_off = None;
+        self.memory.stuck = default();
+        self.memory.cycles_lined_up = 0;
+        for record in &mut self.memory.robots {
+            record.forgive();
+        }
+        self.decisions
+            .events
+            .push(team.map_or(MatchEvent::DropBall { position_m: Vec2::ZERO }, |team| MatchEvent::KickOff { team }));
+        match self.seen.rules.kick_off {
+            KickOffProcedure::Placed => {
+                self.place_for_kick_off(team);
+                self.bring_ball_into_play();
+                if self.decisions.game.state != GameState::Playing {
+                    self.enter(GameState::Playing);
+                }
+            }
+            KickOffProcedure::ReadyAndSet => {
+                self.whistle();
+                self.put_ball(Vec2::ZERO);
+                self.enter(GameState::Ready);
+            }
+        }
+    }
+
+    /// Ball and robots are put at their places for a kick-off.
+    fn place_for_kick_off(&mut self, team: Option<Team>) {
+        self.decisions.game.restarts += 1;
+        let poses: Vec<_> = line_up(&self.now(), team).collect();
+        for ((robot, record), pose) in self.decisions.robots.iter_mut().zip(&mut self.memory.robots).zip(poses) {
+            let Some(pose) = pose else { continue };
+            robot.pose = pose;
+            record.restarts += 1;
+        }
+        self.put_ball(Vec2::ZERO);
+    }
+
+    fn bring_ball_into_play(&mut self) {
+        let team = self.decisions.game.kick_off();
+        self.whistle();
+        self.memory.kick_off = team.map(KickOffPlay::new);
+        self.memory.plays = Plays::default();
+        self.memory.stuck = default();
+        let own_time = team.zip(self.seen.rules.kick_off_free_s);
+        self.decisions.game.set_play = own_time
+            .map(|(team, free_s)| SetPlay::new(SetPlayKind::KickOff, team, Vec2::ZERO, self.seen.cycles(free_s)));
+    }
+
+    /// A cycle of `ready`.
+    pub(super) fn judge_ready(&mut self) {
+        if self.seen.rules.clock_runs_in_stoppages && self.run_clock() {
+            self.end_half();
+            return;
+        }
+        let kick_off = self.seen.game.kick_off();
+        let legal = illegal_positions(self.seen, kick_off).all(|illegal| illegal.is_none());
+        let standing = self.seen.robots.iter().all(|robot| !robot.is_present() || robot.pose == robot.previous);
+        self.memory.cycles_lined_up = if legal && standing { self.memory.cycles_lined_up + 1 } else { 0 };
+        let early = self.seen.rules.end_ready_early && self.memory.cycles_lined_up >= self.seen.cycles(LINED_UP_S);
+        if early || self.decisions.game.state_cycles >= self.seen.cycles(self.seen.rules.ready_s) {
+            self.begin_set();
+        }
+    }
+
+    /// Whoever is at an illegal place is placed by hand, or removed; the ball is put on the centre mark.
+    pub(super) fn begin_set(&mut self) {
+        let kick_off = self.seen.game.kick_off();
+        let illegal: Vec<_> = illegal_positions(self.seen, kick_off).collect();
+        for (index, illegal) in illegal.into_iter().enumerate() {
+            let Some(illegal) = illegal else { continue };
+            let evidence = positions::evidence(self.seen, &self.seen.robots[index], illegal);
+            if self.seen.rules.illegal_position_s.is_some() {
+                self.penalise(index, PenaltyReason::IllegalPosition, evidence);
+            } else {
+                self.place_by_hand(index, evidence);
+            }
+        }
+        for record in &mut self.memory.robots {
+            record.forgive();
+        }
+        self.put_ball(Vec2::ZERO);
+        self.enter(GameState::Set);
+    }
+
+    /// Puts a robot at its place in its team's formation for the other team's kick-off: legal, but less favourable
+    /// than where it could have walked.
+    fn place_by_hand(&mut self, index: usize, evidence: Evidence) {
+        let snapshot = self.now();
+        let robot = &snapshot.robots[index];
+        let own_end = snapshot.game.own_end(robot.id.team);
+        let wanted = formation(snapshot.pitch, snapshot.rules.team_size, robot.id.number, own_end, false);
+        let pose = Occupied::by_others(&snapshot, Some(index)).free_pose(wanted, &robot.bounds);
+        let robot = robot.id;
+        self.decisions.robots[index].pose = pose;
+        self.memory.robots[index].hand_placements += 1;
+        self.decisions.events.push(MatchEvent::PlacedByHand { robot, position_m: pose.position, evidence });
+    }
+
+    /// A cycle of `set`.
+    pub(super) fn judge_set(&mut self) {
+        let in_match = self.seen.game.shoot_out.is_none();
+        if in_match && self.seen.rules.clock_runs_in_stoppages && self.run_clock() {
+            self.end_half();
+            return;
+        }
+        if self.decisions.game.state_cycles >= self.seen.cycles(self.seen.rules.set_s) {
+            self.begin_play();
+        }
+    }
+
+    /// The whistle after `set`.
+    pub(super) fn begin_play(&mut self) {
+        if self.decisions.game.shoot_out.is_some() {
+            self.whistle();
+        } else {
+            self.bring_ball_into_play();
+        }
+        self.enter(GameState::Playing);
+    }
+
+    /// The ball, which has been put down, is nobody's; play is on.
+    pub(super) fn drop_ball(&mut self) {
+        self.decisions.game.drop_ball = true;
+        self.bring_ball_into_play();
+        if self.decisions.game.state != GameState::Playing {
+            self.enter(GameState::Playing);
+        }
+    }
+
+    /// A free kick begins; play runs on.
+    pub(super) fn begin_free_kick(&mut self, kind: SetPlayKind, team: Team, place: Vec2) {
+        let place = self.put_ball(place);
+        self.memory.kick_off = None;
+        self.memory.plays = Plays::default();
+        self.memory.stuck.cycles = 0;
+        let cycles = self.seen.cycles(self.seen.rules.free_kick_s);
+        self.decisions.game.set_play = Some(SetPlay::new(kind, team, place, cycles));
+        self.decisions.events.push(MatchEvent::FreeKick { set_play: kind, team, position_m: place });
+    }
+
+    /// The free kick under way goes on.
+    pub(super) fn follow_set_play(&mut self) {
+        let Some(set_play) = self.seen.game.set_play else { return };
+        let course = set_play.advance(self.seen);
+        self.decisions.game.set_play = match course {
+            Course::Waiting(next) | Course::BallBack(next) => Some(next),
+            Course::Taken | Course::TimeOver => None,
+        };
+        match course {
+            Course::Waiting(_) => {}
+            Course::BallBack(next) => {
+                self.put_ball(next.ball_m);
+            }
+            Course::Taken => self.decisions.events.push(MatchEvent::FreeKickOver { team: set_play.team, taken: true }),
+            Course::TimeOver => {
+                if set_play.kind != SetPlayKind::KickOff {
+                    self.memory.plays = Plays::direct_for(set_play.team.opponent());
+                }
+                self.decisions.events.push(MatchEvent::FreeKickOver { team: set_play.team, taken: false });
+            }
+        }
+    }
+}

@@ -1,0 +1,173 @@
+//! Free kicks: kick-in, goal kick, corner kick, pushing free kick (2025 rule book, "Free Kick"), and the kick-off as
+//! long as the ball is the kicking team's own.
+//!
+//! Play runs on, but for a time the ball belongs to one team, and the other has to keep away from it. The free kick is
+//! over when that team has moved the ball clearly, or when the time is.
+
+use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::areas::in_team_frame;
+use super::ball_out::BallOut;
+use super::evidence::Evidence;
+use super::snapshot::{MatchSnapshot, RobotSnapshot};
+use crate::events::BoundaryLine;
+use crate::robot::Team;
+
+/// A ball that is farther than this from where it was put has been moved clearly, m.
+const MOVED_CLEARLY_M: f32 = 0.05;
+/// A defender may be where it must not for so long, s: the referee does not look for exact distances.
+const TOLERANCE_S: f32 = 1.0;
+
+/// Why the ball belongs to one team.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SetPlayKind {
+    /// Kick-off.
+    KickOff,
+    /// The ball was out over a side line.
+    KickIn,
+    /// The attackers put it out over the goal line, or a goal of theirs did not count.
+    GoalKick,
+    /// The defenders put it out over the goal line.
+    CornerKick,
+    /// An opponent pushed near the ball.
+    PushingFreeKick,
+}
+
+impl SetPlayKind {
+    /// Its name, as at the start of a sentence.
+    pub fn words(self) -> &'static str {
+        match self {
+            SetPlayKind::KickOff => "Kick-off",
+            SetPlayKind::KickIn => "Kick-in",
+            SetPlayKind::GoalKick => "Goal kick",
+            SetPlayKind::CornerKick => "Corner kick",
+            SetPlayKind::PushingFreeKick => "Pushing free kick",
+        }
+    }
+}
+
+/// A free kick under way.
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+pub struct SetPlay {
+    /// Which.
+    pub kind: SetPlayKind,
+    /// The team that the ball belongs to.
+    pub team: Team,
+    /// Where the ball was put, m, pitch frame.
+    pub ball_m: Vec2,
+    /// Cycles for which it has gone on.
+    pub cycles: u64,
+    /// Cycles until the ball is free.
+    pub cycles_left: u64,
+    /// Whether the team has touched the ball.
+    pub touched: bool,
+}
+
+/// How a free kick goes on.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Course {
+    /// It is still to be taken.
+    Waiting(SetPlay),
+    /// The same, but the other team moved the ball: it is put back.
+    BallBack(SetPlay),
+    /// It was taken.
+    Taken,
+    /// It was not taken in time.
+    TimeOver,
+}
+
+impl SetPlay {
+    /// A free kick that begins now.
+    pub fn new(kind: SetPlayKind, team: Team, ball_m: Vec2, cycles_left: u64) -> Self {
+        Self { kind, team, ball_m, cycles: 0, cycles_left, touched: false }
+    }
+
+    /// A cycle later.
+    pub fn advance(self, snapshot: &MatchSnapshot) -> Course {
+        let touched = self.touched || snapshot.touches.iter().any(|(robot, _)| robot.team == self.team);
+        let cycles_left = self.cycles_left.saturating_sub(1);
+        let next = SetPlay { cycles: self.cycles + 1, cycles_left, touched, ..self };
+        let moved = snapshot.ball.is_some_and(|ball| ball.position.distance(self.ball_m) > MOVED_CLEARLY_M);
+        if moved && touched {
+            Course::Taken
+        } else if cycles_left == 0 {
+            Course::TimeOver
+        } else if moved {
+            Course::BallBack(next)
+        } else {
+            Course::Waiting(next)
+        }
+    }
+}
+
+/// The free kick for a ball out: which, and where the ball is put.
+pub fn for_ball_out(snapshot: &MatchSnapshot, out: &BallOut) -> (SetPlayKind, Vec2) {
+    let pitch = snapshot.pitch;
+    let side = if out.position.y < 0.0 { -1.0 } else { 1.0 };
+    match out.line {
+        BoundaryLine::Side => {
+            let x = out.position.x.clamp(-pitch.half_length(), pitch.half_length());
+            (SetPlayKind::KickIn, Vec2::new(x, side * pitch.half_width()))
+        }
+        BoundaryLine::Goal if snapshot.game.defender_of(out.end) == out.restart_team => {
+            (SetPlayKind::GoalKick, goal_kick_place(snapshot, out.restart_team, out.position.y))
+        }
+        BoundaryLine::Goal => {
+            (SetPlayKind::CornerKick, Vec2::new(out.end.sign() * pitch.half_length(), side * pitch.half_width()))
+        }
+    }
+}
+
+/// The corner of the goal area (or penalty area) of `team`, on the side given by the sign of `y`.
+pub fn goal_kick_place(snapshot: &MatchSnapshot, team: Team, y: f32) -> Vec2 {
+    let pitch = snapshot.pitch;
+    let area = pitch.goal_area.unwrap_or(pitch.penalty_area);
+    let side = if y < 0.0 { -1.0 } else { 1.0 };
+    let x = snapshot.game.own_end(team).sign() * (pitch.half_length() - area.depth_m);
+    Vec2::new(x, side * area.width_m / 2.0)
+}
+
+/// For how many cycles a robot of the other team has been where it must not during a free kick, this one included.
+/// While the time to leave runs, nothing counts.
+pub fn advance_encroachment(cycles: u64, set_play: &SetPlay, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> u64 {
+    let leave_s = match set_play.kind {
+        SetPlayKind::KickOff => 0.0,
+        _ => snapshot.rules.free_kick_leave_s,
+    };
+    let counts = set_play.cycles >= snapshot.cycles(leave_s) && encroaches(set_play, snapshot, robot);
+    if counts { cycles + 1 } else { 0 }
+}
+
+/// Whether a robot is where it must not be: near the ball, or at a kick-off in the circle or the other half.
+fn encroaches(set_play: &SetPlay, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
+    if robot.id.team == set_play.team {
+        return false;
+    }
+    match set_play.kind {
+        SetPlayKind::KickOff => {
+            let own_end = snapshot.game.own_end(robot.id.team);
+            in_team_frame(own_end, robot.pose.position).x > 0.0
+                || robot.pose.position.length() < snapshot.pitch.centre_circle_diameter_m / 2.0
+        }
+        _ => robot.pose.position.distance(set_play.ball_m) < snapshot.rules.free_kick_distance_m,
+    }
+}
+
+/// The case against a robot that was where it must not be for too long, or that touched the other team's ball.
+pub fn judge(cycles: u64, set_play: &SetPlay, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> Option<Evidence> {
+    if robot.id.team == set_play.team {
+        return None;
+    }
+    let touched = snapshot.touches.iter().any(|(toucher, _)| *toucher == robot.id);
+    let too_long = cycles > snapshot.cycles(TOLERANCE_S);
+    (touched || too_long).then(|| {
+        let rule =
+            "During a free kick and before the ball is in play at a kick-off, the other team keeps away from it.";
+        let distance = robot.pose.position.distance(set_play.ball_m);
+        Evidence::against(snapshot, rule, robot)
+            .with_measurement("m from the ball", distance, snapshot.rules.free_kick_distance_m)
+            .otherwise(if touched { "It must not touch the ball." } else { "It had to stay away, or leave in time." })
+    })
+}

@@ -1,0 +1,362 @@
+//! The penalty shoot-out that decides a drawn match (2010 rule book, section 3.8.1): alternate shots from the penalty
+//! mark, one attacker against one keeper, all at the goal at -x; then sudden death.
+
+use core::f32::consts::PI;
+
+use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::boundary::{Boundary, crossing};
+use super::decide::Referee;
+use super::evidence::Evidence;
+use super::game::{GameState, Score};
+use super::penalty::{ActivePenalty, Penalty, PenaltyReason};
+use super::placing::Occupied;
+use super::removal::waiting_pose;
+use super::snapshot::MatchSnapshot;
+use crate::events::MatchEvent;
+use crate::geometry::Pose;
+use crate::pitch::End;
+use crate::robot::Team;
+
+/// The goal that all shots are at.
+const GOAL: End = End::NegativeX;
+/// Shots of a team in sudden death before a coin decides.
+const MOST_SUDDEN_DEATH: u32 = 5;
+/// In sudden death, of two goals the one that came this much faster wins, s.
+const FASTER_S: f32 = 2.0;
+/// In sudden death without goals, the ball that came this much nearer wins, m.
+const NEARER_M: f32 = 0.05;
+
+/// A shoot-out under way.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+pub struct ShootOut {
+    /// The team that shoots.
+    pub team: Team,
+    /// Shots that each team has taken.
+    pub taken: Score,
+    /// Goals of each team.
+    pub goals: Score,
+    /// The shot under way.
+    pub shot: Shot,
+    /// The last shot of each team, blue first.
+    pub last: [Shot; 2],
+}
+
+/// A shot.
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+pub struct Shot {
+    /// Whether it scored.
+    pub scored: bool,
+    /// For how many cycles it went on.
+    pub cycles: u64,
+    /// How near to the goal the ball came, m, from its centre to the line between the posts.
+    pub nearest_m: f32,
+}
+
+impl Default for Shot {
+    fn default() -> Self {
+        // No ball is farther away than this, and every number in a trace is finite.
+        Self { scored: false, cycles: 0, nearest_m: 1000.0 }
+    }
+}
+
+/// How a shoot-out stands.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Standing {
+    /// It goes on.
+    Open,
+    /// This team has won.
+    Won(Team),
+    /// Sudden death has gone on for long enough: a coin decides.
+    Coin,
+}
+
+impl ShootOut {
+    /// How it stands after a shot, with `shots` a team before sudden death and cycles of `period_s`.
+    pub fn standing(&self, shots: u32, period_s: f64) -> Standing {
+        let (blue, pink) = (self.goals.blue, self.goals.pink);
+        if self.taken.blue.min(self.taken.pink) < shots {
+            // Over as soon as one cannot be reached any more.
+            let most = |team: Team| self.goals.of(team) + shots.saturating_sub(self.taken.of(team));
+            let beyond_reach = Team::BOTH.into_iter().find(|team| self.goals.of(*team) > most(team.opponent()));
+            return beyond_reach.map_or(Standing::Open, Standing::Won);
+        }
+        if self.taken.blue != self.taken.pink {
+            return Standing::Open;
+        }
+        if blue != pink {
+            return Standing::Won(if blue > pink { Team::Blue } else { Team::Pink });
+        }
+        if self.taken.blue == shots {
+            return Standing::Open;
+        }
+        let [first, second] = self.last;
+        let lead = if first.scored {
+            let seconds = |shot: Shot| (shot.cycles as f64 * period_s) as f32;
+            (seconds(second) - seconds(first)) / FASTER_S
+        } else {
+            (second.nearest_m - first.nearest_m) / NEARER_M
+        };
+        if lead >= 1.0 {
+            Standing::Won(Team::Blue)
+        } else if lead <= -1.0 {
+            Standing::Won(Team::Pink)
+        } else if self.taken.blue >= shots + MOST_SUDDEN_DEATH {
+            Standing::Coin
+        } else {
+            Standing::Open
+        }
+    }
+}
+
+/// What has become of a shot in a cycle: scored or failed and why; none while it goes on.
+pub fn judge_shot(snapshot: &MatchSnapshot, shoot_out: &ShootOut) -> Option<(bool, Evidence)> {
+    let ball = snapshot.ball.as_ref()?;
+    let case = |scored: bool, rule: &'static str| Some((scored, Evidence::new(snapshot, rule, ball.position)));
+    for (robot, _) in snapshot.touches {
+        let shoots = robot.team == shoot_out.team;
+        if !shoots && is_outside_area(snapshot, ball.position, ball.radius) {
+            return case(true, "The keeper may not touch a ball that is wholly outside the penalty area.");
+        }
+        if shoots && is_inside_area(snapshot, ball.path.first().copied().unwrap_or(ball.position), ball.radius) {
+            return case(false, "The attacker may not touch a ball that is wholly inside the penalty area.");
+        }
+    }
+    if let Some(crossing) = crossing(ball, snapshot.pitch) {
+        return match crossing.boundary {
+            Boundary::Goal(GOAL) => case(true, "The shot scores when the ball is in the goal in time."),
+            _ => case(false, "The shot is over when the ball leaves the pitch."),
+        };
+    }
+    if shoot_out.shot.cycles >= snapshot.cycles(snapshot.rules.shoot_out_s) {
+        return case(false, "The shot is over when its time is.");
+    }
+    None
+}
+
+fn is_inside_area(snapshot: &MatchSnapshot, ball: Vec2, radius: f32) -> bool {
+    let (depth, across) = place_in_area(snapshot, ball);
+    depth >= radius && across >= radius
+}
+
+fn is_outside_area(snapshot: &MatchSnapshot, ball: Vec2, radius: f32) -> bool {
+    let (depth, across) = place_in_area(snapshot, ball);
+    depth <= -radius || across <= -radius
+}
+
+/// How far a place is inside the penalty area, its lines included, from its front and from its nearer side, m.
+fn place_in_area(snapshot: &MatchSnapshot, place: Vec2) -> (f32, f32) {
+    let (pitch, area) = (snapshot.pitch, snapshot.pitch.penalty_area);
+    let half_line = pitch.line_width_m / 2.0;
+    let front = pitch.half_length() - area.depth_m - half_line;
+    (GOAL.sign() * place.x - front, area.width_m / 2.0 + half_line - place.y.abs())
+}
+
+impl Referee<'_, '_> {
+    /// A drawn match goes on with a shoot-out.
+    pub(super) fn begin_shoot_out(&mut self) {
+        self.end_penalties();
+        self.decisions.game.shoot_out = Some(ShootOut::default());
+        self.decisions.events.push(MatchEvent::ShootOutBegins);
+        self.prepare_shot();
+    }
+
+    /// The attacker is put behind the ball on the penalty mark, in the centre of the pitch, the keeper on its goal
+    /// line; all others wait beside the pitch.
+    fn prepare_shot(&mut self) {
+        let Some(shoot_out) = &mut self.decisions.game.shoot_out else { return };
+        shoot_out.shot = Shot::default();
+        let team = shoot_out.team;
+        let game = &mut self.decisions.game;
+        game.kick_off_team = team;
+        game.drop_ball = false;
+        game.set_play = None;
+        game.blue_end = if team == Team::Blue { GOAL.opposite() } else { GOAL };
+        let attacker = self.first_of(team, 2);
+        let keeper = self.first_of(team.opponent(), 1);
+        let pitch = self.seen.pitch;
+        let mark = GOAL.sign() * (pitch.half_length() - pitch.penalty_mark_distance_m);
+        let poses = [Pose::new(0.0, 0.0, PI), Pose::new(GOAL.sign() * pitch.half_length(), 0.0, 0.0)];
+        for robot in &mut self.decisions.robots {
+            let penalty = ActivePenalty { reason: PenaltyReason::ShootOut, cycles_left: u64::from(u32::MAX) };
+            robot.penalty = Penalty(Some(penalty));
+        }
+        for index in 0..self.decisions.robots.len() {
+            if let Some(pose) = [attacker, keeper].iter().position(|who| *who == Some(index)) {
+                self.decisions.robots[index].penalty = Penalty(None);
+                self.decisions.robots[index].pose = poses[pose];
+            } else {
+                self.wait_beside(index);
+            }
+        }
+        for record in &mut self.memory.robots {
+            record.forgive();
+        }
+        self.put_ball(Vec2::new(mark, 0.0));
+        self.enter(GameState::Set);
+    }
+
+    /// The robot of a team with the least number from `number` on, or else with the least number.
+    fn first_of(&self, team: Team, number: u8) -> Option<usize> {
+        let numbers = || self.seen.robots.iter().enumerate().filter(|(_, robot)| robot.id.team == team);
+        let first = numbers().find(|(_, robot)| robot.id.number >= number).or_else(|| numbers().next());
+        first.map(|(index, _)| index)
+    }
+
+    fn wait_beside(&mut self, index: usize) {
+        let mut snapshot = self.now();
+        let robots: Vec<_> = snapshot.robots[..index].to_vec();
+        snapshot.robots = &robots;
+        let waiting = Occupied::by_waiting(&snapshot);
+        let robot = &self.decisions.robots[index];
+        let own_end = self.decisions.game.own_end(robot.id.team);
+        let pose = waiting_pose(self.seen, own_end, robot.pose.position, &robot.bounds, &waiting);
+        self.decisions.robots[index].pose = pose;
+    }
+
+    /// A cycle of a shot.
+    pub(super) fn follow_shot(&mut self, mut shoot_out: ShootOut) {
+        shoot_out.shot.cycles += 1;
+        if let Some(ball) = self.seen.ball {
+            let post = self.seen.pitch.goal.width_m / 2.0;
+            let line = Vec2::new(GOAL.sign() * self.seen.pitch.half_length(), ball.position.y.clamp(-post, post));
+            shoot_out.shot.nearest_m = shoot_out.shot.nearest_m.min(ball.position.distance(line));
+        }
+        self.decisions.game.shoot_out = Some(shoot_out);
+        if let Some((scored, evidence)) = judge_shot(self.seen, &shoot_out) {
+            self.end_shot(shoot_out, scored, evidence);
+        }
+    }
+
+    fn end_shot(&mut self, mut shoot_out: ShootOut, scored: bool, evidence: Evidence) {
+        let team = shoot_out.team;
+        shoot_out.shot.scored = scored;
+        shoot_out.last[team as usize] = shoot_out.shot;
+        *shoot_out.taken.of_mut(team) += 1;
+        *shoot_out.goals.of_mut(team) += u32::from(scored);
+        shoot_out.team = team.opponent();
+        self.whistle();
+        self.decisions.events.push(MatchEvent::Shot { team, scored, goals: shoot_out.goals, evidence });
+        self.decisions.game.shoot_out = Some(shoot_out);
+        let winner = match shoot_out.standing(self.seen.rules.shoot_out_shots, self.seen.clock.period_s) {
+            Standing::Open => return self.prepare_shot(),
+            Standing::Won(winner) => winner,
+            Standing::Coin => {
+                let heads = self.memory.coin.as_mut().is_some_and(|coin| coin.chance(0.5));
+                if heads { Team::Blue } else { Team::Pink }
+            }
+        };
+        self.decisions.events.push(MatchEvent::ShootOutWon { team: winner });
+        self.finish();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::Situation;
+    use super::*;
+    use crate::robot::RobotId;
+
+    const PERIOD_S: f64 = 1.0 / 30.0;
+
+    fn after(taken: [u32; 2], goals: [u32; 2]) -> ShootOut {
+        let score = |[blue, pink]: [u32; 2]| Score { blue, pink };
+        ShootOut { taken: score(taken), goals: score(goals), ..ShootOut::default() }
+    }
+
+    #[test]
+    fn it_is_decided_when_one_team_cannot_be_reached() {
+        let standing = |taken, goals| after(taken, goals).standing(5, PERIOD_S);
+        assert_eq!(standing([3, 3], [3, 0]), Standing::Won(Team::Blue));
+        assert_eq!(standing([3, 3], [2, 0]), Standing::Open);
+        assert_eq!(standing([3, 2], [0, 2]), Standing::Open);
+        assert_eq!(standing([5, 4], [2, 3]), Standing::Won(Team::Pink));
+        assert_eq!(standing([5, 5], [2, 2]), Standing::Open);
+        assert_eq!(standing([6, 5], [3, 2]), Standing::Open);
+        assert_eq!(standing([6, 6], [3, 2]), Standing::Won(Team::Blue));
+    }
+
+    #[test]
+    fn sudden_death_is_decided_by_time_then_by_distance_then_by_a_coin() {
+        let shot = |scored, cycles, nearest_m| Shot { scored, cycles, nearest_m };
+        let standing = |taken, blue, pink| {
+            let goals = if taken == 6 { [3, 3] } else { [5, 5] };
+            ShootOut { last: [blue, pink], ..after([taken; 2], goals) }.standing(5, PERIOD_S)
+        };
+        // 2 s are 60 cycles.
+        assert_eq!(standing(6, shot(true, 300, 0.0), shot(true, 361, 0.0)), Standing::Won(Team::Blue));
+        assert_eq!(standing(6, shot(true, 300, 0.0), shot(true, 359, 0.0)), Standing::Open);
+        assert_eq!(standing(6, shot(false, 9, 0.4), shot(false, 9, 0.34)), Standing::Won(Team::Pink));
+        assert_eq!(standing(6, shot(false, 9, 0.4), shot(false, 9, 0.36)), Standing::Open);
+        assert_eq!(standing(10, shot(false, 9, 0.4), shot(false, 9, 0.4)), Standing::Coin);
+    }
+
+    /// A drawn match that has just become a shoot-out.
+    fn drawn() -> Situation {
+        let mut situation = Situation::three_a_side();
+        situation.rules.shoot_out = true;
+        situation.game.half = 2;
+        situation.game.cycles_left = Some(1);
+        situation.pass();
+        situation
+    }
+
+    /// Lets the `set` before a shot pass.
+    fn whistled(mut situation: Situation) -> Situation {
+        while situation.game.state == GameState::Set {
+            situation.pass();
+        }
+        situation
+    }
+
+    #[test]
+    fn one_attacker_faces_one_keeper() {
+        let situation = drawn();
+        let present: Vec<String> =
+            situation.robots.iter().filter(|robot| robot.is_present()).map(|robot| robot.id.to_string()).collect();
+        assert_eq!(present, ["blue2", "pink1"]);
+        assert_eq!(situation.game.own_end(Team::Pink), GOAL);
+        // The penalty mark: 3 - 1.8 = 1.2 m from the halfway line.
+        assert!(situation.path[0].distance(Vec2::new(-1.2, 0.0)) < 1e-5);
+    }
+
+    #[test]
+    fn a_shot_scores_or_fails_and_the_teams_take_turns() {
+        let mut situation = whistled(drawn()).ball_rolled([-2.9, 0.0], [-3.2, 0.0]);
+        let decided = situation.pass();
+        assert!(matches!(decided.events[0], MatchEvent::Shot { team: Team::Blue, scored: true, .. }));
+        assert_eq!((situation.game.score.blue, situation.game.shoot_out.unwrap().goals.blue), (0, 1));
+        let mut situation = whistled(situation).ball_rolled([-2.9, 1.0], [-3.2, 1.0]);
+        let decided = situation.pass();
+        assert!(matches!(decided.events[0], MatchEvent::Shot { team: Team::Pink, scored: false, .. }));
+    }
+
+    #[test]
+    fn a_shot_that_takes_too_long_fails() {
+        let mut situation = whistled(drawn());
+        let cycles = (1..10_000).find(|_| {
+            situation.pass().events.iter().any(|event| matches!(event, MatchEvent::Shot { scored: false, .. }))
+        });
+        // 60 s of 1/30 s.
+        assert_eq!(cycles, Some(1800));
+    }
+
+    #[test]
+    fn neither_may_play_the_ball_where_it_is_the_others() {
+        let shot = |place: [f32; 2], robot: RobotId| {
+            let mut situation = whistled(drawn()).ball_rolled(place, place);
+            situation.touches = vec![(robot, false)];
+            let events = situation.decide().events;
+            events
+                .iter()
+                .find_map(|event| if let MatchEvent::Shot { scored, .. } = event { Some(*scored) } else { None })
+        };
+        let (attacker, keeper) = (RobotId::new(Team::Blue, 2), RobotId::new(Team::Pink, 1));
+        // The area's front edge is at -2.4 + 0.025 m; the ball's radius 0.03 m.
+        assert_eq!(shot([-2.4, 0.0], attacker), None);
+        assert_eq!(shot([-2.41, 0.0], attacker), Some(false));
+        assert_eq!(shot([-2.35, 0.0], keeper), None);
+        assert_eq!(shot([-2.34, 0.0], keeper), Some(true));
+    }
+}

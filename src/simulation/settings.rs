@@ -1,0 +1,114 @@
+//! The settings of a running match, changed while it runs.
+
+use bevy::prelude::*;
+
+use crate::ball::BallPhysics;
+use crate::robot::head::HeadLimits;
+use crate::robot::kick::KickSettings;
+use crate::robot::motion::MotionLimits;
+use crate::robot::{RobotId, Roster};
+use crate::scenario::{FieldPath, RobotSpec, Scenario, ScenarioFault};
+use crate::sensing::camera::CameraSettings;
+use crate::sensing::fidelity::SensorFidelity;
+use crate::sensing::odometry::OdometrySettings;
+use crate::sensing::sonar::SonarSettings;
+use crate::sensing::vision::VisionSettings;
+
+/// The settings of one robot: its own, and the scenario's for the rest.
+#[derive(Bundle, Clone, PartialEq, Debug)]
+pub(super) struct RobotSettings {
+    pub motion: MotionLimits,
+    pub head: HeadLimits,
+    pub kicks: KickSettings,
+    pub sonar: SonarSettings,
+    pub cameras: CameraSettings,
+    pub vision: VisionSettings,
+    pub odometry: OdometrySettings,
+}
+
+impl RobotSettings {
+    pub fn of(scenario: &Scenario, robot: &RobotSpec) -> Self {
+        let fidelity = scenario.fidelity_of(robot);
+        Self {
+            motion: robot.motion.unwrap_or(scenario.motion),
+            head: robot.head_limits.unwrap_or(scenario.head),
+            kicks: scenario.kicks,
+            sonar: robot.sonar.unwrap_or(scenario.sonar).with_fidelity(fidelity.sonar),
+            cameras: scenario.cameras,
+            vision: robot.vision.as_ref().unwrap_or(&scenario.vision).clone().with_fidelity(fidelity.vision),
+            odometry: robot.odometry.unwrap_or(scenario.odometry).with_fidelity(fidelity.odometry),
+        }
+    }
+
+    /// Those of the robot with this identity, listed or lined up with a team.
+    fn of_id(scenario: &Scenario, id: RobotId) -> Self {
+        let listed = scenario.robots.iter().find(|robot| robot.id() == id);
+        let lined_up = RobotSpec { team: id.team, number: id.number, ..default() };
+        RobotSettings::of(scenario, listed.unwrap_or(&lined_up))
+    }
+}
+
+/// Goes on with the settings of another scenario: noise, losses, speeds, rules. What a match begins with (pitch, cycle,
+/// seed, places, behaviours) stays; so do settings that the scenarios agree on, even if a program has changed them since.
+///
+/// # Errors
+/// [`ScenarioFault`] when the scenario contradicts itself, or is that of another match. The match is then as it was.
+pub fn change_settings(world: &mut World, scenario: &Scenario) -> Result<(), ScenarioFault> {
+    scenario.validate()?;
+    let old = world.resource::<Scenario>().clone();
+    let fixed = [
+        ("cycle_s", old.cycle_s == scenario.cycle_s),
+        ("field", old.field == scenario.field),
+        ("teams", old.teams == scenario.teams),
+        ("robots", same_robots(&old, scenario)),
+        ("ball", old.ball.is_some() == scenario.ball.is_some()),
+        ("posts", old.posts == scenario.posts),
+    ];
+    if let Some((field, _)) = fixed.iter().find(|(_, same)| !same) {
+        let message = format!("`{field}` cannot change in the middle of a match");
+        let expected = "the same as at the start; or a new match";
+        return Err(ScenarioFault::new(FieldPath::from(*field), message, expected));
+    }
+    if old.messages != scenario.messages {
+        world.insert_resource(scenario.messages.clone());
+    }
+    if old.rules != scenario.rules {
+        world.insert_resource(scenario.rules.clone());
+    }
+    let robots: Vec<(RobotId, Entity)> = world.resource::<Roster>().iter().collect();
+    for (id, entity) in robots {
+        let [before, after] = [&old, scenario].map(|scenario| RobotSettings::of_id(scenario, id));
+        let mut robot = world.entity_mut(entity);
+        change(&mut robot, before.motion, after.motion);
+        change(&mut robot, before.head, after.head);
+        change(&mut robot, before.kicks, after.kicks);
+        change(&mut robot, before.sonar, after.sonar);
+        change(&mut robot, before.cameras, after.cameras);
+        change(&mut robot, before.vision, after.vision);
+        change(&mut robot, before.odometry, after.odometry);
+    }
+    if let (Some(before), Some(after)) = (&old.ball, &scenario.ball)
+        && (before.rolling, before.restitution) != (after.rolling, after.restitution)
+    {
+        for mut ball in world.query::<&mut BallPhysics>().iter_mut(world) {
+            (ball.rolling, ball.restitution) = (after.rolling, after.restitution);
+        }
+    }
+    world.insert_resource(scenario.clone());
+    Ok(())
+}
+
+fn change<C: Component + PartialEq>(robot: &mut EntityWorldMut, before: C, after: C) {
+    if before != after {
+        robot.insert(after);
+    }
+}
+
+/// Whether two scenarios list the same robots with the same behaviours.
+fn same_robots(one: &Scenario, other: &Scenario) -> bool {
+    one.robots.len() == other.robots.len()
+        && one
+            .robots
+            .iter()
+            .all(|robot| other.robots.iter().any(|same| same.id() == robot.id() && same.behaviour == robot.behaviour))
+}

@@ -1,0 +1,467 @@
+//! The whole state of a match, to go on from later: bit for bit the same match, or one that branches off.
+//!
+//! ```
+//! use bevy::prelude::*;
+//! use naoisis::prelude::*;
+//! use naoisis::simulation::Snapshot;
+//!
+//! let mut app = App::new();
+//! app.add_plugins(NaoisisPlugins);
+//! app.start_match(&Scenario::named("match3v3")?)?.run_cycles(100);
+//! let snapshot = Snapshot::take(app.world_mut())?;
+//! let expected = app.run_cycles(100).ball();
+//!
+//! snapshot.restore(app.world_mut())?;
+//! assert_eq!(app.cycle(), 100);
+//! assert_eq!(app.run_cycles(100).ball(), expected);
+//! # Ok::<(), Box<dyn core::error::Error>>(())
+//! ```
+//!
+//! A snapshot holds every component and resource of the simulation, random streams included, and those of the user's
+//! own that are registered for reflection (`#[derive(Reflect)]`, `#[reflect(Component)]`, `app.register_type`). What a
+//! behaviour keeps in a `Local` cannot be seen from outside, and stays as it is.
+//!
+//! In files it is MessagePack, with the types' paths as names: exact, small, and readable by other programs.
+
+use bevy::prelude::*;
+use bevy::reflect::serde::{TypedReflectDeserializer, TypedReflectSerializer};
+use bevy::reflect::{ReflectFromReflect, TypeRegistration, TypeRegistry};
+use core::any::TypeId;
+use core::fmt;
+use serde::de::{DeserializeSeed, Error as _, IgnoredAny, MapAccess, SeqAccess, Visitor};
+use serde::ser::{Error as _, SerializeMap, SerializeSeq};
+use serde::{Deserializer, Serialize, Serializer};
+use std::io;
+use std::path::{Path, PathBuf};
+
+use super::spawn::MatchEntity;
+use crate::behaviour::BehaviourRegistry;
+use crate::geometry::Pose;
+use crate::knowledge::Knowledge;
+use crate::robot::{RobotId, Roster};
+
+/// The format's name in files.
+const FORMAT: &str = "naoisis-snapshot";
+/// The format's version in files.
+const VERSION: u32 = 1;
+/// The ending of snapshots' file names.
+pub const EXTENSION: &str = "naoisis";
+
+/// The state of a match at the end of a cycle.
+pub struct Snapshot {
+    resources: Vec<Box<dyn Reflect>>,
+    entities: Vec<EntityState>,
+}
+
+/// The state of a robot, the ball or a post.
+struct EntityState {
+    /// The behaviours that control it.
+    behaviours: Vec<String>,
+    components: Vec<Box<dyn Reflect>>,
+}
+
+/// Why a snapshot cannot be taken, written, read or restored.
+#[derive(Debug, thiserror::Error)]
+pub enum SnapshotError {
+    /// A component of the user's own cannot be saved.
+    #[error(
+        "the component `{component}` cannot be saved: derive `Reflect` with `#[reflect(Component)]` for it, and \
+         register it with `app.register_type`"
+    )]
+    NotRegistered {
+        /// The component's type.
+        component: String,
+    },
+    /// A value cannot be copied.
+    #[error("a `{0}` cannot be copied: its reflection does not know all of its fields")]
+    NotCopied(&'static str),
+    /// The state belongs to a behaviour that is not registered here.
+    #[error("there is no behaviour `{0}`; register it before the snapshot is restored")]
+    NoBehaviour(String),
+    /// The file cannot be read or written.
+    #[error("{path}: {error}")]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        error: io::Error,
+    },
+    /// The file is no snapshot, or has types that are not registered here.
+    #[error("{path}: {message}; expected a snapshot, as `naoisis run --save` writes it")]
+    NotASnapshot {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        message: String,
+    },
+}
+
+impl Snapshot {
+    /// The state of the match in `world`, between two cycles.
+    ///
+    /// # Errors
+    /// When a component of the user's own cannot be saved.
+    pub fn take(world: &mut World) -> Result<Snapshot, SnapshotError> {
+        let mut match_entities = world.query_filtered::<Entity, With<MatchEntity>>();
+        let mut match_entities: Vec<Entity> = match_entities.iter(world).collect();
+        // In an order that does not depend on how the world stores them.
+        match_entities.sort_by_cached_key(|&entity| {
+            let place = world.get::<Pose>(entity).copied().unwrap_or_default().position.to_array();
+            (world.get::<RobotId>(entity).copied(), place.map(f32::to_bits))
+        });
+        let registry = world.resource::<AppTypeRegistry>().clone();
+        let registry = registry.read();
+        let mut resources = Vec::new();
+        for (id, entity) in world.resource_entities().iter() {
+            let registration = registration_of(id, world, &registry);
+            let Some(registration) = registration.filter(|registration| belongs_to_match(registration)) else {
+                continue;
+            };
+            let Some(component) = registration.data::<ReflectComponent>() else { continue };
+            if let Some(value) = component.reflect(world.entity(entity)) {
+                resources.push(copy(value, registration)?);
+            }
+        }
+        resources.sort_by_key(|resource| resource.reflect_type_path().to_owned());
+        let entities = match_entities.into_iter().map(|entity| entity_state(entity, world, &registry));
+        Ok(Snapshot { resources, entities: entities.collect::<Result<_, _>>()? })
+    }
+
+    /// Puts the match into `world`, in place of any that is there.
+    ///
+    /// # Errors
+    /// When a behaviour of it is not registered; the world is then as it was.
+    pub fn restore(&self, world: &mut World) -> Result<(), SnapshotError> {
+        let behaviours = world.resource::<BehaviourRegistry>();
+        for name in self.entities.iter().flat_map(|entity| &entity.behaviours) {
+            if behaviours.marker_of(name).is_none() {
+                return Err(SnapshotError::NoBehaviour(name.clone()));
+            }
+        }
+        let mut old = world.query_filtered::<Entity, With<MatchEntity>>();
+        let old: Vec<Entity> = old.iter(world).collect();
+        for entity in old {
+            world.despawn(entity);
+        }
+        let registry = world.resource::<AppTypeRegistry>().clone();
+        let registry = registry.read();
+        for resource in &self.resources {
+            let Some(component) = reflected(&**resource, &registry) else { continue };
+            let id = component.register_component(world);
+            let entity = world.resource_entities().get(id);
+            let mut entity = match entity {
+                Some(entity) => world.entity_mut(entity),
+                None => world.spawn_empty(),
+            };
+            component.insert(&mut entity, resource.as_partial_reflect(), &registry);
+        }
+        for state in &self.entities {
+            let mut entity = world.spawn_empty();
+            for name in &state.behaviours {
+                if let Some(insert) = entity.world().resource::<BehaviourRegistry>().marker_of(name) {
+                    insert(&mut entity);
+                }
+            }
+            for value in &state.components {
+                if let Some(component) = reflected(&**value, &registry) {
+                    component.insert(&mut entity, value.as_partial_reflect(), &registry);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes the snapshot to a file, in place of any that is there. `world` knows its types.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn save(&self, path: &Path, world: &World) -> Result<(), SnapshotError> {
+        let io_error = |error| SnapshotError::Io { path: path.to_owned(), error };
+        let bytes = self.to_bytes(world).map_err(|error| io_error(io::Error::other(error)))?;
+        std::fs::write(path, bytes).map_err(io_error)
+    }
+
+    /// Reads a snapshot from a file. `world` knows its types.
+    ///
+    /// # Errors
+    /// When the file cannot be read, or is none that [`Snapshot::save`] wrote.
+    pub fn load(path: &Path, world: &World) -> Result<Snapshot, SnapshotError> {
+        let bytes = std::fs::read(path).map_err(|error| SnapshotError::Io { path: path.to_owned(), error })?;
+        Snapshot::from_bytes(&bytes, world)
+            .map_err(|message| SnapshotError::NotASnapshot { path: path.to_owned(), message })
+    }
+
+    /// The snapshot as the bytes of a file.
+    ///
+    /// # Errors
+    /// When a value cannot be encoded; never for the simulation's own.
+    pub fn to_bytes(&self, world: &World) -> Result<Vec<u8>, String> {
+        let registry = world.resource::<AppTypeRegistry>().read();
+        rmp_serde::to_vec_named(&Written { snapshot: self, registry: &registry }).map_err(|error| error.to_string())
+    }
+
+    /// The snapshot from the bytes of a file.
+    ///
+    /// # Errors
+    /// What is wrong with them.
+    pub fn from_bytes(bytes: &[u8], world: &World) -> Result<Snapshot, String> {
+        let registry = world.resource::<AppTypeRegistry>().read();
+        let mut deserializer = rmp_serde::Deserializer::from_read_ref(bytes);
+        SnapshotSeed(&registry).deserialize(&mut deserializer).map_err(|error| error.to_string())
+    }
+}
+
+fn entity_state(entity: Entity, world: &World, registry: &TypeRegistry) -> Result<EntityState, SnapshotError> {
+    let entity = world.entity(entity);
+    let mut state = EntityState { behaviours: Vec::new(), components: Vec::new() };
+    for &id in entity.archetype().components() {
+        let Some(info) = world.components().get_info(id) else { continue };
+        let registration = registration_of(id, world, registry);
+        if let Some(registration) = registration
+            && let Some(component) = registration.data::<ReflectComponent>()
+        {
+            if belongs_to_match(registration)
+                && let Some(value) = component.reflect(entity)
+            {
+                state.components.push(copy(value, registration)?);
+            }
+            continue;
+        }
+        let behaviours = world.resource::<BehaviourRegistry>();
+        if let Some(name) = info.type_id().and_then(|type_id| behaviours.name_of_marker(type_id)) {
+            state.behaviours.push(name.to_owned());
+            continue;
+        }
+        let name = info.name().to_string();
+        if !is_of_the_program(&name) {
+            return Err(SnapshotError::NotRegistered { component: name });
+        }
+    }
+    state.components.sort_by_key(|component| component.reflect_type_path().to_owned());
+    Ok(state)
+}
+
+/// A copy of the value of a component. Through `FromReflect`, as not everything that has that can be cloned.
+fn copy(value: &dyn Reflect, registration: &TypeRegistration) -> Result<Box<dyn Reflect>, SnapshotError> {
+    registration
+        .data::<ReflectFromReflect>()
+        .and_then(|from_reflect| from_reflect.from_reflect(value.as_partial_reflect()))
+        .ok_or_else(|| SnapshotError::NotCopied(registration.type_info().type_path()))
+}
+
+fn registration_of<'a>(
+    id: bevy::ecs::component::ComponentId,
+    world: &World,
+    registry: &'a TypeRegistry,
+) -> Option<&'a TypeRegistration> {
+    registry.get(world.components().get_info(id)?.type_id()?)
+}
+
+fn reflected<'a>(value: &dyn Reflect, registry: &'a TypeRegistry) -> Option<&'a ReflectComponent> {
+    registry.get(value.reflect_type_info().type_id())?.data::<ReflectComponent>()
+}
+
+/// Whether a type is part of a match's state: those of the simulation that say what they are, and the user's own.
+fn belongs_to_match(registration: &TypeRegistration) -> bool {
+    // The roster knows entities, and follows the robots by itself.
+    if registration.type_id() == TypeId::of::<Roster>() {
+        return false;
+    }
+    let type_info = registration.type_info();
+    Knowledge::of_type_info(type_info).is_some() || !is_of_the_program(type_info.type_path())
+}
+
+/// Whether a type is the engine's or this crate's; without a mark it is then for display only.
+fn is_of_the_program(name: &str) -> bool {
+    name.starts_with("bevy_") || name.starts_with("naoisis::")
+}
+
+/// A snapshot as it is written.
+struct Written<'a> {
+    snapshot: &'a Snapshot,
+    registry: &'a TypeRegistry,
+}
+
+impl Serialize for Written<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let Written { snapshot, registry } = *self;
+        let mut map = serializer.serialize_map(Some(4))?;
+        map.serialize_entry("format", FORMAT)?;
+        map.serialize_entry("version", &VERSION)?;
+        map.serialize_entry("resources", &WrittenValues { values: &snapshot.resources, registry })?;
+        map.serialize_entry("entities", &WrittenEntities { entities: &snapshot.entities, registry })?;
+        map.end()
+    }
+}
+
+struct WrittenEntities<'a> {
+    entities: &'a [EntityState],
+    registry: &'a TypeRegistry,
+}
+
+impl Serialize for WrittenEntities<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut list = serializer.serialize_seq(Some(self.entities.len()))?;
+        for entity in self.entities {
+            let components = WrittenValues { values: &entity.components, registry: self.registry };
+            list.serialize_element(&WrittenEntity { behaviours: &entity.behaviours, components })?;
+        }
+        list.end()
+    }
+}
+
+#[derive(Serialize)]
+struct WrittenEntity<'a> {
+    behaviours: &'a [String],
+    components: WrittenValues<'a>,
+}
+
+/// Values by the paths of their types.
+struct WrittenValues<'a> {
+    values: &'a [Box<dyn Reflect>],
+    registry: &'a TypeRegistry,
+}
+
+impl Serialize for WrittenValues<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(self.values.len()))?;
+        for value in self.values {
+            let path = value.reflect_type_path();
+            if path.is_empty() {
+                return Err(S::Error::custom("a value without a type"));
+            }
+            map.serialize_entry(path, &TypedReflectSerializer::new(value.as_partial_reflect(), self.registry))?;
+        }
+        map.end()
+    }
+}
+
+/// Reads a snapshot with the types of a registry.
+struct SnapshotSeed<'a>(&'a TypeRegistry);
+
+impl<'de> DeserializeSeed<'de> for SnapshotSeed<'_> {
+    type Value = Snapshot;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Snapshot, D::Error> {
+        deserializer.deserialize_map(self)
+    }
+}
+
+impl<'de> Visitor<'de> for SnapshotSeed<'_> {
+    type Value = Snapshot;
+
+    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("a snapshot of a match")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Snapshot, A::Error> {
+        let mut snapshot = Snapshot { resources: Vec::new(), entities: Vec::new() };
+        let mut is_one = false;
+        while let Some(key) = map.next_key::<String>()? {
+            match key.as_str() {
+                "format" => is_one = map.next_value::<String>()? == FORMAT,
+                "version" => {
+                    let version: u32 = map.next_value()?;
+                    if version != VERSION {
+                        return Err(A::Error::custom(format!("it has version {version}, not {VERSION}")));
+                    }
+                }
+                "resources" if is_one => snapshot.resources = map.next_value_seed(ValuesSeed(self.0))?,
+                "entities" if is_one => snapshot.entities = map.next_value_seed(EntitiesSeed(self.0))?,
+                _ => return Err(A::Error::custom("it is something else")),
+            }
+        }
+        if is_one { Ok(snapshot) } else { Err(A::Error::custom("it is empty")) }
+    }
+}
+
+struct EntitiesSeed<'a>(&'a TypeRegistry);
+
+impl<'de> DeserializeSeed<'de> for EntitiesSeed<'_> {
+    type Value = Vec<EntityState>;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Vec<EntityState>, D::Error> {
+        deserializer.deserialize_seq(self)
+    }
+}
+
+impl<'de> Visitor<'de> for EntitiesSeed<'_> {
+    type Value = Vec<EntityState>;
+
+    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("a list of entities")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Vec<EntityState>, A::Error> {
+        let mut entities = Vec::new();
+        while let Some(entity) = list.next_element_seed(EntitySeed(self.0))? {
+            entities.push(entity);
+        }
+        Ok(entities)
+    }
+}
+
+struct EntitySeed<'a>(&'a TypeRegistry);
+
+impl<'de> DeserializeSeed<'de> for EntitySeed<'_> {
+    type Value = EntityState;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<EntityState, D::Error> {
+        deserializer.deserialize_map(self)
+    }
+}
+
+impl<'de> Visitor<'de> for EntitySeed<'_> {
+    type Value = EntityState;
+
+    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("an entity")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<EntityState, A::Error> {
+        let mut state = EntityState { behaviours: Vec::new(), components: Vec::new() };
+        while let Some(key) = map.next_key::<String>()? {
+            match key.as_str() {
+                "behaviours" => state.behaviours = map.next_value()?,
+                "components" => state.components = map.next_value_seed(ValuesSeed(self.0))?,
+                _ => {
+                    map.next_value::<IgnoredAny>()?;
+                }
+            }
+        }
+        Ok(state)
+    }
+}
+
+struct ValuesSeed<'a>(&'a TypeRegistry);
+
+impl<'de> DeserializeSeed<'de> for ValuesSeed<'_> {
+    type Value = Vec<Box<dyn Reflect>>;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Self::Value, D::Error> {
+        deserializer.deserialize_map(self)
+    }
+}
+
+impl<'de> Visitor<'de> for ValuesSeed<'_> {
+    type Value = Vec<Box<dyn Reflect>>;
+
+    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("values by the paths of their types")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
+        let mut values = Vec::new();
+        while let Some(path) = map.next_key::<String>()? {
+            let unknown = || A::Error::custom(format!("there is no type `{path}` here"));
+            let registration = self.0.get_with_type_path(&path).ok_or_else(unknown)?;
+            let from_reflect = registration.data::<ReflectFromReflect>().ok_or_else(unknown)?;
+            let value = map.next_value_seed(TypedReflectDeserializer::new(registration, self.0))?;
+            let value = from_reflect
+                .from_reflect(&*value)
+                .ok_or_else(|| A::Error::custom(format!("this is not all of a `{path}`")))?;
+            values.push(value);
+        }
+        Ok(values)
+    }
+}
