@@ -27,7 +27,7 @@ pub const SHELL: Colour = Colour([228, 230, 234]);
 /// Its joints, and the number on its chest.
 pub const JOINT: Colour = Colour([58, 61, 67]);
 /// Its eyes.
-pub const EYE: Colour = Colour([48, 190, 214]);
+pub const EYE: Colour = Colour([60, 205, 190]);
 /// Posts that belong to no goal.
 pub const EXTRA_POST: Colour = Colour([140, 143, 153]);
 

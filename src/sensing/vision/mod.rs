@@ -27,6 +27,9 @@
 //! error of a place grows with the square of its distance, as it does on the robot. The preset `default` has the
 //! figures of B-Human's simulator of its own vision.
 //!
+//! **By images** ([`VisionSource::Image`]), everything is recognised in the [rendered images](crate::sensing::camera)
+//! alone: see [`image`]. The noise is then that of the images.
+//!
 //! **Truth** ([`VisionSource::Truth`]) is for debugging: everything on the pitch in its true place, wherever the robot
 //! looks and whatever is in the way.
 //!
@@ -44,9 +47,11 @@ use crate::random::RandomStreams;
 use crate::robot::head::HeadAngles;
 use crate::robot::{RobotId, Team};
 use crate::sensing::camera::{CameraSettings, CameraSide};
+use crate::sensing::jobs::SensingThreads;
 use crate::sensing::scene::{Scene, ScenePlugin, SensingSystems};
 
 mod geometric;
+pub mod image;
 mod landmarks;
 mod noise;
 mod occlusion;
@@ -66,7 +71,8 @@ impl Plugin for VisionPlugin {
         }
         app.register_type::<VisionSettings>()
             .register_type::<Percepts>()
-            .add_systems(Cycle, recognise.in_set(SensingSystems::Vision));
+            .init_resource::<SensingThreads>()
+            .add_systems(Cycle, (recognise, image::seeing::look_through_images).chain().in_set(SensingSystems::Vision));
     }
 }
 
@@ -236,6 +242,7 @@ fn recognise(
         let own_index = scene.robots.iter().position(|robot| robot.id == id);
         match settings.source {
             VisionSource::Truth => truth::know_everything(&mut percepts, &scene, own_index, pose, camera, head),
+            // That comes next.
             VisionSource::Image => {}
             VisionSource::Geometric => {
                 occluders.gather(&scene, own_index, pose);
