@@ -365,6 +365,18 @@ pub enum MatchEvent {
     },
 }
 
+impl MatchEvent {
+    /// The kind of the event, as traces spell it: `ball_out`, and of a penalty also what it is for: `penalty pushing`.
+    pub fn kind(&self) -> String {
+        let value = serde_json::to_value(self).unwrap_or_default();
+        let field = |name: &str| value.get(name).and_then(serde_json::Value::as_str).unwrap_or_default().to_owned();
+        match self {
+            MatchEvent::Penalty { .. } => format!("{} {}", field("kind"), field("reason")),
+            _ => field("kind"),
+        }
+    }
+}
+
 mod optional_degrees {
     use super::file_units::degrees;
     use serde::{Deserialize, Deserializer, Serializer};

@@ -4,6 +4,7 @@ use bevy::log::{Level, LogPlugin};
 use bevy::prelude::*;
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
+use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -15,6 +16,7 @@ use super::{begin, report};
 use crate::communication::MessageStatistics;
 use crate::cycle::{CycleClock, run_cycle};
 use crate::events::{CycleEvents, MatchEvent};
+use crate::record::beliefs::BeliefRecorder;
 use crate::record::trace::{EndReason, TracePlugin, TraceRecorder, record_cycle};
 use crate::referee::Game;
 use crate::referee::report::report as match_report;
@@ -69,6 +71,9 @@ pub struct RunArguments {
     /// Write a trace: a .jsonl file, .jsonl.zst for a compressed one, - for standard output
     #[arg(long, value_name = "FILE")]
     pub trace: Option<PathBuf>,
+    /// Write what the robots believe against what is true: a .csv file, and a summary at the end
+    #[arg(long, value_name = "FILE")]
+    pub beliefs: Option<PathBuf>,
     /// Save the match (.naoisis), to go on with it later
     #[arg(long, value_name = "FILE")]
     pub save: Option<PathBuf>,
@@ -130,6 +135,17 @@ fn run_match(arguments: &RunArguments, begin: impl FnOnce(&mut App) -> Result<()
         }
         Err(message) => return report::usage_error(&message),
     }
+    if let Some(path) = &arguments.beliefs {
+        match BeliefRecorder::create(path) {
+            Ok(recorder) => app.insert_resource(recorder),
+            Err(error) => {
+                return report::usage_error(&format!("cannot write the beliefs to {}: {error}", path.display()));
+            }
+        };
+    }
+    if arguments.explain {
+        print_beside_trace(arguments, &title(&scenario));
+    }
     let started = Instant::now();
     let mut outcome = run_to_the_end(app.world_mut(), &scenario, &interrupted, arguments);
     let wall_s = started.elapsed().as_secs_f64();
@@ -142,7 +158,7 @@ fn run_match(arguments: &RunArguments, begin: impl FnOnce(&mut App) -> Result<()
 /// That no output would be written over what the match begins with, or over another output.
 fn check_outputs(arguments: &RunArguments) -> Result<(), String> {
     let input = PathBuf::from(&arguments.scenario);
-    let outputs = [("--trace", &arguments.trace), ("--save", &arguments.save)];
+    let outputs = [("--trace", &arguments.trace), ("--beliefs", &arguments.beliefs), ("--save", &arguments.save)];
     let real = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_owned());
     let mut taken = vec![("the scenario", real(&input))];
     for (option, path) in outputs {
@@ -184,6 +200,8 @@ struct Outcome {
     reason: EndReason,
     goals: Vec<(f64, Team)>,
     broken_invariants: Vec<String>,
+    /// What the referee decided, and how often, if that is to be explained.
+    decisions: BTreeMap<String, u32>,
     /// Whether the match was saved on the way, or should have been.
     saved: bool,
     /// Why it was not.
@@ -227,11 +245,15 @@ fn run_to_the_end(
             break;
         }
         run_cycle(world);
+        if world.contains_resource::<BeliefRecorder>() {
+            world.resource_scope(|world, mut recorder: Mut<BeliefRecorder>| recorder.record(world));
+        }
         let time_s = world.resource::<CycleClock>().end_time_s();
         for event in world.resource::<CycleEvents>().iter() {
             if arguments.explain
                 && let Some(text) = match_report(time_s, event)
             {
+                *outcome.decisions.entry(event.kind()).or_default() += 1;
                 progress.suspend(|| print_beside_trace(arguments, &format!("{text}\n")));
             }
             match event {
@@ -272,7 +294,15 @@ fn finish(world: &mut World, outcome: &Outcome, wall_s: f64, arguments: &RunArgu
         }
         return report::failure(&format!("cannot write the trace: {error}"));
     }
+    if let Some(recorder) = world.remove_resource::<BeliefRecorder>() {
+        match recorder.finish() {
+            Ok(summary) if arguments.quiet => drop(summary),
+            Ok(summary) => print_beside_trace(arguments, &summary),
+            Err(error) => return report::failure(&format!("cannot write the beliefs: {error}")),
+        }
+    }
     if !arguments.quiet {
+        print_beside_trace(arguments, &tally(&outcome.decisions));
         print_beside_trace(arguments, &summary(outcome, clock, score, wall_s));
     }
     if let Some(message) = &outcome.not_saved {
@@ -293,6 +323,23 @@ fn print_beside_trace(arguments: &RunArguments, text: &str) {
     let trace_to_stdout = arguments.trace.as_ref().is_some_and(|path| path.as_os_str() == "-");
     let _ =
         if trace_to_stdout { io::stderr().write_all(text.as_bytes()) } else { io::stdout().write_all(text.as_bytes()) };
+}
+
+/// What match the report is of.
+fn title(scenario: &Scenario) -> String {
+    let name = if scenario.name.is_empty() { "Match" } else { &scenario.name };
+    let teams = match &scenario.teams {
+        Some(teams) => format!(": blue {} against pink {}", teams.blue, teams.pink),
+        None => String::new(),
+    };
+    format!("{name}{teams}. Rules {}, seed {}.\n", scenario.rules.name, scenario.seed)
+}
+
+/// How often the referee decided what.
+fn tally(decisions: &BTreeMap<String, u32>) -> String {
+    let count = |(kind, count): (&String, &u32)| format!("{count} {}", kind.replace('_', " "));
+    let counts: Vec<String> = decisions.iter().map(count).collect();
+    if counts.is_empty() { String::new() } else { format!("  decided  {}\n", counts.join(", ")) }
 }
 
 fn summary(outcome: &Outcome, clock: CycleClock, score: crate::referee::Score, wall_s: f64) -> String {

@@ -17,8 +17,9 @@ const CONTACT_DISTANCE: f32 = 1e-4;
 const LEAST_APPROACH: f32 = 1e-5;
 /// A ball that bounces more often than this within one cycle is wedged.
 const MOST_BOUNCES: usize = 24;
-/// Most steps of one conservative advancement.
-const MOST_ADVANCES: usize = 128;
+/// Most steps of one conservative advancement: a ball that grazes a turning robot at little more than the contact
+/// distance goes ahead by as much at a time, and in a long cycle has some 20 cm to go.
+const MOST_ADVANCES: usize = 2048;
 
 /// What the ball can bounce off.
 #[derive(Clone, Copy, PartialEq, Debug)]

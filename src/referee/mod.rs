@@ -1,7 +1,46 @@
-//! The referee: game states, score, halves, goals and outs.
+//! The referee: game states, score, halves, goals and outs, restarts, penalties, and why.
 //!
 //! At the end of every cycle the referee looks at a [`snapshot`] of the match. The rules, one file each, are plain
-//! functions of it; what they say becomes [`decide::Decisions`], which one system carries out.
+//! functions of it; what they say becomes [`decide::Decisions`], which one system carries out. Every verdict is a
+//! [`MatchEvent`](crate::events::MatchEvent) with its [`Evidence`]: who, where, what was measured, the rule in one
+//! sentence, and what would have changed it. `naoisis run --explain` prints them as a [match report](report).
+//!
+//! # Rules as data
+//!
+//! [`Rules`] has a switch and the figures of each rule. Presets are files in `assets/rules`; a scenario names one, or
+//! changes some of its fields: `rules: (preset: "spl2010", half_s: 300, pushing_limit: None)`.
+//!
+//! | rule | source | `naoisis` | `spl2010` | `spl2025` | `extended` | `free` |
+//! |---|---|---|---|---|---|---|
+//! | [goals](goal), own goals | 2010: 3.5 | yes | yes | yes | yes | |
+//! | [no goal straight from the kick-off](kick_off_shot) | 2010: 4.4 | | yes | | | |
+//! | [indirect goals](indirect_goal) | 2025: Indirect Kick | | | yes | | |
+//! | a lead of ten goals ends the match | 2025: Mercy Rule | | | yes | | |
+//! | [ball out](ball_out) leads to | 2010: 3.9; 2025: Ball Leaving the Field | kick-off | throw-in | [free kick](set_play) | kick-off | |
+//! | `ready` and `set` before a kick-off, [legal places](positions) | 2010: 3.6; 2025: Kick-off | placed | yes | yes | placed | |
+//! | an illegal place in `set` | 2010: 3.6; 2025: Illegal Position | | by hand | 15 s | | |
+//! | [pushing](collision) | paper: 3.4; 2010: 4.8 | 30 s | 30 s, the 4th for the half | 45 s + 10 s, free kick | 30 s | |
+//! | [stalling](stalling) | paper: 3.4 | yes | | | yes | |
+//! | [ball holding](ball_holding) | 2010: 4.5 | | yes | yes | | |
+//! | [leaving the field](leaving_field), staying in a goal | 2010: 4.10 | | yes | yes | | |
+//! | [illegal defender](illegal_defender) | 2010: 4.11; 2025: Own Goal Area | | all but the keeper | the 4th | | |
+//! | [inactive robots](inactive) | 2010: 4.6 | | yes | yes | | |
+//! | [game stuck](game_stuck) | 2010: 3.10; 2025: Game Stuck | | 15 s | 30 s | | |
+//! | falls, getting up, [lying for too long](fallen) | 2010: 4.6; paper: 4 | | | | yes | |
+//! | dives | paper: 4 | | | | yes | |
+//! | [penalty shoot-out](shoot_out) | 2010: 3.8.1; paper: 4 | | | | yes | |
+//! | halves, change of sides, clock | 2010: 3.2 | 2 x 600 s | 2 x 600 s | 2 x 600 s, runs on | 2 x 600 s | |
+//!
+//! A robot that is [removed](removal) waits beside the pitch, cannot act, is no obstacle, and reads of it in its
+//! [`GameStatus`]. It comes back on the halfway line at the side away from the ball (2010), or from where it waited
+//! (2025).
+//!
+//! What whoever runs the match can do to it, by command or at a given time of a scenario, is an [`Intervention`].
+//!
+//! # An example of its own
+//!
+//! A rule is a file with a function over the snapshot that returns [`Evidence`], a switch in [`Rules`], and a line in
+//! [`decide`]; `tests/rule_cases` has a scenario just inside and one just outside of each.
 
 use bevy::prelude::*;
 

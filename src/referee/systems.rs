@@ -9,6 +9,7 @@ use super::kick_off_shot::KickOffPlay;
 use super::memory::RefereeMemory;
 use super::penalty::Penalty;
 use super::rules::{KickOffProcedure, Rules};
+use super::set_play::{SetPlay, SetPlayKind};
 use super::snapshot::{BallSnapshot, Disc, MatchSnapshot, RobotSnapshot};
 use super::status::Announcement;
 use super::touch::touches_of_cycle;
@@ -28,6 +29,7 @@ use crate::robot::{PreviousPose, RobotId, Roster, Velocity};
 /// The match begins: in the first cycle, before anybody senses or acts, the robots may walk to their places, or the
 /// ball comes into play.
 pub(super) fn begin_match(
+    clock: Res<CycleClock>,
     rules: Res<Rules>,
     mut game: ResMut<Game>,
     mut memory: ResMut<RefereeMemory>,
@@ -45,6 +47,9 @@ pub(super) fn begin_match(
     if game.state == GameState::Playing {
         game.whistles += 1;
         memory.kick_off = Some(KickOffPlay::new(game.kick_off_team));
+        let (team, cycles_in) = (game.kick_off_team, |seconds| u64::from(clock.cycles_in(seconds)));
+        game.set_play =
+            rules.kick_off_free_s.map(|free_s| SetPlay::new(SetPlayKind::KickOff, team, Vec2::ZERO, cycles_in(free_s)));
     }
     memory.announcement = Announcement::of(&game);
 }

@@ -212,6 +212,21 @@ fn values_out_of_range() {
 }
 
 #[test]
+fn interventions_that_cannot_be() {
+    let cases = [
+        ("penalise(robot: «blue7, reason: pushing)", "there is no robot blue7", "a robot of this scenario"),
+        ("place_robot(robot: blue1, pose: «(9, 0, 0))", "(9, 0) is outside the carpet", "within"),
+        ("place_ball(position_m: «(0, 9))", "(0, 9) is outside the carpet", "within"),
+        ("«restart", "`restart`", "place_ball"),
+        ("penalise(robot: blue1, reason: «dancing)", "`dancing`", "pushing"),
+    ];
+    for (marked, message, expected) in cases {
+        refuses_ron(&format!("(robots: [()], interventions: [(at_s: 1, do: {marked})])"), message, expected);
+    }
+    refuses_ron("(robots: [()], interventions: [(at_s: «-1, do: whistle)])", "`at_s` is -1", "0");
+}
+
+#[test]
 fn robots_that_cannot_be() {
     let cases = [
         ("(number: «0)", "`number` is 0", "from 1 to 255"),

@@ -88,3 +88,30 @@ fn a_word_says_how_true_a_robots_sensors_are() {
     assert!(ideal.len() == 30 && ideal.windows(2).all(|pair| pair[0] == pair[1]));
     assert!(ball_places("noisy").windows(2).any(|pair| pair[0] != pair[1]));
 }
+
+#[test]
+fn an_image_vision_of_ones_own_takes_the_place_of_the_built_in_one() {
+    use bevy::prelude::*;
+    use naoisis::cycle::Cycle;
+    use naoisis::sensing::camera::{CameraImages, CameraSide};
+    use naoisis::sensing::scene::SensingSystems;
+    use naoisis::sensing::vision::BallPercept;
+
+    /// Sees the ball a metre ahead in any image.
+    fn hallucinate(mut robots: Query<(&CameraImages, &mut Percepts)>) {
+        for (images, mut percepts) in &mut robots {
+            if !images.top.is_empty() {
+                let position_m = Vec2::X;
+                percepts.ball = Some(BallPercept { camera: CameraSide::Top, pixel: Vec2::ZERO, position_m });
+            }
+        }
+    }
+
+    let text = r#"{ "rules": "free", "ball": { "position_m": [-1, 0] }, "cameras": { "width": 80, "height": 60 },
+                    "robots": [{ "number": 1 }, { "number": 2, "pose": [1, 1, 0], "fidelity": "image" }] }"#;
+    let mut app = crate::support::headless_app();
+    app.add_systems(Cycle, hallucinate.in_set(SensingSystems::Custom));
+    app.start_match(&Scenario::from_json(text).unwrap()).unwrap().run_cycles(2);
+    assert_eq!(app.robot::<Percepts>(blue(2)).unwrap().ball.unwrap().position_m, Vec2::X);
+    assert_eq!(app.robot::<Percepts>(blue(1)).unwrap().ball, None);
+}

@@ -19,7 +19,7 @@ const DISTANCE_MARGIN_M: f32 = 0.35;
 /// How far from its own penalty area a field player stays, m.
 const AREA_MARGIN_M: f32 = 0.05;
 /// Nearer to its place than this, and turned by less than this from its facing, a player stands still: m, radians.
-const IN_PLACE: (f32, f32) = (0.1, 0.15);
+const IN_PLACE: (f32, f32) = (0.05, 0.15);
 
 /// The decision as the rules allow it.
 pub fn obey(player: &Player, memory: &PlayerMemory, decision: Decision) -> Decision {
@@ -215,7 +215,7 @@ mod tests {
         situation.status.state = GameState::Ready;
         let place = kick_off_place(&situation.player());
         assert!(!take_kick_off_place(&situation.player()).walk.is_null());
-        situation.belief.pose = Pose { position: place.position + Vec2::new(0.05, 0.05), ..place };
+        situation.belief.pose = Pose { position: place.position + Vec2::new(0.03, 0.03), ..place };
         assert!(take_kick_off_place(&situation.player()).walk.is_null());
         situation.belief.pose.heading += 0.3;
         assert!(!take_kick_off_place(&situation.player()).walk.is_null());

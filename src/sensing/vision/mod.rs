@@ -28,7 +28,8 @@
 //! figures of B-Human's simulator of its own vision.
 //!
 //! **By images** ([`VisionSource::Image`]), everything is recognised in the [rendered images](crate::sensing::camera)
-//! alone: see [`image`]. The noise is then that of the images.
+//! alone: see [`image`]. The noise is then that of the images. A vision of a program's own works on the images in
+//! [`SensingSystems::Custom`], and fills the percepts in its place.
 //!
 //! **Truth** ([`VisionSource::Truth`]) is for debugging: everything on the pitch in its true place, wherever the robot
 //! looks and whatever is in the way.
@@ -205,7 +206,7 @@ pub enum VisionSource {
     /// From the geometry of what is in view, with the noise of a real vision system.
     #[default]
     Geometric,
-    /// From the robot's camera images.
+    /// From the robot's camera images alone.
     Image,
     /// Perfect and unlimited, for debugging: everything on the pitch, wherever the robot looks.
     Truth,

@@ -1,0 +1,278 @@
+//! The built-in players in matches: they find the ball, kick it, score, and cope with what goes wrong.
+
+use naoisis::prelude::*;
+use naoisis::referee::Score;
+
+use crate::support::{blue, collect_events, headless_app, match_of, pink};
+
+fn goals(events: &[(u64, MatchEvent)]) -> usize {
+    events.iter().filter(|(_, event)| matches!(event, MatchEvent::Goal { .. })).count()
+}
+
+fn assert_invariants(events: &[(u64, MatchEvent)]) {
+    for (cycle, event) in events {
+        assert!(!matches!(event, MatchEvent::InvariantBroken { .. }), "cycle {cycle}: {event:?}");
+        assert!(!matches!(event, MatchEvent::CommandRefused { .. }), "cycle {cycle}: {event:?}");
+    }
+}
+
+/// A match between two teams over `seconds`, with what else the scenario says.
+fn play(blue: &str, pink: &str, seed: u64, seconds: usize, more: &str) -> (Score, Vec<(u64, MatchEvent)>) {
+    let json = format!(r#"{{ "seed": {seed}, "teams": {{ "blue": "{blue}", "pink": "{pink}" }} {more} }}"#);
+    let mut app = match_of(&json);
+    let events = collect_events(&mut app, 30 * seconds);
+    (app.game().score, events)
+}
+
+#[test]
+fn a_lone_player_scores_into_the_empty_goal_wherever_the_ball_lies() {
+    for behaviour in ["chaser", "striker", "supporter"] {
+        for [x, y] in [[1.0, 0.5], [2.0, -1.2], [0.0, 0.0], [-1.5, 1.4], [2.7, 1.5]] {
+            let mut app = match_of(&format!(
+                r#"{{ "ball": {{ "position_m": [{x}, {y}] }},
+                     "robots": [{{ "number": 2, "pose": [-0.5, -0.5, 90.0], "behaviour": "{behaviour}" }}] }}"#
+            ));
+            let scored = app.run_until(30 * 90, |app| app.game().score.blue > 0);
+            assert!(scored, "{behaviour}, ball at {x}, {y}: no goal within 90 s; the ball is at {:?}", app.ball());
+        }
+    }
+}
+
+#[test]
+fn pink_attacks_the_other_goal() {
+    let mut app = match_of(
+        r#"{ "ball": { "position_m": [-1.0, 0.5] },
+             "robots": [{ "team": "pink", "number": 2, "pose": [0.5, 0.5, 0.0], "behaviour": "chaser" }] }"#,
+    );
+    assert!(app.run_until(30 * 90, |app| app.game().score.pink > 0));
+    assert_eq!(app.game().score.blue, 0);
+}
+
+#[test]
+fn three_against_three_is_a_lively_match() {
+    let (score, events) = play("chasers", "chasers", 3, 300, "");
+    assert_invariants(&events);
+    let kicks = |team: Team| {
+        events
+            .iter()
+            .filter(
+                |(_, event)| matches!(event, MatchEvent::Kick { robot, direction: Some(_), .. } if robot.team == team),
+            )
+            .count()
+    };
+    assert!(kicks(Team::Blue) > 10 && kicks(Team::Pink) > 10, "{} and {} kicks", kicks(Team::Blue), kicks(Team::Pink));
+    assert!(score.blue + score.pink > 0);
+}
+
+#[test]
+fn a_team_that_hears_nothing_still_plays() {
+    let scored: u32 = (1..=2)
+        .map(|seed| {
+            let (score, events) = play("roles", "chasers", seed, 300, r#", "messages": { "loss": 1.0 }"#);
+            assert_invariants(&events);
+            score.blue + score.pink
+        })
+        .sum();
+    assert!(scored > 0);
+}
+
+#[test]
+fn players_without_noise_play_too() {
+    let exact = r#", "vision": { "noise": "none" }, "sonar": { "noise": "none" }"#;
+    let (_, events) = play("roles", "roles", 1, 300, exact);
+    assert_invariants(&events);
+    assert!(events.iter().filter(|(_, event)| matches!(event, MatchEvent::Kick { .. })).count() > 20);
+}
+
+#[test]
+fn a_keeper_stops_a_shot_that_it_can_reach() {
+    // Over 2 m, the ball at 1.4 m/s takes -ln(1 - 0.5 * 2 / 1.4) / 0.5 = 2.5 s; the keeper walks 0.35 m in 1.75 s.
+    let shot = |keeper: &str| {
+        let mut app = match_of(&format!(
+            r#"{{ "ball": {{ "position_m": [-0.55, 0.2], "velocity_mps": [-1.4, 0.1] }},
+                 "robots": [{{ "number": 1, "pose": [-2.75, 0.0, 0.0], "behaviour": "{keeper}" }}] }}"#
+        ));
+        goals(&collect_events(&mut app, 30 * 8))
+    };
+    assert_eq!(shot("idle"), 1, "nobody stops it");
+    assert_eq!(shot("keeper"), 0);
+}
+
+#[test]
+fn a_keeper_clears_a_ball_that_lies_in_front_of_its_goal() {
+    let mut app = match_of(
+        r#"{ "ball": { "position_m": [-2.3, 0.4] },
+             "robots": [{ "number": 1, "pose": [-2.8, 0.0, 0.0], "behaviour": "keeper" }] }"#,
+    );
+    assert!(app.run_until(30 * 30, |app| app.ball().unwrap().position.x > -1.0));
+    // And goes back.
+    assert!(app.run_until(30 * 30, |app| app.robot_pose(blue(1)).unwrap().position.x < -2.4));
+}
+
+#[test]
+fn the_kick_off_is_a_pass_and_the_opponents_keep_off_the_circle_until_then() {
+    let mut app = match_of(r#"{ "teams": { "blue": "roles", "pink": "roles" } }"#);
+    let radius = app.world().resource::<Pitch>().centre_circle_diameter_m / 2.0;
+    let mut kicked = None;
+    for _ in 0..300 {
+        app.run_cycles(1);
+        kicked = app.events().iter().find_map(|event| match event {
+            MatchEvent::Kick { robot, speed: Some(speed), direction: Some(_), .. } => Some((*robot, *speed)),
+            _ => None,
+        });
+        if kicked.is_some() {
+            break;
+        }
+        for number in 1..=3 {
+            assert!(app.robot_pose(pink(number)).unwrap().position.length() > radius);
+        }
+    }
+    let (robot, speed) = kicked.unwrap();
+    assert_eq!(robot, blue(2));
+    assert!(speed < 0.6, "{speed}");
+}
+
+#[test]
+fn whoever_lost_the_ball_finds_it_again() {
+    // Behind the robot, and out of the sight of the cameras.
+    let mut app = match_of(
+        r#"{ "rules": "free", "ball": { "position_m": [-1.5, 0.3] },
+             "robots": [{ "number": 2, "pose": [0.5, 0.0, 0.0], "behaviour": "chaser" }] }"#,
+    );
+    let sees = |app: &bevy::prelude::App| app.robot::<naoisis::belief::Belief>(blue(2)).unwrap().ball.is_some();
+    assert!(app.run_until(30 * 8, sees));
+}
+
+#[test]
+fn beliefs_stay_near_the_truth_for_a_whole_match() {
+    let mut app = headless_app();
+    let scenario = Scenario::from_json(r#"{ "seed": 5, "teams": { "blue": "roles", "pink": "roles" } }"#).unwrap();
+    app.start_match(&scenario).unwrap();
+    let (mut off, mut all) = (0, 0);
+    for _ in 0..30 * 300 {
+        app.run_cycles(1);
+        for id in [blue(1), blue(2), pink(3)] {
+            let belief = app.robot::<naoisis::belief::Belief>(id).unwrap();
+            let own_end = app.game().own_end(id.team);
+            let error = belief.pose_in_pitch(own_end).position.distance(app.robot_pose(id).unwrap().position);
+            all += 1;
+            off += usize::from(error > 0.3);
+        }
+    }
+    // Now and then a robot is pushed, or has just been carried to its place.
+    assert!(off * 50 < all, "more than 0.3 m off in {off} of {all}");
+}
+
+/// The penalties for what a team that knows the rules does not do, and the placements by hand.
+fn offences(events: &[(u64, MatchEvent)]) -> Vec<String> {
+    use naoisis::referee::PenaltyReason::{IllegalDefender, IllegalPosition, Inactive, LeavingField};
+    let is_offence = |event: &MatchEvent| match event {
+        MatchEvent::Penalty { reason, .. } => {
+            matches!(reason, IllegalDefender | IllegalPosition | Inactive | LeavingField)
+        }
+        MatchEvent::PlacedByHand { .. } => true,
+        _ => false,
+    };
+    let offences = events.iter().filter(|(_, event)| is_offence(event));
+    offences.map(|(cycle, event)| format!("{cycle}: {event:?}")).collect()
+}
+
+#[test]
+fn both_teams_know_the_rule_books() {
+    for rules in ["spl2010", "spl2025"] {
+        for seed in 1..=2 {
+            let rules = format!(r#", "rules": {{ "preset": "{rules}", "half_s": 120, "team_size": 3 }}"#);
+            let (_, events) = play("roles", "chasers", seed, 300, &rules);
+            assert_invariants(&events);
+            let offences = offences(&events);
+            assert!(offences.len() <= 1, "{rules}, seed {seed}: {offences:#?}");
+        }
+    }
+}
+
+#[test]
+fn who_stands_elsewhere_walks_to_a_legal_place_for_the_kick_off() {
+    let mut app = match_of(
+        r#"{ "rules": { "preset": "spl2010", "ready_s": 40 }, "fidelity": "ideal",
+             "robots": [{ "number": 1, "pose": [-1, 1, 0], "behaviour": "keeper" },
+                        { "number": 2, "pose": [1, 1, 0], "behaviour": "striker" },
+                        { "team": "pink", "number": 1, "pose": [1.5, -1, 180], "behaviour": "keeper" },
+                        { "team": "pink", "number": 2, "pose": [-0.5, -1, 180], "behaviour": "striker" }] }"#,
+    );
+    let events = collect_events(&mut app, 30 * 44);
+    assert_eq!(offences(&events), Vec::<String>::new());
+    assert_eq!(app.game().state, GameState::Playing);
+}
+
+#[test]
+fn a_field_player_leaves_its_own_penalty_area() {
+    let mut app = match_of(
+        r#"{ "rules": { "preset": "free", "illegal_defender": true, "illegal_defender_s": 4 }, "fidelity": "ideal",
+             "ball": { "position_m": [-2.8, 0.9] },
+             "robots": [{ "number": 2, "pose": [-2.8, 0.4, 90], "behaviour": "striker" }] }"#,
+    );
+    let events = collect_events(&mut app, 30 * 20);
+    assert_eq!(offences(&events), Vec::<String>::new());
+    assert!(app.robot_pose(blue(2)).unwrap().position.x > -2.45);
+}
+
+#[test]
+fn who_comes_back_from_a_penalty_plays_on() {
+    for rules in ["naoisis", "spl2025"] {
+        let mut app = match_of(&format!(
+            r#"{{ "rules": {{ "preset": "{rules}", "penalty_s": 5, "kick_off": "placed", "game_stuck": false }},
+                 "ball": {{ "position_m": [1, -1] }},
+                 "robots": [{{ "number": 2, "pose": [0, 0.5, 0], "behaviour": "striker" }},
+                            {{ "team": "pink", "number": 1, "pose": [2.7, 0, 180], "behaviour": "idle" }}],
+                 "interventions": [{{ "at_s": 1, "do": {{ "penalise": {{ "robot": "blue2", "reason": "pushing" }} }} }}] }}"#
+        ));
+        let back = app
+            .run_until(30 * 10, |app| app.events().iter().any(|event| matches!(event, MatchEvent::PenaltyOver { .. })));
+        assert!(back, "{rules}: it does not come back");
+        let plays = app.run_until(30 * 60, |app| {
+            app.events().iter().any(|event| matches!(event, MatchEvent::Kick { direction: Some(_), .. }))
+        });
+        assert!(
+            plays,
+            "{rules}: {:?}, believed {:?}",
+            app.robot_pose(blue(2)),
+            app.robot::<naoisis::belief::Belief>(blue(2)).map(|belief| belief.pose)
+        );
+    }
+}
+
+#[test]
+fn who_falls_gets_up_and_plays_on() {
+    let mut app = match_of(
+        r#"{ "rules": { "preset": "extended", "fall_from_mps": 0, "fall_certain_mps": 0.01, "collisions": false },
+             "ball": { "position_m": [1.5, 0.8] },
+             "robots": [{ "number": 2, "pose": [-0.3, 0, 0], "behaviour": "striker" },
+                        { "team": "pink", "number": 2, "pose": [-0.17, 0.05, 180],
+                          "behaviour": { "script": [{ "until_s": 1, "walk": [0.006, 0, 0] }] } }] }"#,
+    );
+    let mut fell = 0;
+    let kicked = app.run_until(30 * 90, |app| {
+        fell += app.events().iter().filter(|event| matches!(event, MatchEvent::Fall { .. })).count();
+        fell > 0 && app.events().iter().any(|event| matches!(event, MatchEvent::Kick { direction: Some(_), .. }))
+    });
+    assert!(kicked, "{fell} falls");
+}
+
+#[test]
+fn a_keeper_dives_for_what_it_cannot_walk_to() {
+    let goals = |rules: &str| {
+        let saved_or_not: usize = (0..6)
+            .map(|index| {
+                let y = 0.54 - 0.02 * index as f32;
+                let mut app = match_of(&format!(
+                    r#"{{ "rules": "{rules}", "seed": {index}, "ball": {{ "position_m": [-0.4, {y}], "velocity_mps": [-2.2, 0] }},
+                         "robots": [{{ "number": 1, "pose": [-2.75, 0.0, 0.0], "behaviour": "keeper" }}] }}"#
+                ));
+                goals(&collect_events(&mut app, 30 * 6))
+            })
+            .sum();
+        saved_or_not
+    };
+    let [without, with] = [goals("naoisis"), goals("extended")];
+    assert!(without >= 5 && with <= without - 3, "{without} goals without dives, {with} with them");
+}
