@@ -49,6 +49,7 @@
     )
 )]
 
+pub mod appearance;
 pub mod ball;
 pub mod batch;
 pub mod behaviour;

@@ -41,6 +41,7 @@ pub use observer::{MatchOutcome, MatchRow};
 use crate::cycle::{CycleClock, run_cycle};
 use crate::referee::{Game, GameState};
 use crate::scenario::Scenario;
+use crate::sensing::jobs::SensingThreads;
 use crate::simulation::MatchApp;
 
 /// The matches to be played: with every seed, one of every variant.
@@ -125,6 +126,8 @@ pub fn run_batch(
 pub fn play(simulator: impl Fn() -> App, scenario: &Scenario) -> MatchRow {
     let played = catch_unwind(AssertUnwindSafe(|| {
         let mut app = simulator();
+        // The matches have the cores.
+        app.insert_resource(SensingThreads(1));
         match app.start_match(scenario) {
             Ok(app) => play_to_the_end(app.world_mut(), scenario),
             Err(fault) => MatchRow::failed(scenario.seed, MatchOutcome::Refused, fault.to_string()),

@@ -48,6 +48,12 @@ fn change_from_command_line(scenario: &mut Scenario, arguments: &RunArguments) -
             return Err(report::usage_error(&format!("--duration: {}; expected {}", fault.message, fault.expected)));
         }
     }
+    if let Some(cameras) = arguments.cameras {
+        scenario.cameras.render = cameras.into();
+        if let Err(fault) = scenario.validate() {
+            return Err(report::usage_error(&format!("--cameras: {}; expected {}", fault.message, fault.expected)));
+        }
+    }
     Ok(())
 }
 
@@ -73,6 +79,6 @@ fn go_on(app: &mut App, arguments: &RunArguments) -> Result<(), ExitCode> {
     }
     let mut scenario = app.world().resource::<Scenario>().clone();
     change_from_command_line(&mut scenario, arguments)?;
-    app.insert_resource(scenario);
+    change_settings(app.world_mut(), &scenario).map_err(|fault| usage_error(&fault.to_string()))?;
     Ok(())
 }

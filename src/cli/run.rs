@@ -2,7 +2,7 @@
 
 use bevy::log::{Level, LogPlugin};
 use bevy::prelude::*;
-use clap::Args;
+use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::collections::BTreeMap;
 use std::io::{self, Write};
@@ -22,11 +22,33 @@ use crate::referee::Game;
 use crate::referee::report::report as match_report;
 use crate::robot::Team;
 use crate::scenario::{Scenario, ScenarioFile, Setting};
+use crate::sensing::camera::CameraRendering;
 use crate::simulation::snapshot::EXTENSION;
 use crate::simulation::{NaoisisPlugins, Snapshot, resolved};
 
 /// Cycles between two looks at the progress bar.
 const CYCLES_PER_PROGRESS: u64 = 512;
+
+/// What `--cameras` may say.
+#[derive(ValueEnum, Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Cameras {
+    /// No images
+    Off,
+    /// On the processor
+    Software,
+    /// On a graphics card
+    Gpu,
+}
+
+impl From<Cameras> for CameraRendering {
+    fn from(cameras: Cameras) -> Self {
+        match cameras {
+            Cameras::Off => CameraRendering::Off,
+            Cameras::Software => CameraRendering::Software,
+            Cameras::Gpu => CameraRendering::Gpu,
+        }
+    }
+}
 
 /// Arguments of `naoisis run`.
 #[derive(Args, Debug, Clone, Default)]
@@ -43,6 +65,9 @@ pub struct RunArguments {
     /// Stop after this many simulated seconds
     #[arg(long, value_name = "S", value_parser = positive_seconds, allow_negative_numbers = true)]
     pub duration: Option<f32>,
+    /// Whether, and by what, the robots' camera images are rendered, instead of the scenario's word
+    #[arg(long, value_enum, value_name = "off|software|gpu")]
+    pub cameras: Option<Cameras>,
     /// Write a trace: a .jsonl file, .jsonl.zst for a compressed one, - for standard output
     #[arg(long, value_name = "FILE")]
     pub trace: Option<PathBuf>,

@@ -49,6 +49,7 @@ pub const LIBRARY: &[LibraryScenario] = embedded![
     "kick_right_straight" "json" Json,
     "kick_wrong_side" "ron" Ron,
     "match3v3" "ron" Ron,
+    "match3v3_images" "ron" Ron,
     "match7v7" "ron" Ron,
     "messages" "json" Json,
     "pass" "ron" Ron,

@@ -7,7 +7,7 @@
 //!
 //! | sensor | settings | reading |
 //! |---|---|---|
-//! | [cameras](camera) | [`camera::CameraSettings`] | images, where they are rendered |
+//! | [cameras](camera) | [`camera::CameraSettings`] | [`camera::CameraImages`], where they are rendered |
 //! | [vision] | [`vision::VisionSettings`] | [`vision::Percepts`] |
 //! | [sonar] | [`sonar::SonarSettings`] | [`sonar::SonarReading`] |
 //! | [odometry] | [`odometry::OdometrySettings`] | [`odometry::Odometry`] |
@@ -22,6 +22,7 @@ use bevy::prelude::*;
 
 pub mod camera;
 pub mod fidelity;
+pub mod jobs;
 pub mod odometry;
 pub(crate) mod preset;
 pub mod scene;

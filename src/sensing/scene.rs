@@ -25,6 +25,7 @@ impl Plugin for ScenePlugin {
                 Cycle,
                 (
                     SensingSystems::Scene,
+                    SensingSystems::Images,
                     SensingSystems::Vision,
                     SensingSystems::Sonar,
                     SensingSystems::Odometry,
@@ -43,6 +44,8 @@ impl Plugin for ScenePlugin {
 pub enum SensingSystems {
     /// The [`Scene`] is gathered.
     Scene,
+    /// [`CameraImages`](crate::sensing::camera::CameraImages) are taken.
+    Images,
     /// [`Percepts`](crate::sensing::vision::Percepts) are filled.
     Vision,
     /// [`SonarReading`](crate::sensing::sonar::SonarReading)s are filled.

@@ -24,7 +24,7 @@ use crate::scenario::{BehaviourSpec, FieldPath, RobotSpec, Scenario, ScenarioFau
 use crate::sensing::odometry::Odometry;
 use crate::sensing::sonar::SonarReading;
 use crate::sensing::status::BodyStatus;
-use crate::sensing::vision::{ImageVision, Percepts, VisionSource};
+use crate::sensing::vision::Percepts;
 
 /// Marks the entities of a match: robots, ball and posts.
 #[derive(Component, Clone, Copy, Default, Debug, Reflect)]
@@ -97,27 +97,7 @@ fn robots_of(world: &World, scenario: &Scenario) -> Result<Vec<RobotSpec>, Scena
         robots.extend(line_up(scenario, registry, Team::Pink, &teams.pink)?);
     }
     robots.sort_by_key(RobotSpec::id);
-    can_see(world, scenario, &robots)?;
     Ok(robots)
-}
-
-/// That there is an image vision for all robots that should see by images.
-fn can_see(world: &World, scenario: &Scenario, robots: &[RobotSpec]) -> Result<(), ScenarioFault> {
-    let by_images = |robot: &&RobotSpec| RobotSettings::of(scenario, robot).vision.source == VisionSource::Image;
-    let Some(robot) = robots.iter().find(by_images).filter(|_| !world.contains_resource::<ImageVision>()) else {
-        return Ok(());
-    };
-    let listed = scenario.robots.iter().position(|listed| listed.id() == robot.id());
-    let path = listed.map_or_else(FieldPath::default, |index| FieldPath::default().field("robots").index(index));
-    let own = listed.and_then(|index| scenario.robots.get(index));
-    let (path, message) = match own {
-        Some(own) if own.fidelity.vision.is_some() => (path.field("fidelity"), "`fidelity` asks for images"),
-        Some(own) if own.vision.is_some() => (path.field("vision.source"), "`source` asks for images"),
-        _ if scenario.fidelity.vision.is_some() => (FieldPath::from("fidelity"), "`fidelity` asks for images"),
-        _ => (FieldPath::from("vision.source"), "`source` asks for images"),
-    };
-    let expected = "`truth`, `ideal` or `noisy`, or a program with the `ImageVision`";
-    Err(ScenarioFault::new(path, format!("{message}, and this program has no image vision"), expected))
 }
 
 /// The robots of a registered team at their places for the first kick-off.

@@ -69,6 +69,8 @@ fn what_is_wrong_is_said_with_exit_status_2() {
         (&["run", "match3v3", "--duration", "-1"], "positive"),
         (&["run", "match3v3", "--seed", "x"], "--seed"),
         (&["run", "match3v3", "--trace", "no/such/folder/t.jsonl"], "no/such/folder"),
+        (&["run", "match3v3", "--cameras", "film"], "software"),
+        (&["run", "match3v3_images", "--cameras", "off"], "robots see by their images"),
         (&["run"], "SCENARIO"),
         (&["list", "dragons"], "scenarios"),
     ] {

@@ -193,6 +193,11 @@ fn values_out_of_range() {
         ("cameras: (width: «0)", "`width` is 0", "1 to 4096 pixels"),
         ("cameras: (height: «5000)", "`height` is 5000", "1 to 4096 pixels"),
         ("cameras: (diagonal_fov_deg: «175.0)", "is 175", "1 to 170 degrees"),
+        ("cameras: (every_cycles: «0)", "`every_cycles` is 0", "1 to 100000 cycles"),
+        ("cameras: (noise: (pixel_sd: «-1.0))", "`pixel_sd` is -1", "0 to 255"),
+        ("cameras: (noise: (blur_px: «20.0))", "`blur_px` is 20", "0 to 8 pixels"),
+        ("cameras: (noise: (colour_shift: (0, «300, 0)))", "is 300", "-255 to 255"),
+        ("vision: (source: image), robots: [()], cameras: (render: «off)", "robots see by their images", "`software`"),
         ("messages: (loss: «1.1)", "`loss` is 1.1", "a probability"),
         ("messages: (delay_cycles: «0)", "`delay_cycles` is 0", "1 to 1000 cycles"),
         ("posts: [(radius_m: «0.0, position_m: (1, 1))]", "`radius_m` is 0", "more than 0"),
@@ -381,7 +386,7 @@ const NATURAL: &str = r#"
 Scenario(
     name: "right foot", cycle_s: 0.0333333333, duration_s: Some(20.0),
     ball: (position_m: (0.15, -0.05), rolling: exponential_per_s(0.5)),
-    vision: (source: geometric, noise: default),
+    cameras: (render: off), vision: (source: geometric, noise: default),
     robots: [
         (
             team: blue, number: 1,

@@ -90,33 +90,28 @@ fn a_word_says_how_true_a_robots_sensors_are() {
 }
 
 #[test]
-fn image_vision_plugs_in_where_a_scenario_asks_for_it() {
+fn an_image_vision_of_ones_own_takes_the_place_of_the_built_in_one() {
     use bevy::prelude::*;
     use naoisis::cycle::Cycle;
+    use naoisis::sensing::camera::{CameraImages, CameraSide};
     use naoisis::sensing::scene::SensingSystems;
-    use naoisis::sensing::vision::{BallPercept, GeometricVisionSystems, ImageVision, VisionSettings, VisionSource};
+    use naoisis::sensing::vision::BallPercept;
 
-    /// Always sees the ball a metre ahead.
-    fn hallucinate(mut robots: Query<(&VisionSettings, &mut Percepts)>) {
-        for (settings, mut percepts) in &mut robots {
-            if settings.source == VisionSource::Image {
-                assert_eq!(*percepts, Percepts::default());
-                let camera = naoisis::sensing::camera::CameraSide::Top;
-                percepts.ball = Some(BallPercept { camera, pixel: Vec2::ZERO, position_m: Vec2::X });
+    /// Sees the ball a metre ahead in any image.
+    fn hallucinate(mut robots: Query<(&CameraImages, &mut Percepts)>) {
+        for (images, mut percepts) in &mut robots {
+            if !images.top.is_empty() {
+                let position_m = Vec2::X;
+                percepts.ball = Some(BallPercept { camera: CameraSide::Top, pixel: Vec2::ZERO, position_m });
             }
         }
     }
 
-    let text = r#"{ "rules": "free", "ball": { "position_m": [-1, 0] },
+    let text = r#"{ "rules": "free", "ball": { "position_m": [-1, 0] }, "cameras": { "width": 80, "height": 60 },
                     "robots": [{ "number": 1 }, { "number": 2, "pose": [1, 1, 0], "fidelity": "image" }] }"#;
-    let scenario = Scenario::from_json(text).unwrap();
     let mut app = crate::support::headless_app();
-    app.world_mut().remove_resource::<ImageVision>();
-    let fault = app.start_match(&scenario).err().unwrap();
-    assert_eq!(fault.path.to_string(), "robots[1].fidelity");
-    app.init_resource::<ImageVision>()
-        .add_systems(Cycle, hallucinate.in_set(SensingSystems::Vision).after(GeometricVisionSystems));
-    app.start_match(&scenario).unwrap().run_cycles(2);
+    app.add_systems(Cycle, hallucinate.in_set(SensingSystems::Custom));
+    app.start_match(&Scenario::from_json(text).unwrap()).unwrap().run_cycles(2);
     assert_eq!(app.robot::<Percepts>(blue(2)).unwrap().ball.unwrap().position_m, Vec2::X);
     assert_eq!(app.robot::<Percepts>(blue(1)).unwrap().ball, None);
 }

@@ -14,6 +14,9 @@ use super::types::{BehaviourSpec, RobotSpec, Scenario, ScriptEntry};
 use crate::geometry::to_degrees;
 use crate::referee::{Intervention, TimedIntervention};
 use crate::robot::motion::MotionLimits;
+use crate::sensing::camera::CameraRendering;
+use crate::sensing::fidelity::Fidelity;
+use crate::sensing::vision::VisionSource;
 
 /// A value of a scenario that cannot be.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
@@ -102,6 +105,28 @@ impl Checks {
         self.range(path, value, 0.0..=1.0, ", a probability");
     }
 
+    /// That robots that see by their images have some.
+    fn image_source(&mut self, scenario: &Scenario) {
+        if scenario.cameras.render != CameraRendering::Off {
+            return;
+        }
+        let root = FieldPath::default();
+        let lined_up = RobotSpec::default();
+        let robots = (0..).zip(&scenario.robots).map(|(index, robot)| (root.field("robots").index(index), robot));
+        let teams = scenario.teams.iter().map(|_| (root.clone(), &lined_up));
+        for (path, robot) in robots.chain(teams) {
+            let word = scenario.fidelity_of(robot).vision;
+            let source = robot.vision.as_ref().unwrap_or(&scenario.vision).source;
+            let by_word = word.is_some_and(|word| word == Fidelity::Image);
+            if by_word || (word.is_none() && source == VisionSource::Image) {
+                let message = "`render` is off, but robots see by their images";
+                let fault = ScenarioFault::new(root.field("cameras").field("render"), message, "`software` or `auto`");
+                self.faults.push(fault.related_to(path.field("vision")));
+                return;
+            }
+        }
+    }
+
     fn scenario(&mut self, scenario: &Scenario) {
         let root = FieldPath::default();
         self.range(root.field("cycle_s"), scenario.cycle_s, 0.001..=1.0, " s");
@@ -123,6 +148,7 @@ impl Checks {
         self.odometry(&root.field("odometry"), &scenario.odometry);
         self.cameras(&root.field("cameras"), &scenario.cameras);
         self.vision(&root.field("vision"), &scenario.vision);
+        self.image_source(scenario);
         self.messages(&root.field("messages"), &scenario.messages);
         for (index, robot) in scenario.robots.iter().enumerate() {
             self.robot(&root.field("robots").index(index), robot, scenario);

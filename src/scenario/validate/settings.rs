@@ -11,6 +11,7 @@ use crate::robot::motion::MotionLimits;
 use crate::scenario::field_path::FieldPath;
 use crate::scenario::types::BallSpec;
 use crate::sensing::camera::CameraSettings;
+use crate::sensing::camera::noise::ImageNoise;
 use crate::sensing::odometry::OdometrySettings;
 use crate::sensing::sonar::{SonarNoise, SonarSettings};
 use crate::sensing::vision::VisionSettings;
@@ -141,9 +142,23 @@ impl Checks {
     }
 
     pub(super) fn cameras(&mut self, path: &FieldPath, cameras: &CameraSettings) {
+        if !cameras.render.is_available() {
+            let message = "this program cannot render on a graphics card";
+            self.fault(path.field("render"), message, "`software`, `off`, or `auto`");
+        }
         self.range(path.field("width"), cameras.width, 1..=4096, " pixels");
         self.range(path.field("height"), cameras.height, 1..=4096, " pixels");
         self.degrees(path.field("diagonal_fov_deg"), cameras.diagonal_fov, 1.0..=170.0, " degrees");
+        self.range(path.field("every_cycles"), cameras.every_cycles, 1..=100_000, " cycles");
+        let (path, noise) = (path.field("noise"), &cameras.noise);
+        self.range(path.field("brightness"), noise.brightness, 0.0..=10.0, "");
+        self.range(path.field("brightness_sd"), noise.brightness_sd, 0.0..=10.0, "");
+        for (index, shift) in noise.colour_shift.into_iter().enumerate() {
+            self.range(path.field("colour_shift").index(index), shift, -255.0..=255.0, ", of 255");
+        }
+        self.range(path.field("colour_shift_sd"), noise.colour_shift_sd, 0.0..=255.0, ", of 255");
+        self.range(path.field("pixel_sd"), noise.pixel_sd, 0.0..=255.0, ", of 255");
+        self.range(path.field("blur_px"), noise.blur_px, 0.0..=ImageNoise::MOST_BLUR_PX, " pixels");
     }
 
     pub(super) fn messages(&mut self, path: &FieldPath, messages: &MessageSettings) {

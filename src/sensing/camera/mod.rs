@@ -3,7 +3,12 @@
 //! **What it measures.** Two images, one from the upper camera that looks ahead and one from the lower that looks
 //! 40° further down, of 320 x 240 pixels with a field of view of 58° along the diagonal (47.8° x 36.8°). The
 //! geometry of both is the [`model`]. What is recognised in them is the [vision](crate::sensing::vision)'s matter,
-//! which needs no image to be rendered.
+//! which need not have an image rendered.
+//!
+//! **Images** ([`CameraImages`]) are rendered on request (`"render": "software"`), and for robots that see by them
+//! (`"source": "image"`): of either design of robots, in every cycle or every few, with changing light, noise and blur
+//! ([`noise`]), and for learning with what each pixel is and how far away. A robot does not see itself. One that is off the
+//! pitch or lies has no images.
 //!
 //! **Units and rate.** Pixels, u to the right and v down, from the outer corner of the top-left pixel; 30 images per
 //! second, which is the cycle.
@@ -15,17 +20,37 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use crate::appearance::gait::{Gait, GaitPlugin};
+use crate::appearance::robot::RobotDesign;
+use crate::cycle::Cycle;
 use crate::geometry::{file_units, to_radians};
 use crate::knowledge::Knowledge;
+use crate::pitch::Pitch;
+use crate::sensing::jobs::SensingThreads;
+use crate::sensing::scene::SensingSystems;
 
+pub mod image;
 pub mod model;
+pub mod noise;
+mod rendering;
+pub mod software;
 
-/// Registers the cameras' types.
+use image::Image;
+use noise::ImageNoise;
+
+/// Fills every robot's [`CameraImages`] where they are rendered by software.
 pub struct CameraPlugin;
 
 impl Plugin for CameraPlugin {
     fn build(&self, app: &mut App) {
-        app.register_type::<CameraSettings>();
+        if !app.is_plugin_added::<GaitPlugin>() {
+            app.add_plugins(GaitPlugin);
+        }
+        app.register_type::<CameraSettings>()
+            .register_type::<CameraImages>()
+            .init_resource::<Pitch>()
+            .init_resource::<SensingThreads>()
+            .add_systems(Cycle, rendering::take_images.in_set(SensingSystems::Images));
     }
 }
 
@@ -48,8 +73,10 @@ impl CameraSide {
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum CameraRendering {
-    /// No images.
+    /// By software, for robots that see by their images; no images for others.
     #[default]
+    Auto,
+    /// No images.
     Off,
     /// By the software renderer.
     Software,
@@ -57,9 +84,79 @@ pub enum CameraRendering {
     Gpu,
 }
 
+impl CameraRendering {
+    /// Whether this program can do it.
+    pub const fn is_available(self) -> bool {
+        !matches!(self, CameraRendering::Gpu)
+    }
+}
+
+/// Which of a robot's cameras return images.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum CameraChoice {
+    /// Both.
+    #[default]
+    Both,
+    /// The upper one.
+    Top,
+    /// The lower one.
+    Bottom,
+}
+
+impl CameraChoice {
+    /// Whether this camera is among them.
+    pub const fn includes(self, side: CameraSide) -> bool {
+        match self {
+            CameraChoice::Both => true,
+            CameraChoice::Top => matches!(side, CameraSide::Top),
+            CameraChoice::Bottom => matches!(side, CameraSide::Bottom),
+        }
+    }
+}
+
+/// The images of a robot's cameras, where they are rendered.
+#[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[reflect(Component, @Knowledge::Sensor)]
+#[require(Gait)]
+pub struct CameraImages {
+    /// The cycle at the start of which they were taken; none without images.
+    pub cycle: Option<u64>,
+    /// The upper camera's; empty without one.
+    pub top: Image,
+    /// The lower camera's; empty without one.
+    pub bottom: Image,
+}
+
+impl CameraImages {
+    /// The image of one camera.
+    pub fn side(&self, side: CameraSide) -> &Image {
+        match side {
+            CameraSide::Top => &self.top,
+            CameraSide::Bottom => &self.bottom,
+        }
+    }
+
+    /// The image of one camera.
+    pub fn side_mut(&mut self, side: CameraSide) -> &mut Image {
+        match side {
+            CameraSide::Top => &mut self.top,
+            CameraSide::Bottom => &mut self.bottom,
+        }
+    }
+
+    /// Forgets the images, and keeps the memory.
+    pub fn clear(&mut self) {
+        self.cycle = None;
+        self.top.clear();
+        self.bottom.clear();
+    }
+}
+
 /// The lens and the image of both cameras.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Public)]
+#[require(CameraImages)]
 #[serde(default, deny_unknown_fields)]
 pub struct CameraSettings {
     /// Whether images are rendered.
@@ -71,10 +168,39 @@ pub struct CameraSettings {
     /// Field of view along the diagonal, radians (degrees in files): 58° (paper, section 3.1).
     #[serde(rename = "diagonal_fov_deg", with = "file_units::degrees")]
     pub diagonal_fov: f32,
+    /// Which cameras return images.
+    pub which: CameraChoice,
+    /// Images are taken in every so many cycles, at least 1.
+    pub every_cycles: u32,
+    /// How robots look in the images.
+    pub design: RobotDesign,
+    /// Light and noise.
+    pub noise: ImageNoise,
+    /// Whether bodies cast shadows on the ground.
+    pub shadows: bool,
+    /// Whether images say of each pixel what it is: ground truth, for learning.
+    pub labels: bool,
+    /// Whether images say of each pixel how far away it is: ground truth, for learning.
+    pub depth: bool,
 }
 
 impl Default for CameraSettings {
     fn default() -> Self {
-        Self { render: CameraRendering::Off, width: 320, height: 240, diagonal_fov: to_radians(58.0) }
+        Self {
+            render: CameraRendering::default(),
+            width: 320,
+            height: 240,
+            diagonal_fov: to_radians(58.0),
+            which: CameraChoice::default(),
+            every_cycles: 1,
+            design: RobotDesign::default(),
+            noise: ImageNoise::default(),
+            shadows: false,
+            labels: false,
+            depth: false,
+        }
     }
 }
+
+#[cfg(test)]
+mod tests;

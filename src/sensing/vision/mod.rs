@@ -27,7 +27,9 @@
 //! error of a place grows with the square of its distance, as it does on the robot. The preset `default` has the
 //! figures of B-Human's simulator of its own vision.
 //!
-//! **Images** ([`VisionSource::Image`]) are looked at by whatever [`ImageVision`] a program has.
+//! **By images** ([`VisionSource::Image`]), everything is recognised in the [rendered images](crate::sensing::camera)
+//! alone: see [`image`]. The noise is then that of the images. A vision of a program's own works on the images in
+//! [`SensingSystems::Custom`], and fills the percepts in its place.
 //!
 //! **Truth** ([`VisionSource::Truth`]) is for debugging: everything on the pitch in its true place, wherever the robot
 //! looks and whatever is in the way.
@@ -46,9 +48,11 @@ use crate::random::RandomStreams;
 use crate::robot::head::HeadAngles;
 use crate::robot::{RobotId, Team};
 use crate::sensing::camera::{CameraSettings, CameraSide};
+use crate::sensing::jobs::SensingThreads;
 use crate::sensing::scene::{Scene, ScenePlugin, SensingSystems};
 
 mod geometric;
+pub mod image;
 mod landmarks;
 mod noise;
 mod occlusion;
@@ -68,8 +72,8 @@ impl Plugin for VisionPlugin {
         }
         app.register_type::<VisionSettings>()
             .register_type::<Percepts>()
-            .register_type::<ImageVision>()
-            .add_systems(Cycle, recognise.in_set(GeometricVisionSystems).in_set(SensingSystems::Vision));
+            .init_resource::<SensingThreads>()
+            .add_systems(Cycle, (recognise, image::seeing::look_through_images).chain().in_set(SensingSystems::Vision));
     }
 }
 
@@ -195,17 +199,6 @@ fn image_order(a: (CameraSide, Vec2), b: (CameraSide, Vec2)) -> core::cmp::Order
     a.0.cmp(&b.0).then(a.1.x.total_cmp(&b.1.x)).then(a.1.y.total_cmp(&b.1.y))
 }
 
-/// Says that the program recognises things in images: a plugin that fills the [`Percepts`] of the robots with
-/// [`VisionSource::Image`] in [`SensingSystems::Vision`], after [`GeometricVisionSystems`], inserts it. The percepts of
-/// such robots are empty by then. Without it, a scenario that asks for image vision is refused.
-#[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default, Reflect)]
-#[reflect(Resource, @Knowledge::Public)]
-pub struct ImageVision;
-
-/// The system that fills the percepts which need no images, and clears the others.
-#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct GeometricVisionSystems;
-
 /// Where a robot's percepts come from.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -213,7 +206,7 @@ pub enum VisionSource {
     /// From the geometry of what is in view, with the noise of a real vision system.
     #[default]
     Geometric,
-    /// From the robot's camera images, by the program's [`ImageVision`].
+    /// From the robot's camera images alone.
     Image,
     /// Perfect and unlimited, for debugging: everything on the pitch, wherever the robot looks.
     Truth,
@@ -250,6 +243,7 @@ fn recognise(
         let own_index = scene.robots.iter().position(|robot| robot.id == id);
         match settings.source {
             VisionSource::Truth => truth::know_everything(&mut percepts, &scene, own_index, pose, camera, head),
+            // That comes next.
             VisionSource::Image => {}
             VisionSource::Geometric => {
                 occluders.gather(&scene, own_index, pose);

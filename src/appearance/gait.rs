@@ -1,0 +1,126 @@
+//! The gait: how the legs and arms go along with what a robot does, smoothly.
+
+use bevy::math::ops;
+use bevy::prelude::*;
+use core::f32::consts::{PI, TAU};
+use serde::{Deserialize, Serialize};
+
+use super::posing::{self, JointAngles};
+use crate::cycle::{Cycle, CycleClock, CycleSystems};
+use crate::events::{CycleEvents, KickMiss, KickResult, MatchEvent};
+use crate::geometry::{Pose, unrotate};
+use crate::knowledge::Knowledge;
+use crate::robot::head::HeadAngles;
+use crate::robot::kick::{Foot, KickType};
+use crate::robot::{RobotId, Roster, Velocity};
+
+/// How long it takes to get into step, s.
+const SETTLING_S: f32 = 0.15;
+
+/// Keeps the [`Gait`]s of the robots that have one.
+pub struct GaitPlugin;
+
+impl Plugin for GaitPlugin {
+    fn build(&self, app: &mut App) {
+        app.register_type::<Gait>()
+            .init_resource::<Roster>()
+            .add_systems(Cycle, note_kicks.in_set(CycleSystems::Record));
+    }
+}
+
+/// How a robot's limbs are moving. For the eye only: nothing in the simulation depends on it.
+#[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[reflect(Component, @Knowledge::Truth)]
+pub struct Gait {
+    /// The time of the match that is shown, s.
+    pub time_s: f64,
+    /// Forward speed that the steps have, m/s.
+    pub speed: f32,
+    /// How much the feet are lifted, 0 to 1.
+    pub liveliness: f32,
+    /// The last kick, and when it struck the ball, s.
+    pub kick: Option<(KickType, f64)>,
+}
+
+impl Gait {
+    /// Gets into step with what the robot does until `now_s`.
+    pub fn follow(&mut self, pose: Pose, velocity: Velocity, now_s: f64) {
+        let elapsed_s = (now_s - self.time_s) as f32;
+        self.time_s = now_s;
+        if elapsed_s <= 0.0 {
+            return;
+        }
+        let share = 1.0 - ops::exp(-elapsed_s / SETTLING_S);
+        let in_robot = unrotate(pose.forward(), velocity.linear);
+        let liveliness = (in_robot.length() / 0.08 + velocity.angular.abs() / 0.5).min(1.0);
+        self.speed += share * (in_robot.x - self.speed);
+        self.liveliness += share * (liveliness - self.liveliness);
+    }
+
+    /// How the robot holds its limbs at the time that is shown.
+    pub fn joints(&self, id: RobotId, head: HeadAngles) -> JointAngles {
+        // Robots that started together need not step together. In double precision, as late as the match may be.
+        let turns = f64::from(posing::STEP_FREQUENCY) * self.time_s;
+        let phase = TAU * (turns - turns.floor()) as f32 + id.stable_number() as f32;
+        let kick = self.kick.map(|(kick_type, since_s)| (kick_type, (self.time_s - since_s) as f32));
+        let mut joints = JointAngles { head, ..JointAngles::default() };
+        for side in 0..2 {
+            let side_phase = phase + side as f32 * PI;
+            let mut step = posing::step(side_phase, self.speed, self.liveliness);
+            let mut aside = 0.0;
+            if let Some((kick_type, age_s)) = kick
+                && (kick_type.foot() == Foot::Left) == (side == 0)
+            {
+                let (reach, swing) = posing::kick_pose(kick_type, age_s);
+                step += reach;
+                aside = swing;
+            }
+            joints.legs[side] = posing::LegAngles { aside, ..posing::leg_angles(step) };
+            joints.arms[side] = 0.3 * ops::sin(side_phase) * (self.speed / 0.2).clamp(-1.0, 1.0);
+        }
+        joints
+    }
+}
+
+fn note_kicks(events: Res<CycleEvents>, clock: Res<CycleClock>, roster: Res<Roster>, mut gaits: Query<&mut Gait>) {
+    for event in events.iter() {
+        let MatchEvent::Kick { robot, kick_type, result, reason, .. } = event else { continue };
+        // A kick that found no ball is still a kick.
+        if *result == KickResult::Missed && *reason != Some(KickMiss::OutOfReach) {
+            continue;
+        }
+        if let Some(mut gait) = roster.get(*robot).and_then(|robot| gaits.get_mut(robot).ok()) {
+            gait.kick = Some((*kick_type, clock.start_time_s()));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::robot::Team;
+
+    #[test]
+    fn a_robot_that_walks_gets_into_step_and_out_of_it() {
+        let mut gait = Gait::default();
+        let walking = Velocity { linear: Vec2::new(0.0, 0.2), angular: 0.0 };
+        let pose = Pose::new(0.0, 0.0, PI / 2.0);
+        for cycle in 1..=30 {
+            gait.follow(pose, walking, f64::from(cycle) / 30.0);
+        }
+        // After a second, exp(-1 / 0.15) = 0.13 % of the difference are left.
+        assert!((gait.speed - 0.2).abs() < 0.001 && gait.liveliness > 0.99, "{gait:?}");
+        for cycle in 31..=60 {
+            gait.follow(pose, Velocity::default(), f64::from(cycle) / 30.0);
+        }
+        let id = RobotId::new(Team::Blue, 1);
+        assert!(gait.speed < 0.001 && gait.joints(id, HeadAngles::default()).legs[0].knee < 0.2);
+    }
+
+    #[test]
+    fn the_kicking_leg_swings_and_the_other_does_not() {
+        let gait = Gait { time_s: 1.0, kick: Some((KickType::RightStraight, 1.0)), ..Gait::default() };
+        let joints = gait.joints(RobotId::new(Team::Pink, 2), HeadAngles::default());
+        assert!(joints.legs[1].hip > 0.5 && joints.legs[0].hip.abs() < 1e-3, "{joints:?}");
+    }
+}

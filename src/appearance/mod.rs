@@ -1,0 +1,99 @@
+//! What everything on the pitch looks like: one description of shapes, sizes, colours and postures, which every renderer
+//! draws.
+//!
+//! It needs no render crate. A [`SceneDescription`](scene::SceneDescription) is what there is to draw at one instant, a
+//! [`View`](view::View) from where; robots are put together from [`Part`](shapes::Part)s ([`robot`]) that hang on
+//! [limbs](posing::Limb), which [`posing`] places. Each part says by a [`Label`] what it is.
+
+use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+
+pub mod colours;
+pub mod field;
+pub mod gait;
+pub mod gather;
+pub mod posing;
+pub mod robot;
+pub mod scene;
+pub mod shapes;
+pub mod view;
+
+/// What is seen in a pixel of an image.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[repr(u8)]
+pub enum Label {
+    /// Above the horizon.
+    #[default]
+    Sky = 0,
+    /// The floor of the hall, around the carpet.
+    Floor = 1,
+    /// The green carpet.
+    Carpet = 2,
+    /// A white line on it.
+    Line = 3,
+    /// The ball.
+    Ball = 4,
+    /// A yellow goal's posts and bar.
+    YellowGoal = 5,
+    /// A sky-blue goal's posts and bar.
+    BlueGoal = 6,
+    /// A white goal's posts and bar.
+    WhiteGoal = 7,
+    /// The frame on the ground behind a goal, which carries the net. The net itself is seen through.
+    GoalFrame = 8,
+    /// A post that belongs to no goal.
+    Post = 9,
+    /// The body of a robot of the blue team.
+    BlueRobot = 10,
+    /// The body of a robot of the pink team.
+    PinkRobot = 11,
+    /// The waistband of a robot of the blue team.
+    BlueWaistband = 12,
+    /// The waistband of a robot of the pink team.
+    PinkWaistband = 13,
+}
+
+impl Label {
+    /// All labels, each at the place of its number.
+    pub const ALL: [Label; 14] = [
+        Label::Sky,
+        Label::Floor,
+        Label::Carpet,
+        Label::Line,
+        Label::Ball,
+        Label::YellowGoal,
+        Label::BlueGoal,
+        Label::WhiteGoal,
+        Label::GoalFrame,
+        Label::Post,
+        Label::BlueRobot,
+        Label::PinkRobot,
+        Label::BlueWaistband,
+        Label::PinkWaistband,
+    ];
+
+    /// The label of this number, as it is in label images.
+    pub fn from_number(number: u8) -> Option<Label> {
+        Label::ALL.get(usize::from(number)).copied()
+    }
+
+    /// Whether it is something flat on the ground, or the ground itself.
+    pub fn is_ground(self) -> bool {
+        matches!(self, Label::Floor | Label::Carpet | Label::Line)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn labels_stand_at_their_numbers() {
+        for (number, label) in Label::ALL.into_iter().enumerate() {
+            assert_eq!(label as usize, number);
+            assert_eq!(Label::from_number(number as u8), Some(label));
+        }
+        assert_eq!(Label::from_number(14), None);
+    }
+}

@@ -1,0 +1,246 @@
+//! How a robot holds its limbs: where the joints are, and what walking and kicking make of them.
+//!
+//! The joints are where a NAO's are (Aldebaran's documentation of the V4: hips at 0.248 m, thigh 0.100 m, shank 0.1029 m,
+//! ankle 0.0452 m above the ground, shoulders at (0, ±0.098, 0.4335) m with the neck at 0.4595 m). The simulation leaves
+//! joints out, so the legs are for the eye only: they step as fast as the robot walks, such that the foot on the ground
+//! does not slide. The head is where the simulation has it.
+
+use bevy::math::{Affine3A, Mat3, Vec2, Vec3, ops};
+use core::f32::consts::PI;
+
+use crate::geometry::{Pose, unit};
+use crate::robot::head::HeadAngles;
+use crate::robot::kick::KickType;
+use crate::sensing::camera::model::NECK;
+
+/// The left hip in the robot frame, m; the right one mirrored.
+pub const HIP: Vec3 = Vec3::new(0.0, 0.05, 0.2481);
+/// From hip to knee, m.
+pub const THIGH: f32 = 0.1;
+/// From knee to ankle, m.
+pub const SHANK: f32 = 0.1029;
+/// From the ankle to the sole, m.
+pub const ANKLE_HEIGHT: f32 = 0.0452;
+/// The left shoulder in the robot frame, m; the right one mirrored.
+pub const SHOULDER: Vec3 = Vec3::new(0.0, 0.098, 0.4335);
+
+/// Pairs of steps a second.
+pub const STEP_FREQUENCY: f32 = 1.6;
+/// How high a foot is lifted in a step, m.
+const STEP_LIFT: f32 = 0.02;
+/// How long a leg takes to come back after a kick, s.
+pub const KICK_S: f32 = 0.5;
+
+/// A rigid piece of a robot. Each has a frame of its own, with the axes of the robot frame when the robot stands straight.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[repr(u8)]
+pub enum Limb {
+    /// The trunk, in the robot frame.
+    Trunk,
+    /// The head, about the neck.
+    Head,
+    /// The left arm, about the shoulder.
+    LeftArm,
+    /// The right arm, about the shoulder.
+    RightArm,
+    /// The left thigh, about the hip.
+    LeftThigh,
+    /// The right thigh, about the hip.
+    RightThigh,
+    /// The left shank, about the knee.
+    LeftShank,
+    /// The right shank, about the knee.
+    RightShank,
+    /// The left foot, about the ankle.
+    LeftFoot,
+    /// The right foot, about the ankle.
+    RightFoot,
+}
+
+impl Limb {
+    /// The number of limbs.
+    pub const COUNT: usize = 10;
+
+    /// Left and right arm.
+    pub const ARMS: [Limb; 2] = [Limb::LeftArm, Limb::RightArm];
+    /// Left and right thigh.
+    pub const THIGHS: [Limb; 2] = [Limb::LeftThigh, Limb::RightThigh];
+    /// Left and right shank.
+    pub const SHANKS: [Limb; 2] = [Limb::LeftShank, Limb::RightShank];
+    /// Left and right foot.
+    pub const FEET: [Limb; 2] = [Limb::LeftFoot, Limb::RightFoot];
+}
+
+/// The angles of a leg, radians.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct LegAngles {
+    /// Of the thigh, forward from straight down.
+    pub hip: f32,
+    /// Of the shank, backward from the thigh.
+    pub knee: f32,
+    /// Of the whole leg, to the left.
+    pub aside: f32,
+}
+
+/// How a robot holds its limbs.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct JointAngles {
+    /// The head.
+    pub head: HeadAngles,
+    /// Left and right leg.
+    pub legs: [LegAngles; 2],
+    /// Left and right arm: backward from hanging down, radians.
+    pub arms: [f32; 2],
+}
+
+impl JointAngles {
+    /// Where the limbs of a robot are that is at this place: standing, lying or in the air. Indexed by [`Limb`].
+    pub fn world_from_limbs(&self, world_from_robot: Affine3A) -> [Affine3A; Limb::COUNT] {
+        let mut limbs = [world_from_robot; Limb::COUNT];
+        let about = |joint: Vec3, rotation: Mat3| Affine3A::from_mat3_translation(rotation, joint);
+        let head = about_z(self.head.yaw) * about_y(self.head.pitch);
+        limbs[Limb::Head as usize] = world_from_robot * about(NECK, head);
+        for side in 0..2 {
+            let arm = about(on_side(SHOULDER, side), about_y(self.arms[side]));
+            limbs[Limb::ARMS[side] as usize] = world_from_robot * arm;
+            let LegAngles { hip, knee, aside } = self.legs[side];
+            // A rotation about y that is positive takes what hangs down backwards.
+            let thigh = about_x(aside) * about_y(-hip);
+            let thigh = world_from_robot * about(on_side(HIP, side), thigh);
+            let shank = thigh * about(Vec3::NEG_Z * THIGH, about_y(knee));
+            // The foot stays level.
+            let foot = shank * about(Vec3::NEG_Z * SHANK, about_y(hip - knee));
+            limbs[Limb::THIGHS[side] as usize] = thigh;
+            limbs[Limb::SHANKS[side] as usize] = shank;
+            limbs[Limb::FEET[side] as usize] = foot;
+        }
+        limbs
+    }
+}
+
+/// Where a robot is that stands at this pose.
+pub fn world_from_standing(pose: Pose) -> Affine3A {
+    Affine3A::from_mat3_translation(about_z(pose.heading), pose.position.extend(0.0))
+}
+
+// With the trigonometric functions that give the same results everywhere.
+
+pub(super) fn about_x(angle: f32) -> Mat3 {
+    let Vec2 { x: cos, y: sin } = unit(angle);
+    Mat3::from_cols(Vec3::X, Vec3::new(0.0, cos, sin), Vec3::new(0.0, -sin, cos))
+}
+
+pub(super) fn about_y(angle: f32) -> Mat3 {
+    let Vec2 { x: cos, y: sin } = unit(angle);
+    Mat3::from_cols(Vec3::new(cos, 0.0, -sin), Vec3::Y, Vec3::new(sin, 0.0, cos))
+}
+
+pub(super) fn about_z(angle: f32) -> Mat3 {
+    let Vec2 { x: cos, y: sin } = unit(angle);
+    Mat3::from_cols(Vec3::new(cos, sin, 0.0), Vec3::new(-sin, cos, 0.0), Vec3::Z)
+}
+
+/// A point of the left side, or its mirror image on the right (side 1).
+pub fn on_side(left: Vec3, side: usize) -> Vec3 {
+    if side == 0 { left } else { left * Vec3::new(1.0, -1.0, 1.0) }
+}
+
+/// Where a foot is in its step, relative to where it stands: forward and up, m. `phase` in radians, forward `speed` in
+/// m/s, `liveliness` from 0 to 1.
+pub fn step(phase: f32, speed: f32, liveliness: f32) -> Vec2 {
+    // On the ground from phase pi/2 to 3 pi/2, in which the foot goes back by twice the amplitude while the robot goes
+    // forward by speed times half a period.
+    let amplitude = speed / (4.0 * STEP_FREQUENCY);
+    Vec2::new(amplitude * ops::sin(phase), STEP_LIFT * liveliness * ops::cos(phase).max(0.0))
+}
+
+/// How far the kicking foot still is from its place, forward and up in metres, and the leg's swing to the left in radians,
+/// `age_s` after the ball was struck.
+pub fn kick_pose(kick_type: KickType, age_s: f32) -> (Vec2, f32) {
+    if !(0.0..KICK_S).contains(&age_s) {
+        return (Vec2::ZERO, 0.0);
+    }
+    let left = 1.0 - age_s / KICK_S;
+    let share = left * left * (3.0 - 2.0 * left);
+    match kick_type {
+        KickType::LeftStraight | KickType::RightStraight => (Vec2::new(0.11, 0.035) * share, 0.0),
+        // The foot swings inwards.
+        KickType::LeftSide => (Vec2::new(0.06, 0.025) * share, -0.3 * share),
+        KickType::RightSide => (Vec2::new(0.06, 0.025) * share, 0.3 * share),
+    }
+}
+
+/// The angles that take a foot forward and up from where it stands, m; as far as the leg reaches.
+pub fn leg_angles(step: Vec2) -> LegAngles {
+    // From the hip, forward and down.
+    let target = Vec2::new(step.x, THIGH + SHANK - step.y);
+    let distance = target.length().clamp(0.05, THIGH + SHANK);
+    // The law of cosines, with the ankle `distance` away from the hip.
+    let cosine =
+        |a: f32, b: f32, opposite: f32| ((a * a + b * b - opposite * opposite) / (2.0 * a * b)).clamp(-1.0, 1.0);
+    let at_hip = ops::acos(cosine(THIGH, distance, SHANK));
+    let at_knee = ops::acos(cosine(THIGH, SHANK, distance));
+    LegAngles { hip: ops::atan2(target.x, target.y) + at_hip, knee: PI - at_knee, aside: 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn limbs(joints: &JointAngles) -> [Vec3; Limb::COUNT] {
+        joints.world_from_limbs(Affine3A::IDENTITY).map(|limb| limb.translation.into())
+    }
+
+    #[test]
+    fn the_foot_goes_where_it_should() {
+        for step in [Vec2::ZERO, Vec2::new(0.0, 0.02), Vec2::new(0.05, 0.03), Vec2::new(-0.04, 0.02)] {
+            let joints = JointAngles { legs: [leg_angles(step); 2], ..JointAngles::default() };
+            let expected = on_side(HIP, 1) + Vec3::new(step.x, 0.0, step.y - THIGH - SHANK);
+            let reached = limbs(&joints)[Limb::RightFoot as usize];
+            // The arc cosine near 1 loses half of the digits.
+            assert!(reached.abs_diff_eq(expected, 1e-4), "{step}: {reached}");
+        }
+    }
+
+    #[test]
+    fn soles_are_on_the_ground_and_level() {
+        let standing = limbs(&JointAngles::default())[Limb::LeftFoot as usize];
+        assert!((standing.z - ANKLE_HEIGHT).abs() < 1e-6);
+        let joints = JointAngles { legs: [leg_angles(Vec2::new(0.05, 0.03)); 2], ..JointAngles::default() };
+        let foot = joints.world_from_limbs(Affine3A::IDENTITY)[Limb::LeftFoot as usize];
+        assert!(Vec3::from(foot.matrix3.z_axis).abs_diff_eq(Vec3::Z, 1e-5));
+    }
+
+    #[test]
+    fn knees_bend_forward() {
+        let angles = leg_angles(Vec2::new(0.0, 0.03));
+        assert!(angles.hip > 0.0 && angles.knee > 0.0);
+    }
+
+    #[test]
+    fn the_head_turns_about_the_neck() {
+        let joints = JointAngles { head: HeadAngles { yaw: PI / 2.0, pitch: 0.0 }, ..JointAngles::default() };
+        let head = joints.world_from_limbs(Affine3A::IDENTITY)[Limb::Head as usize];
+        assert!(head.transform_point3(Vec3::X).abs_diff_eq(NECK + Vec3::Y, 1e-6));
+        let joints = JointAngles { head: HeadAngles { yaw: 0.0, pitch: PI / 2.0 }, ..JointAngles::default() };
+        let head = joints.world_from_limbs(Affine3A::IDENTITY)[Limb::Head as usize];
+        assert!(head.transform_point3(Vec3::X).abs_diff_eq(NECK - Vec3::Z, 1e-6));
+    }
+
+    #[test]
+    fn the_foot_on_the_ground_does_not_slide_much() {
+        // From pi/2 to 3 pi/2 the foot goes back by what the robot walks in half a period.
+        let speed = 0.2;
+        let back = step(PI / 2.0, speed, 1.0).x - step(3.0 * PI / 2.0, speed, 1.0).x;
+        assert!((back - speed / (2.0 * STEP_FREQUENCY)).abs() < 1e-6);
+        assert_eq!(step(PI, speed, 1.0).y, 0.0);
+    }
+
+    #[test]
+    fn a_kick_is_over_after_a_while() {
+        assert!(kick_pose(KickType::LeftStraight, 0.0).0.x > 0.1);
+        assert_eq!(kick_pose(KickType::LeftStraight, 1.0), (Vec2::ZERO, 0.0));
+        // The ball of a left side kick is on the right, at -y, and so is where the leg swings.
+        assert!(kick_pose(KickType::LeftSide, 0.0).1 < 0.0);
+    }
+}

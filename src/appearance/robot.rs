@@ -1,0 +1,280 @@
+//! The two designs of a robot (paper, section 3.1 and Fig. 2): one close to the real NAO, and one of a few boxes, which is
+//! quicker to draw. Both have the NAO's size and joints, and the team's waistband.
+
+use bevy::math::{Affine3A, Mat3, Quat, Vec2, Vec3};
+use bevy::prelude::Reflect;
+use serde::{Deserialize, Serialize};
+
+use super::Label;
+use super::colours::{self, Colour};
+use super::posing::{ANKLE_HEIGHT, Limb, SHANK, THIGH, on_side};
+use super::shapes::{Part, Shape};
+use crate::robot::{RobotId, Team};
+
+mod number;
+
+/// A part of a robot, placed in the frame of a limb.
+pub type RobotPart = Part<Limb>;
+
+/// Lower and upper edge of the waistband, m above the ground when the robot stands. The 2010 rule book's bands are 10 cm
+/// high.
+pub const WAISTBAND_Z: [f32; 2] = [0.25, 0.35];
+
+/// Half the depth and half the width of the waistband, m, of both designs.
+pub const WAISTBAND_RADII: Vec2 = Vec2::new(0.056, 0.074);
+
+/// How robots look.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Hash, Default, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RobotDesign {
+    /// Close to the real NAO, with a number on chest and back.
+    Nao,
+    /// A few boxes.
+    #[default]
+    Simple,
+}
+
+impl RobotDesign {
+    /// Both designs.
+    pub const BOTH: [RobotDesign; 2] = [RobotDesign::Nao, RobotDesign::Simple];
+
+    /// The parts of a robot of this design.
+    pub fn parts(self, id: RobotId) -> Vec<RobotPart> {
+        match self {
+            RobotDesign::Nao => nao(id),
+            RobotDesign::Simple => simple(id.team),
+        }
+    }
+}
+
+/// The label of a robot's body and of its waistband.
+pub const fn labels(team: Team) -> [Label; 2] {
+    match team {
+        Team::Blue => [Label::BlueRobot, Label::BlueWaistband],
+        Team::Pink => [Label::PinkRobot, Label::PinkWaistband],
+    }
+}
+
+/// The middle of the waistband, m, robot frame.
+fn waist() -> Vec3 {
+    Vec3::Z * ((WAISTBAND_Z[0] + WAISTBAND_Z[1]) / 2.0)
+}
+
+fn waistband_height() -> f32 {
+    WAISTBAND_Z[1] - WAISTBAND_Z[0]
+}
+
+/// Collects the parts of a body.
+struct Body {
+    label: Label,
+    parts: Vec<RobotPart>,
+}
+
+impl Body {
+    fn add(&mut self, limb: Limb, colour: Colour, shape: Shape, centre: Vec3) {
+        self.parts.push(Part::at(limb, self.label, colour, shape, centre));
+    }
+
+    fn cuboid(&mut self, limb: Limb, colour: Colour, size: Vec3, centre: Vec3) {
+        self.add(limb, colour, Shape::Box { half_size: size / 2.0 }, centre);
+    }
+
+    fn ball(&mut self, limb: Limb, colour: Colour, radius: f32, centre: Vec3) {
+        self.add(limb, colour, Shape::sphere(radius), centre);
+    }
+
+    fn ellipsoid(&mut self, limb: Limb, colour: Colour, radii: Vec3, centre: Vec3) {
+        self.add(limb, colour, Shape::Ellipsoid { radii }, centre);
+    }
+
+    fn rod(&mut self, limb: Limb, colour: Colour, radius: f32, ends: [Vec3; 2]) {
+        self.parts.push(Part::rod(limb, self.label, colour, radius, ends));
+    }
+
+    /// A frustum from the radii at the lower height to those at the upper.
+    fn frustum(&mut self, limb: Limb, colour: Colour, [lower, upper]: [(Vec2, f32); 2]) {
+        let shape = Shape::Frustum { bottom: lower.0, top: upper.0, half_height: (upper.1 - lower.1) / 2.0 };
+        self.add(limb, colour, shape, Vec3::Z * ((lower.1 + upper.1) / 2.0));
+    }
+}
+
+fn nao(id: RobotId) -> Vec<RobotPart> {
+    use colours::{EYE, JOINT, SHELL};
+
+    let [label, band_label] = labels(id.team);
+    let mut body = Body { label, parts: Vec::with_capacity(96) };
+
+    // Trunk: pelvis, waistband, chest that widens to the shoulders, collar and neck.
+    let trunk = Limb::Trunk;
+    body.ellipsoid(trunk, JOINT, Vec3::new(0.046, 0.062, 0.03), Vec3::Z * 0.246);
+    let band = Shape::Frustum { bottom: WAISTBAND_RADII, top: WAISTBAND_RADII, half_height: waistband_height() / 2.0 };
+    body.parts.push(Part::at(trunk, band_label, colours::team(id.team), band, waist()));
+    let (chest, shoulders, collar) = (Vec2::new(0.053, 0.07), Vec2::new(0.061, 0.09), Vec2::new(0.036, 0.05));
+    body.frustum(trunk, SHELL, [(chest, 0.35), (shoulders, 0.425)]);
+    body.frustum(trunk, SHELL, [(shoulders, 0.425), (collar, 0.452)]);
+    body.frustum(trunk, JOINT, [(Vec2::splat(0.022), 0.44), (Vec2::splat(0.022), 0.475)]);
+    // The button on the chest, and plates that carry the number.
+    let button = Affine3A::from_mat3_translation(along_x(), Vec3::new(0.058, 0.0, 0.427));
+    let shape = Shape::cylinder(0.011, 0.012);
+    body.parts.push(Part { frame: trunk, label, colour: JOINT, shape, frame_from_shape: button });
+    for facing in [1.0, -1.0] {
+        body.cuboid(trunk, SHELL, Vec3::new(0.012, 0.088, 0.066), Vec3::new(facing * 0.057, 0.0, number::PLATE_Z));
+    }
+    number::write(&mut body, id.number);
+
+    // Head: skull with a brow, eyes, cameras in forehead and chin, ears.
+    let head = Limb::Head;
+    let middle = Vec3::Z * 0.055;
+    body.ellipsoid(head, SHELL, Vec3::new(0.057, 0.062, 0.0535), middle);
+    body.ellipsoid(head, SHELL, Vec3::new(0.03, 0.05, 0.02), middle + Vec3::new(0.024, 0.0, 0.03));
+    body.ball(head, JOINT, 0.0085, middle + Vec3::new(0.049, 0.0, 0.025));
+    body.ball(head, JOINT, 0.0085, middle + Vec3::new(0.049, 0.0, -0.024));
+    for side in 0..2 {
+        let eye = on_side(Vec3::new(0.0445, 0.025, 0.004), side);
+        body.ellipsoid(head, JOINT, Vec3::new(0.008, 0.0165, 0.0165), middle + eye);
+        body.ellipsoid(head, EYE, Vec3::new(0.0105, 0.0115, 0.0115), middle + eye);
+        let ear = Affine3A::from_mat3_translation(along_y(), middle + on_side(Vec3::new(-0.004, 0.057, 0.0), side));
+        let shape = Shape::cylinder(0.031, 0.02);
+        body.parts.push(Part { frame: head, label, colour: JOINT, shape, frame_from_shape: ear });
+        body.ellipsoid(
+            head,
+            SHELL,
+            Vec3::new(0.021, 0.006, 0.021),
+            middle + on_side(Vec3::new(-0.004, 0.066, 0.0), side),
+        );
+    }
+
+    for side in 0..2 {
+        // Arms, bent at the elbows.
+        let arm = Limb::ARMS[side];
+        let elbow = on_side(Vec3::new(0.0, 0.022, -0.098), side);
+        let wrist = on_side(Vec3::new(0.062, 0.012, -0.142), side);
+        body.ball(arm, JOINT, 0.032, Vec3::ZERO);
+        body.ellipsoid(arm, SHELL, Vec3::new(0.037, 0.034, 0.037), on_side(Vec3::new(0.0, 0.006, 0.002), side));
+        body.rod(arm, SHELL, 0.025, [on_side(Vec3::new(0.0, 0.008, -0.02), side), elbow * 0.86]);
+        body.ball(arm, JOINT, 0.025, elbow);
+        body.rod(arm, SHELL, 0.0225, [elbow.lerp(wrist, 0.2), wrist]);
+        let hand = wrist + on_side(Vec3::new(0.022, 0.0, -0.012), side);
+        body.ball(arm, JOINT, 0.019, hand);
+        for finger in [-1.0, 1.0] {
+            let knuckle = hand + Vec3::new(0.01, finger * 0.009, 0.002);
+            body.rod(arm, SHELL, 0.007, [knuckle, knuckle + Vec3::new(0.02, 0.0, -0.014)]);
+        }
+
+        // Legs: shells over the joints.
+        let [thigh, shank, foot] = [Limb::THIGHS[side], Limb::SHANKS[side], Limb::FEET[side]];
+        body.ball(thigh, JOINT, 0.034, Vec3::ZERO);
+        body.frustum(thigh, SHELL, [(Vec2::new(0.033, 0.034), 0.018 - THIGH), (Vec2::new(0.04, 0.0385), -0.012)]);
+        body.ellipsoid(thigh, SHELL, Vec3::new(0.038, 0.037, 0.05), Vec3::new(0.006, 0.0, -0.05));
+        body.ball(shank, JOINT, 0.031, Vec3::ZERO);
+        body.ellipsoid(shank, SHELL, Vec3::new(0.026, 0.028, 0.03), Vec3::new(0.014, 0.0, 0.0));
+        body.frustum(shank, SHELL, [(Vec2::new(0.031, 0.033), 0.022 - SHANK), (Vec2::new(0.037, 0.036), -0.02)]);
+        body.ellipsoid(shank, SHELL, Vec3::new(0.036, 0.034, 0.05), Vec3::new(0.006, 0.0, -0.055));
+        body.ball(foot, JOINT, 0.028, Vec3::ZERO);
+        // The sole is 15 cm long and rounded in front and behind.
+        let middle = on_side(Vec3::new(0.025, 0.003, 0.0), side);
+        let (sole, height) = (-ANKLE_HEIGHT, 0.034);
+        body.cuboid(foot, SHELL, Vec3::new(0.09, 0.084, height), middle + Vec3::Z * (sole + height / 2.0));
+        for (end, radius) in [(0.045, 0.042), (-0.045, 0.042)] {
+            let shape = Shape::Frustum {
+                bottom: Vec2::new(0.036, radius),
+                top: Vec2::new(0.03, radius * 0.9),
+                half_height: height / 2.0,
+            };
+            body.add(foot, SHELL, shape, middle + Vec3::new(end, 0.0, sole + height / 2.0));
+        }
+        body.ellipsoid(foot, SHELL, Vec3::new(0.058, 0.039, 0.022), middle + Vec3::Z * (sole + height - 0.004));
+    }
+    body.parts
+}
+
+fn simple(team: Team) -> Vec<RobotPart> {
+    use colours::{JOINT, SHELL};
+
+    let [label, band_label] = labels(team);
+    let mut body = Body { label, parts: Vec::with_capacity(16) };
+    let band_size = (2.0 * WAISTBAND_RADII).extend(waistband_height());
+    let band = Shape::Box { half_size: band_size / 2.0 };
+    body.parts.push(Part::at(Limb::Trunk, band_label, colours::team(team), band, waist()));
+    body.cuboid(Limb::Trunk, SHELL, Vec3::new(0.1, 0.15, 0.105), Vec3::Z * 0.4025);
+    body.cuboid(Limb::Head, SHELL, Vec3::new(0.1, 0.11, 0.105), Vec3::Z * 0.061);
+    // The face is dark, so that front and back differ.
+    body.cuboid(Limb::Head, JOINT, Vec3::new(0.01, 0.08, 0.04), Vec3::new(0.0475, 0.0, 0.065));
+    for side in 0..2 {
+        let arm = on_side(Vec3::new(0.0, 0.012, -0.07), side);
+        body.cuboid(Limb::ARMS[side], SHELL, Vec3::new(0.05, 0.045, 0.17), arm);
+        let thigh = Vec3::Z * (-THIGH / 2.0);
+        body.cuboid(Limb::THIGHS[side], JOINT, Vec3::new(0.07, 0.07, THIGH), thigh);
+        let shank = Vec3::Z * (-(SHANK + 0.01) / 2.0);
+        body.cuboid(Limb::SHANKS[side], SHELL, Vec3::new(0.066, 0.066, SHANK + 0.01), shank);
+        let height = 0.036;
+        let foot = on_side(Vec3::new(0.025, 0.003, height / 2.0 - ANKLE_HEIGHT), side);
+        body.cuboid(Limb::FEET[side], SHELL, Vec3::new(0.15, 0.084, height), foot);
+    }
+    body.parts
+}
+
+/// Turns a shape's z axis to the front.
+fn along_x() -> Mat3 {
+    Mat3::from_quat(Quat::from_rotation_arc(Vec3::Z, Vec3::X))
+}
+
+/// Turns a shape's z axis to the left.
+fn along_y() -> Mat3 {
+    Mat3::from_quat(Quat::from_rotation_arc(Vec3::Z, Vec3::Y))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::appearance::posing::JointAngles;
+
+    /// The least and greatest height of a standing robot's parts, m.
+    fn heights(design: RobotDesign) -> [f32; 2] {
+        let limbs = JointAngles::default().world_from_limbs(Affine3A::IDENTITY);
+        let mut range = [f32::MAX, f32::MIN];
+        for part in design.parts(RobotId::new(Team::Blue, 3)) {
+            let place = limbs[part.frame as usize] * part.frame_from_shape;
+            // How far the shape reaches along z of the robot frame.
+            let up = place.matrix3.transpose() * bevy::math::Vec3A::Z;
+            let half = match part.shape {
+                Shape::Box { half_size } => (Vec3::from(up) * half_size).abs().element_sum(),
+                Shape::Ellipsoid { radii } => (Vec3::from(up) * radii).length(),
+                Shape::Frustum { bottom, top, half_height } => {
+                    half_height * up.z.abs() + (Vec3::from(up).truncate() * bottom.max(top)).length()
+                }
+                Shape::Capsule { radius, half_length } => radius + half_length * up.z.abs(),
+            };
+            range[0] = range[0].min(place.translation.z - half);
+            range[1] = range[1].max(place.translation.z + half);
+        }
+        range
+    }
+
+    #[test]
+    fn robots_stand_on_the_ground_and_are_as_high_as_a_nao() {
+        for design in RobotDesign::BOTH {
+            let [sole, top] = heights(design);
+            // Aldebaran: 573 mm.
+            assert!(sole.abs() < 1e-3 && (top - 0.573).abs() < 0.006, "{design:?}: {sole} {top}");
+        }
+    }
+
+    #[test]
+    fn waistbands_have_the_teams_colour_and_nothing_else_has() {
+        for (design, team) in [(RobotDesign::Nao, Team::Blue), (RobotDesign::Simple, Team::Pink)] {
+            let parts = design.parts(RobotId::new(team, 1));
+            let [_, band] = labels(team);
+            assert_eq!(parts.iter().filter(|part| part.label == band).count(), 1);
+            assert!(parts.iter().all(|part| (part.colour == colours::team(team)) == (part.label == band)));
+        }
+    }
+
+    #[test]
+    fn numbers_are_on_chest_and_back() {
+        let count = |number| RobotDesign::Nao.parts(RobotId::new(Team::Blue, number)).len();
+        // A 1 has two segments, an 8 seven, each on chest and back.
+        assert_eq!(count(8) - count(1), 2 * 5);
+        assert_eq!(count(18) - count(8), 2 * 2);
+    }
+}

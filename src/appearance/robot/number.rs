@@ -1,0 +1,61 @@
+//! Jersey numbers, of seven segments a digit.
+
+use bevy::math::{Vec2, Vec3};
+
+use super::{Body, Limb};
+use crate::appearance::colours;
+
+/// Where the number's plates are: ±x of their surface and z of their middle, m, robot frame.
+pub(super) const PLATE_X: f32 = 0.063;
+/// See [`PLATE_X`].
+pub(super) const PLATE_Z: f32 = 0.386;
+
+/// Half width and half height of a digit between the middles of its segments, m.
+const HALF: Vec2 = Vec2::new(0.011, 0.021);
+/// Thickness of the segments, m.
+const STROKE: f32 = 0.009;
+
+/// Centre of each segment in half widths and half heights, x to the reader's right, and whether it lies: top, upper left,
+/// upper right, middle, lower left, lower right, bottom.
+const PLACES: [(Vec2, bool); 7] = [
+    (Vec2::new(0.0, 1.0), true),
+    (Vec2::new(-1.0, 0.5), false),
+    (Vec2::new(1.0, 0.5), false),
+    (Vec2::new(0.0, 0.0), true),
+    (Vec2::new(-1.0, -0.5), false),
+    (Vec2::new(1.0, -0.5), false),
+    (Vec2::new(0.0, -1.0), true),
+];
+
+/// Which of a digit's segments are lit.
+const SEGMENTS: [[u8; 7]; 10] = [
+    [1, 1, 1, 0, 1, 1, 1],
+    [0, 0, 1, 0, 0, 1, 0],
+    [1, 0, 1, 1, 1, 0, 1],
+    [1, 0, 1, 1, 0, 1, 1],
+    [0, 1, 1, 1, 0, 1, 0],
+    [1, 1, 0, 1, 0, 1, 1],
+    [1, 1, 0, 1, 1, 1, 1],
+    [1, 0, 1, 0, 0, 1, 0],
+    [1, 1, 1, 1, 1, 1, 1],
+    [1, 1, 1, 1, 0, 1, 1],
+];
+
+/// Writes a number on the plates of chest and back.
+pub(super) fn write(body: &mut Body, number: u8) {
+    let digits = number.to_string();
+    let spacing = 0.036_f32.min(0.075 / digits.len() as f32);
+    for (index, digit) in digits.bytes().enumerate() {
+        let middle = (index as f32 - (digits.len() - 1) as f32 / 2.0) * spacing;
+        let lit = SEGMENTS[usize::from(digit - b'0')];
+        for ((place, lies), _) in PLACES.iter().zip(lit).filter(|(_, lit)| *lit == 1) {
+            let size = if *lies { Vec2::new(2.0 * HALF.x, 0.0) } else { Vec2::new(0.0, HALF.y) } + STROKE;
+            let right = middle + place.x * HALF.x;
+            // Whoever reads the chest has the robot's left, +y, on the right.
+            for facing in [1.0, -1.0] {
+                let centre = Vec3::new(facing * (PLATE_X + 0.0005), facing * right, PLATE_Z + place.y * HALF.y);
+                body.cuboid(Limb::Trunk, colours::JOINT, Vec3::new(0.002, size.x, size.y), centre);
+            }
+        }
+    }
+}

@@ -1,0 +1,103 @@
+//! The picture under way: its pixels, its depth buffer and its pinhole, in samples.
+
+use bevy::math::{Mat3, Vec3};
+
+use crate::appearance::view::View;
+
+/// Nearer than this to the plane of the lens nothing is drawn, m.
+pub(super) const NEAR: f32 = 0.01;
+
+/// A frame under way. Its pixels are samples: several to a pixel of the picture where edges should be smooth.
+#[derive(Default)]
+pub(super) struct Frame {
+    pub(super) width: usize,
+    pub(super) height: usize,
+    /// Red, green and blue from the lowest byte up; the label is in the uppermost.
+    pub(super) pixels: Vec<u32>,
+    /// One over the distance ahead of the lens, 1/m; zero where only the ground or the sky is seen.
+    pub(super) nearness: Vec<f32>,
+    pub(super) focal_length: f32,
+    pub(super) centre: [f32; 2],
+    pub(super) eye: Vec3,
+    pub(super) camera_from_world: Mat3,
+}
+
+impl Frame {
+    pub(super) fn begin(&mut self, view: &View) {
+        let [width, height] = view.size();
+        let samples = view.supersampling.max(1);
+        (self.width, self.height) = (width * samples as usize, height * samples as usize);
+        let scale = samples as f32;
+        self.focal_length = view.intrinsics.focal_length * scale;
+        self.centre = [view.intrinsics.centre.x * scale, view.intrinsics.centre.y * scale];
+        self.eye = view.eye;
+        self.camera_from_world = view.camera_from_world();
+        let count = self.width * self.height;
+        self.pixels.resize(count, 0);
+        self.nearness.clear();
+        self.nearness.resize(count, 0.0);
+    }
+
+    /// A point of the pitch frame to the right, down and ahead of the lens, m.
+    #[inline(always)]
+    pub(super) fn to_camera(&self, point: Vec3) -> Vec3 {
+        self.camera_from_world * (point - self.eye)
+    }
+
+    /// The sample of a point ahead of the lens.
+    #[inline(always)]
+    pub(super) fn project(&self, in_camera: Vec3) -> [f32; 2] {
+        let scale = self.focal_length / in_camera.z;
+        [self.centre[0] + in_camera.x * scale, self.centre[1] + in_camera.y * scale]
+    }
+
+    /// Whether something of a ball about a point, in the camera's frame, may be in the picture.
+    #[inline(always)]
+    pub(super) fn may_see(&self, centre: Vec3, radius: f32) -> bool {
+        let beyond = |offset: f32, half: f32| {
+            // The distance to a side plane of the frustum is (f |x| - c z) / sqrt(f² + c²); f + c is more than the root.
+            self.focal_length * offset > half * centre.z + (self.focal_length + half) * radius
+        };
+        centre.z > NEAR - radius
+            && !beyond(centre.x, self.width as f32 - self.centre[0])
+            && !beyond(-centre.x, self.centre[0])
+            && !beyond(centre.y, self.height as f32 - self.centre[1])
+            && !beyond(-centre.y, self.centre[1])
+    }
+
+    /// The slope of a sample's ray to the right or down, per distance ahead.
+    #[inline(always)]
+    pub(super) fn slope(&self, sample: usize, axis: usize) -> f32 {
+        (sample as f32 + 0.5 - self.centre[axis]) / self.focal_length
+    }
+}
+
+/// The samples whose middles are between two coordinates, as a range within 0..count.
+#[inline(always)]
+pub(super) fn samples_between(from: f32, to: f32, count: usize) -> (usize, usize) {
+    (first_sample(from, count), first_sample(to, count))
+}
+
+/// The first sample whose middle is at or beyond a coordinate.
+#[inline(always)]
+pub(super) fn first_sample(coordinate: f32, count: usize) -> usize {
+    // The smallest n with n + 0.5 >= coordinate. The cast saturates, also what is no number.
+    let shifted = coordinate - 0.5;
+    let whole = shifted as i32;
+    let above = whole.saturating_add(i32::from((whole as f32) < shifted));
+    if above <= 0 { 0 } else { (above as usize).min(count) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sample_belongs_to_a_span_by_its_middle() {
+        assert_eq!(samples_between(0.5, 2.5, 10), (0, 2));
+        assert_eq!(samples_between(0.51, 2.51, 10), (1, 3));
+        assert_eq!(samples_between(-7.0, 1e12, 10), (0, 10));
+        assert_eq!(samples_between(-1e12, -3.2, 10), (0, 0));
+        assert_eq!(first_sample(f32::NAN, 10), 0);
+    }
+}

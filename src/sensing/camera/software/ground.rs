@@ -1,0 +1,109 @@
+//! Sky, floor, carpet and markings.
+
+use bevy::math::Vec3;
+
+use super::conic::Conic;
+use super::frame::{Frame, first_sample};
+use super::light::Paint;
+use super::polygon::Outline;
+use super::prepared::PreparedScene;
+use crate::appearance::field::GroundShape;
+use crate::appearance::view::View;
+use crate::appearance::{Label, colours};
+
+/// Fills the whole frame.
+#[inline(always)]
+pub(super) fn draw(frame: &mut Frame, outline: &mut Outline, scene: &PreparedScene, view: &View) {
+    let (sky, floor) = (Paint::new(colours::SKY, Label::Sky).full(), Paint::new(colours::FLOOR, Label::Floor).full());
+    let (width, height) = (frame.width, frame.height);
+    if view.eye.z <= 0.0 {
+        frame.pixels.fill(sky);
+        return;
+    }
+    for row in 0..height {
+        let [from, to] = below_horizon(frame, view, row);
+        let pixels = &mut frame.pixels[row * width..(row + 1) * width];
+        pixels[..from].fill(sky);
+        pixels[from..to].fill(floor);
+        pixels[to..].fill(sky);
+    }
+    for (mark, paint) in &scene.ground {
+        match mark.shape {
+            GroundShape::Quadrilateral(corners) => {
+                if !outline.project(frame, corners.iter().map(|corner| (corner.extend(0.0), 0.0))) {
+                    continue;
+                }
+                let (first, end) = outline.scan(width, height);
+                for row in first..end {
+                    let (from, to) = outline.span(row, width);
+                    if from < to {
+                        frame.pixels[row * width + from..row * width + to].fill(*paint);
+                    }
+                }
+            }
+            GroundShape::Ring { centre, inner, outer } => {
+                let circles = [outer, inner].map(|radius| circle(view, centre.extend(0.0), radius));
+                draw_ring(frame, view, circles, *paint);
+            }
+        }
+    }
+}
+
+/// The samples of a row that look at the ground.
+#[inline(always)]
+fn below_horizon(frame: &Frame, view: &View, row: usize) -> [usize; 2] {
+    // A ray looks down where forward.z + u right.z + v down.z is negative.
+    let constant = view.forward.z + frame.slope(row, 1) * view.down.z;
+    let width = frame.width;
+    if view.right.z == 0.0 {
+        return if constant < 0.0 { [0, width] } else { [0, 0] };
+    }
+    let crossing = first_sample(frame.centre[0] - constant / view.right.z * frame.focal_length, width);
+    if view.right.z < 0.0 { [crossing, width] } else { [0, crossing] }
+}
+
+/// The rays that meet the ground within a circle.
+fn circle(view: &View, centre: Vec3, radius: f32) -> Conic {
+    // A ray d from the eye e meets the ground at e - d e.z / d.z, which is within r of the centre c when
+    // |(e - c) d.z - d e.z|² <= r² d.z², on the ground.
+    let eye = (view.eye - centre).as_dvec3();
+    let on_ground = |direction: Vec3| {
+        let direction = direction.as_dvec3();
+        [eye.x * direction.z - direction.x * eye.z, eye.y * direction.z - direction.y * eye.z, direction.z]
+    };
+    let radius = f64::from(radius);
+    Conic::of_cone(on_ground(view.forward), on_ground(view.right), on_ground(view.down), radius * radius)
+}
+
+/// Fills what is within the first circle and not within the second.
+#[inline(always)]
+fn draw_ring(frame: &mut Frame, view: &View, [outer, inner]: [Conic; 2], paint: u32) {
+    let (width, height) = (frame.width, frame.height);
+    let focal_length = f64::from(frame.focal_length);
+    let [centre_u, centre_v] = frame.centre.map(f64::from);
+    let [top, bottom] = outer.rows().map(|slope| first_sample((slope * focal_length + centre_v) as f32, height));
+    for row in top..bottom {
+        let slope = f64::from(frame.slope(row, 1));
+        let ground = below_horizon(frame, view, row);
+        let to_samples = |span: [f64; 2]| {
+            let [from, to] = span.map(|slope| first_sample((slope * focal_length + centre_u) as f32, width));
+            [from.max(ground[0]), to.min(ground[1])]
+        };
+        let holes = inner.spans(slope).map(|hole| hole.map_or([0, 0], to_samples));
+        for span in outer.spans(slope).into_iter().flatten() {
+            let [mut from, to] = to_samples(span);
+            let pixels = &mut frame.pixels[row * width..(row + 1) * width];
+            for [hole_from, hole_to] in holes {
+                if hole_from < hole_to && hole_to > from && hole_from < to {
+                    if from < hole_from {
+                        pixels[from..hole_from].fill(paint);
+                    }
+                    from = hole_to;
+                }
+            }
+            if from < to {
+                pixels[from..to].fill(paint);
+            }
+        }
+    }
+}

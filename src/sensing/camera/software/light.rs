@@ -1,0 +1,77 @@
+//! The light: one sun, and some from everywhere, more from above.
+
+use bevy::math::Vec3;
+
+/// Where the sun is, unit vector, pitch frame.
+pub(super) const SUN: Vec3 = Vec3::new(-0.390_360_03, -0.487_950_04, 0.780_720_06);
+
+/// What comes from everywhere.
+pub(super) const AMBIENT: f32 = 0.70;
+/// What comes from above, to what looks there.
+pub(super) const FROM_ABOVE: f32 = 0.08;
+/// What comes from the sun, to what looks at it.
+pub(super) const FROM_SUN: f32 = 0.32;
+/// Share of the light that is left in a shadow.
+pub(super) const IN_SHADOW: u32 = 160;
+
+/// Full light, in the units of [`intensity`].
+pub(super) const FULL: f32 = 256.0;
+
+/// The light on a surface with this unit normal, from 0 to [`FULL`].
+#[inline(always)]
+pub(super) fn intensity(normal: Vec3) -> f32 {
+    of_cosines(normal.z, normal.dot(SUN))
+}
+
+/// The light on a surface by the cosines of the angles at which it sees the zenith and the sun.
+#[inline(always)]
+pub(super) fn of_cosines(above: f32, sun: f32) -> f32 {
+    let sun = if sun > 0.0 { sun } else { 0.0 };
+    let light = AMBIENT + FROM_ABOVE * above + FROM_SUN * sun;
+    let light = if light < 1.0 { light } else { 1.0 };
+    light * FULL
+}
+
+/// A colour as it is in a pixel, with the number of its label in the uppermost byte.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) struct Paint {
+    pub(super) rgb: [u32; 3],
+    pub(super) label: u32,
+}
+
+impl Paint {
+    pub(super) fn new(colour: crate::appearance::colours::Colour, label: crate::appearance::Label) -> Self {
+        Self { rgb: colour.0.map(u32::from), label: u32::from(label as u8) << 24 }
+    }
+
+    /// The pixel under this light, from 0 to 256.
+    #[inline(always)]
+    pub(super) fn lit(self, light: u32) -> u32 {
+        let [red, green, blue] = self.rgb;
+        ((red * light) >> 8) | (green * light) & 0xff00 | ((blue * light) & 0xff00) << 8 | self.label
+    }
+
+    /// The pixel in full light.
+    #[inline(always)]
+    pub(super) fn full(self) -> u32 {
+        self.lit(256)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::appearance::{Label, colours::Colour};
+
+    #[test]
+    fn the_sun_is_a_unit_vector() {
+        assert!((SUN.length() - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn light_scales_each_channel_and_leaves_the_label() {
+        let paint = Paint::new(Colour([255, 100, 10]), Label::Ball);
+        assert_eq!(paint.full().to_le_bytes(), [255, 100, 10, Label::Ball as u8]);
+        assert_eq!(paint.lit(128).to_le_bytes(), [127, 50, 5, Label::Ball as u8]);
+    }
+}

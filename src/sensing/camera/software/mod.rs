@@ -1,0 +1,92 @@
+//! The software renderer: pictures of a [scene](crate::appearance::scene::SceneDescription) without a graphics card.
+//!
+//! The ground and everything painted on it is drawn analytically: each mark is an area of the image with straight or conic
+//! edges, whose span is computed in each row and filled. Bodies are drawn by a rasteriser with a depth buffer: flat and
+//! smoothly shaded faces, and ellipsoids, of which every pixel's ray is intersected. Light comes from one sun and from
+//! everywhere; shadows on the ground are optional.
+//!
+//! The same scene and view give the same picture, bit by bit, on every run and machine: it is computed with additions,
+//! multiplications, divisions and square roots in a fixed order, on whichever instruction set the processor has.
+//!
+//! ```
+//! use bevy::math::Vec3;
+//! use naoisis::appearance::scene::SceneDescription;
+//! use naoisis::appearance::view::View;
+//! use naoisis::pitch::Pitch;
+//! use naoisis::sensing::camera::image::{Image, Layers};
+//! use naoisis::sensing::camera::software::{Detail, PreparedScene, Renderer};
+//!
+//! let mut scene = PreparedScene::default();
+//! scene.prepare(&SceneDescription::empty(Pitch::default()), Detail::default());
+//! let view = View::looking_at(Vec3::new(0.0, -4.0, 5.0), Vec3::ZERO, 0.8, [320, 240]);
+//! let mut image = Image::default();
+//! Renderer::default().draw(&scene, &view, Layers::default(), &mut image);
+//! // The halfway line is in the middle.
+//! assert!(image.colour(160, 100).unwrap().iter().all(|channel| *channel > 200));
+//! ```
+
+use pulp::Arch;
+
+mod conic;
+mod frame;
+mod ground;
+mod light;
+mod lines;
+mod model;
+mod output;
+mod polygon;
+mod prepared;
+mod round;
+mod shadow;
+
+pub use prepared::{Detail, PreparedScene};
+
+use super::image::{Image, Layers};
+use crate::appearance::view::View;
+use frame::Frame;
+use polygon::Outline;
+
+/// Draws pictures. It keeps its memory from one to the next, so keep the renderer.
+#[derive(Default)]
+pub struct Renderer {
+    frame: Frame,
+    outline: Outline,
+    order: Vec<(f32, usize)>,
+}
+
+impl Renderer {
+    /// Draws what `view` shows of a scene into `image`, whose memory is used again.
+    pub fn draw(&mut self, scene: &PreparedScene, view: &View, layers: Layers, image: &mut Image) {
+        self.draw_with(Arch::new(), scene, view, layers, image);
+    }
+
+    /// With a chosen instruction set.
+    fn draw_with(&mut self, arch: Arch, scene: &PreparedScene, view: &View, layers: Layers, image: &mut Image) {
+        arch.dispatch(
+            #[inline(always)]
+            || {
+                let Self { frame, outline, order } = self;
+                frame.begin(view);
+                ground::draw(frame, outline, scene, view);
+                if view.shadows {
+                    shadow::draw(frame, outline, scene, view);
+                }
+                scene.nearest_first(frame, view.hidden, order);
+                for &(_, index) in order.iter() {
+                    let body = &scene.bodies[index];
+                    for face in &scene.faces[body.faces.clone()] {
+                        polygon::draw_face(frame, outline, face, &scene.corners);
+                    }
+                    for round in &scene.rounds[body.rounds.clone()] {
+                        round::draw(frame, round);
+                    }
+                }
+                lines::draw_nets(frame, scene);
+                output::develop(frame, view, layers, image);
+            },
+        );
+    }
+}
+
+#[cfg(test)]
+mod tests;

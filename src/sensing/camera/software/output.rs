@@ -1,0 +1,89 @@
+//! From samples to the picture.
+
+use super::frame::Frame;
+use super::shadow::SHADED;
+use crate::appearance::view::View;
+use crate::sensing::camera::image::{Image, Layers};
+
+/// Takes the picture out of the frame.
+#[inline(always)]
+pub(super) fn develop(frame: &Frame, view: &View, layers: Layers, image: &mut Image) {
+    let [width, height] = view.size();
+    let samples = view.supersampling.max(1) as usize;
+    (image.width, image.height) = (width as u32, height as u32);
+    image.rgb.resize(3 * width * height, 0);
+    if samples == 1 {
+        pack(&frame.pixels, &mut image.rgb);
+    } else {
+        average(frame, samples, width, &mut image.rgb);
+    }
+    image.labels.clear();
+    image.depth_m.clear();
+    if !layers.labels && !layers.depth {
+        return;
+    }
+    // Of several samples, the middle one.
+    for row in 0..height {
+        let row = row * samples + samples / 2;
+        for column in 0..width {
+            let column = column * samples + samples / 2;
+            let index = row * frame.width + column;
+            if layers.labels {
+                image.labels.push(((frame.pixels[index] & !SHADED) >> 24) as u8);
+            }
+            if layers.depth {
+                image.depth_m.push(depth(frame, view, index, [column, row]));
+            }
+        }
+    }
+}
+
+/// Drops the labels.
+#[inline(always)]
+fn pack(pixels: &[u32], rgb: &mut [u8]) {
+    // Four pixels are three words.
+    let (groups, rest) = pixels.as_chunks::<4>();
+    let (packed, packed_rest) = rgb.as_chunks_mut::<12>();
+    for (&[a, b, c, d], packed) in groups.iter().zip(packed) {
+        let words = [a & 0x00ff_ffff | b << 24, (b >> 8) & 0x0000_ffff | c << 16, (c >> 16) & 0x0000_00ff | d << 8];
+        packed[0..4].copy_from_slice(&words[0].to_le_bytes());
+        packed[4..8].copy_from_slice(&words[1].to_le_bytes());
+        packed[8..12].copy_from_slice(&words[2].to_le_bytes());
+    }
+    for (pixel, packed) in rest.iter().zip(packed_rest.chunks_exact_mut(3)) {
+        packed.copy_from_slice(&pixel.to_le_bytes()[..3]);
+    }
+}
+
+/// The mean of the samples of each pixel.
+#[inline(always)]
+fn average(frame: &Frame, samples: usize, width: usize, rgb: &mut [u8]) {
+    let count = (samples * samples) as u32;
+    for (row, line) in rgb.chunks_exact_mut(3 * width).enumerate() {
+        for (column, pixel) in line.chunks_exact_mut(3).enumerate() {
+            let mut sums = [count / 2; 3];
+            for down in 0..samples {
+                let first = (row * samples + down) * frame.width + column * samples;
+                for sample in &frame.pixels[first..first + samples] {
+                    sums[0] += sample & 0xff;
+                    sums[1] += (sample >> 8) & 0xff;
+                    sums[2] += (sample >> 16) & 0xff;
+                }
+            }
+            for (channel, sum) in pixel.iter_mut().zip(sums) {
+                *channel = (sum / count) as u8;
+            }
+        }
+    }
+}
+
+/// How far away a sample is, m.
+#[inline(always)]
+fn depth(frame: &Frame, view: &View, index: usize, [column, row]: [usize; 2]) -> f32 {
+    let nearness = frame.nearness[index];
+    if nearness > 0.0 {
+        return 1.0 / nearness;
+    }
+    let down = view.forward.z + frame.slope(column, 0) * view.right.z + frame.slope(row, 1) * view.down.z;
+    if down < 0.0 && view.eye.z > 0.0 { -view.eye.z / down } else { 0.0 }
+}

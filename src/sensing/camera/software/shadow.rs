@@ -1,0 +1,62 @@
+//! Shadows on the ground, by the sun.
+
+use bevy::math::{Vec3, Vec3A};
+
+use super::frame::Frame;
+use super::light::{IN_SHADOW, SUN};
+use super::polygon::Outline;
+use super::prepared::PreparedScene;
+use crate::appearance::view::View;
+
+/// Marks a sample that is in a shadow already, in the label's byte.
+pub(super) const SHADED: u32 = 1 << 31;
+
+/// Corners of a round shadow.
+const CORNERS: usize = 24;
+
+/// Darkens the ground where bodies are between it and the sun. Everything but the ground is drawn later.
+#[inline(always)]
+pub(super) fn draw(frame: &mut Frame, outline: &mut Outline, scene: &PreparedScene, view: &View) {
+    for body in &scene.bodies {
+        if body.owner.is_some() && body.owner == view.hidden {
+            continue;
+        }
+        for face in &scene.faces[body.faces.clone()] {
+            // A body is as wide as those of its faces that see the sun.
+            if face.normal.dot(SUN) > 0.0 {
+                let corners = &scene.corners[face.first as usize..(face.first + face.count) as usize];
+                darken(frame, outline, corners.iter().map(|corner| corner.position));
+            }
+        }
+        for round in &scene.rounds[body.rounds.clone()] {
+            // On the unit sphere, the sun's light ends on the great circle across its direction there.
+            let world_from_unit = round.unit_from_world.inverse();
+            let sun = Vec3::from(round.unit_from_world.matrix3 * Vec3A::from(SUN));
+            let (one, other) = sun.normalize_or(Vec3::Z).any_orthonormal_pair();
+            let circle = super::model::unit_circle(CORNERS);
+            let rim = circle.map(|at| world_from_unit.transform_point3(at.x * one + at.y * other));
+            darken(frame, outline, rim);
+        }
+    }
+}
+
+#[inline(always)]
+fn darken(frame: &mut Frame, outline: &mut Outline, corners: impl Iterator<Item = Vec3>) {
+    let on_ground = |corner: Vec3| corner - SUN * (corner.z / SUN.z);
+    if !outline.project(frame, corners.map(|corner| (on_ground(corner), 0.0))) {
+        return;
+    }
+    let (width, height) = (frame.width, frame.height);
+    let (first, end) = outline.scan(width, height);
+    for row in first..end {
+        let (from, to) = outline.span(row, width);
+        if from >= to {
+            continue;
+        }
+        for pixel in &mut frame.pixels[row * width + from..row * width + to] {
+            let [low, middle, high] = [0, 8, 16].map(|shift| (((*pixel >> shift) & 0xff) * IN_SHADOW) >> 8);
+            let dark = low | middle << 8 | high << 16 | *pixel & 0xff00_0000 | SHADED;
+            *pixel = if *pixel & SHADED == 0 { dark } else { *pixel };
+        }
+    }
+}

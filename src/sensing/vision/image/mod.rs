@@ -1,0 +1,166 @@
+//! The image vision: from an RGB image alone to what is seen in it, as robots in 2011 did it.
+//!
+//! Each pixel's colour is looked up in a table of classes ([`colour`]); pixels of one class that touch each other are a
+//! [blob](blobs); and blobs are judged by shape, size and distance, with what is [`Known`] of the things on the pitch:
+//!
+//! | class | cue | located by |
+//! |---|---|---|
+//! | ball | orange disc of the size that a ball has there | its centre, a ball's radius above the ground |
+//! | goal post | upright strip of a goal's colour | its foot where green is below; else its width |
+//! | robot | waistband in the team's colour, of the size that one has there | the band's lower edge; the upper where that is cut off |
+//! | line | white between green, about as wide as a line | stretches of at least 20 cm; where they meet at right angles, junctions; the centre circle by its curvature |
+//!
+//! A thing that both cameras see is one percept: by its foot or its lower edge where one of them sees that. What the lower
+//! camera sees is nearer, and so better known.
+//!
+//! Goals that are white have no colour to go by: their posts are not found. Nor are penalty crosses.
+
+pub mod accuracy;
+mod ball;
+mod blobs;
+pub mod colour;
+mod lines;
+mod posts;
+mod robots;
+pub(super) mod seeing;
+
+use bevy::math::Vec2;
+
+use super::{BallPercept, GoalPostPercept, LandmarkPercept, RobotPercept};
+use crate::appearance::robot::WAISTBAND_Z;
+use crate::pitch::{End, GoalColour, Pitch};
+use crate::sensing::camera::CameraSide;
+use crate::sensing::camera::image::Image;
+use crate::sensing::camera::model::CameraView;
+use blobs::Segmentation;
+use colour::ColourClass;
+
+/// What seems further away than this is not on any pitch, m.
+const GREATEST_DISTANCE_M: f32 = 15.0;
+
+/// What a robot knows of the things that it looks for.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Known {
+    /// The ball's radius, m.
+    pub ball_radius: f32,
+    /// The goal posts' radius, m.
+    pub post_radius: f32,
+    /// Their height, m.
+    pub post_height: f32,
+    /// Lower and upper edge of the waistbands, m above the ground.
+    pub waistband_z: [f32; 2],
+    /// The colours of the two goals.
+    pub goal_colours: [GoalColour; 2],
+    /// Width of the lines, m.
+    pub line_width: f32,
+    /// Radius of the centre circle, m.
+    pub circle_radius: f32,
+}
+
+impl Known {
+    /// By the rule book's pitch, with a ball of this radius.
+    pub fn new(pitch: &Pitch, ball_radius: f32) -> Self {
+        Self {
+            ball_radius,
+            post_radius: pitch.goal.post_diameter_m / 2.0,
+            post_height: pitch.goal.height_m,
+            waistband_z: WAISTBAND_Z,
+            goal_colours: End::BOTH.map(|end| pitch.goal_colour(end)),
+            line_width: pitch.line_width_m,
+            circle_radius: pitch.centre_circle_diameter_m / 2.0,
+        }
+    }
+}
+
+/// What is found in one image.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Findings {
+    /// The most likely ball, and how many of its pixels are seen.
+    pub ball: Option<(u32, BallPercept)>,
+    /// Goal posts, and whether their feet are seen.
+    pub goal_posts: Vec<(bool, GoalPostPercept)>,
+    /// Robots, and whether the lower edges of their waistbands are seen.
+    pub robots: Vec<(bool, RobotPercept)>,
+    /// Lines and where they meet.
+    pub landmarks: Vec<LandmarkPercept>,
+}
+
+impl Findings {
+    fn clear(&mut self) {
+        let Findings { ball, goal_posts, robots, landmarks } = self;
+        *ball = None;
+        goal_posts.clear();
+        robots.clear();
+        landmarks.clear();
+    }
+}
+
+/// Looks at images. It keeps its memory from one to the next.
+#[derive(Default)]
+pub struct ImageVision {
+    segmentation: Segmentation,
+    contour: Vec<Vec2>,
+    edges: Vec<[u16; 2]>,
+    strips: posts::Strips,
+    lines: lines::Lines,
+}
+
+/// One image, and from where it was taken.
+struct Look<'a> {
+    side: CameraSide,
+    view: &'a CameraView,
+    known: &'a Known,
+    segmentation: &'a Segmentation,
+}
+
+impl ImageVision {
+    /// Looks for everything in an image, which was taken by this camera with this view.
+    pub fn recognise(
+        &mut self,
+        image: &Image,
+        side: CameraSide,
+        view: &CameraView,
+        known: &Known,
+        findings: &mut Findings,
+    ) {
+        findings.clear();
+        if image.is_empty() {
+            return;
+        }
+        self.segmentation.segment(image);
+        let look = Look { side, view, known, segmentation: &self.segmentation };
+        findings.ball = look.find_ball(&mut self.contour);
+        look.find_posts(&mut self.strips, &mut findings.goal_posts);
+        look.find_robots(&mut self.edges, &mut findings.robots);
+        let Findings { goal_posts, robots, landmarks, .. } = findings;
+        look.find_lines(&mut self.lines, robots, goal_posts, landmarks);
+    }
+}
+
+impl Look<'_> {
+    fn width(&self) -> usize {
+        self.segmentation.width
+    }
+
+    fn height(&self) -> usize {
+        self.segmentation.height
+    }
+
+    fn class(&self, u: usize, v: usize) -> ColourClass {
+        self.segmentation.classes[v * self.segmentation.width + u]
+    }
+
+    /// The distance of a point ahead of the lens, m.
+    fn depth(&self, place: Vec2, height: f32) -> f32 {
+        self.view.camera_from_robot(place.extend(height)).z
+    }
+
+    /// Where a pixel looks at this height, robot frame, m, if that may be on a pitch.
+    fn place(&self, pixel: Vec2, height: f32) -> Option<Vec2> {
+        let place = self.view.point_at_height(pixel, height)?;
+        (place.length_squared() < GREATEST_DISTANCE_M * GREATEST_DISTANCE_M).then_some(place)
+    }
+}
+
+#[cfg(test)]
+mod tests;

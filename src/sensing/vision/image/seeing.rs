@@ -1,0 +1,119 @@
+//! Fills the [`Percepts`] of the robots that see by their images.
+
+use bevy::prelude::*;
+
+use super::{Findings, ImageVision, Known};
+use crate::ball::BallPhysics;
+use crate::cycle::CycleClock;
+use crate::pitch::Pitch;
+use crate::robot::head::HeadAngles;
+use crate::sensing::camera::image::Image;
+use crate::sensing::camera::model::CameraView;
+use crate::sensing::camera::{CameraImages, CameraSettings, CameraSide};
+use crate::sensing::jobs::{self, SensingThreads};
+use crate::sensing::vision::{LandmarkKind, LandmarkPercept, Percepts, VisionSettings, VisionSource};
+
+/// Landmarks of one kind that are no further apart are one, m.
+const SAME_LANDMARK_M: f32 = 0.25;
+
+/// Memory that is kept from cycle to cycle.
+#[derive(Default)]
+pub struct Desk {
+    jobs: Vec<Job>,
+    done: Vec<Findings>,
+    workers: Vec<ImageVision>,
+}
+
+/// An image to be looked through.
+struct Job {
+    robot: Entity,
+    side: CameraSide,
+    view: CameraView,
+    image: Image,
+    findings: Findings,
+}
+
+/// Looks through the images that were taken in this cycle.
+pub fn look_through_images(
+    mut desk: Local<Desk>,
+    clock: Res<CycleClock>,
+    threads: Res<SensingThreads>,
+    pitch: Res<Pitch>,
+    balls: Query<&BallPhysics>,
+    mut robots: Query<(Entity, &HeadAngles, &CameraSettings, &VisionSettings, &mut CameraImages, &mut Percepts)>,
+) {
+    let desk = &mut *desk;
+    for (robot, head, camera, settings, mut images, _) in &mut robots {
+        if settings.source != VisionSource::Image || images.cycle != Some(clock.cycle) {
+            continue;
+        }
+        for (side, view) in CameraSide::BOTH.into_iter().zip(CameraView::both(camera.into(), *head)) {
+            let image = core::mem::take(images.side_mut(side));
+            let findings = desk.done.pop().unwrap_or_default();
+            desk.jobs.push(Job { robot, side, view, image, findings });
+        }
+    }
+    if desk.jobs.is_empty() {
+        return;
+    }
+    // The size of the ball is known to everybody.
+    let ball_radius = balls.iter().next().map_or(BallPhysics::default().radius_m, |ball| ball.radius_m);
+    let known = Known::new(&pitch, ball_radius);
+    jobs::for_each(*threads, &mut desk.workers, &mut desk.jobs, |vision, job| {
+        vision.recognise(&job.image, job.side, &job.view, &known, &mut job.findings);
+    });
+    // Both jobs of a robot follow each other.
+    for job in desk.jobs.drain(..) {
+        let Ok((.., mut images, mut percepts)) = robots.get_mut(job.robot) else { continue };
+        *images.side_mut(job.side) = job.image;
+        merge(&mut percepts, job.side, &job.findings);
+        desk.done.push(job.findings);
+    }
+    for (.., settings, _, mut percepts) in &mut robots {
+        if settings.source == VisionSource::Image {
+            percepts.sort();
+        }
+    }
+}
+
+/// Adds what one camera saw to what the other did: a thing that both see is one percept.
+fn merge(percepts: &mut Percepts, side: CameraSide, findings: &Findings) {
+    // Of two balls, the one that is seen better; the lower camera is nearer to what it sees.
+    if let Some((_, ball)) = findings.ball
+        && (percepts.ball.is_none() || side == CameraSide::Bottom)
+    {
+        percepts.ball = Some(ball);
+    }
+    for (has_foot, post) in &findings.goal_posts {
+        let same = percepts.goal_posts.iter_mut().find(|other| {
+            let along = other.position_m.normalize_or(Vec2::X).dot(post.position_m.normalize_or(Vec2::X));
+            other.colour == post.colour && along > 0.998
+        });
+        match same {
+            Some(other) if *has_foot => *other = *post,
+            Some(_) => {}
+            None => percepts.goal_posts.push(*post),
+        }
+    }
+    for (has_lower_edge, robot) in &findings.robots {
+        let same = percepts.robots.iter_mut().find(|other| {
+            let apart = other.position_m.distance(robot.position_m);
+            other.team == robot.team && apart < 0.2 + 0.1 * robot.position_m.length()
+        });
+        match same {
+            Some(other) if *has_lower_edge => *other = *robot,
+            Some(_) => {}
+            None => percepts.robots.push(*robot),
+        }
+    }
+    for landmark in &findings.landmarks {
+        let is_same = |other: &LandmarkPercept| {
+            other.kind == landmark.kind
+                && !matches!(landmark.kind, LandmarkKind::Line { .. })
+                && other.position_m.distance(landmark.position_m) < SAME_LANDMARK_M
+        };
+        if !percepts.landmarks.iter().any(is_same) {
+            percepts.landmarks.push(*landmark);
+        }
+    }
+}

@@ -1,0 +1,61 @@
+//! Robots that see nothing but their camera images.
+
+use naoisis::events::KickResult;
+use naoisis::prelude::*;
+use naoisis::sensing::camera::CameraImages;
+use naoisis::sensing::jobs::SensingThreads;
+
+use crate::support::{blue, headless_app, match_of};
+
+/// A robot with a behaviour and the ball; images of 160 x 120 pixels.
+fn robot_and_ball(team: &str, pose: &str, design: &str) -> String {
+    format!(
+        r#"{{ "rules": "free", "vision": {{ "source": "image" }},
+              "cameras": {{ "width": 160, "height": 120, "design": "{design}" }},
+              "ball": {{ "position_m": [0.1, 0.0] }},
+              "robots": [{{ "team": "{team}", "number": 1, "pose": {pose}, "behaviour": "striker" }}] }}"#
+    )
+}
+
+#[test]
+fn robots_find_and_kick_the_ball_by_images_alone() {
+    // One has the ball ahead, the other must turn to it.
+    for (team, pose, design) in [("blue", "[-0.7, 0.2, 0.0]", "simple"), ("pink", "[0.9, -0.3, 60.0]", "nao")] {
+        let mut app = match_of(&robot_and_ball(team, pose, design));
+        let kicked = app.run_until(900, |app| {
+            app.events().iter().any(|event| matches!(event, MatchEvent::Kick { result: KickResult::Kicked, .. }))
+        });
+        assert!(kicked, "{team} did not kick the ball in 30 s: {:?}", app.robot_pose(RobotId::new(Team::Blue, 1)));
+    }
+}
+
+#[test]
+fn by_images_a_match_is_the_same_on_any_number_of_threads() {
+    let [one, three] = [1, 3].map(|threads| {
+        let mut scenario = Scenario::named("match3v3_images").unwrap();
+        (scenario.cameras.width, scenario.cameras.height) = (160, 120);
+        scenario.cameras.noise.pixel_sd = 3.0;
+        let mut app = headless_app();
+        app.insert_resource(SensingThreads(threads));
+        app.start_match(&scenario).unwrap().run_cycles(20);
+        let images = app.robot::<CameraImages>(blue(1)).unwrap().clone();
+        (images, app.robot::<Percepts>(blue(1)).unwrap().clone(), app.robot_pose(blue(2)))
+    });
+    assert!(one == three);
+    assert_eq!(one.0.cycle, Some(20));
+}
+
+#[test]
+fn a_match_without_images_is_the_same_with_them() {
+    // Images are for the eye of whoever asked for them; nothing else depends on them.
+    let [without, with] = ["off", "software"].map(|render| {
+        let mut scenario = Scenario::named("match3v3").unwrap();
+        (scenario.cameras.width, scenario.cameras.height) = (40, 30);
+        scenario.cameras.render = serde_json::from_value(render.into()).unwrap();
+        scenario.cameras.noise.pixel_sd = 3.0;
+        let mut app = headless_app();
+        app.start_match(&scenario).unwrap().run_cycles(60);
+        (app.ball(), app.robot::<Percepts>(blue(1)).cloned(), app.robot_pose(blue(2)))
+    });
+    assert_eq!(without, with);
+}
