@@ -18,7 +18,7 @@ use crate::cycle::{CycleClock, run_cycle};
 use crate::events::{CycleEvents, MatchEvent};
 use crate::record::trace::{EndReason, TracePlugin, TraceRecorder, record_cycle};
 use crate::referee::Game;
-use crate::referee::report::report as match_report;
+use crate::referee::report::{HEADER, report as match_report};
 use crate::robot::Team;
 use crate::scenario::{Scenario, ScenarioFile, Setting};
 use crate::simulation::snapshot::EXTENSION;
@@ -209,9 +209,10 @@ fn run_to_the_end(
         }
         run_cycle(world);
         let time_s = world.resource::<CycleClock>().end_time_s();
+        let to_play_s = world.resource::<Game>().time_left_s(world.resource::<CycleClock>());
         for event in world.resource::<CycleEvents>().iter() {
             if arguments.explain
-                && let Some(text) = match_report(time_s, event)
+                && let Some(text) = match_report(time_s, to_play_s, event)
             {
                 *outcome.decisions.entry(event.kind()).or_default() += 1;
                 progress.suspend(|| print_beside_trace(arguments, &format!("{text}\n")));
@@ -285,7 +286,7 @@ fn title(scenario: &Scenario) -> String {
         Some(teams) => format!(": blue {} against pink {}", teams.blue, teams.pink),
         None => String::new(),
     };
-    format!("{name}{teams}. Rules {}, seed {}.\n", scenario.rules.name, scenario.seed)
+    format!("{name}{teams}. Rules {}, seed {}.\n{HEADER}\n", scenario.rules.name, scenario.seed)
 }
 
 /// How often the referee decided what.

@@ -7,6 +7,7 @@ mod built_in_scenarios;
 mod collisions;
 mod commands;
 mod determinism;
+mod interventions;
 mod kicks;
 mod matches;
 mod referee_properties;
