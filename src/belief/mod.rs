@@ -15,8 +15,11 @@ use crate::pitch::End;
 use crate::robot::RobotId;
 
 pub mod ball;
+pub mod error;
 pub mod localisation;
+pub mod localiser;
 pub mod own_pose;
+pub mod particles;
 pub mod robots;
 pub mod sighting;
 pub mod simple;

@@ -11,9 +11,9 @@ use crate::pitch::{End, GoalColour, JunctionShape, Pitch};
 use crate::sensing::vision::{GoalPostPercept, LandmarkKind, LandmarkPercept, Percepts};
 
 /// The doubt about the pose of a robot that was placed for a kick-off, m and radians.
-const PLACED_SD: [f32; 2] = [0.03, 0.02];
+pub(super) const PLACED_SD: [f32; 2] = [0.03, 0.02];
 /// The doubt about the pose of a robot that comes back from a penalty: it may have been put down a little elsewhere.
-const RETURNED_SD: [f32; 2] = [0.4, 0.1];
+pub(super) const RETURNED_SD: [f32; 2] = [0.4, 0.1];
 /// Distance of a waiting robot from the side line, m (2025 rule book).
 const WAITING_DISTANCE_M: f32 = 0.5;
 /// The doubt that is added when what is seen contradicts the pose.
@@ -87,6 +87,34 @@ impl Landmarks {
         }
     }
 
+    /// The left and the right post of the goal of this colour, in the frame of the team that defends `own_end`, m. None
+    /// where both goals have it.
+    pub(super) fn goal(&self, colour: GoalColour, own_end: End) -> Option<[Vec2; 2]> {
+        let mut goals = self.goals(colour, own_end);
+        let goal = goals.next()?;
+        goals.next().is_none().then_some([goal.left_post, goal.right_post])
+    }
+
+    /// The posts of this colour, in the frame of the team that defends `own_end`, m.
+    pub(super) fn posts(&self, colour: GoalColour, own_end: End) -> impl Iterator<Item = Vec2> {
+        self.goals(colour, own_end).flat_map(|goal| [goal.left_post, goal.right_post])
+    }
+
+    /// The junctions of this shape, m.
+    pub(super) fn junctions(&self, shape: JunctionShape) -> impl Iterator<Item = Vec2> {
+        self.junctions.iter().filter(move |(other, _)| *other == shape).map(|(_, place)| *place)
+    }
+
+    /// The penalty crosses, m.
+    pub(super) fn crosses(&self) -> impl Iterator<Item = Vec2> {
+        self.crosses.into_iter()
+    }
+
+    /// Whether a robot could stand at a place, m.
+    pub(super) fn is_on_carpet(&self, place: Vec2) -> bool {
+        place.abs().cmplt(self.carpet_half_extents).all()
+    }
+
     /// The goals of this colour, in the frame of the team that defends `own_end`.
     fn goals(&self, colour: GoalColour, own_end: End) -> impl Iterator<Item = Goal> {
         let in_team = move |place| point_team_from_pitch(place, own_end);
@@ -122,18 +150,14 @@ impl OwnPose {
     /// frame) if the robot knows where that is, facing the other side (2010 rule book, section 4). Which end it really is
     /// must be seen.
     pub fn returned(landmarks: &Landmarks, ball: Option<Vec2>) -> Self {
-        let side = if ball.is_some_and(|ball| ball.y > 0.0) { -1.0 } else { 1.0 };
-        let pose = Pose::new(0.0, side * landmarks.half_width, -side * core::f32::consts::FRAC_PI_2);
+        let pose = halfway_pose(landmarks, ball);
         Self { estimate: PoseEstimate::new(pose, RETURNED_SD[0], RETURNED_SD[1]), sides: Some([0.0; 2]), ..default() }
     }
 
     /// That of a robot that comes back from where it waited: beyond the side line that it was nearer to when it was
     /// removed from `y`, level with its own penalty mark, facing the pitch (2025 rule book).
     pub fn waiting(landmarks: &Landmarks, y: f32) -> Self {
-        let side = if y < 0.0 { -1.0 } else { 1.0 };
-        let x = -landmarks.crosses[1].x.abs();
-        let beyond = WAITING_DISTANCE_M.min(landmarks.carpet_half_extents.y - landmarks.half_width);
-        let pose = Pose::new(x, side * (landmarks.half_width + beyond), -side * core::f32::consts::FRAC_PI_2);
+        let pose = waiting_pose(landmarks, y);
         Self { estimate: PoseEstimate::new(pose, RETURNED_SD[0], RETURNED_SD[1]), ..default() }
     }
 
@@ -308,7 +332,22 @@ impl OwnPose {
     }
 }
 
-fn sighting_of_post(post: &GoalPostPercept, image: Vec2, model: &LandmarkModel) -> Sighting {
+/// Where a penalised robot comes back on the halfway line: at the end away from the ball (m, team frame).
+pub(super) fn halfway_pose(landmarks: &Landmarks, ball: Option<Vec2>) -> Pose {
+    let side = if ball.is_some_and(|ball| ball.y > 0.0) { -1.0 } else { 1.0 };
+    Pose::new(0.0, side * landmarks.half_width, -side * core::f32::consts::FRAC_PI_2)
+}
+
+/// Where a robot that was removed from `y` waits, beyond the side line.
+pub(super) fn waiting_pose(landmarks: &Landmarks, y: f32) -> Pose {
+    let side = if y < 0.0 { -1.0 } else { 1.0 };
+    let x = -landmarks.crosses[1].x.abs();
+    let beyond = WAITING_DISTANCE_M.min(landmarks.carpet_half_extents.y - landmarks.half_width);
+    Pose::new(x, side * (landmarks.half_width + beyond), -side * core::f32::consts::FRAC_PI_2)
+}
+
+/// What the measured place of a post is worth.
+pub(super) fn sighting_of_post(post: &GoalPostPercept, image: Vec2, model: &LandmarkModel) -> Sighting {
     let foot_in_image = post.pixel.cmpge(Vec2::ZERO).all() && post.pixel.cmple(image).all();
     let distance_factor = if foot_in_image { 1.0 } else { HIDDEN_FOOT_FACTOR };
     Sighting { distance_factor, ..Sighting::new(post.position_m, model.goal_post_angle_sd) }

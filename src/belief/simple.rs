@@ -9,7 +9,8 @@ use serde::{Deserialize, Serialize};
 
 use super::ball::{BallEstimate, BallModel};
 use super::localisation::StepError;
-use super::own_pose::{LandmarkModel, Landmarks, OwnPose};
+use super::localiser::{Localisation, Localiser};
+use super::own_pose::{LandmarkModel, Landmarks};
 use super::robots::{RobotTrack, TrackModel, advance_tracks, see_robot};
 use super::sighting::Sighting;
 use super::{BallBelief, Belief, RobotBelief, place_covariance, pose_covariance};
@@ -48,6 +49,8 @@ impl Plugin for SimpleBeliefPlugin {
 #[reflect(Component, @Knowledge::Public)]
 #[serde(default, deny_unknown_fields)]
 pub struct SimpleBelief {
+    /// How the robot localises itself. Read when the match starts.
+    pub localisation: Localisation,
     /// How much walking adds to the doubt about the pose.
     pub step_error: StepError,
     /// How landmarks are used.
@@ -73,6 +76,7 @@ pub struct SimpleBelief {
 impl Default for SimpleBelief {
     fn default() -> Self {
         Self {
+            localisation: Localisation::default(),
             step_error: StepError::default(),
             landmarks: LandmarkModel::default(),
             ball_angle_sd: 0.005,
@@ -94,7 +98,7 @@ pub struct SimpleBeliefMemory {
     /// Whether it has begun.
     begun: bool,
     /// The robot's own pose.
-    own: OwnPose,
+    own: Localiser,
     /// The odometry of the last cycle.
     odometry: Pose,
     /// How often the robots had been placed.
@@ -151,7 +155,8 @@ fn estimate(
     for (&id, settings, status, odometry, &head, camera, percepts, inbox, mut memory, mut belief) in &mut robots {
         let place = |kicking_off| formation(&pitch, rules.team_size, id.number, End::NegativeX, kicking_off);
         let kicking_off = id.team == status.kick_off_team && !status.drop_ball;
-        memory.begin_cycle(belief.pose, odometry.0, status, landmarks, kicking_off, rules.return_place, place);
+        let start = || Localiser::placed(settings.localisation, id, belief.pose);
+        memory.begin_cycle(start, odometry.0, status, landmarks, kicking_off, rules.return_place, place);
         memory.pass_time(odometry.0, settings, period);
         memory.listen(&inbox.0);
         if !status.penalised {
@@ -168,7 +173,7 @@ impl SimpleBeliefMemory {
     /// Takes note of having been placed for a kick-off, sent off, or let in again.
     fn begin_cycle(
         &mut self,
-        start: Pose,
+        start: impl FnOnce() -> Localiser,
         odometry: Pose,
         status: &GameStatus,
         landmarks: &Landmarks,
@@ -181,7 +186,7 @@ impl SimpleBeliefMemory {
             self.odometry = odometry;
             self.restarts = status.restarts;
             self.hand_placements = status.hand_placements;
-            self.own = OwnPose::placed(start);
+            self.own = start();
         }
         if status.restarts != self.restarts {
             self.restarts = status.restarts;
@@ -195,11 +200,10 @@ impl SimpleBeliefMemory {
         }
         if self.penalised && !status.penalised && status.state != GameState::Finished {
             let ball = self.heard.iter().find_map(|heard| heard.ball);
-            self.own = match return_place {
-                ReturnPlace::HalfwayLine => OwnPose::returned(landmarks, ball),
-                // It was carried to the side line that it was nearer to.
-                ReturnPlace::PenaltyMark => OwnPose::waiting(landmarks, self.own.estimate.pose.position.y),
-            };
+            match return_place {
+                ReturnPlace::HalfwayLine => self.own.come_back_at_halfway_line(landmarks, ball),
+                ReturnPlace::PenaltyMark => self.own.come_back_where_it_waited(landmarks),
+            }
             self.tracks.clear();
             self.ball = None;
         }
@@ -207,7 +211,7 @@ impl SimpleBeliefMemory {
     }
 
     fn place_for_kick_off(&mut self, pose: Pose) {
-        self.own = OwnPose::placed(pose);
+        self.own.place(pose);
         self.tracks.clear();
         // The ball lies on the centre mark; a look will tell.
         self.ball = Some(BallEstimate::at_rest(pose.inverse_transform_point(Vec2::ZERO), 0.1));
@@ -218,7 +222,7 @@ impl SimpleBeliefMemory {
         let moved = odometry != self.odometry;
         let step = if moved { self.odometry.relative(odometry) } else { Pose::default() };
         self.odometry = odometry;
-        self.own = self.own.moved_by(step, period, &settings.step_error);
+        self.own.move_by(step, period, &settings.step_error);
         self.ball = self.ball.map(|ball| ball.advanced(step, period, &settings.ball));
         advance_tracks(&mut self.tracks, step, period, &settings.robots);
         self.heard.retain_mut(|heard| {
@@ -267,14 +271,15 @@ impl SimpleBeliefMemory {
     }
 
     fn write(&self, belief: &mut Belief, team: Team, settings: &SimpleBelief) {
-        let pose = self.own.estimate.pose;
+        let estimate = self.own.estimate();
+        let pose = estimate.pose;
         let forward = pose.forward();
         let turn = Mat2::from_cols(forward, forward.perp());
         let turned = |covariance: Mat2| place_covariance(turn * covariance * turn.transpose());
         let to_team = |place: Vec2| pose.position + forward.rotate(place);
         belief.pose = pose;
-        belief.pose_covariance = pose_covariance(self.own.estimate.covariance);
-        belief.pose_age_s = self.own.age_s;
+        belief.pose_covariance = pose_covariance(estimate.covariance);
+        belief.pose_age_s = self.own.age_s();
         let seen = self.ball.map(|ball| BallBelief {
             position_m: to_team(ball.position),
             velocity_mps: forward.rotate(ball.credible_velocity(&settings.ball)),

@@ -16,6 +16,7 @@ use super::{begin, report};
 use crate::communication::MessageStatistics;
 use crate::cycle::{CycleClock, run_cycle};
 use crate::events::{CycleEvents, MatchEvent};
+use crate::record::beliefs::BeliefRecorder;
 use crate::record::trace::{EndReason, TracePlugin, TraceRecorder, record_cycle};
 use crate::referee::Game;
 use crate::referee::report::{HEADER, report as match_report};
@@ -45,6 +46,9 @@ pub struct RunArguments {
     /// Write a trace: a .jsonl file, .jsonl.zst for a compressed one, - for standard output
     #[arg(long, value_name = "FILE")]
     pub trace: Option<PathBuf>,
+    /// Write what the robots believe against what is true: a .csv file, and a summary at the end
+    #[arg(long, value_name = "FILE")]
+    pub beliefs: Option<PathBuf>,
     /// Save the match (.naoisis), to go on with it later
     #[arg(long, value_name = "FILE")]
     pub save: Option<PathBuf>,
@@ -106,6 +110,14 @@ fn run_match(arguments: &RunArguments, begin: impl FnOnce(&mut App) -> Result<()
         }
         Err(message) => return report::usage_error(&message),
     }
+    if let Some(path) = &arguments.beliefs {
+        match BeliefRecorder::create(path) {
+            Ok(recorder) => app.insert_resource(recorder),
+            Err(error) => {
+                return report::usage_error(&format!("cannot write the beliefs to {}: {error}", path.display()));
+            }
+        };
+    }
     if arguments.explain {
         print_beside_trace(arguments, &title(&scenario));
     }
@@ -121,7 +133,7 @@ fn run_match(arguments: &RunArguments, begin: impl FnOnce(&mut App) -> Result<()
 /// That no output would be written over what the match begins with, or over another output.
 fn check_outputs(arguments: &RunArguments) -> Result<(), String> {
     let input = PathBuf::from(&arguments.scenario);
-    let outputs = [("--trace", &arguments.trace), ("--save", &arguments.save)];
+    let outputs = [("--trace", &arguments.trace), ("--beliefs", &arguments.beliefs), ("--save", &arguments.save)];
     let real = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_owned());
     let mut taken = vec![("the scenario", real(&input))];
     for (option, path) in outputs {
@@ -208,6 +220,9 @@ fn run_to_the_end(
             break;
         }
         run_cycle(world);
+        if world.contains_resource::<BeliefRecorder>() {
+            world.resource_scope(|world, mut recorder: Mut<BeliefRecorder>| recorder.record(world));
+        }
         let time_s = world.resource::<CycleClock>().end_time_s();
         let to_play_s = world.resource::<Game>().time_left_s(world.resource::<CycleClock>());
         for event in world.resource::<CycleEvents>().iter() {
@@ -254,6 +269,13 @@ fn finish(world: &mut World, outcome: &Outcome, wall_s: f64, arguments: &RunArgu
             return ExitCode::SUCCESS;
         }
         return report::failure(&format!("cannot write the trace: {error}"));
+    }
+    if let Some(recorder) = world.remove_resource::<BeliefRecorder>() {
+        match recorder.finish() {
+            Ok(summary) if arguments.quiet => drop(summary),
+            Ok(summary) => print_beside_trace(arguments, &summary),
+            Err(error) => return report::failure(&format!("cannot write the beliefs: {error}")),
+        }
     }
     if !arguments.quiet {
         print_beside_trace(arguments, &tally(&outcome.decisions));

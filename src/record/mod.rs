@@ -1,3 +1,4 @@
 //! Records of matches.
 
+pub mod beliefs;
 pub mod trace;

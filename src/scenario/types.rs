@@ -7,6 +7,7 @@ use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::ball::Rolling;
+use crate::belief::localiser::Localisation;
 use crate::communication::{MessageSettings, TeamMessage};
 use crate::geometry::{Pose, file_units};
 use crate::pitch::Pitch;
@@ -60,6 +61,8 @@ pub struct Scenario {
     pub vision: VisionSettings,
     /// How exactly robots know their steps, unless they say otherwise.
     pub odometry: OdometrySettings,
+    /// How robots with the built-in belief localise themselves, unless they say otherwise.
+    pub localisation: Localisation,
     /// How messages travel.
     pub messages: MessageSettings,
     /// The robots.
@@ -92,6 +95,7 @@ impl Default for Scenario {
             cameras: CameraSettings::default(),
             vision: VisionSettings::default(),
             odometry: OdometrySettings::default(),
+            localisation: Localisation::default(),
             messages: MessageSettings::default(),
             robots: Vec::new(),
             teams: None,
@@ -186,6 +190,9 @@ pub struct RobotSpec {
     /// What it recognises.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub vision: Option<VisionSettings>,
+    /// How it localises itself.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub localisation: Option<Localisation>,
     /// How exactly it knows its steps.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub odometry: Option<OdometrySettings>,

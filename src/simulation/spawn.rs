@@ -6,7 +6,7 @@ use super::settings::RobotSettings;
 use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity};
 use crate::behaviour::BehaviourRegistry;
 use crate::behaviour::script::Script;
-use crate::belief::{Belief, team_from_pitch};
+use crate::belief::{Belief, SimpleBelief, team_from_pitch};
 use crate::collision::Contacts;
 use crate::communication::{Inbox, MessageStatistics, MessagesInFlight, Outbox};
 use crate::cycle::CycleClock;
@@ -210,6 +210,9 @@ fn spawn_robot(world: &mut World, scenario: &Scenario, robot: &RobotSpec) {
             if entity.contains::<Belief>() {
                 let own_end = entity.world().resource::<Game>().own_end(id.team);
                 entity.insert(Belief::at(team_from_pitch(robot.pose, own_end)));
+            }
+            if let Some(mut belief) = entity.get_mut::<SimpleBelief>() {
+                belief.localisation = robot.localisation.unwrap_or(scenario.localisation);
             }
         }
     }

@@ -9,6 +9,7 @@ mod commands;
 mod determinism;
 mod interventions;
 mod kicks;
+mod localisation;
 mod matches;
 mod referee_properties;
 mod rule_cases;

@@ -1,0 +1,121 @@
+//! The robot's own pose by the filter that its settings choose.
+
+use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::localisation::{PoseEstimate, StepError};
+use super::own_pose::{LandmarkModel, Landmarks, OwnPose, PLACED_SD, RETURNED_SD, halfway_pose, waiting_pose};
+use super::particles::ParticleFilter;
+use crate::geometry::Pose;
+use crate::pitch::End;
+use crate::robot::RobotId;
+use crate::sensing::vision::Percepts;
+
+/// How a robot localises itself.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Localisation {
+    /// By an extended Kalman filter: quick, and exact as long as it is not lost.
+    #[default]
+    Kalman,
+    /// By a particle filter: several ideas at a time, and some ten times as costly.
+    Particles,
+}
+
+/// A filter of either kind.
+#[derive(Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+pub enum Localiser {
+    /// [`Localisation::Kalman`].
+    Kalman(OwnPose),
+    /// [`Localisation::Particles`].
+    Particles(ParticleFilter),
+}
+
+impl Default for Localiser {
+    fn default() -> Self {
+        Localiser::Kalman(OwnPose::default())
+    }
+}
+
+impl Localiser {
+    /// That of a robot that was told its place, team frame.
+    pub fn placed(kind: Localisation, robot: RobotId, pose: Pose) -> Self {
+        match kind {
+            Localisation::Kalman => Localiser::Kalman(OwnPose::placed(pose)),
+            Localisation::Particles => {
+                Localiser::Particles(ParticleFilter::around(robot, pose, PLACED_SD[0], PLACED_SD[1]))
+            }
+        }
+    }
+
+    /// The robot is told its place, team frame.
+    pub fn place(&mut self, pose: Pose) {
+        match self {
+            Localiser::Kalman(own) => *own = OwnPose::placed(pose),
+            Localiser::Particles(filter) => filter.gather_around(pose, PLACED_SD[0], PLACED_SD[1]),
+        }
+    }
+
+    /// The robot comes back from a penalty, at an end of the halfway line: that away from the ball (m, team frame), as
+    /// far as it knows.
+    pub fn come_back_at_halfway_line(&mut self, landmarks: &Landmarks, ball: Option<Vec2>) {
+        match self {
+            Localiser::Kalman(own) => *own = OwnPose::returned(landmarks, ball),
+            Localiser::Particles(filter) => {
+                let pose = halfway_pose(landmarks, ball);
+                filter.gather_around_either([pose, pose.turned_half()], RETURNED_SD[0], RETURNED_SD[1]);
+            }
+        }
+    }
+
+    /// The robot comes back from a penalty where it waited, beyond the side line that it was nearer to.
+    pub fn come_back_where_it_waited(&mut self, landmarks: &Landmarks) {
+        let y = self.estimate().pose.position.y;
+        match self {
+            Localiser::Kalman(own) => *own = OwnPose::waiting(landmarks, y),
+            Localiser::Particles(filter) => {
+                filter.gather_around(waiting_pose(landmarks, y), RETURNED_SD[0], RETURNED_SD[1]);
+            }
+        }
+    }
+
+    /// A measured step (in the robot's frame before it) and `duration` seconds later.
+    pub fn move_by(&mut self, step: Pose, duration: f32, error: &StepError) {
+        match self {
+            Localiser::Kalman(own) => *own = own.moved_by(step, duration, error),
+            Localiser::Particles(filter) => filter.move_by(step, duration, error),
+        }
+    }
+
+    /// Corrects the pose by what is seen of the pitch in images of this size, pixels. `turn` counts the cycles.
+    pub fn orient(
+        &mut self,
+        percepts: &Percepts,
+        landmarks: &Landmarks,
+        own_end: End,
+        image: Vec2,
+        turn: usize,
+        model: &LandmarkModel,
+    ) {
+        match self {
+            Localiser::Kalman(own) => own.orient(percepts, landmarks, own_end, image, turn, model),
+            Localiser::Particles(filter) => filter.orient(percepts, landmarks, own_end, image, turn, model),
+        }
+    }
+
+    /// Where the robot is, and how certain that is.
+    pub fn estimate(&self) -> &PoseEstimate {
+        match self {
+            Localiser::Kalman(own) => &own.estimate,
+            Localiser::Particles(filter) => filter.estimate(),
+        }
+    }
+
+    /// Since a landmark confirmed it, s.
+    pub fn age_s(&self) -> f32 {
+        match self {
+            Localiser::Kalman(own) => own.age_s,
+            Localiser::Particles(filter) => filter.age_s(),
+        }
+    }
+}

@@ -1,0 +1,370 @@
+//! The robot's own pose by a particle filter: many guesses, weighed by what is seen.
+//!
+//! Augmented Monte Carlo localisation (Thrun, Burgard, Fox: Probabilistic Robotics, 2005, tables 8.2 and 8.3): guesses
+//! are carried along by odometry, each with an error of its own, weighed by how likely it makes what is seen, and drawn
+//! again by their weights. When what is seen becomes less likely than it was in the long run, new guesses are drawn from
+//! what is seen alone: so a robot that was carried elsewhere finds itself.
+//!
+//! Against the [Kalman filter](super::localisation) it can hold several ideas at a time, and costs some ten times as
+//! much.
+
+use bevy::math::ops;
+use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::localisation::{PoseEstimate, StepError, pose_from_two};
+use super::own_pose::{LandmarkModel, Landmarks, sighting_of_post};
+use super::sighting::{Residual, Sighting};
+use crate::geometry::{Pose, angle_of, unit, unrotate, wrap_angle};
+use crate::pitch::End;
+use crate::random::RandomStream;
+use crate::robot::RobotId;
+use crate::sensing::vision::{GoalPostPercept, LandmarkKind, Percepts};
+
+/// Guesses.
+const COUNT: usize = 100;
+/// Cycles between two looks at what is seen: thirty a second would tell hardly more, and weigh it too much.
+const CYCLES_PER_LOOK: usize = 3;
+/// Marks on the ground that are used in a look.
+const MARKS_PER_LOOK: usize = 3;
+/// Beyond this squared Mahalanobis distance, what is seen is taken for something else.
+const OUTLIER: f32 = 12.0;
+/// How fast the long and the short memory of the likelihood follow.
+const MEMORY: [f32; 2] = [0.01, 0.15];
+/// The greatest share of guesses that are drawn anew in a look.
+const MOST_NEW: f32 = 0.3;
+/// Guesses within this of the best one, m and radians, are the same idea.
+const SAME_IDEA: (f32, f32) = (0.5, 0.5);
+/// A look that makes what is seen so likely on average for a thing confirms the pose.
+const CONFIRMING: f32 = 0.1;
+
+/// A guess.
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+struct Particle {
+    pose: Pose,
+    weight: f32,
+}
+
+/// The robot's own pose as many guesses.
+#[derive(Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+pub struct ParticleFilter {
+    particles: Vec<Particle>,
+    /// The long and the short memory of how likely what is seen is.
+    likelihood: [f32; 2],
+    /// The robot's dice.
+    stream: RandomStream,
+    /// Where it is, in one.
+    estimate: PoseEstimate,
+    age_s: f32,
+}
+
+impl ParticleFilter {
+    /// All guesses near a pose, with these deviations, m and radians.
+    pub fn around(robot: RobotId, pose: Pose, place_sd: f32, heading_sd: f32) -> Self {
+        let mut filter = Self {
+            particles: Vec::new(),
+            likelihood: [0.0; 2],
+            stream: RandomStream::new(0, robot, "particles"),
+            estimate: PoseEstimate::new(pose, place_sd, heading_sd),
+            age_s: 0.0,
+        };
+        filter.gather_around(pose, place_sd, heading_sd);
+        filter
+    }
+
+    /// Moves all guesses near a pose.
+    pub fn gather_around(&mut self, pose: Pose, place_sd: f32, heading_sd: f32) {
+        self.particles.clear();
+        for _ in 0..COUNT {
+            let pose = spread(pose, place_sd, heading_sd, &mut self.stream);
+            self.particles.push(Particle { pose, weight: 1.0 / COUNT as f32 });
+        }
+        self.likelihood = [0.0; 2];
+        self.estimate = PoseEstimate::new(pose, place_sd, heading_sd);
+        self.age_s = 0.0;
+    }
+
+    /// Half of the guesses at each of two poses.
+    pub fn gather_around_either(&mut self, poses: [Pose; 2], place_sd: f32, heading_sd: f32) {
+        self.gather_around(poses[0], place_sd, heading_sd);
+        for particle in self.particles.iter_mut().skip(COUNT / 2) {
+            particle.pose = spread(poses[1], place_sd, heading_sd, &mut self.stream);
+        }
+    }
+
+    /// Where the robot is, and how certain that is.
+    pub fn estimate(&self) -> &PoseEstimate {
+        &self.estimate
+    }
+
+    /// Since what was seen confirmed it, s.
+    pub fn age_s(&self) -> f32 {
+        self.age_s
+    }
+
+    /// A measured step (in the robot's frame before it) and `duration` seconds later.
+    pub fn move_by(&mut self, step: Pose, duration: f32, error: &StepError) {
+        self.age_s += duration;
+        if step == Pose::default() {
+            return;
+        }
+        let length = step.position.length();
+        let place_sd = (error.place_per_metre * length).sqrt();
+        let heading_variance = error.heading_per_metre * length + error.heading_per_radian * step.heading.abs();
+        let heading_sd = heading_variance.sqrt();
+        for particle in &mut self.particles {
+            let moved = particle.pose.compose(step);
+            particle.pose = spread(moved, place_sd, heading_sd, &mut self.stream);
+        }
+        self.estimate = self.estimate.moved_by(step, error);
+    }
+
+    /// Weighs the guesses by what is seen of the pitch in images of this size, pixels. `turn` counts the cycles.
+    pub fn orient(
+        &mut self,
+        percepts: &Percepts,
+        landmarks: &Landmarks,
+        own_end: End,
+        image: Vec2,
+        turn: usize,
+        model: &LandmarkModel,
+    ) {
+        let marks = || percepts.landmarks.iter().filter(|mark| !matches!(mark.kind, LandmarkKind::Line { .. }));
+        let mark_count = marks().count();
+        let seen = percepts.goal_posts.len() + mark_count.min(MARKS_PER_LOOK);
+        if seen == 0 || !turn.is_multiple_of(CYCLES_PER_LOOK) {
+            return;
+        }
+        let mut sum = 0.0;
+        for particle in &mut self.particles {
+            let forward = particle.pose.forward();
+            let expected = |place: Vec2| unrotate(forward, place - particle.pose.position);
+            let mut distance = 0.0;
+            for post in &percepts.goal_posts {
+                let sighting = sighting_of_post(post, image, model);
+                let posts = landmarks.posts(post.colour, own_end);
+                distance += nearest(&sighting, posts.map(expected));
+            }
+            for mark in marks().cycle().skip(turn % mark_count.max(1)).take(mark_count.min(MARKS_PER_LOOK)) {
+                let sighting = Sighting::new(mark.position_m, model.mark_angle_sd);
+                distance += match mark.kind {
+                    LandmarkKind::Junction { shape } => nearest(&sighting, landmarks.junctions(shape).map(expected)),
+                    LandmarkKind::PenaltyCross => nearest(&sighting, landmarks.crosses().map(expected)),
+                    LandmarkKind::CentreCircle => {
+                        let sighting = Sighting::new(mark.position_m, model.goal_post_angle_sd);
+                        nearest(&sighting, core::iter::once(expected(Vec2::ZERO)))
+                    }
+                    LandmarkKind::Line { .. } => 0.0,
+                };
+            }
+            // Errors of neighbouring images have much in common, so that each counts for less.
+            let likelihood = ops::exp(-0.25 * distance / (seen as f32).sqrt());
+            particle.weight *= likelihood;
+            sum += likelihood;
+        }
+        let mean = sum / self.particles.len() as f32;
+        if mean > CONFIRMING {
+            self.age_s = 0.0;
+        }
+        let [long, short] = &mut self.likelihood;
+        *long = if *long == 0.0 { mean } else { *long + MEMORY[0] * (mean - *long) };
+        *short = if *short == 0.0 { mean } else { *short + MEMORY[1] * (mean - *short) };
+        let lost = (1.0 - *short / long.max(1e-6)).clamp(0.0, MOST_NEW);
+        self.draw_again(lost, &percepts.goal_posts, landmarks, own_end);
+        self.conclude();
+    }
+
+    /// Draws guesses by their weights where these differ much, and a share of them anew from the goal that is seen.
+    fn draw_again(&mut self, new_share: f32, posts: &[GoalPostPercept], landmarks: &Landmarks, own_end: End) {
+        let total: f32 = self.particles.iter().map(|particle| particle.weight).sum();
+        if total <= f32::MIN_POSITIVE {
+            self.particles.iter_mut().for_each(|particle| particle.weight = 1.0 / COUNT as f32);
+        } else {
+            self.particles.iter_mut().for_each(|particle| particle.weight /= total);
+        }
+        let effective = 1.0 / self.particles.iter().map(|particle| particle.weight * particle.weight).sum::<f32>();
+        let anew = (new_share * COUNT as f32) as usize;
+        if effective > 0.5 * COUNT as f32 && anew == 0 {
+            return;
+        }
+        // Systematic resampling: one throw of the dice for all.
+        let old = core::mem::take(&mut self.particles);
+        let mut at = self.stream.uniform() / COUNT as f32;
+        let (mut index, mut reached) = (0, old[0].weight);
+        for _ in 0..COUNT {
+            while reached < at && index + 1 < old.len() {
+                index += 1;
+                reached += old[index].weight;
+            }
+            self.particles.push(Particle { weight: 1.0 / COUNT as f32, ..old[index] });
+            at += 1.0 / COUNT as f32;
+        }
+        for slot in 0..anew {
+            if let Some(pose) = pose_from_posts(posts, landmarks, own_end, &mut self.stream) {
+                self.particles[slot * COUNT / anew.max(1)].pose = pose;
+            }
+        }
+    }
+
+    /// The idea that has the greatest weight.
+    fn conclude(&mut self) {
+        let near = |one: &Pose, other: &Pose| {
+            one.position.distance_squared(other.position) < SAME_IDEA.0 * SAME_IDEA.0
+                && wrap_angle(one.heading - other.heading).abs() < SAME_IDEA.1
+        };
+        // Candidates are a few guesses, evenly taken from the list, in which neighbours are often alike.
+        let weight_around = |pose: &Pose| {
+            self.particles.iter().filter(|other| near(&other.pose, pose)).map(|other| other.weight).sum::<f32>()
+        };
+        let candidates = self.particles.iter().step_by(5).map(|particle| particle.pose);
+        let best = candidates.map(|pose| (weight_around(&pose), pose)).max_by(|(a, _), (b, _)| a.total_cmp(b));
+        let Some((weight, centre)) = best else { return };
+        let (mut place, mut heading) = (Vec2::ZERO, 0.0);
+        let members = || self.particles.iter().filter(|particle| near(&particle.pose, &centre));
+        for particle in members() {
+            place += particle.weight * (particle.pose.position - centre.position);
+            heading += particle.weight * wrap_angle(particle.pose.heading - centre.heading);
+        }
+        let pose =
+            Pose { position: centre.position + place / weight, heading: wrap_angle(centre.heading + heading / weight) };
+        let mut covariance = Mat3::from_diagonal(Vec3::new(1e-4, 1e-4, 1e-5));
+        for particle in members() {
+            let turned = wrap_angle(particle.pose.heading - pose.heading);
+            let difference = (particle.pose.position - pose.position).extend(turned);
+            let share = particle.weight / weight;
+            covariance += Mat3::from_cols(
+                difference * (difference.x * share),
+                difference * (difference.y * share),
+                difference * (difference.z * share),
+            );
+        }
+        // Ideas elsewhere are doubt about this one.
+        let doubt = (1.0 - weight).max(0.0);
+        let elsewhere = Mat3::from_diagonal(Vec3::new(doubt, doubt, 0.3 * doubt));
+        self.estimate = PoseEstimate { pose, covariance: covariance + elsewhere };
+    }
+}
+
+/// A pose with an error.
+fn spread(pose: Pose, place_sd: f32, heading_sd: f32, stream: &mut RandomStream) -> Pose {
+    Pose {
+        position: pose.position + Vec2::new(stream.gaussian(place_sd), stream.gaussian(place_sd)),
+        heading: wrap_angle(pose.heading + stream.gaussian(heading_sd)),
+    }
+}
+
+/// The squared Mahalanobis distance of a sighting from the likeliest of some places, m, robot frame.
+fn nearest(sighting: &Sighting, places: impl Iterator<Item = Vec2>) -> f32 {
+    places
+        .map(|place| {
+            let Residual { difference, noise } = sighting.residual(place);
+            // Guesses are sparse: with nothing but the camera's error, the true pose would hardly ever be among them.
+            let noise = noise + Mat2::from_diagonal(Vec2::splat(2e-3));
+            difference.dot(noise.inverse() * difference)
+        })
+        .fold(OUTLIER, f32::min)
+}
+
+/// A pose from which the posts that are seen would be seen there: one pose for a goal, any around a single post.
+fn pose_from_posts(
+    seen: &[GoalPostPercept],
+    landmarks: &Landmarks,
+    own_end: End,
+    stream: &mut RandomStream,
+) -> Option<Pose> {
+    let pose = match seen {
+        [first, second] if first.colour == second.colour => {
+            let is_first_left = first.position_m.perp_dot(second.position_m) < 0.0;
+            let [left, right] = if is_first_left { [first, second] } else { [second, first] };
+            let places = landmarks.goal(left.colour, own_end)?;
+            spread(pose_from_two(places, [left.position_m, right.position_m]), 0.15, 0.06, stream)
+        }
+        [post, ..] => {
+            let places: Vec<Vec2> = landmarks.posts(post.colour, own_end).collect();
+            let place = *places.get((stream.uniform() * places.len() as f32) as usize)?;
+            // Somewhere around it, towards the pitch.
+            let inwards = angle_of(-place) + (stream.uniform() - 0.5) * core::f32::consts::PI;
+            let distance = post.position_m.length() * (1.0 + stream.gaussian(0.1));
+            let position = place + unit(inwards) * distance;
+            let heading = wrap_angle(angle_of(place - position) - angle_of(post.position_m));
+            Pose { position, heading }
+        }
+        [] => return None,
+    };
+    landmarks.is_on_carpet(pose.position).then_some(pose)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pitch::{GoalColour, Pitch};
+    use crate::robot::Team;
+    use crate::sensing::camera::CameraSide;
+    use approx::assert_abs_diff_eq;
+
+    const IMAGE: Vec2 = Vec2::new(320.0, 240.0);
+    const ROBOT: RobotId = RobotId::new(Team::Blue, 2);
+
+    /// The yellow goal, as seen from a pose.
+    fn goal_from(pose: Pose) -> Percepts {
+        let post = |y| GoalPostPercept {
+            camera: CameraSide::Top,
+            colour: GoalColour::Yellow,
+            pixel: IMAGE / 2.0,
+            position_m: pose.inverse_transform_point(Vec2::new(2.975, y)),
+        };
+        Percepts { goal_posts: vec![post(0.7), post(-0.7)], ..default() }
+    }
+
+    fn look(filter: &mut ParticleFilter, percepts: &Percepts, cycles: usize) {
+        let landmarks = Landmarks::of(&Pitch::default());
+        for turn in 0..cycles {
+            filter.move_by(Pose::default(), 1.0 / 30.0, &StepError::default());
+            filter.orient(percepts, &landmarks, End::NegativeX, IMAGE, turn, &LandmarkModel::default());
+        }
+    }
+
+    #[test]
+    fn a_goal_tells_a_robot_with_a_vague_idea_where_it_is() {
+        let truth = Pose::new(0.5, 0.4, -0.1);
+        let mut filter = ParticleFilter::around(ROBOT, Pose::new(0.3, 0.0, 0.1), 0.4, 0.3);
+        look(&mut filter, &goal_from(truth), 60);
+        assert_abs_diff_eq!(filter.estimate().pose.position, truth.position, epsilon = 0.2);
+        assert_abs_diff_eq!(filter.estimate().pose.heading, truth.heading, epsilon = 0.06);
+        assert_eq!(filter.age_s(), 2.0 / 30.0);
+    }
+
+    #[test]
+    fn a_robot_that_was_carried_elsewhere_finds_itself() {
+        let mut filter = ParticleFilter::around(ROBOT, Pose::new(-1.0, 0.5, 0.0), 0.05, 0.03);
+        look(&mut filter, &goal_from(Pose::new(-1.0, 0.5, 0.0)), 60);
+        let truth = Pose::new(1.2, -1.0, 0.5);
+        look(&mut filter, &goal_from(truth), 240);
+        assert_abs_diff_eq!(filter.estimate().pose.position, truth.position, epsilon = 0.2);
+        assert_abs_diff_eq!(filter.estimate().pose.heading, truth.heading, epsilon = 0.08);
+    }
+
+    #[test]
+    fn steps_move_all_guesses_and_doubt_grows_with_the_way() {
+        let mut filter = ParticleFilter::around(ROBOT, Pose::new(0.0, 0.0, 0.3), 0.0, 0.0);
+        for _ in 0..100 {
+            filter.move_by(Pose::new(0.01, 0.0, 0.0), 1.0 / 30.0, &StepError::default());
+        }
+        filter.conclude();
+        let estimate = filter.estimate();
+        assert_abs_diff_eq!(estimate.pose.position, unit(0.3), epsilon = 0.06);
+        // After 1 m the place varies by 0.02 m², and by the heading's 0.005 rad² over the way.
+        assert!((0.008..0.05).contains(&estimate.covariance.x_axis.x), "{:?}", estimate.covariance);
+    }
+
+    #[test]
+    fn the_dice_are_the_robots_own_and_fall_the_same_again() {
+        let run = |robot| {
+            let mut filter = ParticleFilter::around(robot, Pose::default(), 0.3, 0.2);
+            look(&mut filter, &goal_from(Pose::new(0.2, 0.1, 0.0)), 30);
+            filter.estimate().pose
+        };
+        assert_eq!(run(ROBOT), run(ROBOT));
+        assert_ne!(run(ROBOT), run(RobotId::new(Team::Blue, 3)));
+    }
+}

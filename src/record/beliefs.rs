@@ -1,0 +1,255 @@
+//! Beliefs against the truth, as a table: a row a robot, ten times a second, and a summary at the end.
+
+use bevy::prelude::*;
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+
+use crate::ball::{Ball, BallVelocity};
+use crate::batch::statistics::median;
+use crate::belief::error::{BeliefError, NEES_95_PLACE, NEES_95_POSE, Truth};
+use crate::belief::{Belief, point_team_from_pitch, team_from_pitch};
+use crate::cycle::CycleClock;
+use crate::geometry::{Pose, to_degrees};
+use crate::pitch::End;
+use crate::referee::{Game, Penalty};
+use crate::robot::{RobotId, Roster, Team};
+
+/// Rows a second.
+const RATE_HZ: f64 = 10.0;
+
+const HEADER: &str = "cycle,time_s,robot,position_error_m,heading_error_deg,pose_nees,ball_error_m,\
+                      ball_velocity_error_mps,ball_nees,opponents,opponents_known,opponent_error_m,false_tracks";
+
+/// A table of errors that is being written, and what its summary needs.
+#[derive(Resource)]
+pub struct BeliefRecorder {
+    file: BufWriter<File>,
+    robots: Vec<RobotErrors>,
+    error: Option<io::Error>,
+}
+
+/// What is remembered of one robot's errors.
+#[derive(Default)]
+struct RobotErrors {
+    id: Option<RobotId>,
+    position_m: Vec<f64>,
+    heading_deg: Vec<f64>,
+    pose_in_bounds: [u32; 2],
+    ball_m: Vec<f64>,
+    ball_velocity_mps: Vec<f64>,
+    ball_in_bounds: [u32; 2],
+    opponent_m: Vec<f64>,
+    false_tracks: u32,
+    /// When the ball, and each opponent by its number, came into being for this robot and was not known yet, s.
+    unknown_since_s: Vec<(RobotId, f64)>,
+    ball_unknown_since_s: Option<f64>,
+    detect_ball_s: Vec<f64>,
+    detect_opponent_s: Vec<f64>,
+}
+
+impl BeliefRecorder {
+    /// A table in a new file.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn create(path: &Path) -> io::Result<Self> {
+        let mut file = BufWriter::new(File::create(path)?);
+        writeln!(file, "{HEADER}")?;
+        Ok(Self { file, robots: Vec::new(), error: None })
+    }
+
+    /// Writes the rows of the cycle that has just ended, if it is time for some.
+    pub fn record(&mut self, world: &mut World) {
+        let clock = *world.resource::<CycleClock>();
+        let every = (1.0 / (RATE_HZ * clock.period_s)).round().max(1.0) as u64;
+        if self.error.is_some() || !clock.cycle.is_multiple_of(every) {
+            return;
+        }
+        let ball = world
+            .try_query_filtered::<(&Pose, &BallVelocity), With<Ball>>()
+            .and_then(|mut balls| balls.iter(world).next().map(|(pose, velocity)| [pose.position, velocity.0]));
+        let game = world.resource::<Game>();
+        let own_end = |team: Team| game.own_end(team);
+        let present: Vec<(RobotId, Vec2)> = world
+            .resource::<Roster>()
+            .iter()
+            .filter(|(_, entity)| !world.get::<Penalty>(*entity).is_some_and(Penalty::is_active))
+            .filter_map(|(id, entity)| Some((id, world.get::<Pose>(entity)?.position)))
+            .collect();
+        let time_s = clock.end_time_s();
+        for (id, entity) in world.resource::<Roster>().iter() {
+            let (Some(belief), Some(pose)) = (world.get::<Belief>(entity), world.get::<Pose>(entity)) else { continue };
+            if present.iter().all(|(other, _)| *other != id) {
+                continue;
+            }
+            let end = own_end(id.team);
+            let opponents: Vec<(RobotId, Vec2)> =
+                present.iter().filter(|(other, _)| other.team != id.team).copied().collect();
+            let truth = truth(*pose, ball, &opponents, end);
+            let mut known = vec![false; opponents.len()];
+            let error = BeliefError::of(belief, &truth, |index| known[index] = true);
+            self.note(id, time_s, &error, belief.ball.is_some() || ball.is_none(), &opponents, &known);
+            if let Err(problem) = self.write(clock.cycle, time_s, id, &error) {
+                self.error = Some(problem);
+                return;
+            }
+        }
+    }
+
+    fn write(&mut self, cycle: u64, time_s: f64, id: RobotId, error: &BeliefError) -> io::Result<()> {
+        let cell = |value: Option<f32>| value.map(|value| format!("{value:.4}")).unwrap_or_default();
+        writeln!(
+            self.file,
+            "{cycle},{time_s:.3},{id},{:.4},{:.3},{},{},{},{},{},{},{},{}",
+            error.position_m,
+            to_degrees(error.heading),
+            cell(error.pose_nees),
+            cell(error.ball.map(|ball| ball.position_m)),
+            cell(error.ball.map(|ball| ball.velocity_mps)),
+            cell(error.ball.and_then(|ball| ball.nees)),
+            error.opponents,
+            error.opponents_known,
+            cell(error.opponent_m),
+            error.false_tracks,
+        )
+    }
+
+    fn note(
+        &mut self,
+        id: RobotId,
+        time_s: f64,
+        error: &BeliefError,
+        ball_known: bool,
+        opponents: &[(RobotId, Vec2)],
+        known: &[bool],
+    ) {
+        let index = self.robots.iter().position(|robot| robot.id == Some(id)).unwrap_or_else(|| {
+            self.robots.push(RobotErrors { id: Some(id), ..default() });
+            self.robots.len() - 1
+        });
+        let robot = &mut self.robots[index];
+        robot.position_m.push(f64::from(error.position_m));
+        robot.heading_deg.push(f64::from(to_degrees(error.heading)));
+        count(&mut robot.pose_in_bounds, error.pose_nees, NEES_95_POSE);
+        if let Some(ball) = error.ball {
+            robot.ball_m.push(f64::from(ball.position_m));
+            robot.ball_velocity_mps.push(f64::from(ball.velocity_mps));
+            count(&mut robot.ball_in_bounds, ball.nees, NEES_95_PLACE);
+        }
+        robot.opponent_m.extend(error.opponent_m.map(f64::from));
+        robot.false_tracks += error.false_tracks;
+        match (ball_known, robot.ball_unknown_since_s) {
+            (false, None) => robot.ball_unknown_since_s = Some(time_s),
+            (true, Some(since)) => {
+                robot.detect_ball_s.push(time_s - since);
+                robot.ball_unknown_since_s = None;
+            }
+            _ => {}
+        }
+        robot.unknown_since_s.retain(|(other, _)| opponents.iter().any(|(id, _)| id == other));
+        for ((other, _), known) in opponents.iter().zip(known) {
+            let since = robot.unknown_since_s.iter().position(|(id, _)| id == other);
+            match (known, since) {
+                (false, None) => robot.unknown_since_s.push((*other, time_s)),
+                (true, Some(index)) => {
+                    let (_, since) = robot.unknown_since_s.swap_remove(index);
+                    robot.detect_opponent_s.push(time_s - since);
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// Closes the table. The summary, a line a robot.
+    ///
+    /// # Errors
+    /// The first error that occurred while writing.
+    pub fn finish(mut self) -> io::Result<String> {
+        if let Some(error) = self.error {
+            return Err(error);
+        }
+        self.file.flush()?;
+        Ok(aligned(core::iter::once(COLUMNS.map(str::to_owned)).chain(self.robots.iter_mut().map(RobotErrors::cells))))
+    }
+}
+
+/// The columns of the summary: medians, but for the shares of NEES within the bounds of 95 % and the mean number of
+/// false tracks.
+const COLUMNS: [&str; 13] = [
+    "robot",
+    "position m",
+    "90 %",
+    "most",
+    "heading deg",
+    "90 %",
+    "NEES",
+    "ball m",
+    "ball m/s",
+    "NEES",
+    "ball found after s",
+    "opponent m",
+    "false tracks",
+];
+
+/// Rows with their columns below each other.
+fn aligned(rows: impl Iterator<Item = [String; COLUMNS.len()]>) -> String {
+    let rows: Vec<_> = rows.collect();
+    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or_default();
+    let widths: [usize; COLUMNS.len()] = core::array::from_fn(width);
+    rows.iter()
+        .map(|row| {
+            let cells: Vec<String> = row.iter().zip(widths).map(|(cell, width)| format!("{cell:>width$}")).collect();
+            cells.join("  ") + "\n"
+        })
+        .collect()
+}
+
+impl RobotErrors {
+    fn cells(&mut self) -> [String; COLUMNS.len()] {
+        let number = |values: &[f64]| median(values.to_vec()).map_or("-".to_owned(), |value| format!("{value:.3}"));
+        let share = |[inside, all]: [u32; 2]| match all {
+            0 => "-".to_owned(),
+            all => format!("{:.0} %", 100.0 * f64::from(inside) / f64::from(all)),
+        };
+        let rows = self.position_m.len().max(1) as f64;
+        [
+            self.id.map(|id| id.to_string()).unwrap_or_default(),
+            number(&self.position_m),
+            format!("{:.3}", quantile(&mut self.position_m, 0.9)),
+            format!("{:.2}", quantile(&mut self.position_m, 1.0)),
+            number(&self.heading_deg),
+            format!("{:.2}", quantile(&mut self.heading_deg, 0.9)),
+            share(self.pose_in_bounds),
+            number(&self.ball_m),
+            number(&self.ball_velocity_mps),
+            share(self.ball_in_bounds),
+            number(&self.detect_ball_s),
+            number(&self.opponent_m),
+            format!("{:.2}", f64::from(self.false_tracks) / rows),
+        ]
+    }
+}
+
+fn truth(pose: Pose, ball: Option<[Vec2; 2]>, opponents: &[(RobotId, Vec2)], own_end: End) -> Truth {
+    let to_team = |place: Vec2| point_team_from_pitch(place, own_end);
+    Truth {
+        pose: team_from_pitch(pose, own_end),
+        ball: ball.map(|[place, velocity]| [to_team(place), to_team(velocity)]),
+        opponents: opponents.iter().map(|(_, place)| to_team(*place)).collect(),
+    }
+}
+
+fn count([inside, all]: &mut [u32; 2], nees: Option<f32>, [low, high]: [f32; 2]) {
+    if let Some(nees) = nees {
+        *all += 1;
+        *inside += u32::from((low..=high).contains(&nees));
+    }
+}
+
+/// The value below which this share of the values lies.
+fn quantile(values: &mut [f64], share: f64) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let index = ((values.len() as f64 * share).ceil() as usize).clamp(1, values.len().max(1)) - 1;
+    values.get(index).copied().unwrap_or_default()
+}
