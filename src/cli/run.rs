@@ -19,7 +19,7 @@ use crate::events::{CycleEvents, MatchEvent};
 use crate::record::beliefs::BeliefRecorder;
 use crate::record::trace::{EndReason, TracePlugin, TraceRecorder, record_cycle};
 use crate::referee::Game;
-use crate::referee::report::report as match_report;
+use crate::referee::report::{HEADER, report as match_report};
 use crate::robot::Team;
 use crate::scenario::{Scenario, ScenarioFile, Setting};
 use crate::sensing::camera::CameraRendering;
@@ -249,9 +249,10 @@ fn run_to_the_end(
             world.resource_scope(|world, mut recorder: Mut<BeliefRecorder>| recorder.record(world));
         }
         let time_s = world.resource::<CycleClock>().end_time_s();
+        let to_play_s = world.resource::<Game>().time_left_s(world.resource::<CycleClock>());
         for event in world.resource::<CycleEvents>().iter() {
             if arguments.explain
-                && let Some(text) = match_report(time_s, event)
+                && let Some(text) = match_report(time_s, to_play_s, event)
             {
                 *outcome.decisions.entry(event.kind()).or_default() += 1;
                 progress.suspend(|| print_beside_trace(arguments, &format!("{text}\n")));
@@ -332,7 +333,7 @@ fn title(scenario: &Scenario) -> String {
         Some(teams) => format!(": blue {} against pink {}", teams.blue, teams.pink),
         None => String::new(),
     };
-    format!("{name}{teams}. Rules {}, seed {}.\n", scenario.rules.name, scenario.seed)
+    format!("{name}{teams}. Rules {}, seed {}.\n{HEADER}\n", scenario.rules.name, scenario.seed)
 }
 
 /// How often the referee decided what.

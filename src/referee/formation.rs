@@ -17,6 +17,11 @@ const STRIKER_DISTANCE: f32 = 0.3;
 const KEEPER_DISTANCE: f32 = 0.2;
 /// Distance of the second row from the centre circle's line when kicking off, m.
 const CIRCLE_CLEARANCE: f32 = 0.2;
+/// How far behind its penalty mark the defenders' first row stands, m: the base reaches 0.15 m ahead, and who walks
+/// there does not know its place exactly.
+const MARK_CLEARANCE: f32 = 0.3;
+/// How far in front of the penalty area the last row stands, m.
+const AREA_CLEARANCE: f32 = 0.2;
 
 /// The kick-off place, in the pitch frame, of the robot with this jersey number (from 1) in a team of `team_size`
 /// that defends `own_end`. It faces the ball.
@@ -39,10 +44,11 @@ pub fn formation(pitch: &Pitch, team_size: u8, number: u8, own_end: End, kicking
 /// The place of a field player, the striker being the first (0), in the team frame.
 fn field_place(pitch: &Pitch, index: usize, kicking_off: bool) -> Vec2 {
     let (length, width) = (pitch.half_length(), pitch.half_width());
+    let rear = -(length - pitch.penalty_area.depth_m - AREA_CLEARANCE);
     if kicking_off {
         // Behind the striker: two at the circle, then rows in front of the penalty area.
         let wings = -(pitch.centre_circle_diameter_m / 2.0 + CIRCLE_CLEARANCE);
-        let (middle, rear) = (-length * 0.5, -length * 0.67);
+        let middle = -length * 0.5;
         [
             Vec2::new(-STRIKER_DISTANCE, 0.0),
             Vec2::new(wings, width * 0.5),
@@ -56,8 +62,12 @@ fn field_place(pitch: &Pitch, index: usize, kicking_off: bool) -> Vec2 {
             Vec2::new(rear, -width * 0.18),
         ][index]
     } else {
-        // 46 % of a half's length is outside the circle and, on the pitch of 2010, behind the penalty mark (40 %).
-        let (front, middle, rear) = (-length * 0.46, -length * 0.59, -length * 0.7);
+        // 46 % of a half's length is well outside the circle. Where the penalty mark is in front of its area, as in
+        // 2010, defenders stand behind it.
+        let mark = length - pitch.penalty_mark_distance_m;
+        let mark_counts = pitch.penalty_mark_distance_m > pitch.penalty_area.depth_m;
+        let front = -(length * 0.46).max(if mark_counts { mark + MARK_CLEARANCE } else { 0.0 });
+        let middle = front.midpoint(rear);
         [
             Vec2::new(front, 0.0),
             Vec2::new(front, width * 0.4),
@@ -81,15 +91,7 @@ mod tests {
     use core::f32::consts::PI;
 
     fn pitches() -> [Pitch; 2] {
-        let large = Pitch {
-            name: "spl2025".to_owned(),
-            length_m: 9.0,
-            width_m: 6.0,
-            centre_circle_diameter_m: 1.5,
-            penalty_mark_distance_m: 1.3,
-            ..Pitch::default()
-        };
-        [Pitch::default(), large]
+        ["naoisis", "spl2025"].map(|name| Pitch::preset(name).unwrap())
     }
 
     #[test]

@@ -190,6 +190,7 @@ impl Referee<'_, '_> {
             Intervention::SetScore { blue, pink } => self.decisions.game.score = Score { blue, pink },
             Intervention::Penalise { robot, reason, duration_s } => {
                 let index = self.find(robot)?;
+                self.require_no_shoot_out()?;
                 if !self.decisions.robots[index].is_present() {
                     return Err(format!("{robot} serves a penalty already"));
                 }
@@ -206,6 +207,7 @@ impl Referee<'_, '_> {
             }
             Intervention::Return { robot } => {
                 let index = self.find(robot)?;
+                self.require_no_shoot_out()?;
                 if self.decisions.robots[index].is_present() {
                     return Err(format!("{robot} serves no penalty"));
                 }
@@ -247,8 +249,15 @@ impl Referee<'_, '_> {
     fn require_play(&self) -> Result<(), String> {
         match self.decisions.game.state {
             GameState::Finished => Err("the match is over".to_owned()),
-            _ if self.decisions.game.shoot_out.is_some() => Err("there is a shoot-out".to_owned()),
-            _ => Ok(()),
+            _ => self.require_no_shoot_out(),
+        }
+    }
+
+    /// In a shoot-out all but the shooter and the keeper wait beside the pitch, and serve no penalty.
+    fn require_no_shoot_out(&self) -> Result<(), String> {
+        match self.decisions.game.shoot_out {
+            Some(_) => Err("there is a shoot-out".to_owned()),
+            None => Ok(()),
         }
     }
 
@@ -341,6 +350,20 @@ mod tests {
             let decided = decided(intervention);
             assert!(matches!(decided.events[..], [MatchEvent::InterventionRefused { .. }]), "{intervention:?}");
             assert_eq!((decided.ball, &decided.robots), (None, &before.robots));
+        }
+    }
+
+    #[test]
+    fn in_a_shoot_out_nobody_is_sent_off_or_brought_back() {
+        let mut situation = Situation::three_a_side();
+        situation.game.shoot_out = Some(super::super::ShootOut::default());
+        let penalise = Intervention::Penalise { robot: BLUE2, reason: PenaltyReason::Manual, duration_s: None };
+        for intervention in
+            [penalise, Intervention::Return { robot: BLUE2 }, Intervention::DropBall { position_m: Vec2::ZERO }]
+        {
+            situation.interventions = vec![intervention];
+            let refused = MatchEvent::InterventionRefused { intervention, message: "there is a shoot-out".to_owned() };
+            assert!(situation.decide().events.contains(&refused), "{intervention:?}");
         }
     }
 

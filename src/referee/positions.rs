@@ -1,4 +1,4 @@
-//! Where robots may stand at a kick-off.
+//! Where robots may stand at a kick-off (2010 rule book, section 3.6; 2025 rule book, "Kick-off").
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -19,7 +19,8 @@ pub enum IllegalPosition {
     OutsideOwnHalf,
     /// It is in the centre circle and may not be, or somebody of its team is nearer to the ball there.
     InCentreCircle,
-    /// A defender is not behind the penalty mark of its half (2010).
+    /// A defender is not behind the penalty mark of its half (2010). On a pitch with the mark in the penalty area,
+    /// such as that of 2025, this would leave no room, and does not count.
     PastPenaltyMark,
     /// A field player is in its own penalty area (2010).
     InPenaltyArea,
@@ -128,7 +129,8 @@ fn illegal_in_2010(
     } else {
         let mark = -(pitch.half_length() - pitch.penalty_mark_distance_m);
         let past = |corner: &Vec2| in_team_frame(own_end, *corner).x > mark;
-        (!attacks && base_corners(robot).iter().any(past)).then_some(IllegalPosition::PastPenaltyMark)
+        let counts = !attacks && pitch.penalty_mark_distance_m > pitch.penalty_area.depth_m;
+        (counts && base_corners(robot).iter().any(past)).then_some(IllegalPosition::PastPenaltyMark)
     }
 }
 
@@ -185,4 +187,63 @@ fn is_excessive_in_goal_area(snapshot: &MatchSnapshot, index: usize, most: u8) -
 /// The case against a robot at an illegal place.
 pub fn evidence(snapshot: &MatchSnapshot, robot: &RobotSnapshot, illegal: IllegalPosition) -> Evidence {
     Evidence::against(snapshot, illegal.rule(), robot).otherwise("It had to be at a legal place before `set` began.")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::formation::formation;
+    use super::super::rules::Rules;
+    use super::super::testing::Situation;
+    use super::*;
+    use crate::geometry::Pose;
+    use crate::pitch::Pitch;
+    use crate::robot::RobotId;
+    use crate::scenario::FIELD_PRESETS;
+
+    /// Teams of this size in formation for a kick-off, everybody off its place by so much.
+    fn lined_up(pitch: &Pitch, rules: &Rules, kick_off: Option<Team>, off: Pose) -> Situation {
+        let mut situation = Situation::three_a_side();
+        situation.pitch = pitch.clone();
+        situation.rules = rules.clone();
+        (situation.game.kick_off_team, situation.game.drop_ball) = (kick_off.unwrap_or_default(), kick_off.is_none());
+        let example = situation.robots[0];
+        situation.robots = Team::BOTH
+            .into_iter()
+            .flat_map(|team| (1..=rules.team_size).map(move |number| RobotId::new(team, number)))
+            .map(|id| {
+                let own_end = situation.game.own_end(id.team);
+                let place = formation(pitch, rules.team_size, id.number, own_end, kick_off == Some(id.team));
+                let pose = Pose { position: place.position + off.position, heading: place.heading + off.heading };
+                RobotSnapshot { id, pose, previous: pose, ..example }
+            })
+            .collect();
+        situation
+    }
+
+    #[test]
+    fn the_formation_is_legal_by_all_rules_on_all_pitches_even_a_little_off() {
+        let pitches: Vec<Pitch> = FIELD_PRESETS.iter().map(|preset| Pitch::preset(preset.name).unwrap()).collect();
+        for (pitch, positions) in pitches
+            .iter()
+            .flat_map(|pitch| [KickOffPositions::Spl2010, KickOffPositions::Spl2025].map(|rules| (pitch, rules)))
+        {
+            for (team_size, kick_off) in
+                (2..=11).flat_map(|size| [Some(Team::Blue), Some(Team::Pink), None].map(|team| (size, team)))
+            {
+                let rules = Rules { team_size, kick_off_positions: positions, ..Rules::default() };
+                for off in [[0.0; 3], [0.05, 0.05, 0.15], [-0.05, 0.05, -0.15], [0.05, -0.05, -0.15]] {
+                    let off = Pose::new(off[0], off[1], off[2]);
+                    let situation = lined_up(pitch, &rules, kick_off, off);
+                    for (illegal, robot) in illegal_positions(&situation.snapshot(), kick_off).zip(&situation.robots) {
+                        let at = robot.pose;
+                        assert_eq!(
+                            illegal, None,
+                            "{} on {}, {positions:?}, {kick_off:?}, {team_size} a side, {at:?}",
+                            robot.id, pitch.name
+                        );
+                    }
+                }
+            }
+        }
+    }
 }

@@ -5,16 +5,26 @@ use core::fmt::Write;
 use super::evidence::Evidence;
 use crate::events::{BoundaryLine, DisallowedGoal, MatchEvent};
 
-/// The lines of the report for an event at this time, s since the start; none for what is no decision of the
-/// referee's. The first line says what was decided, those that follow are indented and say why.
-pub fn report(time_s: f64, event: &MatchEvent) -> Option<String> {
+/// The heads of the report's columns.
+pub const HEADER: &str = "     time    to play  decision";
+
+/// The lines of the report for an event at this time, s since the start, with `to_play_s` left of the half; none for
+/// what is no decision of the referee's. The first line says what was decided, those that follow are indented and
+/// say why.
+pub fn report(time_s: f64, to_play_s: Option<f32>, event: &MatchEvent) -> Option<String> {
     let (headline, evidence) = sentence(event)?;
-    let minutes = (time_s / 60.0).floor();
-    let mut text = format!("{minutes:3.0}:{:05.2}  {headline}", time_s - 60.0 * minutes);
+    let to_play = to_play_s.map_or_else(|| "-".to_owned(), |seconds| minutes(f64::from(seconds)));
+    let mut text = format!("{:>9}  {to_play:>9}  {headline}", minutes(time_s));
     if let Some(evidence) = evidence {
         explain(&mut text, evidence);
     }
     Some(text)
+}
+
+/// Minutes and seconds, to the hundredth.
+fn minutes(seconds: f64) -> String {
+    let hundredths = (seconds * 100.0).round() as u64;
+    format!("{}:{:02}.{:02}", hundredths / 6000, hundredths / 100 % 60, hundredths % 100)
 }
 
 /// What was decided, in a sentence; none for what is no decision of the referee's.
@@ -70,7 +80,8 @@ fn sentence(event: &MatchEvent) -> Option<(String, Option<&Evidence>)> {
             (format!("{robot} is placed by hand at ({:.2}, {:.2}).", position_m.x, position_m.y), Some(evidence))
         }
         MatchEvent::Penalty { robot, reason, until_s, evidence } => {
-            (format!("{robot} is penalised for {} until {until_s:.1} s.", reason.words()), Some(evidence))
+            let until = minutes(f64::from(*until_s));
+            (format!("{robot} is penalised for {} until {until}.", reason.words()), Some(evidence))
         }
         MatchEvent::PenaltyOver { robot, position_m } => {
             (format!("{robot} is back at ({:.2}, {:.2}).", position_m.x, position_m.y), None)
@@ -101,7 +112,7 @@ fn sentence(event: &MatchEvent) -> Option<(String, Option<&Evidence>)> {
 }
 
 fn explain(text: &mut String, evidence: &Evidence) {
-    const INDENT: &str = "\n           ";
+    const INDENT: &str = "\n                      ";
     // Writing to a string cannot fail.
     let mut line = |what: core::fmt::Arguments| _ = write!(text, "{INDENT}{what}");
     line(format_args!("Rule: {}", evidence.rule));
@@ -141,21 +152,29 @@ mod tests {
             .walking(blue2, [0.2, 0.0])
             .contact(blue2, pink2);
         let events = situation.decide().events;
-        assert_eq!(
-            report(63.5, &events[0]).unwrap(),
-            "  1:03.50  blue2 is penalised for pushing until 33.3 s.\n           \
-             Rule: Of two robots that collide, the one that walks faster towards the other is responsible, unless \
-             they face each other with the ball between them.\n           \
-             At (1.05, 0.50); ball at (0.00, 0.00); blue2 at (1.00, 0.50), 0.20 m/s; pink2 at (1.10, 0.50), 0.00 \
-             m/s.\n           \
-             Measured: 0.200 m/s towards the other; limit 0.050.\n           \
-             Otherwise: It had to walk towards pink2 at no more than 0.05 m/s."
-        );
+        let report = report(63.5, Some(536.5), &events[0]).unwrap();
+        let lines: Vec<&str> = report.lines().collect();
+        assert_eq!(lines[0], "  1:03.50    8:56.50  blue2 is penalised for pushing until 0:33.33.");
+        let why = [
+            "Rule: Of two robots that collide, the one that walks faster towards the other is responsible, unless they \
+             face each other with the ball between them.",
+            "At (1.05, 0.50); ball at (0.00, 0.00); blue2 at (1.00, 0.50), 0.20 m/s; pink2 at (1.10, 0.50), 0.00 m/s.",
+            "Measured: 0.200 m/s towards the other; limit 0.050.",
+            "Otherwise: It had to walk towards pink2 at no more than 0.05 m/s.",
+        ];
+        assert_eq!(lines[1..], why.map(|line| format!("{:22}{line}", "")));
     }
 
     #[test]
     fn what_is_no_decision_is_not_reported() {
-        assert_eq!(report(0.0, &MatchEvent::InvariantBroken { message: String::new() }), None);
-        assert_eq!(report(600.0, &MatchEvent::FinalWhistle).unwrap(), " 10:00.00  Final whistle.");
+        assert_eq!(report(0.0, None, &MatchEvent::InvariantBroken { message: String::new() }), None);
+        let whistle = report(600.0, Some(0.0), &MatchEvent::FinalWhistle).unwrap();
+        assert_eq!(whistle, " 10:00.00    0:00.00  Final whistle.");
+    }
+
+    #[test]
+    fn without_a_clock_nothing_is_left_to_play_and_seconds_are_rounded_before_they_are_split() {
+        let whistle = report(59.999, None, &MatchEvent::FinalWhistle).unwrap();
+        assert_eq!(whistle, "  1:00.00          -  Final whistle.");
     }
 }

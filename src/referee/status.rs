@@ -1,4 +1,8 @@
 //! What the robots are told of the game.
+//!
+//! They hear at once of penalties, of `set`, and of every whistle. What a whistle means, a goal or the start of play,
+//! they are told [`Rules::status_delay_s`](super::Rules::status_delay_s) later, as by the real GameController (2025: 15
+//! s): until then, whoever wants to know sooner goes by [`GameStatus::whistles`].
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -12,7 +16,9 @@ use crate::knowledge::Knowledge;
 use crate::pitch::End;
 use crate::robot::{RobotId, Team};
 
-/// What a robot is told of the game, as by a GameController.
+/// What a robot is told of the game at the start of a cycle, as by a GameController (2010 rule book, section 3.2). It is
+/// a sensor: every robot has its own, and behaviours read nothing else of the match. `state`, `score`, `kick_off_team`,
+/// `drop_ball` and `set_play` may come [late](crate::referee::Rules::status_delay_s).
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Sensor)]
 pub struct GameStatus {

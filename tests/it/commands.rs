@@ -56,6 +56,33 @@ fn a_trace_is_compressed_by_its_name() {
 }
 
 #[test]
+fn the_match_report_says_what_was_decided_why_and_what_would_have_changed_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let goal = r#"{ "name": "a goal", "duration_s": 2, "ball": { "position_m": [2.5, 0.2], "velocity_mps": [2, 0] },
+        "robots": [{ "number": 2, "pose": [-1, 1, 0] }],
+        "interventions": [{ "at_s": 1.5, "do": { "penalise": { "robot": "blue2" } } }] }"#;
+    std::fs::write(folder.path().join("goal.json"), goal).unwrap();
+    let output = naoisis(folder.path(), &["run", "goal.json", "--explain"]);
+    let report = text(&output.stdout);
+    let lines: Vec<&str> = report.lines().collect();
+    assert_eq!(lines[0], "a goal. Rules naoisis, seed 1.");
+    assert_eq!(lines[1].split_whitespace().collect::<Vec<_>>(), ["time", "to", "play", "decision"]);
+    // x = 2.5 + 4 (1 - exp(-0.5 t)) passes 3.025 + 0.03 after 0.298 s, in the ninth cycle of 1/30 s.
+    let goal = lines.iter().position(|line| line.ends_with("Goal for blue.")).unwrap();
+    assert_eq!(lines[goal].trim_start(), "0:00.30    9:59.70  Goal for blue.");
+    for (line, start) in lines[goal + 1..].iter().zip(["Rule: ", "At (3.06, 0.20)", "Measured: ", "Otherwise: "]) {
+        assert!(line.trim_start().starts_with(start), "{line}");
+    }
+    assert!(report.contains("blue2 is penalised"), "{report}");
+    let tally = lines.iter().find(|line| line.trim_start().starts_with("decided ")).unwrap();
+    assert!(tally.contains("1 goal") && tally.contains("1 kick off") && tally.contains("1 penalty"), "{tally}");
+    assert!(report.contains("blue 1 : 0 pink"));
+    // Without it, none of that.
+    let short = text(&naoisis(folder.path(), &["run", "goal.json"]).stdout);
+    assert!(!short.contains("Rule: ") && !short.contains("decided"), "{short}");
+}
+
+#[test]
 fn what_is_wrong_is_said_with_exit_status_2() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("typo.json"), "{\n  \"sede\": 3\n}\n").unwrap();

@@ -8,6 +8,7 @@ mod collisions;
 mod commands;
 mod determinism;
 mod images;
+mod interventions;
 mod kicks;
 mod localisation;
 mod matches;
