@@ -196,7 +196,7 @@ fn simple(team: Team) -> Vec<RobotPart> {
     let band_size = (2.0 * WAISTBAND_RADII).extend(waistband_height());
     let band = Shape::Box { half_size: band_size / 2.0 };
     body.parts.push(Part::at(Limb::Trunk, band_label, colours::team(team), band, waist()));
-    body.cuboid(Limb::Trunk, SHELL, Vec3::new(0.1, 0.15, 0.105), Vec3::Z * 0.4025);
+    body.cuboid(Limb::Trunk, SHELL, Vec3::new(0.1, 0.15, 0.118), Vec3::Z * 0.409);
     body.cuboid(Limb::Head, SHELL, Vec3::new(0.1, 0.11, 0.105), Vec3::Z * 0.061);
     // The face is dark, so that front and back differ.
     body.cuboid(Limb::Head, JOINT, Vec3::new(0.01, 0.08, 0.04), Vec3::new(0.0475, 0.0, 0.065));

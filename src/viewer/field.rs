@@ -6,17 +6,17 @@ use bevy::prelude::*;
 use core::f32::consts::TAU;
 
 use super::palette;
-use super::sculpture::{self, Sculpture, upright};
+use super::sculpture::{self, Sculpture};
 use super::stage::PitchRoot;
+use crate::appearance::field::{self, GroundShape};
+use crate::appearance::{Label, colours};
 use crate::geometry::unit;
-use crate::pitch::{End, GoalDimensions, LineSegment, Pitch};
+use crate::pitch::{End, Pitch};
 
 /// The lines lie on the carpet, m.
 const LINE_HEIGHT: f32 = 0.003;
 /// Corners of the centre circle's polygon.
 const CIRCLE_CORNERS: u32 = 96;
-/// Width of the nets' meshes, m.
-const NET_MESH: f32 = 0.08;
 
 /// Shows the pitch, and shows it anew when it changes.
 pub struct FieldPlugin;
@@ -53,36 +53,30 @@ fn lay_out_field(
             Transform::from_translation(place),
         ));
     };
-    spawn(Plane3d::new(Vec3::Z, pitch.carpet_half_extents()).into(), matt(palette::CARPET), Vec3::ZERO);
-    spawn(lines(&pitch), matt(palette::CHALK), Vec3::Z * LINE_HEIGHT);
+    for (label, colour, height) in [(Label::Carpet, colours::CARPET, 0.0), (Label::Line, colours::CHALK, LINE_HEIGHT)] {
+        spawn(ground(&pitch, label), matt(palette::from_appearance(colour)), Vec3::Z * height);
+    }
     for end in End::BOTH {
-        spawn(goal_frame(&pitch, end), sculpture::material(), Vec3::ZERO);
+        spawn(Sculpture::of(&field::goal_frame(&pitch, end)), sculpture::material(), Vec3::ZERO);
         let net = StandardMaterial {
-            base_color: palette::CHALK.with_alpha(0.45),
+            base_color: palette::NET.with_alpha(0.45),
             alpha_mode: AlphaMode::Blend,
             unlit: true,
             ..default()
         };
-        spawn(net_lines(&net_panels(&pitch, end)), net, Vec3::ZERO);
+        spawn(net_lines(&field::net_strings(&pitch, end)), net, Vec3::ZERO);
     }
 }
 
-/// All line markings as one flat mesh that looks up.
-fn lines(pitch: &Pitch) -> Mesh {
+/// All ground of one kind as one flat mesh that looks up.
+fn ground(pitch: &Pitch, label: Label) -> Mesh {
     let mut flat = FlatMesh::default();
-    let half = pitch.line_width_m / 2.0;
-    for segment in pitch.line_segments() {
-        flat.strip(segment, half);
-    }
-    for mark in pitch.marks() {
-        let reach = pitch.penalty_mark_size_m / 2.0;
-        for along in [Vec2::X, Vec2::Y] {
-            // The strip adds half a line's width at each end.
-            let end = along * (reach - half).max(0.0);
-            flat.strip(LineSegment { start: mark - end, end: mark + end }, half);
+    for mark in field::ground(pitch).into_iter().filter(|mark| mark.label == label) {
+        match mark.shape {
+            GroundShape::Quadrilateral(corners) => flat.quadrilateral(corners),
+            GroundShape::Ring { centre, inner, outer } => flat.ring(centre, inner, outer),
         }
     }
-    flat.ring(pitch.centre_circle_diameter_m / 2.0, half);
     flat.finish()
 }
 
@@ -101,21 +95,13 @@ impl FlatMesh {
         self.indices.extend([0, 1, 2, 0, 2, 3].map(|index| first + index));
     }
 
-    /// A line of this half width, which also extends as much beyond both ends, so that corners are full.
-    fn strip(&mut self, segment: LineSegment, half_width: f32) {
-        let along = (segment.end - segment.start).normalize_or(Vec2::X) * half_width;
-        let aside = along.perp();
-        let (start, end) = (segment.start - along, segment.end + along);
-        self.quadrilateral([start - aside, end - aside, end + aside, start + aside]);
-    }
-
-    /// A circle of this half width around the origin.
-    fn ring(&mut self, radius: f32, half_width: f32) {
+    /// What is between two circles around a centre.
+    fn ring(&mut self, centre: Vec2, inner: f32, outer: f32) {
         let direction = |corner: u32| unit(TAU * (corner % CIRCLE_CORNERS) as f32 / CIRCLE_CORNERS as f32);
-        let (inner, outer) = (radius - half_width, radius + half_width);
         for corner in 0..CIRCLE_CORNERS {
             let (here, next) = (direction(corner), direction(corner + 1));
-            self.quadrilateral([inner * here, outer * here, outer * next, inner * next]);
+            let corners = [inner * here, outer * here, outer * next, inner * next];
+            self.quadrilateral(corners.map(|corner| centre + corner));
         }
     }
 
@@ -129,64 +115,9 @@ impl FlatMesh {
     }
 }
 
-/// Corners of a goal's frame, m, pitch frame: the ends of the bar and of the rear bar on the ground, -y first.
-fn goal_corners(pitch: &Pitch, end: End) -> ([Vec3; 2], [Vec3; 2]) {
-    let GoalDimensions { width_m, height_m, depth_m, bar_diameter_m, .. } = pitch.goal;
-    let front = end.sign() * pitch.goal_post_x();
-    let rear = end.sign() * (pitch.goal_post_x() + depth_m);
-    let half_bar = bar_diameter_m / 2.0;
-    let bar = [-0.5, 0.5].map(|side| Vec3::new(front, side * width_m, height_m - half_bar));
-    let ground = [-0.5, 0.5].map(|side| Vec3::new(rear, side * width_m, half_bar));
-    (bar, ground)
-}
-
-/// The bar in the goal's colour, and the white frame behind that carries the net. Posts are things of their own.
-fn goal_frame(pitch: &Pitch, end: End) -> Mesh {
-    let (bar, ground) = goal_corners(pitch, end);
-    let radius = pitch.goal.bar_diameter_m / 2.0;
-    let post = |bar_end: Vec3| bar_end.with_z(ground[0].z);
-    let length = pitch.goal.width_m;
-    let along_y = upright((bar[0] + bar[1]) / 2.0).with_rotation(Quat::IDENTITY);
-    let mut frame = Sculpture::default()
-        .add(Cylinder::new(radius, length), palette::goal(pitch.goal_colour(end)), along_y)
-        .rod(ground[0], ground[1], radius * 0.8, palette::CHALK);
-    for side in 0..2 {
-        frame = frame.rod(post(bar[side]), ground[side], radius * 0.8, palette::CHALK).rod(
-            bar[side],
-            ground[side],
-            radius * 0.4,
-            palette::CHALK,
-        );
-    }
-    frame.finish()
-}
-
-/// The faces of a goal's net, m, pitch frame; a triangle has two equal corners.
-fn net_panels(pitch: &Pitch, end: End) -> [[Vec3; 4]; 3] {
-    let (bar, ground) = goal_corners(pitch, end);
-    let foot = |bar_end: Vec3| bar_end.with_z(0.0);
-    [
-        [bar[0], bar[1], ground[1], ground[0]],
-        [bar[0], bar[0], ground[0], foot(bar[0])],
-        [bar[1], bar[1], ground[1], foot(bar[1])],
-    ]
-}
-
 /// The strings of a net, as lines.
-fn net_lines(panels: &[[Vec3; 4]]) -> Mesh {
-    let mut ends: Vec<[f32; 3]> = Vec::new();
-    for [a, b, c, d] in panels {
-        let across = (a.distance(*b).max(c.distance(*d)) / NET_MESH).round().max(1.0) as u32;
-        let down = (b.distance(*c).max(d.distance(*a)) / NET_MESH).round().max(1.0) as u32;
-        for step in 0..=across {
-            let share = step as f32 / across as f32;
-            ends.extend([a.lerp(*b, share), d.lerp(*c, share)].map(|end| end.to_array()));
-        }
-        for step in 0..=down {
-            let share = step as f32 / down as f32;
-            ends.extend([a.lerp(*d, share), b.lerp(*c, share)].map(|end| end.to_array()));
-        }
-    }
+fn net_lines(strings: &[[Vec3; 2]]) -> Mesh {
+    let ends: Vec<[f32; 3]> = strings.as_flattened().iter().map(|end| end.to_array()).collect();
     let count = ends.len();
     Mesh::new(PrimitiveTopology::LineList, RenderAssetUsages::default())
         .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, ends)
@@ -200,31 +131,11 @@ mod tests {
     #[test]
     fn faces_on_the_ground_look_up() {
         let mut flat = FlatMesh::default();
-        flat.strip(LineSegment { start: Vec2::new(1.0, 2.0), end: Vec2::new(-1.0, 0.5) }, 0.025);
-        flat.ring(0.6, 0.025);
+        flat.quadrilateral([Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y]);
+        flat.ring(Vec2::ONE, 0.6, 0.65);
         for triangle in flat.indices.chunks(3) {
             let [a, b, c] = [0, 1, 2].map(|index| Vec3::from(flat.corners[triangle[index] as usize]));
             assert!((b - a).cross(c - a).z > 0.0);
-        }
-    }
-
-    #[test]
-    fn a_strip_covers_its_corners() {
-        let mut flat = FlatMesh::default();
-        flat.strip(LineSegment { start: Vec2::ZERO, end: Vec2::X }, 0.1);
-        let least = flat.corners.iter().fold(f32::MAX, |least, corner| least.min(corner[0]));
-        let greatest = flat.corners.iter().fold(f32::MIN, |greatest, corner| greatest.max(corner[0]));
-        assert_eq!([least, greatest], [-0.1, 1.1]);
-    }
-
-    #[test]
-    fn nets_hang_between_bar_and_ground_behind_the_posts() {
-        let pitch = Pitch::default();
-        for end in End::BOTH {
-            for corner in net_panels(&pitch, end).into_iter().flatten() {
-                assert!(end.sign() * corner.x >= pitch.goal_post_x() - 1e-6);
-                assert!((0.0..=pitch.goal.height_m).contains(&corner.z));
-            }
         }
     }
 }

@@ -3,7 +3,8 @@
 use bevy::prelude::*;
 
 use super::palette;
-use super::sculpture::{self, upright};
+use super::sculpture::{self, Sculpture};
+use crate::appearance::{colours, field};
 use crate::ball::{Ball, BallPhysics};
 use crate::pitch::Post;
 
@@ -27,7 +28,10 @@ fn show_ball(
     commands.spawn((
         ChildOf(added.entity),
         Mesh3d(meshes.add(Sphere::new(physics.radius_m).mesh().uv(32, 18))),
-        MeshMaterial3d(materials.add(StandardMaterial { base_color: palette::BALL, ..sculpture::material() })),
+        MeshMaterial3d(
+            materials
+                .add(StandardMaterial { base_color: palette::from_appearance(colours::BALL), ..sculpture::material() }),
+        ),
         Transform::from_xyz(0.0, 0.0, physics.radius_m),
     ));
 }
@@ -40,11 +44,10 @@ fn show_post(
     mut materials: ResMut<Assets<StandardMaterial>>,
 ) {
     let Ok(post) = posts.get(added.entity) else { return };
-    let base_color = post.colour.map_or(palette::EXTRA_POST, palette::goal);
     commands.spawn((
         ChildOf(added.entity),
-        Mesh3d(meshes.add(Cylinder::new(post.radius, post.height))),
-        MeshMaterial3d(materials.add(StandardMaterial { base_color, ..sculpture::material() })),
-        upright(Vec3::Z * post.height / 2.0),
+        Mesh3d(meshes.add(Sculpture::of([&field::post(post, Vec2::ZERO)]))),
+        MeshMaterial3d(materials.add(sculpture::material())),
+        Transform::default(),
     ));
 }

@@ -1,8 +1,12 @@
-//! Meshes put together from coloured primitives: one mesh, and one material for all of them, instead of one each.
+//! Meshes of the [appearance's](crate::appearance) parts: one mesh with colours in its vertices, and one material for all of
+//! them, instead of one each.
 
-use bevy::mesh::MeshMergeError;
+use bevy::mesh::{MeshMergeError, VertexAttributeValues};
 use bevy::prelude::*;
 use core::f32::consts::FRAC_PI_2;
+
+use super::palette;
+use crate::appearance::shapes::{Part, Shape};
 
 /// A mesh under construction. Its colours are in the vertices.
 #[derive(Default)]
@@ -11,48 +15,77 @@ pub struct Sculpture {
 }
 
 impl Sculpture {
-    /// Adds a shape at a place.
-    pub fn add(mut self, shape: impl Into<Mesh>, colour: Color, place: Transform) -> Self {
-        let part = shape.into().transformed_by(place);
-        let colours = vec![LinearRgba::from(colour).to_f32_array(); part.count_vertices()];
-        let part = part.with_inserted_attribute(Mesh::ATTRIBUTE_COLOR, colours);
+    /// All these parts, each in its own frame.
+    pub fn of<'a, Frame: 'a>(parts: impl IntoIterator<Item = &'a Part<Frame>>) -> Mesh {
+        parts.into_iter().fold(Self::default(), Self::add).finish()
+    }
+
+    /// Adds a part.
+    fn add<Frame>(mut self, part: &Part<Frame>) -> Self {
+        let place = Transform::from_matrix(part.frame_from_shape.into());
+        let mesh = mesh_of(part.shape).transformed_by(place);
+        let colour = LinearRgba::from(palette::from_appearance(part.colour)).to_f32_array();
+        let colours = vec![colour; mesh.count_vertices()];
+        let mesh = mesh.with_inserted_attribute(Mesh::ATTRIBUTE_COLOR, colours);
         match &mut self.mesh {
-            None => self.mesh = Some(part),
-            Some(mesh) => report(mesh.merge(&part)),
+            None => self.mesh = Some(mesh),
+            Some(whole) => report(whole.merge(&mesh)),
         }
         self
     }
 
-    /// Adds a box of this size, centred at `centre`.
-    pub fn cuboid(self, size: Vec3, centre: Vec3, colour: Color) -> Self {
-        self.add(Cuboid::from_size(size), colour, Transform::from_translation(centre))
-    }
-
-    /// Adds a rod with round ends between two points.
-    pub fn rod(self, from: Vec3, to: Vec3, radius: f32, colour: Color) -> Self {
-        let along = to - from;
-        let place = Transform {
-            translation: (from + to) / 2.0,
-            rotation: Quat::from_rotation_arc(Vec3::Y, along.normalize_or(Vec3::Y)),
-            scale: Vec3::ONE,
-        };
-        self.add(Capsule3d::new(radius, along.length()).mesh().longitudes(16).latitudes(8), colour, place)
-    }
-
-    /// Adds a cylinder that stands on its end, its centre at `centre`.
-    pub fn upright_cylinder(self, radius: f32, height: f32, centre: Vec3, colour: Color) -> Self {
-        self.add(Cylinder::new(radius, height), colour, upright(centre))
-    }
-
-    /// Adds a ball.
-    pub fn ball(self, radius: f32, centre: Vec3, colour: Color) -> Self {
-        self.add(Sphere::new(radius), colour, Transform::from_translation(centre))
-    }
-
     /// The mesh; a speck without any part.
-    pub fn finish(self) -> Mesh {
+    fn finish(self) -> Mesh {
         self.mesh.unwrap_or_else(|| Cuboid::from_length(0.0).into())
     }
+}
+
+/// The mesh of a shape about its own frame.
+fn mesh_of(shape: Shape) -> Mesh {
+    match shape {
+        Shape::Box { half_size } => Cuboid { half_size }.into(),
+        Shape::Ellipsoid { radii } => {
+            let sphere = Sphere::new(1.0).mesh().uv(20, 12);
+            sphere.transformed_by(Transform::from_scale(radii))
+        }
+        Shape::Frustum { bottom, top, half_height } => frustum(bottom, top, half_height),
+        Shape::Capsule { radius, half_length } => {
+            let rod = Capsule3d::new(radius, 2.0 * half_length).mesh().longitudes(16).latitudes(8).build();
+            rod.transformed_by(upright(Vec3::ZERO))
+        }
+    }
+}
+
+/// A cylinder of radius 1, with its ends stretched.
+fn frustum(bottom: Vec2, top: Vec2, half_height: f32) -> Mesh {
+    let mut mesh = Cylinder::new(1.0, 2.0 * half_height).mesh().resolution(24).build();
+    let slant = (bottom - top) / (2.0 * half_height).max(1e-6);
+    // Bevy's cylinder is around y.
+    let places: Vec<Vec3> = match mesh.attribute(Mesh::ATTRIBUTE_POSITION) {
+        Some(VertexAttributeValues::Float32x3(places)) => places.iter().map(|&[x, y, z]| Vec3::new(x, -z, y)).collect(),
+        _ => Vec::new(),
+    };
+    let stretched = places.iter().map(|place| {
+        let radii = bottom.lerp(top, (place.z + half_height) / (2.0 * half_height).max(1e-6));
+        (place.truncate() * radii).extend(place.z).to_array()
+    });
+    let stretched: Vec<[f32; 3]> = stretched.collect();
+    if let Some(VertexAttributeValues::Float32x3(normals)) = mesh.attribute_mut(Mesh::ATTRIBUTE_NORMAL) {
+        for (normal, place) in normals.iter_mut().zip(&places) {
+            let [x, y, z] = *normal;
+            // The ends look up and down, the side outwards and by its slant.
+            *normal = if y.abs() > 0.5 {
+                [0.0, 0.0, y.signum()]
+            } else {
+                let radii = (bottom + top) / 2.0;
+                let outwards = Vec2::new(x * radii.y, -z * radii.x).normalize_or(place.truncate());
+                let rise = (slant * outwards * outwards).element_sum();
+                outwards.extend(rise).normalize_or(Vec3::X).to_array()
+            };
+        }
+    }
+    mesh.insert_attribute(Mesh::ATTRIBUTE_POSITION, stretched);
+    mesh
 }
 
 /// Stands a shape with its axis along y up along z.
@@ -75,20 +108,37 @@ fn report(merged: Result<(), MeshMergeError>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::appearance::{Label, colours};
+    use bevy::camera::primitives::MeshAabb;
+
+    fn part(shape: Shape, centre: Vec3) -> Part<()> {
+        Part::at((), Label::Ball, colours::BALL, shape, centre)
+    }
 
     #[test]
     fn a_sculpture_is_the_sum_of_its_parts() {
         let parts = [
-            Sculpture::default().cuboid(Vec3::ONE, Vec3::ZERO, Color::WHITE).finish(),
-            Sculpture::default().ball(1.0, Vec3::Z, Color::WHITE).finish(),
-            Sculpture::default().rod(Vec3::ZERO, Vec3::X, 0.1, Color::WHITE).finish(),
+            part(Shape::Box { half_size: Vec3::ONE }, Vec3::ZERO),
+            part(Shape::sphere(1.0), Vec3::Z),
+            Part::rod((), Label::Ball, colours::BALL, 0.1, [Vec3::ZERO, Vec3::X]),
+            part(Shape::cylinder(0.1, 1.0), Vec3::Y),
         ];
-        let whole = Sculpture::default()
-            .cuboid(Vec3::ONE, Vec3::ZERO, Color::WHITE)
-            .ball(1.0, Vec3::Z, Color::WHITE)
-            .rod(Vec3::ZERO, Vec3::X, 0.1, Color::WHITE)
-            .finish();
-        assert_eq!(whole.count_vertices(), parts.iter().map(Mesh::count_vertices).sum::<usize>());
+        let each = parts.iter().map(|part| Sculpture::of([part]).count_vertices()).sum::<usize>();
+        assert_eq!(Sculpture::of(&parts).count_vertices(), each);
+    }
+
+    #[test]
+    fn shapes_are_as_large_as_they_say() {
+        let frustum = Shape::Frustum { bottom: Vec2::new(0.1, 0.2), top: Vec2::new(0.3, 0.1), half_height: 0.5 };
+        for (shape, half_size) in [
+            (Shape::Box { half_size: Vec3::new(0.1, 0.2, 0.3) }, Vec3::new(0.1, 0.2, 0.3)),
+            (Shape::Ellipsoid { radii: Vec3::new(0.1, 0.2, 0.3) }, Vec3::new(0.1, 0.2, 0.3)),
+            (frustum, Vec3::new(0.3, 0.2, 0.5)),
+            (Shape::Capsule { radius: 0.1, half_length: 0.4 }, Vec3::new(0.1, 0.1, 0.5)),
+        ] {
+            let bounds = mesh_of(shape).compute_aabb().unwrap();
+            assert!(Vec3::from(bounds.half_extents).abs_diff_eq(half_size, 0.01), "{shape:?}: {bounds:?}");
+        }
     }
 
     #[test]

@@ -6,11 +6,11 @@ use bevy::math::Vec3;
 pub(super) const SUN: Vec3 = Vec3::new(-0.390_360_03, -0.487_950_04, 0.780_720_06);
 
 /// What comes from everywhere.
-pub(super) const AMBIENT: f32 = 0.70;
-/// What comes from above, to what looks there.
-pub(super) const FROM_ABOVE: f32 = 0.08;
+pub(super) const AMBIENT: f32 = 0.72;
 /// What comes from the sun, to what looks at it.
-pub(super) const FROM_SUN: f32 = 0.32;
+pub(super) const FROM_SUN: f32 = 0.30;
+/// How much more comes from where this points than from across: from above, and from the windows of the hall.
+pub(super) const GRADIENT: Vec3 = Vec3::new(0.075, -0.045, 0.07);
 /// Share of the light that is left in a shadow.
 pub(super) const IN_SHADOW: u32 = 160;
 
@@ -20,14 +20,14 @@ pub(super) const FULL: f32 = 256.0;
 /// The light on a surface with this unit normal, from 0 to [`FULL`].
 #[inline(always)]
 pub(super) fn intensity(normal: Vec3) -> f32 {
-    of_cosines(normal.z, normal.dot(SUN))
+    of_cosines(normal.dot(GRADIENT), normal.dot(SUN))
 }
 
-/// The light on a surface by the cosines of the angles at which it sees the zenith and the sun.
+/// The light on a surface by the products of its unit normal with [`GRADIENT`] and [`SUN`].
 #[inline(always)]
-pub(super) fn of_cosines(above: f32, sun: f32) -> f32 {
+pub(super) fn of_cosines(gradient: f32, sun: f32) -> f32 {
     let sun = if sun > 0.0 { sun } else { 0.0 };
-    let light = AMBIENT + FROM_ABOVE * above + FROM_SUN * sun;
+    let light = AMBIENT + gradient + FROM_SUN * sun;
     let light = if light < 1.0 { light } else { 1.0 };
     light * FULL
 }

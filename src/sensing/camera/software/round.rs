@@ -4,7 +4,7 @@ use bevy::math::Vec3;
 
 use super::conic::Conic;
 use super::frame::{Frame, NEAR, first_sample};
-use super::light::{self, SUN};
+use super::light::{self, GRADIENT, SUN};
 use super::prepared::Round;
 
 /// Draws an ellipsoid where nothing is nearer.
@@ -43,9 +43,9 @@ pub(super) fn draw(frame: &mut Frame, round: &Round) {
     let [top, bottom] = conic.rows().map(|slope| (slope * focal_length + centre_v) as f32);
     let (width, height) = (frame.width, frame.height);
     let (first, end) = (first_sample(top, height), first_sample(bottom, height));
-    // The normal at a point x of the unit sphere is Mᵀ x, M being the rotation and scale of `unit_from_world`; its cosines
-    // with the zenith and the sun are those of x with M z and M s, its length that of Mᵀ x.
-    let shading = Shading { above: turned(Vec3::Z), sun: turned(SUN), squared: normal_form(round) };
+    // The normal at a point x of the unit sphere is Mᵀ x, M being the rotation and scale of `unit_from_world`; its products
+    // with the gradient g and the sun s are those of x with M g and M s, its length that of Mᵀ x.
+    let shading = Shading { gradient: turned(GRADIENT), sun: turned(SUN), squared: normal_form(round) };
     let per_sample = right / frame.focal_length;
     let inverse = 1.0 / outside;
     for row in first..end {
@@ -84,7 +84,7 @@ fn normal_form(round: &Round) -> [f32; 6] {
 }
 
 struct Shading {
-    above: Vec3,
+    gradient: Vec3,
     sun: Vec3,
     squared: [f32; 6],
 }
@@ -96,6 +96,6 @@ impl Shading {
         let Vec3 { x, y, z } = point;
         let squared = x * (xx * x + xy * y + xz * z) + y * (yy * y + yz * z) + zz * z * z;
         let inverse = 1.0 / squared.sqrt();
-        light::of_cosines(self.above.dot(point) * inverse, self.sun.dot(point) * inverse)
+        light::of_cosines(self.gradient.dot(point) * inverse, self.sun.dot(point) * inverse)
     }
 }
