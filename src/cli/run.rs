@@ -17,6 +17,7 @@ use crate::communication::MessageStatistics;
 use crate::cycle::{CycleClock, run_cycle};
 use crate::events::{CycleEvents, MatchEvent};
 use crate::record::beliefs::BeliefRecorder;
+use crate::record::frames::FrameRecorder;
 use crate::record::trace::{EndReason, TracePlugin, TraceRecorder, record_cycle};
 use crate::referee::Game;
 use crate::referee::report::{HEADER, report as match_report};
@@ -74,6 +75,12 @@ pub struct RunArguments {
     /// Write what the robots believe against what is true: a .csv file, and a summary at the end
     #[arg(long, value_name = "FILE")]
     pub beliefs: Option<PathBuf>,
+    /// Write frames into a folder: PNG files of the field, and of the robots' cameras where these are on
+    #[arg(long, value_name = "DIR")]
+    pub frames: Option<PathBuf>,
+    /// Write the frames of every N-th cycle
+    #[arg(long, value_name = "N", requires = "frames", value_parser = clap::value_parser!(u64).range(1..))]
+    pub every: Option<u64>,
     /// Save the match (.naoisis), to go on with it later
     #[arg(long, value_name = "FILE")]
     pub save: Option<PathBuf>,
@@ -142,6 +149,15 @@ fn run_match(arguments: &RunArguments, begin: impl FnOnce(&mut App) -> Result<()
                 return report::usage_error(&format!("cannot write the beliefs to {}: {error}", path.display()));
             }
         };
+    }
+    if let Some(folder) = &arguments.frames {
+        match FrameRecorder::create(folder, arguments.every.unwrap_or(1)) {
+            Ok(mut recorder) => {
+                recorder.record(app.world_mut());
+                app.insert_resource(recorder);
+            }
+            Err(error) => return report::usage_error(&format!("--frames: {error}")),
+        }
     }
     if arguments.explain {
         print_beside_trace(arguments, &title(&scenario));
@@ -240,11 +256,16 @@ fn run_to_the_end(
             outcome.reason = EndReason::Interrupted;
             break;
         }
-        if world.get_resource::<TraceRecorder>().is_some_and(|recorder| recorder.error().is_some()) {
+        if world.get_resource::<TraceRecorder>().is_some_and(|recorder| recorder.error().is_some())
+            || world.get_resource::<FrameRecorder>().is_some_and(FrameRecorder::has_failed)
+        {
             outcome.reason = EndReason::Failed;
             break;
         }
         run_cycle(world);
+        if world.contains_resource::<FrameRecorder>() {
+            world.resource_scope(|world, mut recorder: Mut<FrameRecorder>| recorder.record(world));
+        }
         if world.contains_resource::<BeliefRecorder>() {
             world.resource_scope(|world, mut recorder: Mut<BeliefRecorder>| recorder.record(world));
         }
@@ -294,6 +315,11 @@ fn finish(world: &mut World, outcome: &Outcome, wall_s: f64, arguments: &RunArgu
             return ExitCode::SUCCESS;
         }
         return report::failure(&format!("cannot write the trace: {error}"));
+    }
+    if let Some(recorder) = world.remove_resource::<FrameRecorder>()
+        && let Err(error) = recorder.finish()
+    {
+        return report::failure(&format!("cannot write the frames: {error}"));
     }
     if let Some(recorder) = world.remove_resource::<BeliefRecorder>() {
         match recorder.finish() {

@@ -1,4 +1,5 @@
 //! Records of matches.
 
 pub mod beliefs;
+pub mod frames;
 pub mod trace;
