@@ -6,6 +6,8 @@
 //!
 //! Run with `cargo run --release --no-default-features --example decision_making`.
 
+#![expect(clippy::print_stdout, reason = "an example says what it finds")]
+
 use bevy::prelude::*;
 use naoisis::batch::statistics::share;
 use naoisis::belief::{Belief, PlaceCovariance, SimpleBelief};

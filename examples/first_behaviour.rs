@@ -3,6 +3,8 @@
 //!
 //! Run with `cargo run --release --no-default-features --example first_behaviour`.
 
+#![expect(clippy::print_stdout, reason = "an example says what it finds")]
+
 use bevy::prelude::*;
 use naoisis::prelude::*;
 
@@ -25,7 +27,7 @@ fn kick_the_ball(
         };
         // Places are in the robot's own frame: x ahead, y to the left, in metres.
         let place = ball.position_m;
-        head.yaw = place.y.atan2(place.x);
+        head.yaw = place.to_angle();
         head.pitch = if place.length() < 1.0 { 0.35 } else { 0.0 };
         if KickType::RightStraight.admits(place) {
             kick.0 = Some(KickRequest { kick_type: KickType::RightStraight, speed: 1.0 });

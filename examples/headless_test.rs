@@ -3,6 +3,8 @@
 //! Run with `cargo run --release --no-default-features --example headless_test`, or with `cargo test --example
 //! headless_test`: the same test, as you would write it in your own crate.
 
+#![expect(clippy::print_stdout, reason = "an example says what it finds")]
+
 use bevy::prelude::*;
 use naoisis::prelude::*;
 

@@ -3,6 +3,8 @@
 //!
 //! Run with `cargo run --release --no-default-features --example localisation`.
 
+#![expect(clippy::print_stdout, reason = "an example says what it finds")]
+
 use bevy::math::{Vec2, ops};
 use bevy::prelude::*;
 use naoisis::batch::statistics::median;

@@ -3,6 +3,8 @@
 //!
 //! Run with `cargo run --release --no-default-features --example path_planning`.
 
+#![expect(clippy::print_stdout, reason = "an example says what it finds")]
+
 use bevy::prelude::*;
 use naoisis::batch::statistics::mean;
 use naoisis::belief::{Belief, SimpleBelief};

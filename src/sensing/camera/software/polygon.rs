@@ -199,8 +199,8 @@ mod tests {
 
     #[test]
     fn a_square_covers_the_samples_whose_middles_are_in_it() {
-        let mut outline = Outline::default();
-        outline.points = vec![[1.2, 2.2, 0.0], [4.2, 2.2, 0.0], [4.2, 4.8, 0.0], [1.2, 4.8, 0.0]];
+        let points = vec![[1.2, 2.2, 0.0], [4.2, 2.2, 0.0], [4.2, 4.8, 0.0], [1.2, 4.8, 0.0]];
+        let mut outline = Outline { points, ..Outline::default() };
         assert_eq!(outline.scan(10, 10), (2, 5));
         // Middles 1.5 to 3.5 and 2.5 to 4.5.
         assert_eq!(outline.span(2, 10), (1, 4));
@@ -213,16 +213,16 @@ mod tests {
         let middle = [8.2, 9.3];
         let mut covered = vec![0; 400];
         for index in 0..4 {
-            let mut outline = Outline::default();
-            outline.points = [corners[index], corners[(index + 1) % 4], middle].map(|[u, v]| [u, v, 0.0]).to_vec();
+            let points = [corners[index], corners[(index + 1) % 4], middle].map(|[u, v]| [u, v, 0.0]).to_vec();
+            let mut outline = Outline { points, ..Outline::default() };
             let (first, end) = outline.scan(20, 20);
             for row in first..end {
                 let (from, to) = outline.span(row, 20);
                 (from..to).for_each(|sample| covered[20 * row + sample] += 1);
             }
         }
-        let mut whole = Outline::default();
-        whole.points = corners.map(|[u, v]| [u, v, 0.0]).to_vec();
+        let points = corners.map(|[u, v]| [u, v, 0.0]).to_vec();
+        let mut whole = Outline { points, ..Outline::default() };
         let (first, end) = whole.scan(20, 20);
         for row in 0..20 {
             let (from, to) = if (first..end).contains(&row) { whole.span(row, 20) } else { (0, 0) };

@@ -260,7 +260,7 @@ fn random_scene(conditions: Conditions, uniform: &mut dyn FnMut() -> f32) -> (Sc
     for index in 0..5u8 {
         let id = RobotId::new(if index % 2 == 0 { Team::Pink } else { Team::Blue }, 2 + index);
         let heading = to_radians(between(-180.0, 180.0));
-        let phase = between(0.0, 6.28);
+        let phase = between(0.0, core::f32::consts::TAU);
         let (speed, head_yaw) = (between(0.0, 0.2), between(-1.0, 1.0));
         let is_free = |place: Vec2| {
             let apart = |other: &SceneRobot| place.distance(Vec3::from(other.world_from_robot.translation).truncate());
