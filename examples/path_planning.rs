@@ -132,7 +132,7 @@ fn walk(planner: Planner, seed: u64) -> Result<(Option<f64>, u32), Box<dyn std::
         let y = -1.6 + 0.3 * phase as f32;
         let strides: Vec<String> = (0..8)
             .map(|leg| {
-                let (from, dx) = (leg as f32 * 10.0, if (leg + phase) % 2 == 0 { 0.005 } else { -0.005 });
+                let (from, dx) = (leg as f32 * 10.0, if (leg + phase).is_multiple_of(2) { 0.005 } else { -0.005 });
                 format!(r#"{{ "from_s": {from}, "until_s": {}, "walk": [{dx}, 0, 0] }}"#, from + 10.0)
             })
             .collect();
