@@ -23,6 +23,7 @@ pub mod particles;
 pub mod robots;
 pub mod sighting;
 pub mod simple;
+pub mod team_ball;
 
 pub use simple::{SimpleBelief, SimpleBeliefPlugin};
 

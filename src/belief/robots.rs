@@ -1,5 +1,9 @@
-//! The other robots that a robot sees: tracks in the robot's own frame, by nearest neighbour.
+//! The other robots that a robot sees and hears: tracks in the robot's own frame, by nearest neighbour.
+//!
+//! A camera tells the direction of a robot well and its distance badly; a sonar tells the distance within centimetres, and
+//! the direction hardly (paper, Fig. 7). Each is taken for what it says well, so that both together know the place.
 
+use bevy::math::ops;
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -88,6 +92,54 @@ pub fn see_robot(tracks: &mut Vec<RobotTrack>, team: Team, sighting: &Sighting, 
     }
 }
 
+/// What sonars say of robots.
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SonarModel {
+    /// From the nearest point of a robot's torso, which is 30 cm wide and 8 cm deep, to its place: mean, m.
+    pub torso_m: f32,
+    /// The standard deviation of that, and of the measured distance, together, m.
+    pub distance_sd: f32,
+    /// An echo may differ by so much from where a robot is expected, m.
+    pub gate_m: f32,
+    /// A robot may be so much beyond the edge of the sector, radians: its torso is wide.
+    pub margin: f32,
+    /// An echo so near to where a goal post is may be the post's, m.
+    pub post_range_m: f32,
+}
+
+impl Default for SonarModel {
+    fn default() -> Self {
+        Self { torso_m: 0.08, distance_sd: 0.04, gate_m: 0.3, margin: 0.2, post_range_m: 0.35 }
+    }
+}
+
+/// Takes over that a sonar which points `heading` to the left, and hears `half_angle` to either side, measured this
+/// distance, m: of the robots that were seen and that it could be, the nearest is at that distance. The sonar does not
+/// tell the direction, so that only the doubt along the line of sight gets less.
+pub fn hear_robot(tracks: &mut [RobotTrack], distance: f32, heading: f32, half_angle: f32, model: &SonarModel) {
+    let axis = unit(heading);
+    let least_dot = ops::cos(half_angle + model.margin);
+    let heard = tracks
+        .iter_mut()
+        .filter_map(|track| {
+            let away = track.position.length();
+            let off = distance + model.torso_m - away;
+            (away > 0.05 && track.position.dot(axis) > least_dot * away && off.abs() < model.gate_m)
+                .then_some((off, track))
+        })
+        .min_by(|(first, _), (second, _)| first.abs().total_cmp(&second.abs()));
+    let Some((off, track)) = heard else { return };
+    // A measurement of one number: along the line of sight.
+    let direction = track.position.normalize_or(axis);
+    let cross = track.covariance * direction;
+    let spread = direction.dot(cross) + model.distance_sd * model.distance_sd;
+    let gain = cross / spread;
+    track.position += gain * off;
+    track.covariance -= Mat2::from_cols(gain * cross.x, gain * cross.y);
+    track.age_s = 0.0;
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -139,5 +191,32 @@ mod tests {
         let step = Pose::new(0.5, 0.0, core::f32::consts::FRAC_PI_2);
         advance_tracks(&mut tracks, step, PERIOD, &TrackModel::default());
         assert_abs_diff_eq!(tracks[0].position, Vec2::new(0.0, -0.5), epsilon = 1e-6);
+    }
+
+    #[test]
+    fn an_echo_tells_the_distance_of_a_robot_that_was_seen_and_nothing_across() {
+        let mut tracks = Vec::new();
+        see_robot(&mut tracks, Team::Pink, &sighting(0.65, 0.2), &TrackModel::default());
+        tracks[0].covariance = Mat2::from_diagonal(Vec2::splat(0.01));
+        let before = tracks[0];
+        hear_robot(&mut tracks, 0.5, 0.34, 0.314, &SonarModel::default());
+        // It is √(0.65² + 0.2²) = 0.680 m away and heard at 0.5 + 0.08 m; of the difference 0.01 / (0.01 + 0.0016) are taken
+        // over, so that it ends at 0.594 m. Across, the variance stays; along, 0.01 * 0.0016 / 0.0116 = 0.00138 are left.
+        assert_abs_diff_eq!(tracks[0].position.length(), 0.594, epsilon = 1e-3);
+        assert_abs_diff_eq!(tracks[0].position.normalize(), before.position.normalize(), epsilon = 1e-6);
+        let along = before.position.normalize();
+        assert_abs_diff_eq!(along.dot(tracks[0].covariance * along), 0.00138, epsilon = 1e-5);
+        assert_abs_diff_eq!(along.perp().dot(tracks[0].covariance * along.perp()), 0.01, epsilon = 1e-6);
+    }
+
+    #[test]
+    fn an_echo_from_elsewhere_says_nothing_of_a_robot() {
+        let mut tracks = Vec::new();
+        see_robot(&mut tracks, Team::Pink, &sighting(0.5, -0.3), &TrackModel::default());
+        let before = tracks.clone();
+        // The left sonar, and a robot too far away.
+        hear_robot(&mut tracks, 0.5, 0.34, 0.314, &SonarModel::default());
+        hear_robot(&mut tracks, 0.15, -0.34, 0.314, &SonarModel::default());
+        assert_eq!(tracks, before);
     }
 }

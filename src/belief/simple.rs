@@ -11,13 +11,14 @@ use super::ball::{BallEstimate, BallModel};
 use super::localisation::StepError;
 use super::localiser::{Localisation, Localiser};
 use super::own_pose::{LandmarkModel, Landmarks};
-use super::robots::{RobotTrack, TrackModel, advance_tracks, see_robot};
+use super::robots::{RobotTrack, SonarModel, TrackModel, advance_tracks, hear_robot, see_robot};
 use super::sighting::Sighting;
+use super::team_ball::{HeardBall, TeamBallModel, team_ball};
 use super::{BallBelief, Belief, RobotBelief, place_covariance, pose_covariance};
 use crate::behaviour::{DecideSystems, barrier};
 use crate::communication::{Inbox, ReceivedMessage};
 use crate::cycle::{Cycle, CycleClock};
-use crate::geometry::Pose;
+use crate::geometry::{Pose, unit};
 use crate::knowledge::Knowledge;
 use crate::pitch::{End, Pitch};
 use crate::referee::{GameState, GameStatus, ReturnPlace, Rules, formation};
@@ -25,6 +26,7 @@ use crate::robot::head::HeadAngles;
 use crate::robot::{RobotId, Team};
 use crate::sensing::camera::CameraSettings;
 use crate::sensing::odometry::Odometry;
+use crate::sensing::sonar::{SonarReading, SonarSettings};
 use crate::sensing::vision::Percepts;
 
 /// Updates the [`Belief`] of robots with [`SimpleBelief`] in [`DecideSystems::Believe`].
@@ -65,10 +67,14 @@ pub struct SimpleBelief {
     pub ball_forget_s: f32,
     /// A ball not seen where it should be for so long is forgotten, s.
     pub ball_missing_s: f32,
-    /// A ball not seen for so long is where a team-mate sees it, s.
+    /// A ball not seen for so long is where team-mates see it, s.
     pub ball_trust_s: f32,
     /// How robots are tracked.
     pub robots: TrackModel,
+    /// What sonars say of robots.
+    pub sonar: SonarModel,
+    /// How what team-mates say of the ball is put together.
+    pub team_ball: TeamBallModel,
     /// What a team-mate said is forgotten after this time, s.
     pub message_forget_s: f32,
 }
@@ -86,6 +92,8 @@ impl Default for SimpleBelief {
             ball_missing_s: 1.0,
             ball_trust_s: 1.0,
             robots: TrackModel::default(),
+            sonar: SonarModel::default(),
+            team_ball: TeamBallModel::default(),
             message_forget_s: 2.0,
         }
     }
@@ -142,6 +150,7 @@ fn estimate(
         &HeadAngles,
         &CameraSettings,
         &Percepts,
+        (&SonarReading, &SonarSettings),
         &Inbox,
         &mut SimpleBeliefMemory,
         &mut Belief,
@@ -152,7 +161,8 @@ fn estimate(
     }
     let landmarks = landmarks.get_or_insert_with(|| Landmarks::of(&pitch));
     let period = clock.period();
-    for (&id, settings, status, odometry, &head, camera, percepts, inbox, mut memory, mut belief) in &mut robots {
+    for (&id, settings, status, odometry, &head, camera, percepts, sonar, inbox, mut memory, mut belief) in &mut robots
+    {
         let place = |kicking_off| formation(&pitch, rules.team_size, id.number, End::NegativeX, kicking_off);
         let kicking_off = id.team == status.kick_off_team && !status.drop_ball;
         let start = || Localiser::placed(settings.localisation, id, belief.pose);
@@ -172,6 +182,7 @@ fn estimate(
             );
             memory.watch_ball(percepts, head, settings, period);
             memory.watch_robots(percepts, settings);
+            memory.hear_robots(sonar, &pitch, &settings.sonar);
         }
         memory.write(&mut belief, id.team, settings);
     }
@@ -278,6 +289,24 @@ impl SimpleBeliefMemory {
         }
     }
 
+    /// What the sonars say of robots that were seen. They hear goal posts, too: those are where the pitch has them.
+    fn hear_robots(&mut self, sonar: (&SonarReading, &SonarSettings), pitch: &Pitch, model: &SonarModel) {
+        if self.tracks.is_empty() {
+            return;
+        }
+        let (reading, settings) = sonar;
+        let pose = self.own.estimate().pose;
+        let (x, y) = (pitch.goal_post_x(), pitch.goal.width_m / 2.0);
+        for (distance, heading) in [(reading.left, settings.heading), (reading.right, -settings.heading)] {
+            let Some(distance) = distance else { continue };
+            let echo = pose.transform_point(unit(heading) * distance);
+            let posts = [Vec2::new(x, y), Vec2::new(x, -y), Vec2::new(-x, y), Vec2::new(-x, -y)];
+            if posts.into_iter().all(|post| post.distance(echo) > model.post_range_m) {
+                hear_robot(&mut self.tracks, distance, heading, settings.half_angle, model);
+            }
+        }
+    }
+
     fn write(&self, belief: &mut Belief, team: Team, settings: &SimpleBelief) {
         let estimate = self.own.estimate();
         let pose = estimate.pose;
@@ -330,23 +359,11 @@ impl SimpleBeliefMemory {
         }
     }
 
-    /// The ball as the team-mate says who is nearest to it.
+    /// The ball as team-mates see it.
     fn heard_ball(&self, settings: &SimpleBelief) -> Option<BallBelief> {
-        let distance = |heard: &Heard| {
-            heard.ball.zip(heard.position).map_or(f32::MAX, |(ball, position)| ball.distance_squared(position))
-        };
-        let nearest = self
-            .heard
-            .iter()
-            .filter(|heard| heard.ball.is_some() && heard.age_s < settings.ball_trust_s)
-            .min_by(|first, second| distance(first).total_cmp(&distance(second)))?;
-        Some(BallBelief {
-            position_m: nearest.ball?,
-            velocity_mps: Vec2::ZERO,
-            position_covariance: [0.06, 0.0, 0.06],
-            velocity_covariance: [0.25, 0.0, 0.25],
-            age_s: nearest.age_s,
-            heard_from: Some(nearest.from),
-        })
+        let heard = self.heard.iter().filter(|heard| heard.age_s < settings.ball_trust_s).filter_map(|heard| {
+            Some(HeardBall { from: heard.from, seen_from: heard.position?, place: heard.ball?, age_s: heard.age_s })
+        });
+        team_ball(heard, &settings.team_ball)
     }
 }

@@ -1,0 +1,105 @@
+//! Where the team sees the ball: what several team-mates say of it, put together.
+
+use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::BallBelief;
+use super::sighting::Sighting;
+use crate::robot::RobotId;
+
+/// How what team-mates say is put together.
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct TeamBallModel {
+    /// Error of the angles at which team-mates see the ball: standard deviation, radians.
+    pub angle_sd: f32,
+    /// Error of the team-mates' own places and headings as it shows in the ball's place: standard deviation, m.
+    pub pose_sd: f32,
+    /// How fast a ball that was told of gets away: standard deviation, m/s.
+    pub speed_sd: f32,
+    /// Who sees the ball further than this from where the best witness does, sees something else, m.
+    pub agreement_m: f32,
+}
+
+impl Default for TeamBallModel {
+    fn default() -> Self {
+        Self { angle_sd: 0.01, pose_sd: 0.1, speed_sd: 0.5, agreement_m: 0.8 }
+    }
+}
+
+/// What a team-mate says of the ball.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct HeardBall {
+    /// Who.
+    pub from: RobotId,
+    /// Where it was, m, team frame.
+    pub seen_from: Vec2,
+    /// Where it sees the ball, m, team frame.
+    pub place: Vec2,
+    /// When it said so, s ago.
+    pub age_s: f32,
+}
+
+impl HeardBall {
+    /// How much to trust it: the covariance of the place, m².
+    fn covariance(&self, model: &TeamBallModel) -> Mat2 {
+        let more = model.pose_sd * model.pose_sd + model.speed_sd * model.speed_sd * self.age_s * self.age_s;
+        Sighting::new(self.place - self.seen_from, model.angle_sd).noise_at(self.place - self.seen_from)
+            + Mat2::from_diagonal(Vec2::splat(more))
+    }
+}
+
+/// The ball as the team-mates see it who agree with the best witness, each weighed by how well it can see it. None if
+/// nobody sees it.
+pub fn team_ball(heard: impl Iterator<Item = HeardBall> + Clone, model: &TeamBallModel) -> Option<BallBelief> {
+    let best = heard
+        .clone()
+        .map(|witness| (witness.covariance(model).determinant(), witness))
+        .min_by(|(first, _), (second, _)| first.total_cmp(second))?
+        .1;
+    let (mut information, mut weighed) = (Mat2::ZERO, Vec2::ZERO);
+    for witness in heard.filter(|witness| witness.place.distance(best.place) <= model.agreement_m) {
+        let inverse = witness.covariance(model).inverse();
+        information += inverse;
+        weighed += inverse * witness.place;
+    }
+    let covariance = information.inverse();
+    Some(BallBelief {
+        position_m: covariance * weighed,
+        velocity_mps: Vec2::ZERO,
+        position_covariance: super::place_covariance(covariance),
+        velocity_covariance: [model.speed_sd * model.speed_sd, 0.0, model.speed_sd * model.speed_sd],
+        age_s: best.age_s,
+        heard_from: Some(best.from),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::robot::Team;
+    use approx::assert_abs_diff_eq;
+
+    fn heard(number: u8, seen_from: [f32; 2], place: [f32; 2]) -> HeardBall {
+        let from = RobotId::new(Team::Blue, number);
+        HeardBall { from, seen_from: seen_from.into(), place: place.into(), age_s: 0.0 }
+    }
+
+    #[test]
+    fn two_who_look_from_different_sides_know_more_than_each() {
+        // Each errs along its own line of sight: the one along x, the other along y.
+        let witnesses = [heard(2, [-3.0, 0.0], [0.4, 0.0]), heard(3, [0.0, -3.0], [0.0, 0.4])];
+        let ball = team_ball(witnesses.into_iter(), &TeamBallModel::default()).unwrap();
+        assert!(ball.position_m.length() < 0.15, "{}", ball.position_m);
+        assert!(ball.position_covariance[0] < witnesses[0].covariance(&TeamBallModel::default()).x_axis.x);
+    }
+
+    #[test]
+    fn equally_good_witnesses_meet_in_the_middle_and_who_sees_something_else_is_not_heard() {
+        let witnesses =
+            [heard(2, [-1.0, 0.0], [0.0, 0.1]), heard(3, [1.0, 0.0], [0.0, -0.1]), heard(4, [-4.0, 0.0], [3.0, 1.0])];
+        let ball = team_ball(witnesses.into_iter(), &TeamBallModel::default()).unwrap();
+        assert_abs_diff_eq!(ball.position_m, Vec2::ZERO, epsilon = 1e-5);
+        assert_eq!(team_ball(core::iter::empty(), &TeamBallModel::default()), None);
+    }
+}
