@@ -197,3 +197,32 @@ fn a_batch_goes_on_where_it_was_and_reports_what_fails() {
     assert_eq!(output.status.code(), Some(2));
     assert!(text(&output.stderr).contains("table.csv:1: these are not the columns of this batch"));
 }
+
+#[test]
+fn frames_are_numbered_by_cycle_and_nothing_is_written_over() {
+    let folder = tempfile::tempdir().unwrap();
+    let scenario = r#"{ "rules": "free", "robots": [{ "number": 1 }], "cameras": { "width": 64, "height": 48 } }"#;
+    std::fs::write(folder.path().join("one.json"), scenario).unwrap();
+    let arguments = ["run", "one.json", "--duration", "0.2", "--frames", "frames", "--every", "3", "--quiet"];
+    let output = naoisis(folder.path(), &[&arguments[..], &["--cameras", "software"]].concat());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let names = |name: &str| {
+        let entries = std::fs::read_dir(folder.path().join("frames").join(name)).unwrap();
+        let mut names: Vec<String> =
+            entries.map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned()).collect();
+        names.sort();
+        names
+    };
+    assert_eq!(names(""), ["blue1_bottom", "blue1_top", "field"]);
+    assert_eq!(names("field"), ["000000.png", "000003.png", "000006.png"]);
+    assert_eq!(names("blue1_top"), ["000003.png", "000006.png"]);
+    let output = naoisis(folder.path(), &arguments);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("the folder is not empty"), "{}", text(&output.stderr));
+    // Recording changes nothing of the match.
+    let trace = |more: &[&str]| {
+        let arguments = ["run", "match3v3", "--duration", "1", "--trace", "-", "--quiet"];
+        text(&naoisis(folder.path(), &[&arguments[..], more].concat()).stdout)
+    };
+    assert!(trace(&[]) == trace(&["--frames", "others", "--every", "30"]));
+}
