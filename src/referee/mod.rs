@@ -20,7 +20,7 @@
 //! | `ready` and `set` before a kick-off, [legal places](positions) | 2010: 3.6; 2025: Kick-off | placed | yes | yes | placed | |
 //! | an illegal place in `set` | 2010: 3.6; 2025: Illegal Position | | by hand | 15 s | | |
 //! | [pushing](collision) | paper: 3.4; 2010: 4.8 | 30 s | 30 s, the 4th for the half | 45 s + 10 s, free kick | 30 s | |
-//! | [stalling](stalling) | paper: 3.4 | yes | | | yes | |
+//! | [stalling] | paper: 3.4 | yes | | | yes | |
 //! | [ball holding](ball_holding) | 2010: 4.5 | | yes | yes | | |
 //! | [leaving the field](leaving_field), staying in a goal | 2010: 4.10 | | yes | yes | | |
 //! | [illegal defender](illegal_defender) | 2010: 4.11; 2025: Own Goal Area | | all but the keeper | the 4th | | |

@@ -1,7 +1,7 @@
 //! The image vision: from an RGB image alone to what is seen in it, as robots in 2011 did it.
 //!
 //! Each pixel's colour is looked up in a table of classes ([`colour`]); pixels of one class that touch each other are a
-//! [blob](blobs); and blobs are judged by shape, size and distance, with what is [`Known`] of the things on the pitch:
+//! blob; and blobs are judged by shape, size and distance, with what is [`Known`] of the things on the pitch:
 //!
 //! | class | cue | located by |
 //! |---|---|---|
