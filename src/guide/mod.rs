@@ -13,7 +13,9 @@
 //! |---|---|
 //! | `first_behaviour` | a robot that looks for the ball and kicks it |
 //! | `headless_test` | a test of a behaviour on `MinimalPlugins` |
-//! | `decision_making` | a shot chosen by what the robot believes, uncertainty included |
+//! | `belief_fusion` | what a camera, a sonar and team-mates know together |
+//! | `keeper_intercepts` | what the ball's velocity is worth to a keeper |
+//! | `coordination` | who goes for the ball, and what losing messages does to that |
 //! | `path_planning` | a grid planner and a reactive one among moving robots |
 //! | `localisation` | a Kalman and a particle filter on the same seeds, and after a kidnapping |
 //! | `learn_to_score` | a policy learned by the cross-entropy method, saved and played |

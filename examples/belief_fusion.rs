@@ -1,0 +1,134 @@
+//! Where is the opponent? What a camera, a sonar and a team-mate know together (paper, Fig. 7).
+//!
+//! A robot looks past an opponent that it cannot see, then at it, then comes near enough to hear it by its sonar. A camera
+//! tells the direction well and the distance badly, a sonar the distance only; a Kalman filter takes each for what it says
+//! well. Then the ball: two team-mates see it from different sides, and a third, who does not, is told by both.
+//!
+//! ```sh
+//! cargo run --release --no-default-features --example belief_fusion
+//! ```
+#![expect(clippy::print_stdout, reason = "an example says what it finds")]
+
+use bevy::prelude::*;
+use naoisis::belief::ball::{BallEstimate, BallModel};
+use naoisis::belief::robots::{RobotTrack, SonarModel, TrackModel, hear_robot, see_robot};
+use naoisis::belief::sighting::Sighting;
+use naoisis::belief::team_ball::{HeardBall, TeamBallModel, team_ball};
+use naoisis::prelude::*;
+use naoisis::sensing::sonar::{SonarReading, SonarSettings};
+use naoisis::sensing::vision::Percepts;
+
+const WATCHER: RobotId = RobotId::new(Team::Blue, 2);
+const OPPONENT: RobotId = RobotId::new(Team::Pink, 2);
+
+fn main() -> Result<(), Box<dyn core::error::Error>> {
+    find_the_opponent()?;
+    find_the_ball_together()
+}
+
+/// The three stages of Fig. 7, many times over, as any one of them may be lucky.
+fn find_the_opponent() -> Result<(), Box<dyn core::error::Error>> {
+    const RUNS: u64 = 200;
+    let [mut by_eye, mut by_ear_too] = [(0.0, 0.0); 2];
+    for seed in 1..=RUNS {
+        let mut app = App::new();
+        app.add_plugins(NaoisisPlugins);
+        // 0.55 m ahead to the left, where the left sonar points; the head looks straight away from it, then at it.
+        app.start_match(&Scenario {
+            seed,
+            ..Scenario::from_json(
+                r#"{ "rules": "free", "ball": null,
+                     "vision": { "noise": { "robots": { "false_positive_probability": 0 } } },
+                     "robots": [
+                       { "team": "blue", "number": 2, "pose": [0, 0, 0], "behaviour": { "script": [
+                         { "from_s": 0.0, "head_deg": [-80, 0] }, { "from_s": 0.5, "head_deg": [19, 10] } ] } },
+                       { "team": "pink", "number": 2, "pose": [0.52, 0.18, 180] } ] }"#,
+            )?
+        })?;
+        let mut tracks: Vec<RobotTrack> = Vec::new();
+        app.run_cycles(12);
+        watch(&app, &mut tracks);
+        assert!(tracks.is_empty(), "nobody is in sight yet");
+        // The first glimpse.
+        app.run_until(60, |app| {
+            watch(app, &mut tracks);
+            !tracks.is_empty()
+        });
+        let truth = app.robot_pose(OPPONENT).unwrap_or_default().position;
+        let Some(track) = tracks.first() else { continue };
+        by_eye = added(by_eye, track, truth);
+        listen(&app, &mut tracks);
+        by_ear_too = added(by_ear_too, &tracks[0], truth);
+    }
+    println!("where the opponent is        error, mean   doubt (standard deviation)");
+    println!("  not seen yet               no idea");
+    for (name, (error, doubt)) in [("seen once", by_eye), ("seen once, and heard", by_ear_too)] {
+        println!("  {name:24} {:>7.1} cm   {:>7.1} cm", 100.0 * error / RUNS as f32, 100.0 * doubt / RUNS as f32);
+    }
+    Ok(())
+}
+
+/// What the cameras say of robots.
+fn watch(app: &App, tracks: &mut Vec<RobotTrack>) {
+    let percepts = app.robot::<Percepts>(WATCHER).map_or(&[][..], |percepts| &percepts.robots);
+    for seen in percepts {
+        see_robot(tracks, seen.team, &Sighting::new(seen.position_m, 0.01), &TrackModel::default());
+    }
+}
+
+/// What the sonars say of them.
+fn listen(app: &App, tracks: &mut [RobotTrack]) {
+    let (Some(reading), Some(sonar)) = (app.robot::<SonarReading>(WATCHER), app.robot::<SonarSettings>(WATCHER)) else {
+        return;
+    };
+    for (distance, heading) in [(reading.left, sonar.heading), (reading.right, -sonar.heading)] {
+        if let Some(distance) = distance {
+            hear_robot(tracks, distance, heading, sonar.half_angle, &SonarModel::default());
+        }
+    }
+}
+
+/// The sums with one more error and standard deviation, m.
+fn added((error, doubt): (f32, f32), track: &RobotTrack, truth: Vec2) -> (f32, f32) {
+    let variance = track.covariance.x_axis.x + track.covariance.y_axis.y;
+    (error + track.position.distance(truth), doubt + variance.sqrt())
+}
+
+/// Two witnesses 3 m from the ball, at a right angle to each other.
+fn find_the_ball_together() -> Result<(), Box<dyn core::error::Error>> {
+    const RUNS: u64 = 200;
+    let witnesses = [
+        (RobotId::new(Team::Blue, 2), Pose::new(-3.0, 0.0, 0.0)),
+        (RobotId::new(Team::Blue, 3), Pose::new(0.0, -1.9, core::f32::consts::FRAC_PI_2)),
+    ];
+    let mut errors = [0.0; 3];
+    let mut seen_by_both = 0;
+    for seed in 1..=RUNS {
+        let mut app = App::new();
+        app.add_plugins(NaoisisPlugins);
+        app.start_match(&Scenario {
+            seed,
+            ..Scenario::from_json(
+                r#"{ "rules": "free", "robots": [ { "number": 2, "pose": [-3, 0, 0] }, { "number": 3, "pose": [0, -1.9, 90] } ] }"#,
+            )?
+        })?;
+        app.run_cycles(2);
+        let heard = witnesses.map(|(from, pose)| {
+            let percept = app.robot::<Percepts>(from)?.ball?;
+            // What it says is what a filter makes of one look.
+            let seen = BallEstimate::first_seen(&Sighting::new(percept.position_m, 0.005), &BallModel::default());
+            Some(HeardBall { from, seen_from: pose.position, place: pose.transform_point(seen.position), age_s: 0.0 })
+        });
+        let [Some(first), Some(second)] = heard else { continue };
+        seen_by_both += 1;
+        let model = TeamBallModel { pose_sd: 0.02, ..default() };
+        for (error, told) in errors.iter_mut().zip([vec![first], vec![second], vec![first, second]]) {
+            *error += team_ball(told.into_iter(), &model).map_or(0.0, |ball| ball.position_m.length());
+        }
+    }
+    println!("where the ball is            error, mean");
+    for (name, error) in ["told by 2, 3 m away", "told by 3, 1.9 m away", "told by both"].iter().zip(errors) {
+        println!("  {name:24} {:>7.1} cm", 100.0 * error / seen_by_both as f32);
+    }
+    Ok(())
+}

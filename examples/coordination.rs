@@ -1,0 +1,112 @@
+//! Who goes for the ball? Four robots agree by messages, and agree less the more messages are lost.
+//!
+//! Each says once a cycle how far from the ball it thinks to be, its bid, and goes if it has heard of no lower one of late.
+//! While the ball is put elsewhere every few seconds, it is counted how many of them are on their way: one is right, two get
+//! in each other's way, none leaves the ball to the opponents. Last year's bids are worth nothing, so that what is not heard
+//! again is forgotten.
+//!
+//! ```sh
+//! cargo run --release --no-default-features --example coordination
+//! ```
+#![expect(clippy::print_stdout, reason = "an example says what it finds")]
+
+use bevy::prelude::*;
+use naoisis::behaviour::teams::looking;
+use naoisis::belief::{Belief, SimpleBelief};
+use naoisis::communication::{Inbox, Outbox, TeamMessage};
+use naoisis::prelude::*;
+use naoisis::random::RandomStream;
+use naoisis::referee::{GameStatus, Intervention};
+use std::collections::BTreeMap;
+
+/// A bid that was heard longer ago does not count, s.
+const FRESH_S: f32 = 0.5;
+/// Rounds with the ball at a new place, and how long each takes, s.
+const ROUNDS: u64 = 40;
+const ROUND_S: usize = 4;
+
+/// A robot that bids for the ball.
+#[derive(Component, Clone, Default)]
+#[require(Belief, SimpleBelief)]
+struct Bidder {
+    /// The lowest bids of the others, m, and when they were heard, s.
+    heard: BTreeMap<RobotId, (f32, f32)>,
+    /// Whether it goes for the ball.
+    goes: bool,
+}
+
+fn bid(
+    mut robots: Query<(
+        &RobotId,
+        &Belief,
+        &GameStatus,
+        &Inbox,
+        &mut Bidder,
+        &mut Outbox,
+        &mut WalkCommand,
+        &mut HeadCommand,
+    )>,
+) {
+    for (id, belief, status, inbox, mut bidder, mut outbox, mut walk, mut head) in &mut robots {
+        let now = status.time_s;
+        for message in &inbox.0 {
+            if let Some(bid) = message.say.payload.as_ref().and_then(|text| text.parse().ok()) {
+                bidder.heard.insert(message.from, (bid, now));
+            }
+        }
+        let Some(ball) = belief.ball_in_robot() else {
+            *head = looking::search(now);
+            bidder.goes = false;
+            continue;
+        };
+        *head = looking::look_at(ball);
+        let own = ball.length();
+        // Of equal bids, that of the lower number counts.
+        bidder.goes = bidder
+            .heard
+            .iter()
+            .filter(|(_, (_, heard_at))| now - heard_at < FRESH_S)
+            .all(|(other, (bid, _))| (own, id) < (*bid, other));
+        outbox.0 = Some(TeamMessage { payload: Some(format!("{own:.2}").into()), ..default() });
+        if bidder.goes && own > 0.4 {
+            *walk = WalkCommand::new(ball.x, ball.y, ball.to_angle());
+        }
+    }
+}
+
+/// The shares of the time in which nobody, one and more than one went for the ball.
+fn shares(loss: f32) -> Result<[f64; 3], Box<dyn core::error::Error>> {
+    let mut app = App::new();
+    app.add_plugins(NaoisisPlugins).add_behaviour::<Bidder, _>("bidder", bid);
+    app.start_match(&Scenario::from_json(&format!(
+        r#"{{ "rules": "free", "messages": {{ "loss": {loss} }}, "ball": {{ "position_m": [0.5, 0.5] }}, "robots": [
+             {{ "number": 1, "pose": [-2, 1.2, 0], "behaviour": "bidder" }},
+             {{ "number": 2, "pose": [-2, -1.2, 0], "behaviour": "bidder" }},
+             {{ "number": 3, "pose": [2, 1.2, 180], "behaviour": "bidder" }},
+             {{ "number": 4, "pose": [2, -1.2, 180], "behaviour": "bidder" }} ] }}"#,
+    ))?)?;
+    let mut stream = RandomStream::for_match(1, "places");
+    let mut counts = [0_u32; 3];
+    for _ in 0..ROUNDS {
+        let position_m = Vec2::new(3.0 * stream.uniform() - 1.5, 2.4 * stream.uniform() - 1.2);
+        app.world_mut().commands().queue(Intervention::PlaceBall { position_m, velocity_mps: Vec2::ZERO });
+        app.world_mut().flush();
+        for _ in 0..30 * ROUND_S {
+            app.run_cycles(1);
+            let robots = (1..=4).map(|number| RobotId::new(Team::Blue, number));
+            let going = robots.filter(|id| app.robot::<Bidder>(*id).is_some_and(|bidder| bidder.goes)).count();
+            counts[going.min(2)] += 1;
+        }
+    }
+    let all: u32 = counts.iter().sum();
+    Ok(counts.map(|count| 100.0 * f64::from(count) / f64::from(all)))
+}
+
+fn main() -> Result<(), Box<dyn core::error::Error>> {
+    println!("messages lost   nobody goes    one goes   several go");
+    for loss in [0.0, 0.2, 0.5, 0.8, 0.9, 0.95, 1.0] {
+        let [nobody, one, several] = shares(loss)?;
+        println!("{:>10.0} %   {nobody:>9.1} %   {one:>7.1} %   {several:>8.1} %", 100.0 * loss);
+    }
+    Ok(())
+}

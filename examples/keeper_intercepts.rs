@@ -1,0 +1,110 @@
+//! What is the ball's velocity worth to a keeper? The same shots at two keepers that differ in nothing else.
+//!
+//! Both see the ball through the same noisy cameras, and both stand between it and the goal. One believes what its Kalman
+//! filter says of the velocity, and steps to where the shot will cross its line; the other takes every ball for one that
+//! lies still, and follows it.
+//!
+//! ```sh
+//! cargo run --release --no-default-features --example keeper_intercepts [SHOTS]
+//! ```
+#![expect(clippy::print_stdout, reason = "an example says what it finds")]
+
+use bevy::prelude::*;
+use naoisis::batch::statistics::share;
+use naoisis::belief::{Belief, SimpleBelief};
+use naoisis::prelude::*;
+use naoisis::random::RandomStream;
+
+/// How fast the keepers walk sideways at most, m per cycle.
+const STEP_M: f32 = 0.2 / 30.0;
+/// How far in front of the goal line they stand, m.
+const DEPTH_M: f32 = 0.3;
+
+/// Steps to where the shot will cross its line.
+#[derive(Component, Clone, Copy, Default)]
+#[require(Belief, SimpleBelief)]
+struct Interceptor;
+
+/// Steps to where the ball is.
+#[derive(Component, Clone, Copy, Default)]
+#[require(Belief, SimpleBelief)]
+struct Follower;
+
+fn intercept(mut robots: Query<(&Belief, &mut WalkCommand, &mut HeadCommand), With<Interceptor>>) {
+    for (belief, mut walk, mut head) in &mut robots {
+        let Some(ball) = belief.ball else { continue };
+        let velocity = ball.velocity_mps;
+        let time_s = (belief.pose.position.x - ball.position_m.x) / velocity.x.min(-0.1);
+        // Straight on: what slows the ball down does not turn it.
+        let crossing = if velocity.x < -0.1 { ball.position_m.y + velocity.y * time_s } else { guard(ball.position_m) };
+        step_to(belief, crossing, &mut walk);
+        look_at_ball(belief, &mut head);
+    }
+}
+
+fn follow(mut robots: Query<(&Belief, &mut WalkCommand, &mut HeadCommand), With<Follower>>) {
+    for (belief, mut walk, mut head) in &mut robots {
+        let Some(ball) = belief.ball else { continue };
+        step_to(belief, guard(ball.position_m), &mut walk);
+        look_at_ball(belief, &mut head);
+    }
+}
+
+/// Where the line from the ball to the middle of the goal (3 m from the centre) crosses the keeper's.
+fn guard(ball: Vec2) -> f32 {
+    ball.y * DEPTH_M / (ball.x + 3.0).max(DEPTH_M)
+}
+
+fn step_to(belief: &Belief, y: f32, walk: &mut WalkCommand) {
+    let way = (y.clamp(-0.65, 0.65) - belief.pose.position.y).clamp(-STEP_M, STEP_M);
+    *walk = WalkCommand::new(0.0, way, 0.0);
+}
+
+fn look_at_ball(belief: &Belief, head: &mut HeadCommand) {
+    if let Some(ball) = belief.ball_in_robot() {
+        *head = naoisis::behaviour::teams::looking::look_at(ball);
+    }
+}
+
+/// Whether a shot at a keeper of this kind is a goal. The same seed is the same shot.
+fn is_goal(keeper: &str, seed: u64) -> Result<bool, Box<dyn core::error::Error>> {
+    let mut stream = RandomStream::for_match(seed, "shots");
+    let from = Vec2::new(-0.8 + 0.8 * stream.uniform(), 2.4 * stream.uniform() - 1.2);
+    let target = Vec2::new(-3.0, 1.2 * stream.uniform() - 0.6);
+    let way = target - from;
+    // It reaches the goal: v / 0.5 per second is how far a ball rolls.
+    let velocity = way.normalize() * (0.5 * way.length() + 0.2 + 0.5 * stream.uniform());
+    let mut app = App::new();
+    app.add_plugins(NaoisisPlugins)
+        .add_behaviour::<Interceptor, _>("interceptor", intercept)
+        .add_behaviour::<Follower, _>("follower", follow);
+    let start_y = guard(from);
+    app.start_match(&Scenario::from_json(&format!(
+        r#"{{ "seed": {seed}, "ball": {{ "position_m": [{}, {}], "velocity_mps": [{}, {}] }},
+             "robots": [{{ "number": 1, "pose": [{}, {start_y}, 0], "behaviour": "{keeper}" }}] }}"#,
+        from.x,
+        from.y,
+        velocity.x,
+        velocity.y,
+        DEPTH_M - 3.0,
+    ))?)?;
+    Ok(app.run_until(30 * 10, |app| app.events().iter().any(|event| matches!(event, MatchEvent::Goal { .. }))))
+}
+
+fn main() -> Result<(), Box<dyn core::error::Error>> {
+    let shots = std::env::args().nth(1).map(|word| word.parse()).transpose()?.unwrap_or(300);
+    println!("keeper                     saves, with the 95 % interval");
+    for (keeper, what) in
+        [("follower", "follows the ball"), ("interceptor", "uses its velocity"), ("idle", "stands still")]
+    {
+        let mut saves = 0;
+        for seed in 1..=shots {
+            saves += usize::from(!is_goal(keeper, seed)?);
+        }
+        if let Some(share) = share(saves, shots as usize) {
+            let [value, low, high] = [share.value, share.low, share.high].map(|share| 100.0 * share);
+            println!("  {what:22} {value:>6.1} %   ({low:.1} to {high:.1})");
+        }
+    }
+    Ok(())
+}
