@@ -2,4 +2,6 @@
 
 pub mod beliefs;
 pub mod frames;
+pub mod history;
+pub mod read;
 pub mod trace;
