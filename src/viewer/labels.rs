@@ -7,7 +7,7 @@ use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 use super::camera::ViewerCamera;
 use super::keys::Shown;
 use super::palette;
-use super::panels::text_size;
+use super::theme::text_size;
 use crate::referee::Penalty;
 use crate::robot::RobotId;
 

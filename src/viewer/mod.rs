@@ -26,6 +26,8 @@
 //! | [`camera`] | where the match is watched from |
 //! | [`keys`] | what the keys do |
 //! | `panels` | score, clock, controls, events, help |
+//! | [`selection`] | which robot the user looks at |
+//! | [`theme`] | dark and light panels |
 //! | `labels` | names above the robots |
 //! | [`event_log`] | what happened in the match |
 
@@ -49,7 +51,9 @@ mod palette;
 mod panels;
 mod props;
 mod sculpture;
+pub mod selection;
 pub mod stage;
+pub mod theme;
 
 pub use drive::{Speed, ViewerCommand};
 
@@ -87,6 +91,8 @@ impl PluginGroup for ViewerPlugins {
             .add(props::PropsPlugin)
             .add(camera::ViewerCameraPlugin)
             .add(keys::KeysPlugin)
+            .add(selection::SelectionPlugin)
+            .add(theme::ThemePlugin)
             .add(labels::LabelsPlugin)
             .add(panels::PanelsPlugin)
     }
