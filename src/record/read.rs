@@ -328,7 +328,7 @@ mod tests {
         format!(
             r#"{{"type":"cycle","cycle":{number},"time_s":0.1,"ball":null,"robots":[{{"id":"pink2","pose":[1,2,90],
             "velocity":[0.1,0,90],"head_deg":[90,-30],"penalised":null,"odometry":[0,0,0],"sonar_m":{{"left":null,"right":0.4}},
-            "percepts":{{}},"inbox":[],"belief":null,"unknown":1}}],"game":{{"state":"playing","score":{{"blue":1,"pink":0}},
+            "percepts":{{"ball":null,"goal_posts":[],"robots":[],"landmarks":[]}},"inbox":[],"belief":null,"unknown":1}}],"game":{{"state":"playing","score":{{"blue":1,"pink":0}},
             "half":1,"time_left_s":5.0}},"events":[{{"kind":"final_whistle"}}]}}"#
         )
         .replace('\n', "")
@@ -374,12 +374,12 @@ mod tests {
     fn what_is_wrong_is_said_with_its_place() {
         assert_eq!(
             message(&[HEADER, &cycle(0), "{\"type\":\"cycle\",\"cycle\":x}", ""]),
-            "match.jsonl:3:24: expected value; expected a line of a trace: an object with a `type`"
+            "match.jsonl:3:25: expected value; expected a line of a trace: an object with a `type`"
         );
         let without_game = "{\"type\":\"cycle\",\"cycle\":1,\"time_s\":0,\"ball\":null,\"robots\":[]}";
         assert_eq!(
             message(&[HEADER, &cycle(0), without_game, ""]),
-            "match.jsonl:3:62: missing field `game`; expected a cycle of a trace"
+            "match.jsonl:3:61: missing field `game`; expected a cycle of a trace"
         );
         assert_eq!(
             message(&[HEADER, &cycle(0), &cycle(2), ""]),

@@ -9,7 +9,7 @@ use crate::robot::Team;
 use crate::robot::kick::KickType;
 
 /// The log forgets the oldest entries beyond this many.
-const LONGEST: usize = 500;
+const LONGEST: usize = 20_000;
 
 /// Keeps the [`EventLog`].
 pub struct EventLogPlugin;
@@ -37,15 +37,25 @@ pub struct LogEntry {
 #[derive(Resource, Clone, PartialEq, Debug, Default, Deref, DerefMut)]
 pub struct EventLog(pub Vec<LogEntry>);
 
+impl EventLog {
+    /// Adds what happened at a time, as far as it is worth a line.
+    pub fn note<'a>(&mut self, time_s: f64, events: impl IntoIterator<Item = &'a MatchEvent>) {
+        let entries = events.into_iter().filter_map(describe);
+        self.extend(entries.map(|(team, important, text)| LogEntry { time_s, team, text, important }));
+        if self.len() > LONGEST {
+            let surplus = self.len() - LONGEST;
+            self.drain(..surplus);
+        }
+    }
+
+    /// The entries until a time, s, oldest first.
+    pub fn until(&self, time_s: f64) -> &[LogEntry] {
+        &self[..self.partition_point(|entry| entry.time_s <= time_s)]
+    }
+}
+
 fn log_events(events: Res<CycleEvents>, clock: Res<CycleClock>, mut log: ResMut<EventLog>) {
-    let entries = events.iter().filter_map(describe);
-    for (team, important, text) in entries {
-        log.push(LogEntry { time_s: clock.end_time_s(), team, text, important });
-    }
-    if log.len() > LONGEST {
-        let surplus = log.len() - LONGEST;
-        log.drain(..surplus);
-    }
+    log.note(clock.end_time_s(), events.iter());
 }
 
 /// The team that an event is about, whether it is important, and what it is; nothing for what happens all the time.

@@ -18,6 +18,7 @@
 //! | file | what it shows or does |
 //! |---|---|
 //! | [`drive`] | runs the cycles: pause, single cycle, speed, restart |
+//! | [`timeline`] | the past of the match, and of one that a trace was written of |
 //! | [`stage`] | the pitch frame in Bevy's world, light, smooth motion between cycles |
 //! | `drawing` | shadows and smooth edges, where they cost little |
 //! | `field` | carpet, lines, goals, nets |
@@ -54,8 +55,10 @@ mod sculpture;
 pub mod selection;
 pub mod stage;
 pub mod theme;
+pub mod timeline;
 
 pub use drive::{Speed, ViewerCommand};
+pub use timeline::{Timeline, TimelineCommand};
 
 /// Size of the window at first, in logical pixels.
 const WINDOW_SIZE: (u32, u32) = (1280, 720);

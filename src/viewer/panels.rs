@@ -171,6 +171,8 @@ fn show_events(
 ) -> Result {
     let mut penalties: Vec<_> = robots.iter().filter_map(|(id, penalty)| Some((*id, penalty.0?))).collect();
     penalties.sort_by_key(|(id, _)| *id);
+    // In the past, only what had happened until then.
+    let log = log.until(clock.end_time_s());
     if log.is_empty() && penalties.is_empty() {
         return Ok(());
     }
