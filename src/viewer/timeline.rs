@@ -340,6 +340,7 @@ fn state_of(robot: RobotRecord, was: Pose, gait: Gait, period_s: f64) -> RobotSt
         sonar: robot.sonar_m,
         percepts: robot.percepts,
         inbox: Inbox(robot.inbox),
+        drawings: robot.drawings,
     }
 }
 
