@@ -1,4 +1,4 @@
-//! What behaviours draw for people: lines, circles and text on the pitch, shown by the viewer and written into traces.
+//! What behaviours draw for people: lines, circles, words and targets on the pitch, shown by the viewer and written into traces.
 //!
 //! Every robot has [`Drawings`], empty at the start of every cycle. A behaviour draws what it thinks of, and nobody on the
 //! pitch sees it:
@@ -159,6 +159,13 @@ pub enum DrawnShape {
         /// The words.
         words: Cow<'static, str>,
     },
+    /// Where the robot means to go.
+    Target {
+        /// There, m.
+        position_m: Vec2,
+        /// What it wants there, in a word or none.
+        words: Cow<'static, str>,
+    },
 }
 
 impl DrawnShape {
@@ -166,7 +173,7 @@ impl DrawnShape {
         match self {
             DrawnShape::Line { start_m, end_m } => start_m.is_finite() && end_m.is_finite(),
             DrawnShape::Circle { centre_m, radius_m } => centre_m.is_finite() && radius_m.is_finite(),
-            DrawnShape::Text { position_m, .. } => position_m.is_finite(),
+            DrawnShape::Text { position_m, .. } | DrawnShape::Target { position_m, .. } => position_m.is_finite(),
         }
     }
 }
@@ -189,12 +196,12 @@ impl Drawings {
 
     /// Writes words at a place, m.
     pub fn text(&mut self, frame: Frame, position_m: Vec2, words: impl Into<Cow<'static, str>>, ink: Ink) {
-        let mut words = words.into();
-        if words.len() > LONGEST_TEXT_BYTES {
-            let end = words.floor_char_boundary(LONGEST_TEXT_BYTES);
-            words = Cow::Owned(words[..end].to_owned());
-        }
-        self.add(Drawing { frame, ink, shape: DrawnShape::Text { position_m, words } });
+        self.add(Drawing { frame, ink, shape: DrawnShape::Text { position_m, words: shortened(words.into()) } });
+    }
+
+    /// Marks a place where the robot means to go, m, and why, in a word or none.
+    pub fn target(&mut self, frame: Frame, position_m: Vec2, words: impl Into<Cow<'static, str>>, ink: Ink) {
+        self.add(Drawing { frame, ink, shape: DrawnShape::Target { position_m, words: shortened(words.into()) } });
     }
 
     /// Adds a drawing. One with a number that is not finite is dropped, and one beyond [`MOST`].
@@ -213,6 +220,15 @@ impl Drawings {
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
+}
+
+/// No longer than [`LONGEST_TEXT_BYTES`].
+fn shortened(words: Cow<'static, str>) -> Cow<'static, str> {
+    if words.len() <= LONGEST_TEXT_BYTES {
+        return words;
+    }
+    let end = words.floor_char_boundary(LONGEST_TEXT_BYTES);
+    Cow::Owned(words[..end].to_owned())
 }
 
 fn wipe_drawings(mut drawings: Query<&mut Drawings>) {

@@ -1,4 +1,4 @@
-//! Names above the robots.
+//! Words on the pitch: names above the robots, and those of the overlays.
 
 use bevy::prelude::*;
 use bevy_egui::egui::{self, Align2, Color32, FontId, LayerId, Pos2};
@@ -6,6 +6,7 @@ use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 use super::camera::ViewerCamera;
 use super::keys::Shown;
+use super::overlays::OverlayWords;
 use super::palette;
 use super::theme::text_size;
 use crate::referee::Penalty;
@@ -19,8 +20,29 @@ pub struct LabelsPlugin;
 
 impl Plugin for LabelsPlugin {
     fn build(&self, app: &mut App) {
-        app.add_systems(EguiPrimaryContextPass, draw_labels.run_if(|shown: Res<Shown>| shown.labels));
+        app.add_systems(
+            EguiPrimaryContextPass,
+            (write_overlay_words, draw_labels.run_if(|shown: Res<Shown>| shown.labels)).chain(),
+        );
     }
+}
+
+fn write_overlay_words(
+    mut contexts: EguiContexts,
+    words: Res<OverlayWords>,
+    camera: Single<(&Camera, &GlobalTransform), With<ViewerCamera>>,
+) -> Result {
+    let (camera, camera_transform) = *camera;
+    let painter = contexts.ctx_mut()?.layer_painter(LayerId::background());
+    for words in &words.0 {
+        let Ok(place) = camera.world_to_viewport(camera_transform, words.place) else { continue };
+        let font = FontId::proportional(text_size::SMALL);
+        let text = painter.layout_no_wrap(words.text.clone(), font, palette::in_panel(words.colour));
+        let area = Align2::CENTER_BOTTOM.anchor_size(Pos2::new(place.x, place.y - 3.0), text.size());
+        painter.rect_filled(area.expand2(egui::vec2(3.0, 0.5)), 4.0, Color32::from_black_alpha(170));
+        painter.galley(area.min, text, Color32::WHITE);
+    }
+    Ok(())
 }
 
 fn draw_labels(

@@ -26,10 +26,13 @@
 //! | `props` | ball and posts |
 //! | [`camera`] | where the match is watched from |
 //! | [`keys`] | what the keys do |
-//! | `panels` | score, clock, controls, events, help |
+//! | [`overlays`] | what is drawn on the pitch of what robots see, hear, believe and want |
+//! | [`chronicle`] | the latest cycles in numbers |
+//! | `panels` | score, clock, controls, help |
+//! | `events_panel` | penalties, what happened, where and why |
 //! | [`selection`] | which robot the user looks at |
 //! | [`theme`] | dark and light panels |
-//! | `labels` | names above the robots |
+//! | `labels` | names above the robots, words of the overlays |
 //! | [`event_log`] | what happened in the match |
 
 use bevy::app::PluginGroupBuilder;
@@ -40,14 +43,17 @@ use bevy::window::WindowResolution;
 use bevy_egui::EguiPlugin;
 
 pub mod camera;
+pub mod chronicle;
 mod drawing;
 pub mod drive;
 pub mod event_log;
+mod events_panel;
 mod field;
 mod figure;
 mod gait;
 pub mod keys;
 mod labels;
+pub mod overlays;
 mod palette;
 mod panels;
 mod props;
@@ -86,6 +92,7 @@ impl PluginGroup for ViewerPlugins {
             .add(EguiPlugin::default())
             .add(drive::DrivePlugin)
             .add(event_log::EventLogPlugin)
+            .add(chronicle::ChroniclePlugin)
             .add(stage::StagePlugin)
             .add(drawing::DrawingPlugin)
             .add(field::FieldPlugin)
@@ -97,6 +104,8 @@ impl PluginGroup for ViewerPlugins {
             .add(selection::SelectionPlugin)
             .add(theme::ThemePlugin)
             .add(labels::LabelsPlugin)
+            .add(overlays::OverlaysPlugin)
             .add(panels::PanelsPlugin)
+            .add(events_panel::EventsPanelPlugin)
     }
 }

@@ -1,20 +1,17 @@
-//! Score, clock and state, controls, events, help.
+//! Score, clock and state, controls, help.
 
 use bevy::prelude::*;
 use bevy_egui::egui::{self, Align2, Margin, RichText};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 use super::drive::{Playback, Speed, ViewerCommand, is_over};
-use super::event_log::EventLog;
 use super::keys::{self, Action, Shown, Switch};
 use super::theme::{MARGIN, ThemeSystems, band, bright, card, dim, panel, problem_colour, team_colour, text_size};
 use crate::cycle::CycleClock;
-use crate::referee::{Game, GameState, Penalty};
-use crate::robot::{RobotId, Team};
+use crate::referee::{Game, GameState};
+use crate::robot::Team;
 use crate::scenario::{LIBRARY, Scenario};
 
-/// Entries of the event list that are shown.
-const EVENTS_SHOWN: usize = 12;
 /// Height of the score, logical pixels.
 const SCORE_HEIGHT: f32 = 30.0;
 
@@ -28,7 +25,6 @@ impl Plugin for PanelsPlugin {
             (
                 show_score,
                 show_controls,
-                show_events.run_if(|shown: Res<Shown>| shown.events),
                 show_help.run_if(|shown: Res<Shown>| shown.help),
             )
                 .chain()
@@ -163,43 +159,6 @@ fn status(playback: &Playback, clock: &CycleClock, scenario: Option<&Scenario>) 
     parts.join("   ")
 }
 
-fn show_events(
-    mut contexts: EguiContexts,
-    log: Res<EventLog>,
-    clock: Res<CycleClock>,
-    robots: Query<(&RobotId, &Penalty)>,
-) -> Result {
-    let mut penalties: Vec<_> = robots.iter().filter_map(|(id, penalty)| Some((*id, penalty.0?))).collect();
-    penalties.sort_by_key(|(id, _)| *id);
-    // In the past, only what had happened until then.
-    let log = log.until(clock.end_time_s());
-    if log.is_empty() && penalties.is_empty() {
-        return Ok(());
-    }
-    panel("events", Align2::RIGHT_TOP, [-MARGIN, MARGIN]).show(contexts.ctx_mut()?, |ui| {
-        card(ui).show(ui, |ui| {
-            ui.set_width(232.0);
-            for (id, penalty) in &penalties {
-                let left_s = penalty.cycles_left as f64 * clock.period_s;
-                let text = format!("⛔ {id}: {}, {left_s:.0} s", penalty.reason.words());
-                ui.label(RichText::new(text).color(team_colour(ui, id.team)));
-            }
-            for entry in log.iter().rev().take(EVENTS_SHOWN) {
-                ui.horizontal(|ui| {
-                    ui.label(dim(minutes(entry.time_s as f32)).monospace().size(text_size::SMALL));
-                    let colour = entry.team.map_or(ui.visuals().text_color(), |team| team_colour(ui, team));
-                    let text = RichText::new(&entry.text).color(colour).size(text_size::ENTRY);
-                    ui.add(
-                        egui::Label::new(if entry.important { text.strong().size(text_size::IMPORTANT) } else { text })
-                            .wrap(),
-                    );
-                });
-            }
-        });
-    });
-    Ok(())
-}
-
 fn show_help(mut contexts: EguiContexts, mut actions: MessageWriter<Action>) -> Result {
     panel("help", Align2::CENTER_CENTER, [0.0, 0.0]).show(contexts.ctx_mut()?, |ui| {
         card(ui).fill(ui.visuals().panel_fill).inner_margin(Margin::same(18)).show(ui, |ui| {
@@ -250,7 +209,7 @@ fn state_name(state: GameState) -> &'static str {
 }
 
 /// A time as minutes and seconds.
-fn minutes(seconds: f32) -> String {
+pub(super) fn minutes(seconds: f32) -> String {
     let whole = seconds.max(0.0).floor() as u32;
     format!("{}:{:02}", whole / 60, whole % 60)
 }
