@@ -51,8 +51,7 @@ pub struct DrawingsPlugin;
 
 impl Plugin for DrawingsPlugin {
     fn build(&self, app: &mut App) {
-        app.register_type::<Drawings>()
-            .add_systems(Cycle, wipe_drawings.in_set(CycleSystems::First).after(BeginCycle));
+        app.register_type::<Drawings>().add_systems(Cycle, wipe_drawings.in_set(CycleSystems::First).after(BeginCycle));
     }
 }
 

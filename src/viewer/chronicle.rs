@@ -123,7 +123,11 @@ impl Chronicle {
             let first = self.samples.keys().next().copied();
             let last = self.samples.keys().next_back().copied();
             let is_first_further = first.zip(last).is_none_or(|(first, last)| cycle - first >= last - cycle);
-            if is_first_further { self.samples.pop_first() } else { self.samples.pop_last() };
+            if is_first_further {
+                self.samples.pop_first()
+            } else {
+                self.samples.pop_last()
+            };
         }
     }
 }
@@ -190,7 +194,13 @@ fn note_past(
     }
 }
 
-fn sample(clock: &CycleClock, game: &Game, roster: &Roster, robots: Query<NotedRobot>, balls: NotedBall) -> CycleSample {
+fn sample(
+    clock: &CycleClock,
+    game: &Game,
+    roster: &Roster,
+    robots: Query<NotedRobot>,
+    balls: NotedBall,
+) -> CycleSample {
     let ball = balls.iter().next().map(|(pose, velocity)| [pose.position, velocity.0]);
     let present: Vec<(RobotId, NotedRobotItem)> =
         roster.iter().filter_map(|(id, entity)| Some((id, robots.get(entity).ok()?))).collect();

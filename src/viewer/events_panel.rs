@@ -2,7 +2,7 @@
 
 use bevy::prelude::*;
 use bevy_egui::egui::{self, Align2, RichText};
-use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
+use bevy_egui::{EguiContexts, EguiPostUpdateSet, EguiPrimaryContextPass};
 
 use super::camera::LookAt;
 use super::event_log::{EventLog, LogEntry};
@@ -33,7 +33,7 @@ impl Plugin for EventsPanelPlugin {
         app.init_resource::<ShownEvent>()
             .add_message::<EventChoice>()
             .add_systems(Update, choose_event)
-            .add_systems(PostUpdate, mark_place.after(OverlaySystems))
+            .add_systems(PostUpdate, mark_place.after(OverlaySystems).before(EguiPostUpdateSet::EndPass))
             .add_systems(
                 EguiPrimaryContextPass,
                 show_events.run_if(|shown: Res<Shown>| shown.events).after(ThemeSystems),
@@ -126,7 +126,7 @@ fn show_events(
                 let text = format!("⛔ {id}: {}, {left_s:.0} s", penalty.reason.words());
                 ui.label(RichText::new(text).color(team_colour(ui, id.team)));
             }
-            egui::ScrollArea::vertical().max_height(height).show(ui, |ui| {
+            egui::ScrollArea::vertical().max_height(height).min_scrolled_height(height).show(ui, |ui| {
                 ui.set_width(WIDTH);
                 for entry in log.iter().rev().take(SHOWN) {
                     let chosen = shown.0.as_ref().is_some_and(|(other, _)| other == entry);
@@ -179,9 +179,7 @@ fn reasons(evidence: &Evidence) -> Vec<String> {
     if let Some(measured) = &evidence.measured {
         lines.push(format!("{:.2} {}; the limit is {:.2}.", measured.value, measured.what, measured.limit));
     }
-    lines.extend(
-        evidence.robots.iter().map(|robot| format!("{} walked at {:.2} m/s.", robot.robot, robot.speed_mps)),
-    );
+    lines.extend(evidence.robots.iter().map(|robot| format!("{} walked at {:.2} m/s.", robot.robot, robot.speed_mps)));
     lines.push(evidence.otherwise.to_string());
     lines.retain(|line| !line.is_empty());
     lines

@@ -64,6 +64,8 @@ pub enum Switch {
     Overlays,
     /// What the selected robot sees, knows and wants.
     Robot,
+    /// The cameras of all robots.
+    Cameras,
     /// Light panels instead of dark ones.
     Light,
 }
@@ -109,6 +111,8 @@ pub struct Shown {
     pub overlays: bool,
     /// What the selected robot sees, knows and wants.
     pub robot: bool,
+    /// The cameras of all robots.
+    pub cameras: bool,
     /// Light panels instead of dark ones.
     pub light: bool,
     /// How large panels are.
@@ -124,6 +128,7 @@ impl Default for Shown {
             fine_drawing: true,
             overlays: false,
             robot: true,
+            cameras: false,
             light: false,
             panel_scale: PanelScale::default(),
         }
@@ -140,6 +145,7 @@ impl Shown {
             Switch::FineDrawing => &mut self.fine_drawing,
             Switch::Overlays => &mut self.overlays,
             Switch::Robot => &mut self.robot,
+            Switch::Cameras => &mut self.cameras,
             Switch::Light => &mut self.light,
         }
     }
@@ -192,6 +198,7 @@ pub const BINDINGS: &[Binding] = &[
     with_shift(binding(KeyCode::Tab, "Shift Tab", "Previous robot", Action::Select(Choice::Previous))),
     binding(KeyCode::Escape, "Esc", "No robot", Action::Select(Choice::Nobody)),
     binding(KeyCode::KeyI, "I", "The selected robot", Action::Toggle(Switch::Robot)),
+    binding(KeyCode::KeyC, "C", "The cameras of all robots", Action::Toggle(Switch::Cameras)),
     binding(KeyCode::KeyO, "O", "Overlays", Action::Toggle(Switch::Overlays)),
     binding(KeyCode::KeyE, "E", "Events", Action::Toggle(Switch::Events)),
     binding(KeyCode::KeyN, "N", "Names of the robots", Action::Toggle(Switch::Labels)),

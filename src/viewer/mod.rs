@@ -27,6 +27,8 @@
 //! | [`camera`] | where the match is watched from |
 //! | [`keys`] | what the keys do |
 //! | [`overlays`] | what is drawn on the pitch of what robots see, hear, believe and want |
+//! | [`eyes`] | images of the robots' cameras that someone looks at |
+//! | [`robot_panel`] | what the selected robot sees, hears, wants, believes and keeps in mind |
 //! | [`chronicle`] | the latest cycles in numbers |
 //! | `panels` | score, clock, controls, help |
 //! | `events_panel` | penalties, what happened, where and why |
@@ -48,6 +50,7 @@ mod drawing;
 pub mod drive;
 pub mod event_log;
 mod events_panel;
+pub mod eyes;
 mod field;
 mod figure;
 mod gait;
@@ -57,6 +60,7 @@ pub mod overlays;
 mod palette;
 mod panels;
 mod props;
+pub mod robot_panel;
 mod sculpture;
 pub mod selection;
 pub mod stage;
@@ -107,5 +111,7 @@ impl PluginGroup for ViewerPlugins {
             .add(overlays::OverlaysPlugin)
             .add(panels::PanelsPlugin)
             .add(events_panel::EventsPanelPlugin)
+            .add(eyes::EyesPlugin)
+            .add(robot_panel::RobotPanelPlugin)
     }
 }

@@ -6,7 +6,7 @@ use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 use super::drive::{Playback, Speed, ViewerCommand, is_over};
 use super::keys::{self, Action, Shown, Switch};
-use super::theme::{MARGIN, ThemeSystems, band, bright, card, dim, panel, problem_colour, team_colour, text_size};
+use super::theme::{MARGIN, ThemeSystems, band, bright, card, dim, panel, problem_colour, text_size};
 use crate::cycle::CycleClock;
 use crate::referee::{Game, GameState};
 use crate::robot::Team;
@@ -22,13 +22,7 @@ impl Plugin for PanelsPlugin {
     fn build(&self, app: &mut App) {
         app.add_systems(
             EguiPrimaryContextPass,
-            (
-                show_score,
-                show_controls,
-                show_help.run_if(|shown: Res<Shown>| shown.help),
-            )
-                .chain()
-                .after(ThemeSystems),
+            (show_score, show_controls, show_help.run_if(|shown: Res<Shown>| shown.help)).chain().after(ThemeSystems),
         );
     }
 }

@@ -5,7 +5,7 @@ use bevy::prelude::*;
 use super::geometry::corners;
 use super::{Brush, Overlay, Showing};
 use crate::ball::{Ball, BallPhysics};
-use crate::behaviour::drawings::{DrawnShape, Drawings, Frame, Ink};
+use crate::behaviour::drawings::{Drawings, DrawnShape, Frame, Ink};
 use crate::belief::point_pitch_from_team;
 use crate::geometry::{Pose, unit};
 use crate::referee::{Game, Penalty};
@@ -90,26 +90,32 @@ pub(super) fn draw_kick_areas(
     }
 }
 
-pub(super) fn draw_trails(showing: Showing, chronicle: Res<Chronicle>, robots: Query<(&RobotId, &Penalty)>, mut brush: Brush) {
+pub(super) fn draw_trails(
+    showing: Showing,
+    chronicle: Res<Chronicle>,
+    robots: Query<(&RobotId, &Penalty)>,
+    mut brush: Brush,
+) {
     if !showing.any(Overlay::Trails) {
         return;
     }
     let last = showing.clock.cycle;
     let length = (TRAIL_S / showing.clock.period_s) as u64;
     let first = last.saturating_sub(length);
-    let trail = |place: &dyn Fn(&super::super::chronicle::CycleSample) -> Option<Vec2>, colour: Color, brush: &mut Brush| {
-        let mut before: Option<Vec2> = None;
-        for (cycle, sample) in chronicle.between(first, last) {
-            let here = place(sample);
-            if let (Some(start), Some(end)) = (before, here)
-                && start.distance(end) < JUMP_M
-            {
-                let age = (last - cycle) as f32 / length.max(1) as f32;
-                brush.line(start, end, colour.with_alpha(1.0 - 0.85 * age));
+    let trail =
+        |place: &dyn Fn(&super::super::chronicle::CycleSample) -> Option<Vec2>, colour: Color, brush: &mut Brush| {
+            let mut before: Option<Vec2> = None;
+            for (cycle, sample) in chronicle.between(first, last) {
+                let here = place(sample);
+                if let (Some(start), Some(end)) = (before, here)
+                    && start.distance(end) < JUMP_M
+                {
+                    let age = (last - cycle) as f32 / length.max(1) as f32;
+                    brush.line(start, end, colour.with_alpha(1.0 - 0.85 * age));
+                }
+                before = here;
             }
-            before = here;
-        }
-    };
+        };
     for (id, penalty) in &robots {
         if showing.shows(Overlay::Trails, *id, penalty) {
             let place = |sample: &super::super::chronicle::CycleSample| {
@@ -161,10 +167,7 @@ pub(super) fn draw_targets(
             brush.arrow(place.position, end, palette::ink(Ink::White));
             let turn = (cycles * intent.walk.dtheta).clamp(-3.0, 3.0);
             let from = place.heading;
-            brush.path(
-                super::geometry::arc(place.position, 0.22, [from, from + turn]),
-                palette::ink(Ink::White),
-            );
+            brush.path(super::geometry::arc(place.position, 0.22, [from, from + turn]), palette::ink(Ink::White));
         }
         let gaze = unit(place.heading + intent.head.yaw);
         brush.line(place.position + 0.1 * gaze, place.position + LOOK_M * gaze, palette::ink(Ink::Sky));

@@ -3,7 +3,7 @@
 use bevy::prelude::*;
 
 use super::{Brush, Overlay, Showing};
-use crate::behaviour::drawings::{DrawnShape, Drawings, Frame};
+use crate::behaviour::drawings::{Drawings, DrawnShape, Frame};
 use crate::belief::point_pitch_from_team;
 use crate::geometry::Pose;
 use crate::referee::{Game, Penalty};

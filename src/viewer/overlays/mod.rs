@@ -5,6 +5,7 @@
 
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
+use bevy_egui::EguiPostUpdateSet;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -26,6 +27,7 @@ mod senses;
 mod surroundings;
 
 pub use brush::{Brush, OverlayWords};
+pub use senses::junction_letter;
 
 /// Draws the overlays.
 pub struct OverlaysPlugin;
@@ -57,7 +59,9 @@ impl Plugin for OverlaysPlugin {
                 )
                     .chain()
                     .in_set(OverlaySystems)
-                    .after(StageSystems),
+                    .after(StageSystems)
+                    // The panels write the words.
+                    .before(EguiPostUpdateSet::EndPass),
             );
     }
 }
@@ -190,9 +194,9 @@ impl Overlays {
 
     /// Whether a kind is drawn of anyone.
     pub fn shows_any(&self, overlay: Overlay, selection: &Selection) -> bool {
-        self.of_robots.get(&overlay).is_some_and(|shows| {
-            shows.all || (shows.selected && selection.0.is_some()) || !shows.robots.is_empty()
-        })
+        self.of_robots
+            .get(&overlay)
+            .is_some_and(|shows| shows.all || (shows.selected && selection.0.is_some()) || !shows.robots.is_empty())
     }
 }
 

@@ -33,7 +33,7 @@ fn show_switches(
     panel("overlays", Align2::RIGHT_BOTTOM, [-MARGIN, -64.0]).show(contexts.ctx_mut()?, |ui| {
         card(ui).show(ui, |ui| {
             ui.label(bright("Overlays").size(text_size::IMPORTANT));
-            egui::ScrollArea::horizontal().max_width(470.0).show(ui, |ui| {
+            egui::ScrollArea::horizontal().max_width(560.0).min_scrolled_width(300.0).show(ui, |ui| {
                 egui::Grid::new("overlays").num_columns(3 + robots.len()).spacing([5.0, 3.0]).show(ui, |ui| {
                     show_heads(ui, &robots, &selection);
                     for overlay in Overlay::ALL {

@@ -18,7 +18,7 @@ use crate::sensing::vision::{LandmarkKind, Percepts};
 use crate::viewer::palette;
 
 /// Fields of view are drawn so far from the robot, m.
-const FURTHEST_M: f32 = 5.0;
+const FURTHEST_M: f32 = 4.0;
 
 /// The colour of a camera's field of view.
 pub fn camera_ink(side: CameraSide) -> Ink {

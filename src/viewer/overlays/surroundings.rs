@@ -54,7 +54,11 @@ pub(super) fn draw_areas(
     }
     if game.set_play.is_some() {
         brush.circle(ball, rules.free_kick_distance_m, palette::ink(Ink::Vermilion));
-        brush.words(ball + Vec2::Y * rules.free_kick_distance_m, "opponents stay outside", palette::ink(Ink::Vermilion));
+        brush.words(
+            ball + Vec2::Y * rules.free_kick_distance_m,
+            "opponents stay outside",
+            palette::ink(Ink::Vermilion),
+        );
     }
 }
 
