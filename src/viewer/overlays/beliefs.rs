@@ -45,7 +45,6 @@ fn draw_belief(id: RobotId, truth: Pose, belief: &Belief, ball: Option<Vec2>, ow
     brush.pose(own, OWN_RADIUS_M, colour);
     brush.ellipse(own.position, [xx, xy, yy], colour);
     brush.line(own.position, truth.position, palette::ink(Ink::White));
-    brush.words(own.position, format!("{id}?"), colour);
     if let Some(believed) = &belief.ball {
         let (at, rolls) = (on_pitch(believed.position_m), on_pitch(believed.velocity_mps));
         let colour = palette::ink(Ink::Orange).with_alpha(faded(believed.age_s));
@@ -59,8 +58,12 @@ fn draw_belief(id: RobotId, truth: Pose, belief: &Belief, ball: Option<Vec2>, ow
         if let Some(ball) = ball {
             brush.line(at, ball, palette::ink(Ink::White));
         }
-        let heard = believed.heard_from.map(|from| format!(", from {from}")).unwrap_or_default();
-        brush.words(at, format!("ball? {:.1} s{heard}", believed.age_s), colour);
+        // What it sees now needs no words.
+        if let Some(from) = believed.heard_from {
+            brush.words(at, format!("told by {from}, {:.1} s ago", believed.age_s), colour);
+        } else if believed.age_s > 0.5 {
+            brush.words(at, format!("seen {:.1} s ago", believed.age_s), colour);
+        }
     }
     let others = [(&belief.opponents, id.team.opponent()), (&belief.team_mates, id.team)];
     for (robots, team) in others {
@@ -69,8 +72,6 @@ fn draw_belief(id: RobotId, truth: Pose, belief: &Belief, ball: Option<Vec2>, ow
             let colour = palette::ink(robot_ink(team)).with_alpha(faded(robot.age_s));
             brush.cross(at, 0.2, colour);
             brush.ellipse(at, robot.covariance, colour);
-            let name = robot.id.map_or_else(|| team.name().to_owned(), |id| id.to_string());
-            brush.words(at, format!("{name}?"), colour);
         }
     }
 }

@@ -12,7 +12,7 @@ mod wall;
 mod wording;
 
 use super::chronicle::Chronicle;
-use super::eyes::{EyeImages, EyesSystems, Watched};
+use super::eyes::{EyesSystems, Watched};
 use super::keys::{Action, Shown, Switch};
 use super::overlays::OverlaySystems;
 use super::selection::{Choice, Selection};
@@ -44,7 +44,7 @@ impl Plugin for RobotPanelPlugin {
         app.init_resource::<BehaviourState>()
             .init_resource::<Pictures>()
             .init_resource::<Opened>()
-            .add_systems(Update, watch_cameras.before(EyesSystems))
+            .add_systems(Update, (watch_cameras.before(EyesSystems), pictures::update_pictures.after(EyesSystems)))
             .add_systems(PostUpdate, state::read_state.before(OverlaySystems))
             .add_systems(
                 EguiPrimaryContextPass,
@@ -77,14 +77,12 @@ fn watch_cameras(
     selection: Res<Selection>,
     roster: Res<Roster>,
     mut watched: ResMut<Watched>,
-    mut pictures: ResMut<Pictures>,
 ) {
     let selected = selection.0.filter(|_| shown.robot && opened.cameras);
     let all = roster.iter().map(|(id, _)| id).filter(|_| shown.cameras);
     let cameras = all.chain(selected).flat_map(|id| CameraSide::BOTH.map(|side| (id, side))).collect();
     if watched.cameras != cameras {
         watched.cameras = cameras;
-        pictures.keep(|id, side| watched.cameras.contains(&(id, side)));
     }
 }
 
@@ -120,8 +118,7 @@ fn show_robot(
     roster: Res<Roster>,
     robots: Query<ShownRobot>,
     (clock, game, timeline): (Res<CycleClock>, Res<Game>, Res<Timeline>),
-    (chronicle, state, eyes): (Res<Chronicle>, Res<BehaviourState>, Res<EyeImages>),
-    mut pictures: ResMut<Pictures>,
+    (chronicle, state, pictures): (Res<Chronicle>, Res<BehaviourState>, Res<Pictures>),
     mut opened: ResMut<Opened>,
     mut actions: MessageWriter<Action>,
 ) -> Result {
@@ -140,7 +137,7 @@ fn show_robot(
                         ui.spacing_mut().item_spacing.x = 4.0;
                         for side in CameraSide::BOTH {
                             let width = (WIDTH - 4.0) / 2.0;
-                            pictures.show(ui, &eyes, (id, side), Some(robot.percepts), width);
+                            pictures.show(ui, (id, side), Some(robot.percepts), width);
                         }
                     });
                     ui.label(dim(wording::percepts(robot.percepts)).size(text_size::SMALL));

@@ -1,9 +1,10 @@
 //! Images of robots' cameras in panels, with what was recognised in them drawn in.
 
+use bevy::asset::RenderAssetUsages;
 use bevy::prelude::*;
-use bevy_egui::egui::{
-    self, Align2, Color32, ColorImage, FontId, Pos2, Rect as Area, Stroke, TextureHandle, TextureOptions,
-};
+use bevy::render::render_resource::{Extent3d, TextureDimension, TextureFormat};
+use bevy_egui::egui::{self, Align2, Color32, FontId, Pos2, Rect as Area, Stroke, TextureId};
+use bevy_egui::{EguiTextureHandle, EguiUserTextures};
 use std::collections::BTreeMap;
 
 use crate::behaviour::drawings::Ink;
@@ -11,7 +12,7 @@ use crate::robot::{RobotId, Team};
 use crate::sensing::camera::CameraSide;
 use crate::sensing::camera::image::Image;
 use crate::sensing::vision::{LandmarkKind, Percepts};
-use crate::viewer::eyes::EyeImages;
+use crate::viewer::eyes::{EyeImages, Watched};
 use crate::viewer::overlays::junction_letter;
 use crate::viewer::palette;
 use crate::viewer::theme::text_size;
@@ -21,57 +22,86 @@ use crate::viewer::theme::text_size;
 pub struct Pictures(BTreeMap<(RobotId, CameraSide), Picture>);
 
 struct Picture {
-    texture: TextureHandle,
+    texture: Handle<bevy::image::Image>,
+    id: TextureId,
     cycle: u64,
+    size: egui::Vec2,
+}
+
+/// Hands the images to the panels: before the frame is drawn, so that none is missing in it.
+pub(super) fn update_pictures(
+    eyes: Res<EyeImages>,
+    watched: Res<Watched>,
+    mut pictures: ResMut<Pictures>,
+    mut textures: ResMut<Assets<bevy::image::Image>>,
+    mut user_textures: ResMut<EguiUserTextures>,
+) {
+    let pictures = &mut pictures.0;
+    pictures.retain(|camera, picture| {
+        let is_shown = eyes.image(camera.0, camera.1).is_some_and(|(_, image)| !image.is_empty());
+        if !is_shown {
+            user_textures.remove_image(&picture.texture);
+        }
+        is_shown
+    });
+    for &(id, side) in &watched.cameras {
+        let Some((cycle, image)) = eyes.image(id, side).filter(|(_, image)| !image.is_empty()) else { continue };
+        let size = egui::vec2(image.width as f32, image.height as f32);
+        match pictures.get_mut(&(id, side)) {
+            Some(picture) if picture.cycle == cycle => {}
+            Some(picture) if picture.size == size => {
+                if let Some(mut texture) = textures.get_mut(&picture.texture) {
+                    texture.data = Some(colours(image));
+                }
+                picture.cycle = cycle;
+            }
+            _ => {
+                let texture = textures.add(texture(image));
+                let texture_id = user_textures.add_image(EguiTextureHandle::Strong(texture.clone()));
+                pictures.insert((id, side), Picture { texture, id: texture_id, cycle, size });
+            }
+        }
+    }
+}
+
+fn texture(image: &Image) -> bevy::image::Image {
+    let extent = Extent3d { width: image.width, height: image.height, depth_or_array_layers: 1 };
+    let format = TextureFormat::Rgba8UnormSrgb;
+    bevy::image::Image::new(extent, TextureDimension::D2, colours(image), format, RenderAssetUsages::all())
+}
+
+/// Red, green, blue and alpha of each pixel.
+fn colours(image: &Image) -> Vec<u8> {
+    image.rgb.chunks_exact(3).flat_map(|colour| [colour[0], colour[1], colour[2], 255]).collect()
 }
 
 impl Pictures {
-    /// Forgets images of cameras that nobody looks at.
-    pub fn keep(&mut self, is_watched: impl Fn(RobotId, CameraSide) -> bool) {
-        self.0.retain(|(id, side), _| is_watched(*id, *side));
-    }
-
     /// Shows the image of a camera, this wide, with what was recognised in it.
     pub fn show(
-        &mut self,
+        &self,
         ui: &mut egui::Ui,
-        eyes: &EyeImages,
         (id, side): (RobotId, CameraSide),
         percepts: Option<&Percepts>,
         width: f32,
     ) -> egui::Response {
-        let image = eyes.image(id, side).filter(|(_, image)| !image.is_empty());
-        let Some((cycle, image)) = image else {
+        let Some(picture) = self.0.get(&(id, side)) else {
             let (area, response) = ui.allocate_exact_size(egui::vec2(width, 0.75 * width), egui::Sense::click());
             ui.painter().rect_filled(area, 2.0, Color32::from_gray(40));
             let font = FontId::proportional(text_size::SMALL);
             ui.painter().text(area.center(), Align2::CENTER_CENTER, "no image", font, Color32::GRAY);
             return response;
         };
-        let picture = self.0.entry((id, side)).or_insert_with(|| {
-            let texture = ui.ctx().load_texture(format!("{id} {side:?}"), colours(image), TextureOptions::LINEAR);
-            Picture { texture, cycle }
-        });
-        if picture.cycle != cycle {
-            picture.texture.set(colours(image), TextureOptions::LINEAR);
-            picture.cycle = cycle;
-        }
-        let size = egui::vec2(width, width * image.height as f32 / image.width.max(1) as f32);
-        let (area, response) = ui.allocate_exact_size(size, egui::Sense::click());
+        let scale = width / picture.size.x.max(1.0);
+        let (area, response) = ui.allocate_exact_size(scale * picture.size, egui::Sense::click());
         let whole = Area::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0));
-        ui.painter().image(picture.texture.id(), area, whole, Color32::WHITE);
+        ui.painter().image(picture.id, area, whole, Color32::WHITE);
         if let Some(percepts) = percepts {
-            let scale = width / image.width.max(1) as f32;
             draw_percepts(&ui.painter().with_clip_rect(area), percepts, side, |pixel| {
                 area.min + scale * egui::vec2(pixel.x, pixel.y)
             });
         }
         response
     }
-}
-
-fn colours(image: &Image) -> ColorImage {
-    ColorImage::from_rgb([image.width as usize, image.height as usize], &image.rgb)
 }
 
 /// Draws what was recognised by one camera; `place` is where a pixel of its image is.

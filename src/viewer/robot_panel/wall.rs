@@ -8,7 +8,6 @@ use super::pictures::Pictures;
 use crate::robot::{RobotId, Roster};
 use crate::sensing::camera::CameraSide;
 use crate::sensing::vision::Percepts;
-use crate::viewer::eyes::EyeImages;
 use crate::viewer::keys::Action;
 use crate::viewer::selection::Choice;
 use crate::viewer::theme::{MARGIN, band, card, dim, panel, text_size};
@@ -20,8 +19,7 @@ pub(super) fn show_wall(
     mut contexts: EguiContexts,
     roster: Res<Roster>,
     robots: Query<&Percepts>,
-    eyes: Res<EyeImages>,
-    mut pictures: ResMut<Pictures>,
+    pictures: Res<Pictures>,
     mut actions: MessageWriter<Action>,
 ) -> Result {
     let context = contexts.ctx_mut()?;
@@ -46,7 +44,7 @@ pub(super) fn show_wall(
                                 ui.spacing_mut().item_spacing.x = 2.0;
                                 for side in CameraSide::BOTH {
                                     let percepts = robots.get(*robot).ok();
-                                    let image = pictures.show(ui, &eyes, (*id, side), percepts, width);
+                                    let image = pictures.show(ui, (*id, side), percepts, width);
                                     if image.on_hover_text("Select").clicked() {
                                         actions.write(Action::Select(Choice::Robot(*id)));
                                     }

@@ -10,7 +10,7 @@ use crate::geometry::{Pose, angle_of, to_degrees};
 use crate::pitch::End;
 use crate::referee::Penalty;
 use crate::robot::Velocity;
-use crate::robot::kick::{KickRequest, KickType};
+use crate::robot::kick::KickRequest;
 use crate::robot::posture::{Posture, PostureRequest};
 use crate::sensing::sonar::SonarReading;
 use crate::sensing::vision::Percepts;
@@ -111,13 +111,7 @@ pub fn commands(intent: &Intent, period: f32) -> Vec<Entry> {
 }
 
 fn kick(request: KickRequest) -> String {
-    let name = match request.kick_type {
-        KickType::LeftStraight => "left foot, straight",
-        KickType::RightStraight => "right foot, straight",
-        KickType::LeftSide => "left foot, to the right",
-        KickType::RightSide => "right foot, to the left",
-    };
-    format!("{name}, {:.0} %", 100.0 * request.speed)
+    format!("{}, {:.0} %", request.kick_type.words(), 100.0 * request.speed)
 }
 
 /// Half the length of the ellipse in which a place lies with 95 %, in words.
@@ -171,6 +165,7 @@ pub fn message(message: &TeamMessage) -> String {
 mod tests {
     use super::*;
     use crate::belief::BallBelief;
+    use crate::robot::kick::KickType;
     use crate::robot::motion::WalkCommand;
 
     #[test]
