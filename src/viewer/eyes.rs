@@ -251,6 +251,7 @@ mod tests {
         app.add_plugins((MinimalPlugins, NaoisisPlugins, EyesPlugin));
         app.init_resource::<Timeline>().init_resource::<History>();
         app.start_match(&scenario.unwrap()).unwrap();
+        app.update();
         app
     }
 

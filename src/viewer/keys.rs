@@ -66,6 +66,8 @@ pub enum Switch {
     Robot,
     /// The cameras of all robots.
     Cameras,
+    /// What a frame costs.
+    Statistics,
     /// Light panels instead of dark ones.
     Light,
 }
@@ -113,6 +115,8 @@ pub struct Shown {
     pub robot: bool,
     /// The cameras of all robots.
     pub cameras: bool,
+    /// What a frame costs.
+    pub statistics: bool,
     /// Light panels instead of dark ones.
     pub light: bool,
     /// How large panels are.
@@ -129,6 +133,7 @@ impl Default for Shown {
             overlays: false,
             robot: true,
             cameras: false,
+            statistics: false,
             light: false,
             panel_scale: PanelScale::default(),
         }
@@ -146,6 +151,7 @@ impl Shown {
             Switch::Overlays => &mut self.overlays,
             Switch::Robot => &mut self.robot,
             Switch::Cameras => &mut self.cameras,
+            Switch::Statistics => &mut self.statistics,
             Switch::Light => &mut self.light,
         }
     }
@@ -210,6 +216,7 @@ pub const BINDINGS: &[Binding] = &[
     binding(KeyCode::Minus, "−", "Smaller panels", Action::ScalePanels(-1)),
     binding(KeyCode::NumpadSubtract, "− on the key pad", "Smaller panels", Action::ScalePanels(-1)),
     binding(KeyCode::KeyH, "H", "This help", Action::Toggle(Switch::Help)),
+    binding(KeyCode::F10, "F10", "What a frame costs", Action::Toggle(Switch::Statistics)),
     binding(KeyCode::F12, "F12", "Save a picture", Action::Screenshot),
 ];
 

@@ -33,6 +33,7 @@
 //! | `panels` | score, clock, controls, help |
 //! | `events_panel` | penalties, what happened, where and why |
 //! | [`selection`] | which robot the user looks at |
+//! | [`statistics`] | what a frame costs |
 //! | [`theme`] | dark and light panels |
 //! | `labels` | names above the robots, words of the overlays |
 //! | [`event_log`] | what happened in the match |
@@ -64,6 +65,7 @@ pub mod robot_panel;
 mod sculpture;
 pub mod selection;
 pub mod stage;
+pub mod statistics;
 pub mod theme;
 pub mod timeline;
 
@@ -113,5 +115,6 @@ impl PluginGroup for ViewerPlugins {
             .add(events_panel::EventsPanelPlugin)
             .add(eyes::EyesPlugin)
             .add(robot_panel::RobotPanelPlugin)
+            .add(statistics::StatisticsPlugin)
     }
 }

@@ -125,9 +125,10 @@ fn show_robot(
     let Some(id) = selection.0 else { return Ok(()) };
     let Some(robot) = roster.get(id).and_then(|robot| robots.get(robot).ok()) else { return Ok(()) };
     let context = contexts.ctx_mut()?;
-    let height = context.content_rect().height() - 2.0 * MARGIN - 90.0;
+    let height = context.content_rect().height() - 2.0 * MARGIN - 130.0;
     panel("robot", Align2::LEFT_TOP, [MARGIN, MARGIN]).show(context, |ui| {
-        card(ui).show(ui, |ui| {
+        // So many small words need a quiet ground.
+        card(ui).fill(ui.visuals().panel_fill.gamma_multiply(0.96)).show(ui, |ui| {
             ui.set_width(WIDTH);
             show_head(ui, id, &robot, &state, &clock, &mut actions);
             egui::ScrollArea::vertical().max_height(height).min_scrolled_height(height).show(ui, |ui| {

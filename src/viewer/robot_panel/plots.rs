@@ -1,7 +1,7 @@
 //! Numbers of the selected robot over time.
 
-use bevy_egui::egui::{self, Color32};
-use egui_plot::{Legend, Line, Plot, PlotPoints, VLine};
+use bevy_egui::egui::{self, Color32, TextStyle};
+use egui_plot::{Corner, Legend, Line, Plot, PlotPoints};
 
 use crate::behaviour::drawings::Ink;
 use crate::geometry::to_degrees;
@@ -64,7 +64,7 @@ pub(super) fn show(ui: &mut egui::Ui, chronicle: &Chronicle, id: RobotId, cycle:
             .allow_drag(false)
             .allow_zoom(false)
             .allow_scroll(false)
-            .legend(Legend::default());
+            .legend(Legend::default().position(Corner::LeftTop).text_style(TextStyle::Small).background_alpha(0.5));
         plot.show(ui, |plot| {
             for (name, ink, value) in *curves {
                 let value = |robot: &RobotSample| value(robot, period_s as f32);
@@ -75,7 +75,6 @@ pub(super) fn show(ui: &mut egui::Ui, chronicle: &Chronicle, id: RobotId, cycle:
                     plot.line(line.id(format!("{name}{index}")));
                 }
             }
-            plot.vline(VLine::new("now", now_s).color(Color32::GRAY).width(1.0).allow_hover(false));
         });
     }
 }

@@ -121,28 +121,29 @@ mod tests {
     use crate::simulation::{MatchApp, NaoisisPlugins};
 
     #[derive(Component, Default, Reflect)]
-    #[reflect(Component)]
-    #[require(Mood)]
-    struct Dreamer {
-        dreams: u32,
+    #[reflect(Component, @Knowledge::Belief)]
+    #[require(Dreams)]
+    struct Dreamer;
+
+    #[derive(Component, Default, Reflect)]
+    #[reflect(Component, @Knowledge::Belief)]
+    struct Dreams {
+        count: u32,
         of: Option<Vec2>,
     }
 
-    #[derive(Component, Default)]
-    struct Mood(f32);
-
-    fn dream(mut robots: Query<(&mut Dreamer, &mut HeadCommand)>) {
-        for (mut dreamer, mut head) in &mut robots {
-            dreamer.dreams += 1;
-            dreamer.of = Some(Vec2::X);
+    fn dream(mut robots: Query<(&mut Dreams, &mut HeadCommand), With<Dreamer>>) {
+        for (mut dreams, mut head) in &mut robots {
+            dreams.count += 1;
+            dreams.of = Some(Vec2::X);
             head.yaw += 0.01;
         }
     }
 
     #[test]
-    fn a_users_own_components_are_read() {
+    fn the_components_of_a_behaviour_are_read_field_by_field() {
         let mut app = App::new();
-        app.add_plugins((MinimalPlugins, NaoisisPlugins)).register_type::<Dreamer>();
+        app.add_plugins((MinimalPlugins, NaoisisPlugins)).register_type::<Dreamer>().register_type::<Dreams>();
         app.add_behaviour::<Dreamer, _>("dreamer", dream);
         let scenario = r#"{ "rules": "free", "robots": [{ "number": 1, "behaviour": "dreamer" }] }"#;
         app.start_match(&Scenario::from_json(scenario).unwrap()).unwrap().run_cycles(3);
@@ -151,15 +152,13 @@ mod tests {
         read_state(app.world_mut());
         let state = app.world().resource::<BehaviourState>();
         assert_eq!(state.name.as_deref(), Some("dreamer"));
-        // Those of the test are in a module of the library's.
-        let dreamer = state_of_own(&app);
-        assert_eq!(dreamer[0], ("dreams".to_owned(), "3".to_owned()));
-        assert!(dreamer[1].1.contains("1.0"), "{dreamer:?}");
-    }
-
-    fn state_of_own(app: &App) -> Vec<(String, String)> {
-        let robot = app.world().resource::<Roster>().entities().next().unwrap();
-        fields_of(app.world().get::<Dreamer>(robot).unwrap().as_partial_reflect())
+        let names: Vec<&str> = state.components.iter().map(|component| component.name.as_str()).collect();
+        assert_eq!(names, ["Dreamer", "Dreams"]);
+        assert_eq!(state.components[1].fields[0], ("count".to_owned(), "3".to_owned()));
+        // Nobody is selected.
+        app.insert_resource(Selection(None));
+        read_state(app.world_mut());
+        assert_eq!(*app.world().resource::<BehaviourState>(), BehaviourState::default());
     }
 
     #[test]
