@@ -374,11 +374,17 @@ fn summary(outcome: &Outcome, clock: CycleClock, score: crate::referee::Score, w
     };
     let simulated_s = clock.end_time_s();
     text += &format!(
-        "{simulated_s:>7.1} s  {end}: blue {} : {} pink\n{} cycles in {wall_s:.2} s, {:.0} times real time\n",
+        "{simulated_s:>7.1} s  {end}: blue {} : {} pink\n{} cycles in {wall_s:.2} s, {} times real time\n",
         score.blue,
         score.pink,
         clock.cycle,
-        simulated_s / wall_s.max(1e-9),
+        factor(simulated_s / wall_s.max(1e-9)),
     );
     text
+}
+
+/// With as many digits as say something.
+fn factor(value: f64) -> String {
+    let digits = if value < 1.0 { 2 } else { usize::from(value < 10.0) };
+    format!("{value:.digits$}")
 }

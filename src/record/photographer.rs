@@ -3,6 +3,7 @@
 //! Recording changes nothing of the match: the photographer has a renderer and a memory of how the robots step of its own.
 //! It draws on the graphics card where the match's camera images are drawn there, in software otherwise.
 
+use bevy::math::ops;
 use bevy::prelude::*;
 use std::collections::BTreeMap;
 
@@ -121,12 +122,50 @@ impl Photographer {
     }
 }
 
-/// The whole pitch, from above one side line, in a picture of this size in pixels.
+/// The whole pitch and all goals, from above one side line and as large as they can be in a picture of this size in
+/// pixels.
 pub fn view_of_field(pitch: &Pitch, size: [u32; 2]) -> View {
-    let carpet = pitch.carpet_half_extents();
-    // Far enough for the length to fill the picture's width at a field of view of 35 degrees from top to bottom.
-    let eye = Vec3::new(0.0, -1.25 * carpet.x - 0.6 * carpet.y, 1.15 * carpet.x);
-    View::looking_at(eye, Vec3::new(0.0, -0.2 * carpet.y, 0.0), 0.61, size)
+    /// How far the eye looks down, and its field of view from top to bottom, rad.
+    const DOWN: f32 = 0.80;
+    const VERTICAL_FOV: f32 = 0.61;
+    /// What is left free on every side, as a share of the picture.
+    const MARGIN: f32 = 0.025;
+
+    let corner = pitch.outer_half_extents();
+    let top_m = pitch.goal.height_m;
+    let corners = [-1.0, 1.0].into_iter().flat_map(|x| {
+        [(-1.0, 0.0), (1.0, 0.0), (0.0, top_m)].map(|(y, height_m)| Vec3::new(x * corner.x, y * corner.y, height_m))
+    });
+    let corners: Vec<Vec3> = corners.collect();
+    let (sin, cos) = ops::sin_cos(DOWN);
+    let picture = Vec2::new(size[0] as f32, size[1] as f32);
+    // As near as everything is still in the picture, by halving; for every distance the eye looks at where what it sees
+    // is in the middle from top to bottom, which a few steps find.
+    let (mut near_m, mut far_m) = (0.0, 20.0 * corner.length());
+    let (mut target, mut view) = (Vec3::ZERO, View::looking_at(Vec3::Z, Vec3::ZERO, VERTICAL_FOV, size));
+    for _ in 0..24 {
+        let distance_m = (near_m + far_m) / 2.0;
+        let mut is_whole = false;
+        for _ in 0..4 {
+            let eye = target + distance_m * Vec3::new(0.0, -cos, sin);
+            view = View::looking_at(eye, target, VERTICAL_FOV, size);
+            let pixels: Option<Vec<Vec2>> = corners.iter().map(|corner| view.project(*corner)).collect();
+            let Some(pixels) = pixels else { break };
+            let least = pixels.iter().copied().fold(Vec2::INFINITY, Vec2::min);
+            let most = pixels.iter().copied().fold(Vec2::NEG_INFINITY, Vec2::max);
+            is_whole = least.cmpge(MARGIN * picture).all() && most.cmple((1.0 - MARGIN) * picture).all();
+            // A pixel near the middle is this much of the ground from near to far.
+            let pixel_m = distance_m / view.intrinsics.focal_length / sin;
+            target.y -= ((least.y + most.y) / 2.0 - picture.y / 2.0) * pixel_m;
+        }
+        if is_whole {
+            far_m = distance_m;
+        } else {
+            near_m = distance_m;
+        }
+    }
+    let eye = target + far_m * Vec3::new(0.0, -cos, sin);
+    View { eye, ..view }
 }
 
 #[cfg(test)]
@@ -137,10 +176,17 @@ mod tests {
     fn the_whole_pitch_is_in_the_picture() {
         for pitch in ["naoisis", "spl2025"].map(|name| Pitch::preset(name).unwrap()) {
             let (view, corner) = (view_of_field(&pitch, [960, 540]), pitch.outer_half_extents());
-            for (x, y) in [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)] {
-                let pixel = view.project(Vec3::new(x * corner.x, y * corner.y, 0.0)).unwrap();
+            let mut pixels = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)]
+                .map(|(x, y)| view.project(Vec3::new(x * corner.x, y * corner.y, 0.0)).unwrap());
+            for pixel in pixels {
                 assert!(pixel.cmpgt(Vec2::ZERO).all() && pixel.cmplt(Vec2::new(960.0, 540.0)).all(), "{pixel}");
             }
+            // It fills the picture, from left to right or from top to bottom.
+            pixels.sort_by(|a, b| a.x.total_cmp(&b.x));
+            let width = pixels[3].x - pixels[0].x;
+            pixels.sort_by(|a, b| a.y.total_cmp(&b.y));
+            let height = pixels[3].y - pixels[0].y;
+            assert!(width > 0.93 * 960.0 || height > 0.85 * 540.0, "{width} x {height}");
         }
     }
 }
