@@ -1,10 +1,12 @@
-//! Frames: a match as PNG files, the field in one folder and each robot's cameras in folders of their own.
+//! Frames: a match as PNG files, the field in one folder and each robot's cameras in folders of their own; and beside those,
+//! where images carry them, their labels and depths.
 
 use bevy::prelude::*;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use super::encoder::{EncoderThreads, RecordError};
+use super::encoder::{EncoderThreads, Layer, PngWork, RecordError};
 use super::photographer::Photographer;
 use super::picture::Picture;
 use crate::cycle::CycleClock;
@@ -18,7 +20,7 @@ pub struct FrameRecorder {
     every: u64,
     /// What is recorded; if nothing is said, the field and the images that robots have.
     pictures: Vec<Picture>,
-    encoders: EncoderThreads<(PathBuf, Image)>,
+    encoders: EncoderThreads<PngWork>,
     folders: Vec<PathBuf>,
     written: u64,
 }
@@ -56,7 +58,14 @@ impl FrameRecorder {
         let pictures = if self.pictures.is_empty() { what_there_is(world) } else { self.pictures.clone() };
         for picture in pictures {
             if let Some(image) = picture.take(photographer, world) {
-                self.write(&folder_name(picture), cycle, image);
+                let (name, image) = (folder_name(picture), Arc::new(image));
+                if !image.labels.is_empty() {
+                    self.write(&format!("{name}_labels"), cycle, Layer::Labels, &image);
+                }
+                if !image.depth_m.is_empty() {
+                    self.write(&format!("{name}_depth"), cycle, Layer::Depth, &image);
+                }
+                self.write(&name, cycle, Layer::Colours, &image);
             }
         }
     }
@@ -74,7 +83,7 @@ impl FrameRecorder {
         self.encoders.finish().map(|()| self.written)
     }
 
-    fn write(&mut self, name: &str, cycle: u64, image: Image) {
+    fn write(&mut self, name: &str, cycle: u64, layer: Layer, image: &Arc<Image>) {
         let folder = self.folder.join(name);
         if !self.folders.contains(&folder) {
             if let Err(error) = fs::create_dir_all(&folder) {
@@ -82,7 +91,7 @@ impl FrameRecorder {
             }
             self.folders.push(folder.clone());
         }
-        if self.encoders.send((folder.join(format!("{cycle:06}.png")), image)) {
+        if self.encoders.send((folder.join(format!("{cycle:06}.png")), layer, Arc::clone(image))) {
             self.written += 1;
         }
     }

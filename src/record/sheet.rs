@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::canvas::{Anchor, Canvas, GREY, INK, PAPER};
-use super::encoder::{RecordError, write_png};
+use super::encoder::{Layer, RecordError, write_png};
 use super::photographer::{Photographer, view_of_field};
 use super::video::create_new;
 use crate::cycle::CycleClock;
@@ -89,7 +89,7 @@ impl SheetRecorder {
         let chosen: Vec<&Moment> = (0..count.min(MOMENTS))
             .map(|index| &self.moments[(index * (count - 1)) / (count.min(MOMENTS) - 1).max(1)])
             .collect();
-        write_png(&self.path, &sheet(&chosen, self.robot)).map_err(RecordError::io(&self.path))
+        write_png(&self.path, Layer::Colours, &sheet(&chosen, self.robot)).map_err(RecordError::io(&self.path))
     }
 }
 

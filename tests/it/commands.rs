@@ -219,6 +219,12 @@ fn frames_are_numbered_by_cycle_and_nothing_is_written_over() {
     let output = naoisis(folder.path(), &arguments);
     assert_eq!(output.status.code(), Some(2));
     assert!(text(&output.stderr).contains("the folder is not empty"), "{}", text(&output.stderr));
+    let learning = ["run", "one.json", "--duration", "0.1", "--frames", "learning", "--cameras", "software", "--quiet"];
+    let layers = ["--set", "cameras.labels=true", "--set", "cameras.depth=true", "--set", "cameras.which=top"];
+    assert!(naoisis(folder.path(), &[&learning[..], &layers].concat()).status.success());
+    for name in ["blue1_top", "blue1_top_labels", "blue1_top_depth"] {
+        assert!(folder.path().join("learning").join(name).join("000002.png").exists(), "{name}");
+    }
     // Chosen views are drawn whether or not the match renders images; those of robots that do not play cannot be.
     let arguments = ["run", "one.json", "--duration", "0.1", "--frames", "chosen", "--quiet", "--views"];
     assert!(naoisis(folder.path(), &[&arguments[..], &["blue1.bottom"]].concat()).status.success());
