@@ -17,6 +17,7 @@ use std::time::{Duration, Instant};
 use super::drive::Playback;
 use super::eyes::EyeImages;
 use super::keys::Shown;
+use super::selection::Selection;
 use super::theme::{MARGIN, ThemeSystems, bright, card, dim, panel, text_size};
 
 /// Numbers are means over about this time, s.
@@ -30,7 +31,6 @@ impl Plugin for StatisticsPlugin {
         app.add_plugins(RenderDiagnosticsPlugin)
             .init_resource::<FrameStatistics>()
             .init_resource::<FrameClock>()
-            .insert_resource(StartTime(Instant::now()))
             .add_systems(First, begin_frame)
             .add_systems(Last, end_frame)
             .add_systems(
@@ -62,13 +62,9 @@ pub struct FrameStatistics {
     pub draw_calls: u32,
     /// Images of robots' cameras drawn in a second.
     pub eye_images_per_s: f32,
-    /// From the start of the program to the end of the first frame, s.
-    pub first_frame_s: Option<f32>,
+    /// From when the viewer was put together until the first picture of the match was drawn, s.
+    pub first_picture_s: Option<f32>,
 }
-
-/// When the viewer was put together.
-#[derive(Resource)]
-struct StartTime(Instant);
 
 /// What is being summed up.
 #[derive(Resource, Default)]
@@ -81,11 +77,25 @@ struct FrameClock {
 }
 
 /// What the renderer counts, on its own thread.
-#[derive(Resource, Clone, Default)]
+#[derive(Resource, Clone)]
 struct DrawCounts(Arc<Counts>);
 
-#[derive(Default)]
+impl Default for DrawCounts {
+    fn default() -> Self {
+        Self(Arc::new(Counts {
+            start: Instant::now(),
+            first_picture_ns: AtomicU64::default(),
+            draw_calls: AtomicU32::default(),
+            rendering_ns: AtomicU64::default(),
+        }))
+    }
+}
+
 struct Counts {
+    /// When the viewer was put together.
+    start: Instant,
+    /// How long the first picture took from then on, ns; 0 before.
+    first_picture_ns: AtomicU64,
     draw_calls: AtomicU32,
     /// Of all frames so far, ns.
     rendering_ns: AtomicU64,
@@ -100,10 +110,8 @@ fn end_frame(
     mut statistics: ResMut<FrameStatistics>,
     counts: Res<DrawCounts>,
     eyes: Res<EyeImages>,
-    start: Res<StartTime>,
 ) {
     let now = Instant::now();
-    statistics.first_frame_s.get_or_insert_with(|| start.0.elapsed().as_secs_f32());
     let main = clock.began.map_or(Duration::ZERO, |began| now - began);
     clock.main += main;
     clock.frames += 1;
@@ -120,7 +128,10 @@ fn end_frame(
         rendering_s: rendering.as_secs_f32() / frames,
         draw_calls: counts.0.draw_calls.load(Ordering::Relaxed),
         eye_images_per_s: (eyes.drawn - clock.eye_images) as f32 / elapsed_s,
-        first_frame_s: statistics.first_frame_s,
+        first_picture_s: match counts.0.first_picture_ns.load(Ordering::Relaxed) {
+            0 => None,
+            nanoseconds => Some(Duration::from_nanos(nanoseconds).as_secs_f32()),
+        },
     };
     *clock = FrameClock { began: None, since: Some(now), frames: 0, main: Duration::ZERO, eye_images: eyes.drawn };
 }
@@ -137,6 +148,10 @@ fn end_rendering(since: Option<Res<RenderingSince>>, counts: Res<DrawCounts>) {
     if let Some(since) = since {
         let took = u64::try_from(since.0.elapsed().as_nanos()).unwrap_or_default();
         counts.0.rendering_ns.fetch_add(took, Ordering::Relaxed);
+        if counts.0.draw_calls.load(Ordering::Relaxed) > 0 && counts.0.first_picture_ns.load(Ordering::Relaxed) == 0 {
+            let until_now = u64::try_from(counts.0.start.elapsed().as_nanos()).unwrap_or_default();
+            counts.0.first_picture_ns.store(until_now.max(1), Ordering::Relaxed);
+        }
     }
 }
 
@@ -173,10 +188,14 @@ fn show_statistics(
     eyes: Res<EyeImages>,
     adapter: Option<Res<RenderAdapterInfo>>,
     figures: Query<(), With<Mesh3d>>,
+    shown: Res<Shown>,
+    selection: Res<Selection>,
 ) -> Result {
     let passes: Vec<(String, f64)> = passes(&diagnostics);
     let adapter = adapter.map_or_else(String::new, |adapter| adapter.name.clone());
-    panel("statistics", Align2::LEFT_BOTTOM, [MARGIN, -MARGIN]).show(contexts.ctx_mut()?, |ui| {
+    // Beside the robot's panel, above the controls.
+    let offset = if shown.robot && selection.0.is_some() { 380.0 } else { MARGIN };
+    panel("statistics", Align2::LEFT_BOTTOM, [offset, -64.0]).show(contexts.ctx_mut()?, |ui| {
         card(ui).show(ui, |ui| {
             ui.label(bright("Costs of a frame").size(text_size::IMPORTANT));
             Grid::new("statistics").num_columns(2).spacing([12.0, 1.0]).show(ui, |ui| {
@@ -195,8 +214,8 @@ fn show_statistics(
                 );
                 line(ui, "robots' images", &images);
                 line(ui, "match", &format!("{:.2}× real time", playback.achieved));
-                let first = statistics.first_frame_s.map_or(String::new(), |first| format!("{first:.2} s"));
-                line(ui, "first frame after", &first);
+                let first = statistics.first_picture_s.map_or(String::new(), |first| format!("{first:.2} s"));
+                line(ui, "first picture after", &first);
                 line(ui, "adapter", &adapter);
             });
             for (name, milliseconds) in passes {
