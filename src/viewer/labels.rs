@@ -34,12 +34,15 @@ fn write_overlay_words(
     camera: Single<(&Camera, &GlobalTransform), With<ViewerCamera>>,
 ) -> Result {
     let (camera, camera_transform) = *camera;
-    let painter = contexts.ctx_mut()?.layer_painter(LayerId::background());
+    let context = contexts.ctx_mut()?;
+    // Panels may be larger than the window has them.
+    let zoom = context.zoom_factor();
+    let painter = context.layer_painter(LayerId::background());
     for words in &words.0 {
         let Ok(place) = camera.world_to_viewport(camera_transform, words.place) else { continue };
         let font = FontId::proportional(text_size::SMALL);
         let text = painter.layout_no_wrap(words.text.clone(), font, palette::in_panel(words.colour));
-        let area = Align2::CENTER_BOTTOM.anchor_size(Pos2::new(place.x, place.y - 3.0), text.size());
+        let area = Align2::CENTER_BOTTOM.anchor_size(Pos2::new(place.x / zoom, place.y / zoom - 3.0), text.size());
         painter.rect_filled(area.expand2(egui::vec2(3.0, 0.5)), 4.0, Color32::from_black_alpha(170));
         painter.galley(area.min, text, Color32::WHITE);
     }
@@ -52,7 +55,10 @@ fn draw_labels(
     robots: Query<(&RobotId, &GlobalTransform, &Penalty)>,
 ) -> Result {
     let (camera, camera_transform) = *camera;
-    let painter = contexts.ctx_mut()?.layer_painter(LayerId::background());
+    let context = contexts.ctx_mut()?;
+    // Panels may be larger than the window has them.
+    let zoom = context.zoom_factor();
+    let painter = context.layer_painter(LayerId::background());
     for (id, transform, penalty) in &robots {
         if penalty.is_active() {
             continue;
@@ -61,7 +67,7 @@ fn draw_labels(
         let Ok(place) = camera.world_to_viewport(camera_transform, transform.transform_point(HEIGHT)) else { continue };
         let colour = palette::in_panel(palette::team(id.team));
         let text = painter.layout_no_wrap(id.to_string(), FontId::proportional(text_size::ENTRY), Color32::WHITE);
-        let area = Align2::CENTER_CENTER.anchor_size(Pos2::new(place.x, place.y), text.size());
+        let area = Align2::CENTER_CENTER.anchor_size(Pos2::new(place.x / zoom, place.y / zoom), text.size());
         painter.rect_filled(area.expand2(egui::vec2(5.0, 1.5)), 7.0, colour.gamma_multiply(0.85));
         painter.galley(area.min, text, Color32::WHITE);
     }

@@ -196,7 +196,7 @@ fn show_statistics(
     // Beside the robot's panel, above the controls.
     let offset = if shown.robot && selection.0.is_some() { 380.0 } else { MARGIN };
     panel("statistics", Align2::LEFT_BOTTOM, [offset, -64.0]).show(contexts.ctx_mut()?, |ui| {
-        card(ui).show(ui, |ui| {
+        card(ui).fill(ui.visuals().panel_fill.gamma_multiply(0.96)).show(ui, |ui| {
             ui.label(bright("Costs of a frame").size(text_size::IMPORTANT));
             Grid::new("statistics").num_columns(2).spacing([12.0, 1.0]).show(ui, |ui| {
                 let milliseconds = |seconds: f32| format!("{:.1} ms", 1000.0 * seconds);

@@ -33,7 +33,9 @@ fn show_switches(
     panel("overlays", Align2::RIGHT_BOTTOM, [-MARGIN, -64.0]).show(contexts.ctx_mut()?, |ui| {
         card(ui).show(ui, |ui| {
             ui.label(bright("Overlays").size(text_size::IMPORTANT));
-            egui::ScrollArea::horizontal().max_width(560.0).min_scrolled_width(300.0).show(ui, |ui| {
+            let width = (150.0 + 40.0 * (2 + robots.len()) as f32).min(700.0);
+            ui.set_min_width(width);
+            egui::ScrollArea::horizontal().max_width(width).show(ui, |ui| {
                 egui::Grid::new("overlays").num_columns(3 + robots.len()).spacing([5.0, 3.0]).show(ui, |ui| {
                     show_heads(ui, &robots, &selection);
                     for overlay in Overlay::ALL {

@@ -51,6 +51,7 @@ impl Plugin for RobotPanelPlugin {
                 (
                     show_hint.run_if(|selection: Res<Selection>| selection.0.is_none()),
                     show_robot.run_if(|shown: Res<Shown>| shown.robot),
+                    pictures::draw_in_window,
                     wall::show_wall.run_if(|shown: Res<Shown>| shown.cameras),
                 )
                     .after(ThemeSystems),
@@ -204,7 +205,7 @@ fn show_head(
             if ui.small_button("✖").on_hover_text("No robot (Esc)").clicked() {
                 actions.write(Action::Select(Choice::Nobody));
             }
-            if ui.small_button("▾").on_hover_text("Overlays (O)").clicked() {
+            if ui.small_button("Overlays").on_hover_text("What is drawn on the pitch (O)").clicked() {
                 actions.write(Action::Toggle(Switch::Overlays));
             }
         });

@@ -4,17 +4,21 @@ use bevy::asset::RenderAssetUsages;
 use bevy::prelude::*;
 use bevy::render::render_resource::{Extent3d, TextureDimension, TextureFormat};
 use bevy_egui::egui::{self, Align2, Color32, FontId, Pos2, Rect as Area, Stroke, TextureId};
-use bevy_egui::{EguiTextureHandle, EguiUserTextures};
+use bevy_egui::{EguiContexts, EguiTextureHandle, EguiUserTextures};
 use std::collections::BTreeMap;
 
 use crate::behaviour::drawings::Ink;
-use crate::robot::{RobotId, Team};
-use crate::sensing::camera::CameraSide;
+use crate::robot::{RobotId, Roster, Team};
 use crate::sensing::camera::image::Image;
+use crate::sensing::camera::model::CameraIntrinsics;
+use crate::sensing::camera::{CameraSettings, CameraSide};
 use crate::sensing::vision::{LandmarkKind, Percepts};
+use crate::viewer::camera::ViewerCamera;
+use crate::viewer::camera::eyes::image_in_window;
 use crate::viewer::eyes::{EyeImages, Watched};
-use crate::viewer::overlays::junction_letter;
+use crate::viewer::overlays::{Overlay, Overlays, junction_letter};
 use crate::viewer::palette;
+use crate::viewer::selection::Selection;
 use crate::viewer::theme::text_size;
 
 /// The images as the panels have them.
@@ -62,6 +66,36 @@ pub(super) fn update_pictures(
             }
         }
     }
+}
+
+/// Draws what was recognised over the window, where one looks through a robot's eyes.
+pub(super) fn draw_in_window(
+    mut contexts: EguiContexts,
+    camera: Single<&ViewerCamera>,
+    selection: Res<Selection>,
+    overlays: Res<Overlays>,
+    roster: Res<Roster>,
+    robots: Query<(&Percepts, &CameraSettings)>,
+    window: Single<&Window>,
+) -> Result {
+    let Some((id, side)) = camera.eyes(&selection) else { return Ok(()) };
+    let Some((percepts, settings)) = roster.get(id).and_then(|robot| robots.get(robot).ok()) else { return Ok(()) };
+    if !overlays.shows(Overlay::Percepts, id, &selection) {
+        return Ok(());
+    }
+    let context = contexts.ctx_mut()?;
+    let intrinsics = CameraIntrinsics::from(settings);
+    // Panels may be larger than the window has them.
+    let frame = image_in_window(intrinsics, window.size() / context.zoom_factor());
+    let scale = frame.size() / intrinsics.size;
+    let painter = context.layer_painter(egui::LayerId::background());
+    let corners = Area::from_min_max(Pos2::new(frame.min.x, frame.min.y), Pos2::new(frame.max.x, frame.max.y));
+    painter.rect_stroke(corners, 0.0, Stroke::new(1.0, Color32::from_white_alpha(120)), egui::StrokeKind::Middle);
+    draw_percepts(&painter, percepts, side, |pixel| {
+        let at = frame.min + scale * pixel;
+        Pos2::new(at.x, at.y)
+    });
+    Ok(())
 }
 
 fn texture(image: &Image) -> bevy::image::Image {
