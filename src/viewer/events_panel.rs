@@ -133,12 +133,14 @@ fn show_events(
                     if show_entry(ui, entry, chosen, entry.time_s > now_s) {
                         choices.write(EventChoice(entry.clone()));
                     }
-                    if chosen && show_circumstances(ui, entry) {
-                        let cycle = ((entry.time_s - RUN_UP_S).max(0.0) / clock.period_s) as u64;
-                        moments.write(TimelineCommand::GoTo(cycle));
-                    }
                 }
             });
+            if let Some((entry, _)) = &shown.0
+                && show_circumstances(ui, entry)
+            {
+                let cycle = ((entry.time_s - RUN_UP_S).max(0.0) / clock.period_s) as u64;
+                moments.write(TimelineCommand::GoTo(cycle));
+            }
         });
     });
     Ok(())
@@ -164,13 +166,12 @@ fn show_entry(ui: &mut egui::Ui, entry: &LogEntry, chosen: bool, is_to_come: boo
 
 /// What is known of an event; whether it is to be looked at again.
 fn show_circumstances(ui: &mut egui::Ui, entry: &LogEntry) -> bool {
-    ui.indent("circumstances", |ui| {
-        for line in entry.evidence.iter().flat_map(reasons) {
-            ui.add(egui::Label::new(dim(line).size(text_size::SMALL)).wrap());
-        }
-        ui.small_button("Look at it again").on_hover_text("From two seconds before it").clicked()
-    })
-    .inner
+    ui.separator();
+    ui.label(RichText::new(&entry.text).size(text_size::ENTRY).strong());
+    for line in entry.evidence.iter().flat_map(reasons) {
+        ui.add(egui::Label::new(dim(line).size(text_size::SMALL)).wrap());
+    }
+    ui.small_button("Look at it again").on_hover_text("From two seconds before it").clicked()
 }
 
 /// The referee's reasons, line by line.

@@ -200,7 +200,7 @@ mod tests {
 
     #[test]
     fn heads_and_percepts_are_told_in_words() {
-        assert_eq!(head(-0.5236, 0.1745), "30° right, 10° down");
+        assert_eq!(head(-0.349_07, 0.174_53), "20° right, 10° down");
         assert_eq!(percepts(&Percepts::default()), "recognises nothing");
         assert_eq!(sonar(SonarReading { left: None, right: Some(0.3) }), "left —, right 0.30 m");
     }
