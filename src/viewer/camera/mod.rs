@@ -42,12 +42,13 @@ impl Plugin for ViewerCameraPlugin {
     fn build(&self, app: &mut App) {
         app.add_message::<ViewPreset>()
             .add_message::<LookAt>()
+            .init_resource::<Covered>()
             // Cameras that robots look through must not get the panels.
             .insert_resource(EguiGlobalSettings { auto_create_primary_context: false, ..default() })
             .add_systems(Startup, spawn_camera)
             .add_systems(
                 Update,
-                (choose_view, look_at_places, use_mouse.run_if(not(egui_wants_any_pointer_input)))
+                (make_room, choose_view, look_at_places, use_mouse.run_if(not(egui_wants_any_pointer_input)))
                     .chain()
                     .after(SelectionSystems)
                     .in_set(CameraSystems),
@@ -84,6 +85,15 @@ pub enum ViewPreset {
 /// A place of the pitch is to be looked at, m.
 #[derive(Message, Clone, Copy, PartialEq, Debug)]
 pub struct LookAt(pub Vec2);
+
+/// The part of the window, from the left, that a panel covers, logical pixels: the match is shown beside it.
+#[derive(Resource, Clone, Copy, PartialEq, Debug, Default)]
+pub struct Covered {
+    /// Now.
+    pub now: f32,
+    /// As the camera has it: it gets there smoothly.
+    eased: f32,
+}
 
 /// What the camera goes along with.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
@@ -131,10 +141,31 @@ fn spawn_camera(mut commands: Commands, root: Res<PitchRoot>, pitch: Res<Pitch>,
 }
 
 fn aspect_of(window: Query<&Window>) -> f32 {
+    aspect_beside(window, 0.0)
+}
+
+/// Width by height of what a panel leaves of the window.
+fn aspect_beside(window: Query<&Window>, covered: f32) -> f32 {
     window.iter().next().map_or(16.0 / 9.0, |window| {
         let size = window.size();
-        (size.x / size.y.max(1.0)).clamp(0.2, 5.0)
+        ((size.x - covered) / size.y.max(1.0)).clamp(0.2, 5.0)
     })
+}
+
+/// What was in view remains so when a panel opens, from farther away.
+fn make_room(
+    covered: Res<Covered>,
+    window: Query<&Window>,
+    mut camera: Single<&mut ViewerCamera>,
+    mut before: Local<f32>,
+) {
+    if covered.now != *before {
+        let widths = [*before, covered.now].map(|covered| aspect_beside(window, covered));
+        if camera.mode == CameraMode::Orbit {
+            camera.wanted = camera.wanted.farther(widths[0] / widths[1]);
+        }
+        *before = covered.now;
+    }
 }
 
 fn choose_view(
@@ -143,11 +174,12 @@ fn choose_view(
     window: Query<&Window>,
     roster: Res<Roster>,
     mut selection: ResMut<Selection>,
+    covered: Res<Covered>,
     balls: Query<&Transform, (With<Ball>, Without<ViewerCamera>)>,
     robots: Query<&Transform, (With<RobotId>, Without<ViewerCamera>)>,
     mut camera: Single<&mut ViewerCamera>,
 ) {
-    let aspect = aspect_of(window);
+    let aspect = aspect_beside(window, covered.now);
     for preset in presets.read() {
         if matches!(preset, ViewPreset::FollowRobot | ViewPreset::Eyes(_)) && selection.0.is_none() {
             selection.0 = roster.iter().next().map(|(id, _)| id);
@@ -252,6 +284,7 @@ fn move_camera(
     selection: Res<Selection>,
     roster: Res<Roster>,
     robots: Query<(&Transform, &HeadAngles, &Posture, &CameraSettings, &Penalty), Without<ViewerCamera>>,
+    mut covered: ResMut<Covered>,
     camera: Single<(&mut ViewerCamera, &mut Transform, &mut Projection)>,
 ) {
     let (mut camera, mut transform, mut projection) = camera.into_inner();
@@ -272,6 +305,11 @@ fn move_camera(
         let share = 1.0 - ops::exp(-EASING_PER_S * time.delta_secs());
         camera.current = camera.current.eased(camera.wanted, share);
         *transform = camera.current.transform();
+        covered.eased += share * (covered.now - covered.eased);
+        let height = window.iter().next().map_or(1.0, |window| window.height().max(1.0));
+        let aside = camera.current.metres_per_pixel(height) * covered.eased / 2.0;
+        let right = transform.right();
+        transform.translation -= aside * right;
     }
     if let Projection::Perspective(perspective) = &mut *projection
         && perspective.fov != field_of_view

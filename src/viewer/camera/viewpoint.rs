@@ -120,7 +120,7 @@ impl Viewpoint {
 
     /// Moves along the ground by a drag of this many pixels in a window of this height.
     pub fn shifted(mut self, pixels: Vec2, window_height: f32) -> Self {
-        let metres = pixels * 2.0 * self.distance * ops::tan(FIELD_OF_VIEW / 2.0) / window_height;
+        let metres = pixels * self.metres_per_pixel(window_height);
         let (sin, cos) = ops::sin_cos(self.azimuth);
         let right = Vec2::new(cos, sin);
         let moved = metres.y * right.perp() - metres.x * right;
@@ -129,9 +129,19 @@ impl Viewpoint {
     }
 
     /// Goes closer by this many notches of the wheel.
-    pub fn zoomed(mut self, notches: f32) -> Self {
-        self.distance = (self.distance * ops::exp(-ZOOM_PER_NOTCH * notches)).clamp(DISTANCES[0], DISTANCES[1]);
+    pub fn zoomed(self, notches: f32) -> Self {
+        self.farther(ops::exp(-ZOOM_PER_NOTCH * notches))
+    }
+
+    /// From so many times as far away.
+    pub fn farther(mut self, factor: f32) -> Self {
+        self.distance = (self.distance * factor).clamp(DISTANCES[0], DISTANCES[1]);
         self
+    }
+
+    /// How large a pixel is at the focus, in a window of this height, m.
+    pub fn metres_per_pixel(&self, window_height: f32) -> f32 {
+        2.0 * self.distance * ops::tan(FIELD_OF_VIEW / 2.0) / window_height
     }
 
     /// Looks around from where it is, by a drag of this many pixels.

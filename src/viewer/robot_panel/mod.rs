@@ -11,6 +11,7 @@ mod state;
 mod wall;
 mod wording;
 
+use super::camera::{CameraSystems, Covered};
 use super::chronicle::Chronicle;
 use super::eyes::{EyesSystems, Watched};
 use super::keys::{Action, Shown, Switch};
@@ -44,6 +45,7 @@ impl Plugin for RobotPanelPlugin {
         app.init_resource::<BehaviourState>()
             .init_resource::<Pictures>()
             .init_resource::<Opened>()
+            .add_systems(Update, cover_window.before(CameraSystems))
             .add_systems(Update, (watch_cameras.before(EyesSystems), pictures::update_pictures.after(EyesSystems)))
             .add_systems(PostUpdate, state::read_state.before(OverlaySystems))
             .add_systems(
@@ -68,6 +70,17 @@ struct Opened {
 impl Default for Opened {
     fn default() -> Self {
         Self { cameras: true }
+    }
+}
+
+/// Says how much of the window is left for the match.
+fn cover_window(shown: Res<Shown>, selection: Res<Selection>, mut covered: ResMut<Covered>) {
+    /// Of the panel's contents from its edges, and of those from the window's, logical pixels.
+    const BORDERS: f32 = 24.0 + 2.0 * MARGIN;
+    let is_shown = shown.robot && selection.0.is_some();
+    let now = if is_shown { (WIDTH + BORDERS) * shown.panel_scale.factor() } else { 0.0 };
+    if covered.now != now {
+        covered.now = now;
     }
 }
 

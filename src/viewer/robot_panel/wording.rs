@@ -24,14 +24,24 @@ fn entry(name: &str, value: String) -> Entry {
     (name.to_owned(), value)
 }
 
+/// Two decimal places, and no minus before nothing.
+fn decimal(number: f32) -> String {
+    format!("{:.2}", (100.0 * number).round() / 100.0 + 0.0)
+}
+
+/// An angle in whole degrees, and no minus before nothing.
+fn degrees(angle: f32) -> String {
+    format!("{:.0}°", to_degrees(angle).round() + 0.0)
+}
+
 /// A place, m.
 pub fn place(place: Vec2) -> String {
-    format!("{:.2}, {:.2} m", place.x, place.y)
+    format!("{}, {} m", decimal(place.x), decimal(place.y))
 }
 
 /// A pose.
 pub fn pose(pose: Pose) -> String {
-    format!("{:.2}, {:.2} m, {:.0}°", pose.position.x, pose.position.y, to_degrees(pose.heading))
+    format!("{}, {}", place(pose.position), degrees(pose.heading))
 }
 
 /// Angles of a head.
@@ -43,7 +53,7 @@ pub fn head(yaw: f32, pitch: f32) -> String {
 
 /// How something moves.
 pub fn velocity(velocity: Velocity) -> String {
-    format!("{:.2} m/s, {:.0}°/s", velocity.linear.length(), to_degrees(velocity.angular))
+    format!("{:.2} m/s, {}/s", velocity.linear.length(), degrees(velocity.angular))
 }
 
 /// What the sonars heard.
@@ -69,9 +79,9 @@ pub fn condition(posture: &Posture, penalty: &Penalty, clock: &CycleClock) -> St
 
 /// What was recognised, in numbers.
 pub fn percepts(percepts: &Percepts) -> String {
-    let ball = percepts.ball.map(|ball| {
-        format!("ball at {:.2} m, {:.0}°", ball.position_m.length(), to_degrees(angle_of(ball.position_m)))
-    });
+    let ball = percepts
+        .ball
+        .map(|ball| format!("ball at {:.2} m, {}", ball.position_m.length(), degrees(angle_of(ball.position_m))));
     let count = |count: usize, name: &str| match count {
         0 => None,
         1 => Some(format!("1 {name}")),
@@ -93,7 +103,7 @@ pub fn commands(intent: &Intent, period: f32) -> Vec<Entry> {
         "stands".to_owned()
     } else {
         let way = intent.walk.translation() / period;
-        format!("{:.2} ahead, {:.2} left m/s, {:.0}°/s", way.x, way.y, to_degrees(intent.walk.dtheta / period))
+        format!("{} ahead, {} left m/s, {}/s", decimal(way.x), decimal(way.y), degrees(intent.walk.dtheta / period))
     };
     let mut entries = vec![entry("Walk", walk), entry("Head to", head(intent.head.yaw, intent.head.pitch))];
     entries.push(entry("Kick", intent.kick.map_or("none".to_owned(), kick)));
@@ -133,7 +143,7 @@ pub fn belief(belief: &Belief, error: Option<&BeliefError>, own_end: End) -> Vec
     };
     let mut entries = vec![entry("Itself", own)];
     if let Some(error) = error {
-        let text = format!("{:.2} m, {:.0}°", error.position_m, to_degrees(error.heading));
+        let text = format!("{:.2} m, {}", error.position_m, degrees(error.heading));
         entries.push(entry("  truly off by", text));
     }
     entries.push(entry("Ball", ball));
@@ -201,6 +211,7 @@ mod tests {
     #[test]
     fn heads_and_percepts_are_told_in_words() {
         assert_eq!(head(-0.349_07, 0.174_53), "20° right, 10° down");
+        assert_eq!(pose(Pose::new(-0.001, 0.0, -0.001)), "0.00, 0.00 m, 0°");
         assert_eq!(percepts(&Percepts::default()), "recognises nothing");
         assert_eq!(sonar(SonarReading { left: None, right: Some(0.3) }), "left —, right 0.30 m");
     }
