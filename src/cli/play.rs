@@ -97,7 +97,11 @@ pub(super) fn display() -> Result<(), &'static str> {
         return Err("there is no display");
     }
     match x11rb::connect(None) {
-        Ok(_) => Ok(()),
+        Ok((connection, _)) => {
+            // A server whose last client leaves starts anew, and refuses whoever comes meanwhile: this one stays.
+            core::mem::forget(connection);
+            Ok(())
+        }
         Err(_) => Err("the display does not answer"),
     }
 }
