@@ -19,7 +19,7 @@
 //! | `keeper_intercepts` | what the ball's velocity is worth to a keeper |
 //! | `coordination` | who goes for the ball, and what losing messages does to that |
 //! | `path_planning` | a grid planner and a reactive one among moving robots |
-//! | `localisation` | a Kalman and a particle filter on the same seeds, and after a kidnapping |
+//! | `localisation` | two Kalman filters and a particle filter on the same seeds, and after a kidnapping |
 //! | `learn_to_score` | a policy learned by the cross-entropy method, saved and played |
 
 #[doc = include_str!("first_behaviour.md")]
