@@ -34,6 +34,7 @@
 //! | `events_panel` | penalties, what happened, where and why |
 //! | [`selection`] | which robot the user looks at |
 //! | [`statistics`] | what a frame costs |
+//! | [`memory`] | what is remembered from one time to the next |
 //! | [`theme`] | dark and light panels |
 //! | `labels` | names above the robots, words of the overlays |
 //! | [`event_log`] | what happened in the match |
@@ -57,6 +58,7 @@ mod figure;
 mod gait;
 pub mod keys;
 mod labels;
+pub mod memory;
 pub mod overlays;
 mod palette;
 mod panels;
@@ -116,5 +118,6 @@ impl PluginGroup for ViewerPlugins {
             .add(eyes::EyesPlugin)
             .add(robot_panel::RobotPanelPlugin)
             .add(statistics::StatisticsPlugin)
+            .add(memory::MemoryPlugin)
     }
 }
