@@ -16,6 +16,7 @@ mod referee_properties;
 mod rule_cases;
 mod scenario_files;
 mod sensing;
+mod situation;
 mod snapshot;
 mod support;
 mod teams;
