@@ -12,6 +12,8 @@ pub mod colours;
 pub mod field;
 pub mod gait;
 pub mod gather;
+#[cfg(feature = "gpu")]
+pub mod mesh;
 pub mod posing;
 pub mod robot;
 pub mod scene;

@@ -69,6 +69,7 @@ pub fn change_settings(world: &mut World, scenario: &Scenario) -> Result<(), Sce
         let expected = "the same as at the start; or a new match";
         return Err(ScenarioFault::new(FieldPath::from(*field), message, expected));
     }
+    scenario.cameras.render.make_ready(world)?;
     if old.messages != scenario.messages {
         world.insert_resource(scenario.messages.clone());
     }

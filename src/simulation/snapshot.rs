@@ -39,6 +39,7 @@ use crate::behaviour::BehaviourRegistry;
 use crate::geometry::Pose;
 use crate::knowledge::Knowledge;
 use crate::robot::{RobotId, Roster};
+use crate::scenario::{Scenario, ScenarioFault};
 
 /// The format's name in files.
 const FORMAT: &str = "naoisis-snapshot";
@@ -78,6 +79,9 @@ pub enum SnapshotError {
     /// The state belongs to a behaviour that is not registered here.
     #[error("there is no behaviour `{0}`; register it before the snapshot is restored")]
     NoBehaviour(String),
+    /// The match has camera images that cannot be rendered here.
+    #[error(transparent)]
+    Cameras(#[from] ScenarioFault),
     /// The file cannot be read or written.
     #[error("{path}: {error}")]
     Io {
@@ -137,6 +141,10 @@ impl Snapshot {
             if behaviours.marker_of(name).is_none() {
                 return Err(SnapshotError::NoBehaviour(name.clone()));
             }
+        }
+        let scenario = self.resources.iter().find_map(|resource| resource.as_any().downcast_ref::<Scenario>());
+        if let Some(scenario) = scenario {
+            scenario.cameras.render.make_ready(world)?;
         }
         let mut old = world.query_filtered::<Entity, With<MatchEntity>>();
         let old: Vec<Entity> = old.iter(world).collect();

@@ -40,11 +40,12 @@ pub(super) fn ball_component<C: Component + Clone>(world: &World) -> Option<C> {
 /// Replaces the match in the world by that of the scenario.
 ///
 /// # Errors
-/// [`ScenarioFault`] when the scenario contradicts itself or names a behaviour or team that is not registered; the
-/// world is then as it was.
+/// [`ScenarioFault`] when the scenario contradicts itself, names a behaviour or team that is not registered, or wants
+/// camera images that cannot be rendered here; the world is then as it was.
 pub fn start(world: &mut World, scenario: &Scenario) -> Result<(), ScenarioFault> {
     scenario.validate()?;
     let robots = robots_of(world, scenario)?;
+    scenario.cameras.render.make_ready(world)?;
     let mut old = world.query_filtered::<Entity, With<MatchEntity>>();
     let old: Vec<Entity> = old.iter(world).collect();
     for entity in old {

@@ -2,7 +2,7 @@
 
 use bevy::prelude::*;
 use bevy::render::renderer::RenderAdapterInfo;
-use wgpu_types::DeviceType;
+use wgpu::DeviceType;
 
 use super::camera::ViewerCamera;
 use super::keys::{KeysSystems, Shown};

@@ -1,12 +1,12 @@
 //! Meshes of the [appearance's](crate::appearance) parts: one mesh with colours in its vertices, and one material for all of
 //! them, instead of one each.
 
-use bevy::mesh::{MeshMergeError, VertexAttributeValues};
+use bevy::mesh::MeshMergeError;
 use bevy::prelude::*;
-use core::f32::consts::FRAC_PI_2;
 
 use super::palette;
-use crate::appearance::shapes::{Part, Shape};
+use crate::appearance::mesh::mesh_of;
+use crate::appearance::shapes::Part;
 
 /// A mesh under construction. Its colours are in the vertices.
 #[derive(Default)]
@@ -40,59 +40,6 @@ impl Sculpture {
     }
 }
 
-/// The mesh of a shape about its own frame.
-fn mesh_of(shape: Shape) -> Mesh {
-    match shape {
-        Shape::Box { half_size } => Cuboid { half_size }.into(),
-        Shape::Ellipsoid { radii } => {
-            let sphere = Sphere::new(1.0).mesh().uv(20, 12);
-            sphere.transformed_by(Transform::from_scale(radii))
-        }
-        Shape::Frustum { bottom, top, half_height } => frustum(bottom, top, half_height),
-        Shape::Capsule { radius, half_length } => {
-            let rod = Capsule3d::new(radius, 2.0 * half_length).mesh().longitudes(16).latitudes(8).build();
-            rod.transformed_by(upright(Vec3::ZERO))
-        }
-    }
-}
-
-/// A cylinder of radius 1, with its ends stretched.
-fn frustum(bottom: Vec2, top: Vec2, half_height: f32) -> Mesh {
-    let mut mesh = Cylinder::new(1.0, 2.0 * half_height).mesh().resolution(24).build();
-    let slant = (bottom - top) / (2.0 * half_height).max(1e-6);
-    // Bevy's cylinder is around y.
-    let places: Vec<Vec3> = match mesh.attribute(Mesh::ATTRIBUTE_POSITION) {
-        Some(VertexAttributeValues::Float32x3(places)) => places.iter().map(|&[x, y, z]| Vec3::new(x, -z, y)).collect(),
-        _ => Vec::new(),
-    };
-    let stretched = places.iter().map(|place| {
-        let radii = bottom.lerp(top, (place.z + half_height) / (2.0 * half_height).max(1e-6));
-        (place.truncate() * radii).extend(place.z).to_array()
-    });
-    let stretched: Vec<[f32; 3]> = stretched.collect();
-    if let Some(VertexAttributeValues::Float32x3(normals)) = mesh.attribute_mut(Mesh::ATTRIBUTE_NORMAL) {
-        for (normal, place) in normals.iter_mut().zip(&places) {
-            let [x, y, z] = *normal;
-            // The ends look up and down, the side outwards and by its slant.
-            *normal = if y.abs() > 0.5 {
-                [0.0, 0.0, y.signum()]
-            } else {
-                let radii = (bottom + top) / 2.0;
-                let outwards = Vec2::new(x * radii.y, -z * radii.x).normalize_or(place.truncate());
-                let rise = (slant * outwards * outwards).element_sum();
-                outwards.extend(rise).normalize_or(Vec3::X).to_array()
-            };
-        }
-    }
-    mesh.insert_attribute(Mesh::ATTRIBUTE_POSITION, stretched);
-    mesh
-}
-
-/// Stands a shape with its axis along y up along z.
-pub fn upright(centre: Vec3) -> Transform {
-    Transform::from_translation(centre).with_rotation(Quat::from_rotation_x(FRAC_PI_2))
-}
-
 /// The material of all sculptures.
 pub fn material() -> StandardMaterial {
     StandardMaterial { perceptual_roughness: 0.5, reflectance: 0.3, ..default() }
@@ -108,8 +55,8 @@ fn report(merged: Result<(), MeshMergeError>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::appearance::shapes::Shape;
     use crate::appearance::{Label, colours};
-    use bevy::camera::primitives::MeshAabb;
 
     fn part(shape: Shape, centre: Vec3) -> Part<()> {
         Part::at((), Label::Ball, colours::BALL, shape, centre)
@@ -125,25 +72,5 @@ mod tests {
         ];
         let each = parts.iter().map(|part| Sculpture::of([part]).count_vertices()).sum::<usize>();
         assert_eq!(Sculpture::of(&parts).count_vertices(), each);
-    }
-
-    #[test]
-    fn shapes_are_as_large_as_they_say() {
-        let frustum = Shape::Frustum { bottom: Vec2::new(0.1, 0.2), top: Vec2::new(0.3, 0.1), half_height: 0.5 };
-        for (shape, half_size) in [
-            (Shape::Box { half_size: Vec3::new(0.1, 0.2, 0.3) }, Vec3::new(0.1, 0.2, 0.3)),
-            (Shape::Ellipsoid { radii: Vec3::new(0.1, 0.2, 0.3) }, Vec3::new(0.1, 0.2, 0.3)),
-            (frustum, Vec3::new(0.3, 0.2, 0.5)),
-            (Shape::Capsule { radius: 0.1, half_length: 0.4 }, Vec3::new(0.1, 0.1, 0.5)),
-        ] {
-            let bounds = mesh_of(shape).compute_aabb().unwrap();
-            assert!(Vec3::from(bounds.half_extents).abs_diff_eq(half_size, 0.01), "{shape:?}: {bounds:?}");
-        }
-    }
-
-    #[test]
-    fn what_is_upright_points_to_the_sky() {
-        let up = upright(Vec3::ZERO).transform_point(Vec3::Y);
-        assert!(up.abs_diff_eq(Vec3::Z, 1e-6), "{up}");
     }
 }

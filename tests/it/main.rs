@@ -13,6 +13,8 @@ mod kicks;
 mod localisation;
 mod matches;
 mod referee_properties;
+#[cfg(feature = "gpu")]
+mod renderers;
 mod rule_cases;
 mod scenario_files;
 mod sensing;

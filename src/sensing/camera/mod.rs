@@ -26,13 +26,17 @@ use crate::cycle::Cycle;
 use crate::geometry::{file_units, to_radians};
 use crate::knowledge::Knowledge;
 use crate::pitch::Pitch;
+use crate::scenario::{FieldPath, ScenarioFault};
 use crate::sensing::jobs::SensingThreads;
 use crate::sensing::scene::SensingSystems;
 
+#[cfg(feature = "gpu")]
+pub mod gpu;
 pub mod image;
 pub mod model;
 pub mod noise;
 mod rendering;
+pub mod shot;
 pub mod software;
 
 use image::Image;
@@ -80,14 +84,30 @@ pub enum CameraRendering {
     Off,
     /// By the software renderer.
     Software,
-    /// By the GPU.
+    /// By Bevy on a graphics card: of the same scene, but pixel by pixel the same only on the same machine.
     Gpu,
 }
 
 impl CameraRendering {
+    /// Gets a match ready for it.
+    ///
+    /// # Errors
+    /// Why it cannot be done here.
+    pub(crate) fn make_ready(self, world: &mut World) -> Result<(), ScenarioFault> {
+        #[cfg(feature = "gpu")]
+        if self == CameraRendering::Gpu {
+            return gpu::GpuCameras::ready(world).map_err(|error| {
+                let path = FieldPath::from("cameras").field("render");
+                ScenarioFault::new(path, error.to_string(), "a graphics adapter; or `software`, `off` or `auto`")
+            });
+        }
+        let _ = (self, world);
+        Ok(())
+    }
+
     /// Whether this program can do it.
     pub const fn is_available(self) -> bool {
-        !matches!(self, CameraRendering::Gpu)
+        cfg!(feature = "gpu") || !matches!(self, CameraRendering::Gpu)
     }
 }
 

@@ -1,10 +1,11 @@
-//! Fills [`CameraImages`] by the software renderer.
+//! Fills [`CameraImages`]: which images are due, and who draws them.
 
 use bevy::prelude::*;
 
-use super::image::{Image, Layers};
+use super::image::Layers;
 use super::model::CameraView;
 use super::noise::{Darkroom, Exposure};
+use super::shot::Shot;
 use super::software::{Detail, PreparedScene, Renderer};
 use super::{CameraImages, CameraRendering, CameraSettings, CameraSide};
 use crate::appearance::gather::MatchScene;
@@ -32,11 +33,9 @@ pub(super) struct Studio {
 struct Job {
     robot: Entity,
     side: CameraSide,
-    design: RobotDesign,
-    view: View,
-    layers: Layers,
     exposure: Exposure,
-    image: Image,
+    is_gpu: bool,
+    shot: Shot,
 }
 
 #[derive(Default)]
@@ -46,12 +45,14 @@ struct Worker {
 }
 
 impl CameraSettings {
-    /// Whether the software renderer draws the images of a robot with these settings.
-    fn is_drawn_by_software(&self, vision: Option<&VisionSettings>) -> bool {
+    /// Who draws the images of a robot with these settings, if anyone does.
+    fn renderer(&self, vision: Option<&VisionSettings>) -> Option<CameraRendering> {
         match self.render {
-            CameraRendering::Software => true,
-            CameraRendering::Auto => vision.is_some_and(|vision| vision.source == VisionSource::Image),
-            CameraRendering::Off | CameraRendering::Gpu => false,
+            CameraRendering::Off => None,
+            CameraRendering::Auto => {
+                vision.is_some_and(|vision| vision.source == VisionSource::Image).then_some(CameraRendering::Software)
+            }
+            drawn => Some(drawn),
         }
     }
 
@@ -67,6 +68,7 @@ pub(super) fn take_images(
     mut studio: Local<Studio>,
     clock: Res<CycleClock>,
     threads: Res<SensingThreads>,
+    #[cfg(feature = "gpu")] mut gpu: Option<ResMut<super::gpu::GpuCameras>>,
     mut source: MatchScene,
     mut robots: Query<(
         Entity,
@@ -80,24 +82,23 @@ pub(super) fn take_images(
 ) {
     let studio = &mut *studio;
     let is_due = |settings: &CameraSettings, vision: Option<&VisionSettings>| {
-        settings.is_drawn_by_software(vision) && settings.is_due(&clock)
+        settings.renderer(vision).filter(|_| settings.is_due(&clock))
     };
-    if !robots.iter().any(|(_, _, _, settings, vision, ..)| is_due(settings, vision)) {
+    if !robots.iter().any(|(_, _, _, settings, vision, ..)| is_due(settings, vision).is_some()) {
         return;
     }
     source.gather(clock.start_time_s(), &mut studio.scene);
     let mut is_wanted = [false; 2];
     for (entity, id, head, settings, vision, mut images, mut streams) in &mut robots {
-        if !is_due(settings, vision) {
-            continue;
-        }
+        let Some(renderer) = is_due(settings, vision) else { continue };
+        let is_gpu = renderer == CameraRendering::Gpu;
         // Robots that are not on the pitch, and those that lie, have no images.
         let place = studio.scene.robots.iter().find(|robot| robot.id == *id);
         let Some(place) = place.filter(|robot| robot.is_upright()) else {
             images.clear();
             continue;
         };
-        is_wanted[settings.design as usize] = true;
+        is_wanted[settings.design as usize] |= !is_gpu;
         images.cycle = Some(clock.cycle);
         let views = CameraView::both(settings.into(), *head);
         for (side, camera) in CameraSide::BOTH.into_iter().zip(views) {
@@ -109,11 +110,14 @@ pub(super) fn take_images(
             studio.jobs.push(Job {
                 robot: entity,
                 side,
-                design: settings.design,
-                view,
-                layers: Layers { labels: settings.labels, depth: settings.depth },
                 exposure: settings.noise.draw(&mut streams.camera),
-                image: core::mem::take(images.side_mut(side)),
+                is_gpu,
+                shot: Shot {
+                    view,
+                    design: settings.design,
+                    layers: Layers { labels: settings.labels, depth: settings.depth },
+                    image: core::mem::take(images.side_mut(side)),
+                },
             });
         }
     }
@@ -122,14 +126,28 @@ pub(super) fn take_images(
             studio.prepared[design as usize].prepare(&studio.scene, Detail { design, ..Detail::default() });
         }
     }
+    #[cfg(feature = "gpu")]
+    if let Some(gpu) = &mut gpu {
+        let mut shots: Vec<&mut Shot> =
+            studio.jobs.iter_mut().filter(|job| job.is_gpu).map(|job| &mut job.shot).collect();
+        if !shots.is_empty()
+            && let Err(error) = gpu.get().draw(&studio.scene, &mut shots)
+        {
+            error!("no camera images in cycle {}: {error}", clock.cycle);
+            shots.iter_mut().for_each(|shot| shot.image.clear());
+        }
+    }
     let prepared = &studio.prepared;
     jobs::for_each(*threads, &mut studio.workers, &mut studio.jobs, |worker, job| {
-        worker.renderer.draw(&prepared[job.design as usize], &job.view, job.layers, &mut job.image);
-        job.exposure.apply(&mut job.image, &mut worker.darkroom);
+        let shot = &mut job.shot;
+        if !job.is_gpu {
+            worker.renderer.draw(&prepared[shot.design as usize], &shot.view, shot.layers, &mut shot.image);
+        }
+        job.exposure.apply(&mut shot.image, &mut worker.darkroom);
     });
     for job in studio.jobs.drain(..) {
         if let Ok((.., mut images, _)) = robots.get_mut(job.robot) {
-            *images.side_mut(job.side) = job.image;
+            *images.side_mut(job.side) = job.shot.image;
         }
     }
 }

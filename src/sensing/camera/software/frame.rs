@@ -5,7 +5,7 @@ use bevy::math::{Mat3, Vec3};
 use crate::appearance::view::View;
 
 /// Nearer than this to the plane of the lens nothing is drawn, m.
-pub(super) const NEAR: f32 = 0.01;
+pub(in crate::sensing::camera) const NEAR: f32 = 0.01;
 
 /// A frame under way. Its pixels are samples: several to a pixel of the picture where edges should be smooth.
 #[derive(Default)]

@@ -3,12 +3,10 @@
 use bevy::math::Vec3;
 
 use super::frame::{Frame, NEAR};
+use super::light::NET_HIDES;
 use super::prepared::PreparedScene;
 use crate::appearance::colours;
 use crate::appearance::field::STRING_M;
-
-/// How much of what is behind a string it hides at most, of 256.
-const MOST: f32 = 230.0;
 
 /// A string is drawn at most this many samples thick.
 const THICKEST: usize = 64;
@@ -57,7 +55,7 @@ fn draw_string(frame: &mut Frame, ends: [Vec3; 2]) {
         let here = from[1][0] + along * nearness_slope;
         let width = frame.focal_length * STRING_M * here;
         let count = (width as usize).clamp(1, THICKEST);
-        let share = if width < 1.0 { width * MOST } else { MOST };
+        let share = if width < 1.0 { width * NET_HIDES } else { NET_HIDES };
         let start = middle - count as f32 / 2.0 + 0.5;
         if start < 0.0 {
             continue;

@@ -30,7 +30,7 @@ use pulp::Arch;
 mod conic;
 mod frame;
 mod ground;
-mod light;
+pub(super) mod light;
 mod lines;
 mod model;
 mod output;
@@ -39,6 +39,7 @@ mod prepared;
 mod round;
 mod shadow;
 
+pub(super) use frame::NEAR;
 pub use prepared::{Detail, PreparedScene};
 
 use super::image::{Image, Layers};

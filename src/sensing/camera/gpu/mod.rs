@@ -1,0 +1,409 @@
+//! The renderer of the graphics card: pictures of a [scene](crate::appearance::scene::SceneDescription) by Bevy, without a
+//! window.
+//!
+//! It is a Bevy app of its own with nothing but the renderer in it. A picture is asked for and returned at once, so that it
+//! belongs to the cycle that asked for it: the scene is put on the [`stage`], one camera a picture draws into a texture, and
+//! the textures are read back before [`GpuRenderer::draw`] returns. The cameras see the stage and nothing else: what a viewer
+//! draws over a match is in another world.
+//!
+//! Any adapter will do, one in software too; where there is none, [`GpuRenderer::new`] says so. Pictures show the same scene
+//! as the [software renderer](super::software)'s, from the same description with the same light; pixels on edges may differ,
+//! and between adapters too, so a match that is played by these images is the same again on the same machine only.
+
+use bevy::app::{SubApp, SubApps};
+use bevy::asset::RenderAssetUsages;
+use bevy::camera::{ClearColorConfig, PerspectiveProjection, RenderTarget};
+use bevy::core_pipeline::tonemapping::Tonemapping;
+use bevy::math::{Affine3A, Mat3};
+use bevy::mesh::MeshMergeError;
+use bevy::platform::cell::SyncCell;
+use bevy::prelude::*;
+use bevy::render::RenderApp;
+use bevy::render::RenderPlugin;
+use bevy::render::render_asset::RenderAssets;
+use bevy::render::render_resource::{
+    Buffer, BufferDescriptor, BufferUsages, CommandEncoderDescriptor, Extent3d, MapMode, PipelineCache,
+    TexelCopyBufferInfo, TexelCopyBufferLayout, TextureDimension, TextureFormat, TextureUsages,
+};
+use bevy::render::renderer::{RenderAdapterInfo, RenderDevice, RenderQueue};
+use bevy::render::settings::{RenderCreation, WgpuSettings};
+use bevy::render::texture::GpuImage;
+
+mod material;
+mod stage;
+
+use super::image::{Image, Layers};
+use super::shot::Shot;
+use super::software::NEAR;
+use crate::appearance::scene::SceneDescription;
+use crate::appearance::view::View;
+use crate::appearance::{Label, colours};
+use material::{MOST_DEPTH_M, SceneMaterialPlugin};
+use stage::{Showing, Stage};
+
+/// The camera does not look further than this, m.
+const FAR_M: f32 = 600.0;
+/// A renderer that is not ready by now never will be.
+const MOST_WARM_UP_UPDATES: usize = 200;
+
+/// The renderer of the graphics card, in the world of a match whose robots' images it draws.
+#[derive(Resource)]
+pub struct GpuCameras(SyncCell<GpuRenderer>);
+
+impl GpuCameras {
+    /// Gets a match ready for images that are drawn on the graphics card.
+    ///
+    /// # Errors
+    /// When there is no adapter.
+    pub fn ready(world: &mut World) -> Result<(), GpuError> {
+        if !world.contains_resource::<GpuCameras>() {
+            let renderer = GpuRenderer::new()?;
+            world.insert_resource(GpuCameras(SyncCell::new(renderer)));
+        }
+        Ok(())
+    }
+
+    /// The renderer.
+    pub fn get(&mut self) -> &mut GpuRenderer {
+        self.0.get()
+    }
+}
+
+/// Why there are no pictures.
+#[derive(Debug, thiserror::Error)]
+pub enum GpuError {
+    /// There is no graphics card, and nothing that stands in for one.
+    #[error(
+        "no graphics adapter was found; expected one with Vulkan, Metal or DirectX 12 (such as Mesa's lavapipe, which is \
+         in software), or images that are rendered by software"
+    )]
+    NoAdapter,
+    /// A picture is greater than what the adapter can draw.
+    #[error("a picture of {width} x {height} samples is too large: the adapter draws {most} in each direction at most")]
+    TooLarge {
+        /// Width in samples.
+        width: u32,
+        /// Height in samples.
+        height: u32,
+        /// The adapter's limit.
+        most: u32,
+    },
+    /// The adapter stopped working.
+    #[error("the graphics adapter failed: {0}")]
+    Failed(String),
+}
+
+impl From<MeshMergeError> for GpuError {
+    fn from(error: MeshMergeError) -> Self {
+        GpuError::Failed(error.to_string())
+    }
+}
+
+/// Draws pictures on a graphics card.
+pub struct GpuRenderer {
+    apps: SubApps,
+    stage: Stage,
+    cameras: Vec<Camera3>,
+    adapter: String,
+    most_samples: u32,
+}
+
+/// A camera of Bevy's, its texture, and where this is read back to.
+struct Camera3 {
+    entity: Entity,
+    target: Handle<bevy::image::Image>,
+    size: UVec2,
+    buffer: Option<Buffer>,
+}
+
+impl GpuRenderer {
+    /// Starts the renderer.
+    ///
+    /// # Errors
+    /// When there is no adapter.
+    pub fn new() -> Result<Self, GpuError> {
+        let settings = WgpuSettings { backends: Some(wgpu::Backends::PRIMARY), ..default() };
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
+            backends: wgpu::Backends::PRIMARY,
+            ..wgpu::InstanceDescriptor::new_without_display_handle()
+        });
+        let adapter = bevy::tasks::block_on(instance.request_adapter(&wgpu::RequestAdapterOptions::default()));
+        if adapter.is_err() {
+            return Err(GpuError::NoAdapter);
+        }
+        drop((adapter, instance));
+        let mut app = App::new();
+        app.add_plugins((
+            TaskPoolPlugin::default(),
+            bevy::diagnostic::FrameCountPlugin,
+            bevy::time::TimePlugin,
+            AssetPlugin::default(),
+            WindowPlugin { primary_window: None, exit_condition: bevy::window::ExitCondition::DontExit, ..default() },
+            RenderPlugin {
+                render_creation: RenderCreation::Automatic(Box::new(settings)),
+                synchronous_pipeline_compilation: true,
+                ..default()
+            },
+            ImagePlugin::default(),
+            bevy::mesh::MeshPlugin,
+            bevy::camera::CameraPlugin,
+            bevy::light::LightPlugin,
+            // Bevy's lights bring gizmos along where there are any; no camera here sees them.
+            #[cfg(feature = "viewer")]
+            bevy::gizmos::GizmoPlugin,
+            bevy::core_pipeline::CorePipelinePlugin,
+            bevy::pbr::PbrPlugin::default(),
+            SceneMaterialPlugin,
+        ));
+        app.insert_resource(ClearColor(Color::NONE));
+        while app.plugins_state() == bevy::app::PluginsState::Adding {
+            bevy::tasks::tick_global_task_pools_on_main_thread();
+        }
+        app.finish();
+        app.cleanup();
+        let mut apps = core::mem::take(app.sub_apps_mut());
+        let render = render_world(&mut apps)?;
+        let info = render.resource::<RenderAdapterInfo>();
+        let adapter = format!("{} ({:?})", info.name, info.backend);
+        let most_samples = render.resource::<RenderDevice>().limits().max_texture_dimension_2d;
+        Ok(Self { apps, stage: Stage::default(), cameras: Vec::new(), adapter, most_samples })
+    }
+
+    /// The name of the adapter, and what drives it.
+    pub fn adapter(&self) -> &str {
+        &self.adapter
+    }
+
+    /// Draws pictures of a scene.
+    ///
+    /// # Errors
+    /// When one is too large, or the adapter fails. The pictures are not to be used then.
+    pub fn draw(&mut self, scene: &SceneDescription, shots: &mut [&mut Shot]) -> Result<(), GpuError> {
+        // Distances are a picture of their own.
+        let mut exposures: Vec<(usize, Showing)> = Vec::new();
+        for (index, shot) in shots.iter().enumerate() {
+            let showing = Showing { design: shot.design, shadows: shot.view.shadows, depth: false };
+            exposures.push((index, showing));
+            if shot.layers.depth {
+                exposures.push((index, Showing { depth: true, ..showing }));
+            }
+        }
+        let showings: Vec<Showing> = exposures.iter().map(|(_, showing)| *showing).collect();
+        let world = self.apps.main.world_mut();
+        let mut is_new = self.stage.set(world, scene, &showings)?;
+        for (number, (index, showing)) in exposures.iter().enumerate() {
+            is_new |= self.aim(number, &shots[*index].view, *showing)?;
+        }
+        for camera in &self.cameras[exposures.len()..] {
+            if let Some(mut unused) = self.apps.main.world_mut().get_mut::<Camera>(camera.entity) {
+                unused.is_active = false;
+            }
+        }
+        self.apps.update();
+        if is_new {
+            self.warm_up()?;
+        }
+        let samples = self.read_back(exposures.len())?;
+        for ((index, showing), samples) in exposures.iter().zip(&samples) {
+            let shot = &mut shots[*index];
+            if showing.depth {
+                shot.image.depth_m.clear();
+                take_depth(samples, &shot.view, &mut shot.image);
+            } else {
+                take_colours(samples, &shot.view, shot.layers, &mut shot.image);
+            }
+        }
+        Ok(())
+    }
+
+    /// Points a camera, which is made if there are not enough. Whether it is new.
+    fn aim(&mut self, number: usize, view: &View, showing: Showing) -> Result<bool, GpuError> {
+        let [width, height] = view.size();
+        let samples = view.supersampling.max(1);
+        let size = UVec2::new(width as u32, height as u32) * samples;
+        if size.max_element() > self.most_samples {
+            return Err(GpuError::TooLarge { width: size.x, height: size.y, most: self.most_samples });
+        }
+        let world = self.apps.main.world_mut();
+        let is_new = self.cameras.get(number).is_none_or(|camera| camera.size != size);
+        if is_new {
+            let target = world.resource_mut::<Assets<bevy::image::Image>>().add(texture(size));
+            let entity = world
+                .spawn((Camera3d::default(), RenderTarget::from(target.clone()), Tonemapping::None, Msaa::Off))
+                .id();
+            let camera = Camera3 { entity, target, size, buffer: None };
+            match self.cameras.get_mut(number) {
+                None => self.cameras.push(camera),
+                Some(old) => {
+                    world.despawn(old.entity);
+                    *old = camera;
+                }
+            }
+        }
+        let rotation = Mat3::from_cols(view.right, -view.down, -view.forward);
+        let place = GlobalTransform::from(Affine3A::from_mat3_translation(rotation, view.eye));
+        let half_height = view.intrinsics.size.y / 2.0;
+        let projection = PerspectiveProjection {
+            fov: 2.0 * ops::atan(half_height / view.intrinsics.focal_length),
+            aspect_ratio: width as f32 / height as f32,
+            near: NEAR,
+            far: FAR_M,
+            ..default()
+        };
+        let sky = if showing.depth { [0.0; 4] } else { sky() };
+        let camera = Camera {
+            is_active: true,
+            order: number as isize,
+            clear_color: ClearColorConfig::Custom(Color::linear_rgba(sky[0], sky[1], sky[2], sky[3])),
+            ..default()
+        };
+        let layers = self.stage.layers(view, showing);
+        let entity = self.cameras[number].entity;
+        let mut entity = world.entity_mut(entity);
+        entity.insert((place, Projection::Perspective(projection), layers));
+        if let Some(mut old) = entity.get_mut::<Camera>() {
+            let computed = old.computed.clone();
+            *old = Camera { computed, ..camera };
+        }
+        Ok(is_new)
+    }
+
+    /// Draws until everything that is needed for it is there: shaders are loaded and compiled.
+    fn warm_up(&mut self) -> Result<(), GpuError> {
+        for update in 0..MOST_WARM_UP_UPDATES {
+            bevy::tasks::tick_global_task_pools_on_main_thread();
+            self.apps.update();
+            let cache = render_world(&mut self.apps)?.resource::<PipelineCache>();
+            if update >= 3 && cache.waiting_pipelines().next().is_none() {
+                return Ok(());
+            }
+        }
+        Err(GpuError::Failed("its shaders do not get ready".to_owned()))
+    }
+
+    /// The pixels of the first cameras' textures, four bytes each, without gaps.
+    fn read_back(&mut self, count: usize) -> Result<Vec<Vec<u8>>, GpuError> {
+        let render = render_world(&mut self.apps)?;
+        let device = render.resource::<RenderDevice>().clone();
+        let queue = render.resource::<RenderQueue>().clone();
+        let images = render.resource::<RenderAssets<GpuImage>>();
+        let mut encoder = device.create_command_encoder(&CommandEncoderDescriptor { label: Some("read back") });
+        for camera in &mut self.cameras[..count] {
+            let Some(image) = images.get(&camera.target) else {
+                return Err(GpuError::Failed("a texture is not there".to_owned()));
+            };
+            let stride = RenderDevice::align_copy_bytes_per_row(4 * camera.size.x as usize) as u32;
+            let buffer = camera.buffer.get_or_insert_with(|| {
+                device.create_buffer(&BufferDescriptor {
+                    label: Some("picture"),
+                    size: u64::from(stride) * u64::from(camera.size.y),
+                    usage: BufferUsages::COPY_DST | BufferUsages::MAP_READ,
+                    mapped_at_creation: false,
+                })
+            });
+            encoder.copy_texture_to_buffer(
+                image.texture.as_image_copy(),
+                TexelCopyBufferInfo {
+                    buffer,
+                    layout: TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(stride), rows_per_image: None },
+                },
+                Extent3d { width: camera.size.x, height: camera.size.y, depth_or_array_layers: 1 },
+            );
+        }
+        queue.submit([encoder.finish()]);
+        let buffers: Vec<&Buffer> = self.cameras[..count].iter().filter_map(|camera| camera.buffer.as_ref()).collect();
+        let (sender, results) = std::sync::mpsc::channel();
+        for buffer in &buffers {
+            let sender = sender.clone();
+            buffer.slice(..).map_async(MapMode::Read, move |result| {
+                let _ = sender.send(result);
+            });
+        }
+        device.poll(wgpu::PollType::wait_indefinitely()).map_err(|error| GpuError::Failed(error.to_string()))?;
+        for result in results.try_iter() {
+            result.map_err(|error| GpuError::Failed(error.to_string()))?;
+        }
+        let mut pictures = Vec::with_capacity(count);
+        for (camera, buffer) in self.cameras.iter().zip(buffers) {
+            let row = 4 * camera.size.x as usize;
+            let stride = RenderDevice::align_copy_bytes_per_row(row);
+            let mapped = buffer.slice(..).get_mapped_range();
+            let mut picture = Vec::with_capacity(row * camera.size.y as usize);
+            for line in mapped.chunks_exact(stride) {
+                picture.extend_from_slice(&line[..row]);
+            }
+            drop(mapped);
+            buffer.unmap();
+            pictures.push(picture);
+        }
+        Ok(pictures)
+    }
+}
+
+fn render_world(apps: &mut SubApps) -> Result<&mut World, GpuError> {
+    use bevy::app::AppLabel;
+    let render = apps.sub_apps.get_mut(&RenderApp.intern());
+    render.map(SubApp::world_mut).ok_or(GpuError::NoAdapter)
+}
+
+fn texture(size: UVec2) -> bevy::image::Image {
+    let extent = Extent3d { width: size.x, height: size.y, depth_or_array_layers: 1 };
+    let usages = RenderAssetUsages::RENDER_WORLD;
+    let format = TextureFormat::Rgba8UnormSrgb;
+    let mut image = bevy::image::Image::new_uninit(extent, TextureDimension::D2, format, usages);
+    image.texture_descriptor.usage =
+        TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_SRC | TextureUsages::RENDER_ATTACHMENT;
+    image
+}
+
+/// The colour of the sky, linear, with its label.
+fn sky() -> [f32; 4] {
+    let [red, green, blue] = colours::SKY.0;
+    let [red, green, blue, _] = LinearRgba::from(Color::srgb_u8(red, green, blue)).to_f32_array();
+    [red, green, blue, f32::from(Label::Sky as u8) / 255.0]
+}
+
+/// Fills an image's colours and, if wanted, labels.
+fn take_colours(samples: &[u8], view: &View, layers: Layers, image: &mut Image) {
+    let [width, height] = view.size();
+    let count = view.supersampling.max(1) as usize;
+    (image.width, image.height) = (width as u32, height as u32);
+    image.rgb.clear();
+    image.labels.clear();
+    image.depth_m.clear();
+    let sample = |column: usize, row: usize| {
+        let first = 4 * (row * width * count + column);
+        &samples[first..first + 4]
+    };
+    for row in 0..height {
+        for column in 0..width {
+            let mut sums = [(count * count / 2) as u32; 3];
+            for down in 0..count {
+                for right in 0..count {
+                    let sample = sample(column * count + right, row * count + down);
+                    for (sum, channel) in sums.iter_mut().zip(sample) {
+                        *sum += u32::from(*channel);
+                    }
+                }
+            }
+            image.rgb.extend(sums.map(|sum| (sum / (count * count) as u32) as u8));
+            if layers.labels {
+                // Of several samples, the middle one.
+                image.labels.push(sample(column * count + count / 2, row * count + count / 2)[3]);
+            }
+        }
+    }
+}
+
+/// Fills an image's distances.
+fn take_depth(samples: &[u8], view: &View, image: &mut Image) {
+    let [width, height] = view.size();
+    let count = view.supersampling.max(1) as usize;
+    for row in 0..height {
+        for column in 0..width {
+            let first = 4 * ((row * count + count / 2) * width * count + column * count + count / 2);
+            let steps = u32::from_le_bytes([samples[first], samples[first + 1], samples[first + 2], 0]);
+            image.depth_m.push(steps as f32 / 16_777_215.0 * MOST_DEPTH_M);
+        }
+    }
+}

@@ -1,0 +1,297 @@
+//! The scene as entities of Bevy: pitch, posts, ball and robots, each on the render layers of those who see it.
+//!
+//! There are no transforms to propagate: the stage's frame is the pitch frame, and places are written where Bevy's renderer
+//! reads them, as [`GlobalTransform`].
+
+use bevy::camera::visibility::RenderLayers;
+use bevy::math::{Affine3A, Mat3};
+use bevy::mesh::MeshMergeError;
+use bevy::prelude::*;
+use std::collections::BTreeMap;
+
+use super::material::{SceneMaterial, Surface};
+use crate::appearance::field::{self, GroundMark, GroundShape};
+use crate::appearance::mesh::{ground_mesh, labelled_mesh, line_mesh};
+use crate::appearance::posing::Limb;
+use crate::appearance::robot::RobotDesign;
+use crate::appearance::scene::SceneDescription;
+use crate::appearance::shapes::{Part, Shape};
+use crate::appearance::view::View;
+use crate::appearance::{Label, colours};
+use crate::pitch::{End, Pitch, Post};
+use crate::robot::RobotId;
+use crate::sensing::camera::software::light::SUN;
+
+/// What lies on the ground is this much above what it lies on, m: too little to be seen.
+const STEP_M: f32 = 0.000_1;
+/// Heights of the ground in shadow, of the ground in the light, and of the shadows between, m: a shadow hides the latter.
+const SHADED_M: f32 = -0.003;
+const LIT_M: f32 = 0.0;
+const SHADOW_M: f32 = 0.003;
+/// Half the side of the hall's floor, m.
+const FLOOR_HALF_M: f32 = 400.0;
+
+/// What a camera is shown of the scene.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) struct Showing {
+    /// How robots look.
+    pub(super) design: RobotDesign,
+    /// Whether bodies cast shadows.
+    pub(super) shadows: bool,
+    /// Distances in place of colours.
+    pub(super) depth: bool,
+}
+
+/// Layers of what all see: bodies and the ground, shadows and the ground in them, and both for distances.
+const COMMON: usize = 0;
+const COMMON_SHADOWS: usize = 1;
+const COMMON_DEPTH: usize = 2;
+/// From here on, layers of robots: of its body, of its shadow and of its distances, in both designs.
+const FIRST_OF_ROBOTS: usize = 3;
+const LAYERS_PER_ROBOT: usize = 6;
+
+/// An entity of the stage, and where it is in the frame of what it belongs to.
+struct Prop {
+    entity: Entity,
+    /// The limb that it is of, if of a robot.
+    limb: usize,
+    is_shadow: bool,
+}
+
+/// A robot on the stage.
+#[derive(Default)]
+struct Figure {
+    /// Its number, which says its layers.
+    index: usize,
+    /// By design: bodies, shadows and distances, as far as they were needed.
+    props: [Vec<Prop>; 2],
+    has: [[bool; 3]; 2],
+}
+
+/// The entities of a scene.
+#[derive(Default)]
+pub(super) struct Stage {
+    materials: BTreeMap<usize, Handle<SceneMaterial>>,
+    pitch: Option<Pitch>,
+    posts: Vec<(Post, Vec2)>,
+    /// What stands or lies still.
+    fixed: Vec<Entity>,
+    ball: Vec<Prop>,
+    ball_radius_m: f32,
+    figures: BTreeMap<RobotId, Figure>,
+    has_shadows: bool,
+    has_depth: bool,
+}
+
+impl Stage {
+    /// Puts a scene on the stage, with all that the cameras are shown of it. Whether something new came onto it, for which
+    /// the renderer has to get ready.
+    pub(super) fn set(
+        &mut self,
+        world: &mut World,
+        scene: &SceneDescription,
+        showings: &[Showing],
+    ) -> Result<bool, MeshMergeError> {
+        let shadows = self.has_shadows || showings.iter().any(|showing| showing.shadows);
+        let depth = self.has_depth || showings.iter().any(|showing| showing.depth);
+        let is_other = self.pitch.as_ref() != Some(&scene.pitch)
+            || self.posts != scene.posts
+            || (shadows, depth) != (self.has_shadows, self.has_depth)
+            || scene.ball.is_some_and(|(_, radius)| radius != self.ball_radius_m);
+        let mut is_new = is_other;
+        if is_other {
+            (self.has_shadows, self.has_depth) = (shadows, depth);
+            self.lay_out(world, scene)?;
+        }
+        for prop in &self.ball {
+            let place = scene.ball.map(|(position, radius)| Affine3A::from_translation(position.extend(radius)));
+            put(world, prop, place);
+        }
+        for robot in &scene.robots {
+            let count = self.figures.len();
+            let figure = self.figures.entry(robot.id).or_insert_with(|| Figure { index: count, ..default() });
+            for showing in showings {
+                is_new |= figure.dress(world, &mut self.materials, robot.id, *showing)?;
+            }
+        }
+        for (id, figure) in &self.figures {
+            let robot = scene.robots.iter().find(|robot| robot.id == *id);
+            let limbs = robot.map(|robot| robot.joints.world_from_limbs(robot.world_from_robot));
+            for prop in figure.props.iter().flatten() {
+                put(world, prop, limbs.map(|limbs| limbs[prop.limb]));
+            }
+        }
+        Ok(is_new)
+    }
+
+    /// The layers that a camera sees.
+    pub(super) fn layers(&self, view: &View, showing: Showing) -> RenderLayers {
+        let mut layers = vec![if showing.depth { COMMON_DEPTH } else { COMMON }];
+        let casts = showing.shadows && !showing.depth;
+        if casts {
+            layers.push(COMMON_SHADOWS);
+        }
+        for (id, figure) in &self.figures {
+            if Some(*id) != view.hidden {
+                let kinds: &[usize] = if showing.depth {
+                    &[2]
+                } else if casts {
+                    &[0, 1]
+                } else {
+                    &[0]
+                };
+                layers.extend(kinds.iter().map(|kind| figure.layer(showing.design, *kind)));
+            }
+        }
+        RenderLayers::from_layers(&layers)
+    }
+
+    /// What stays where it is as long as the pitch and the posts are the same, and the ball.
+    fn lay_out(&mut self, world: &mut World, scene: &SceneDescription) -> Result<(), MeshMergeError> {
+        let gone = self.fixed.drain(..).chain(self.ball.drain(..).map(|prop| prop.entity));
+        for entity in gone.collect::<Vec<_>>() {
+            world.despawn(entity);
+        }
+        let mut marks = vec![floor()];
+        marks.extend(field::ground(&scene.pitch));
+        let ground = |lowest| ground_mesh(&marks, lowest, STEP_M);
+        let surfaces = self.surfaces();
+        let mut spawn = |mesh: Mesh, surface, layer| spawn(world, &mut self.materials, mesh, surface, layer);
+        self.fixed.push(spawn(ground(LIT_M), Surface::Ground, COMMON));
+        if self.has_shadows {
+            self.fixed.push(spawn(ground(SHADED_M), Surface::ShadedGround, COMMON_SHADOWS));
+        }
+        if self.has_depth {
+            self.fixed.push(spawn(ground_mesh(&marks[..1], 0.0, 0.0), Surface::Depth, COMMON_DEPTH));
+        }
+        let mut standing: Vec<Part<()>> = scene.posts.iter().map(|(post, at)| field::post(post, *at)).collect();
+        for end in End::BOTH {
+            standing.extend(field::goal_frame(&scene.pitch, end));
+            let net = line_mesh(&field::net_strings(&scene.pitch, end), colours::NET, Label::GoalFrame);
+            self.fixed.push(spawn(net, Surface::Net, COMMON));
+        }
+        let standing = labelled_mesh(&standing)?;
+        let ball = scene.ball.map_or(self.ball_radius_m, |(_, radius)| radius).max(1e-3);
+        let part = Part::at((), Label::Ball, colours::BALL, Shape::sphere(ball), Vec3::ZERO);
+        let ball_mesh = labelled_mesh([&part])?;
+        for (surface, layer) in surfaces {
+            let entity = spawn(standing.clone(), surface, layer);
+            self.fixed.push(entity);
+            let entity = spawn(ball_mesh.clone(), surface, layer);
+            self.ball.push(Prop { entity, limb: 0, is_shadow: surface == Surface::Shadow });
+        }
+        // The shadows of what stands still stay where they are, too.
+        for entity in &self.fixed {
+            let is_shadow = world.get::<MeshMaterial3d<SceneMaterial>>(*entity).is_some_and(|material| {
+                self.materials.get(&(Surface::Shadow as usize)).is_some_and(|shadow| *shadow == material.0)
+            });
+            let place = if is_shadow { on_ground() } else { Affine3A::IDENTITY };
+            world.entity_mut(*entity).insert(GlobalTransform::from(place));
+        }
+        (self.pitch, self.posts, self.ball_radius_m) = (Some(scene.pitch.clone()), scene.posts.clone(), ball);
+        Ok(())
+    }
+
+    /// As what the bodies that all see are on the stage.
+    fn surfaces(&self) -> Vec<(Surface, usize)> {
+        let mut surfaces = vec![(Surface::Body, COMMON)];
+        if self.has_shadows {
+            surfaces.push((Surface::Shadow, COMMON_SHADOWS));
+        }
+        if self.has_depth {
+            surfaces.push((Surface::Depth, COMMON_DEPTH));
+        }
+        surfaces
+    }
+}
+
+impl Figure {
+    fn layer(&self, design: RobotDesign, kind: usize) -> usize {
+        FIRST_OF_ROBOTS + LAYERS_PER_ROBOT * self.index + 3 * (design as usize) + kind
+    }
+
+    /// Gets what a camera is shown of it. Whether there was something to get.
+    fn dress(
+        &mut self,
+        world: &mut World,
+        materials: &mut BTreeMap<usize, Handle<SceneMaterial>>,
+        id: RobotId,
+        showing: Showing,
+    ) -> Result<bool, MeshMergeError> {
+        let design = showing.design as usize;
+        let wanted = [!showing.depth, showing.shadows && !showing.depth, showing.depth];
+        let surfaces = [Surface::Body, Surface::Shadow, Surface::Depth];
+        let mut is_new = false;
+        let parts = showing.design.parts(id);
+        for kind in 0..3 {
+            if !wanted[kind] || self.has[design][kind] {
+                continue;
+            }
+            (self.has[design][kind], is_new) = (true, true);
+            let layer = self.layer(showing.design, kind);
+            for limb in 0..Limb::COUNT {
+                let mesh = labelled_mesh(parts.iter().filter(|part| part.frame as usize == limb))?;
+                let entity = spawn(world, materials, mesh, surfaces[kind], layer);
+                self.props[design].push(Prop { entity, limb, is_shadow: surfaces[kind] == Surface::Shadow });
+            }
+        }
+        Ok(is_new)
+    }
+}
+
+fn spawn(
+    world: &mut World,
+    materials: &mut BTreeMap<usize, Handle<SceneMaterial>>,
+    mesh: Mesh,
+    surface: Surface,
+    layer: usize,
+) -> Entity {
+    let material = materials
+        .entry(surface as usize)
+        .or_insert_with(|| world.resource_mut::<Assets<SceneMaterial>>().add(SceneMaterial::new(surface)))
+        .clone();
+    let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
+    world.spawn((Mesh3d(mesh), MeshMaterial3d(material), RenderLayers::layer(layer))).id()
+}
+
+/// Puts a thing at its place, or out of sight.
+fn put(world: &mut World, prop: &Prop, place: Option<Affine3A>) {
+    let mut entity = world.entity_mut(prop.entity);
+    match place {
+        None => {
+            entity.insert(Visibility::Hidden);
+        }
+        Some(place) => {
+            let place = if prop.is_shadow { on_ground() * place } else { place };
+            entity.insert((GlobalTransform::from(place), Visibility::Inherited));
+        }
+    }
+}
+
+/// Flattens bodies along the sun's rays onto the ground.
+fn on_ground() -> Affine3A {
+    let along = -SUN / SUN.z;
+    let flat = Mat3::from_cols(Vec3::X, Vec3::Y, along.with_z(0.0));
+    Affine3A::from_mat3_translation(flat, Vec3::Z * SHADOW_M)
+}
+
+/// The floor of the hall.
+fn floor() -> GroundMark {
+    let corner = |x: f32, y: f32| Vec2::new(x, y) * FLOOR_HALF_M;
+    let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+    GroundMark { label: Label::Floor, colour: colours::FLOOR, shape: GroundShape::Quadrilateral(corners) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shadows_fall_away_from_the_sun_onto_the_ground() {
+        let tip = Vec3::new(1.0, 2.0, 0.5);
+        let shadow = on_ground().transform_point3(tip);
+        // From the tip along the sun's rays: tip - sun (tip.z / sun.z).
+        let expected = tip - SUN * (tip.z / SUN.z);
+        assert!(shadow.abs_diff_eq(expected.with_z(SHADOW_M), 1e-6), "{shadow}");
+    }
+}

@@ -1,0 +1,192 @@
+//! The renderer of the graphics card and that in software show the same scene. Where there is no adapter there is nothing
+//! to compare, unless `NAOISIS_REQUIRE_GPU` says that there must be one.
+
+use bevy::prelude::*;
+use naoisis::appearance::Label;
+use naoisis::appearance::posing::JointAngles;
+use naoisis::appearance::robot::{RobotDesign, WAISTBAND_Z, labels};
+use naoisis::appearance::scene::{SceneDescription, SceneRobot};
+use naoisis::appearance::view::View;
+use naoisis::geometry::Pose;
+use naoisis::pitch::Pitch;
+use naoisis::random::RandomStream;
+use naoisis::robot::head::HeadAngles;
+use naoisis::robot::{RobotId, Team};
+use naoisis::scenario::Scenario;
+use naoisis::sensing::camera::gpu::{GpuError, GpuRenderer};
+use naoisis::sensing::camera::image::{Image, Layers};
+use naoisis::sensing::camera::model::{CameraIntrinsics, CameraView};
+use naoisis::sensing::camera::shot::Shot;
+use naoisis::sensing::camera::software::{Detail, PreparedScene, Renderer};
+use naoisis::sensing::camera::{CameraImages, CameraRendering, CameraSettings};
+use naoisis::simulation::{MatchApp, NaoisisPlugins};
+
+const SCENES: usize = 50;
+
+fn renderer() -> Option<GpuRenderer> {
+    match GpuRenderer::new() {
+        Ok(renderer) => Some(renderer),
+        Err(GpuError::NoAdapter) if std::env::var_os("NAOISIS_REQUIRE_GPU").is_none() => None,
+        Err(error) => panic!("{error}"),
+    }
+}
+
+/// A scene with robots and ball somewhere, before the first robot more often than not.
+fn random_scene(dice: &mut RandomStream) -> SceneDescription {
+    let mut between = |low: f32, high: f32| low + (high - low) * dice.uniform();
+    let mut scene = SceneDescription::empty(Pitch::default());
+    let looker = Pose::new(between(-2.5, 2.0), between(-1.8, 1.8), between(-3.1, 3.1));
+    let ahead = |distance: f32, angle: f32| looker.position + distance * Vec2::from_angle(looker.heading + angle);
+    scene.ball = Some((ahead(between(0.25, 2.5), between(-0.4, 0.4)), 0.03));
+    for number in 0..5u8 {
+        let team = if number % 2 == 0 { Team::Blue } else { Team::Pink };
+        let pose = match number {
+            0 => looker,
+            _ => Pose { position: ahead(between(0.5, 4.0), between(-0.6, 0.6)), heading: between(-3.1, 3.1) },
+        };
+        let mut joints = JointAngles {
+            head: HeadAngles { yaw: between(-0.5, 0.5), pitch: between(-0.3, 0.4), ..default() },
+            ..default()
+        };
+        joints.legs[0].hip = between(-0.4, 0.4);
+        joints.legs[1].knee = between(0.0, 0.8);
+        scene.robots.push(SceneRobot::standing(RobotId::new(team, 1 + number), pose, joints));
+    }
+    scene
+}
+
+fn shot(scene: &SceneDescription, index: usize) -> Shot {
+    let robot = scene.robots[0];
+    let camera = CameraView::both(CameraIntrinsics::from(&CameraSettings::default()), robot.joints.head)[index % 2];
+    let mut view = View::of_robot(&camera, robot.world_from_robot, robot.id);
+    view.shadows = index.is_multiple_of(3);
+    let design = if index % 4 < 2 { RobotDesign::Nao } else { RobotDesign::Simple };
+    Shot { view, design, layers: Layers::ALL, image: Image::default() }
+}
+
+/// Whether a pixel and those around it are all of one label.
+fn is_inside(image: &Image, u: u32, v: u32) -> bool {
+    let label = image.label(u, v);
+    let around = |at: u32| at.saturating_sub(1)..=at + 1;
+    around(v).all(|v| around(u).all(|u| image.label(u, v).is_none_or(|other| Some(other) == label)))
+}
+
+#[test]
+fn both_renderers_show_the_same() {
+    let Some(mut gpu) = renderer() else { return };
+    let mut dice = RandomStream::for_match(50, "scenes");
+    let (mut inside, mut same, mut coloured_alike, mut farther) = (0, 0, 0, 0);
+    for index in 0..SCENES {
+        let scene = random_scene(&mut dice);
+        let mut shot = shot(&scene, index);
+        gpu.draw(&scene, &mut [&mut shot]).expect("a picture");
+        let mut prepared = PreparedScene::default();
+        prepared.prepare(&scene, Detail { design: shot.design, ..Detail::default() });
+        let mut image = Image::default();
+        Renderer::default().draw(&prepared, &shot.view, Layers::ALL, &mut image);
+        assert_eq!([image.width, image.height], [shot.image.width, shot.image.height]);
+        for v in 0..image.height {
+            for u in 0..image.width {
+                if !is_inside(&image, u, v) || !is_inside(&shot.image, u, v) {
+                    continue;
+                }
+                inside += 1;
+                if image.label(u, v) != shot.image.label(u, v) {
+                    continue;
+                }
+                same += 1;
+                let colours = [&image, &shot.image].map(|image| image.colour(u, v).unwrap());
+                let off = colours[0].iter().zip(colours[1]).map(|(one, other)| one.abs_diff(other)).max().unwrap();
+                coloured_alike += usize::from(off <= 12);
+                let depths = [&image, &shot.image].map(|image| image.depth(u, v).unwrap());
+                // Beyond 64 m the graphics card does not tell distances apart.
+                farther += usize::from((depths[0] - depths[1]).abs() > 0.02 + 0.02 * depths[0] && depths[0] < 60.0);
+            }
+        }
+    }
+    let share = |count: usize| count as f64 / inside as f64;
+    assert!(inside > SCENES * 320 * 240 / 2, "{inside} pixels are not on an edge");
+    assert!(share(same) > 0.98, "labels agree in {:.4} of the pixels", share(same));
+    // Nets and shadows apart, which are drawn otherwise.
+    assert!(share(coloured_alike) > 0.95, "colours agree in {:.4} of the pixels", share(coloured_alike));
+    assert!(share(farther) < 0.01, "distances differ in {:.4} of the pixels", share(farther));
+}
+
+#[test]
+fn the_pixel_of_a_point_shows_what_is_there() {
+    let Some(mut gpu) = renderer() else { return };
+    let mut dice = RandomStream::for_match(51, "scenes");
+    let mut seen = 0;
+    for index in 0..SCENES {
+        let scene = random_scene(&mut dice);
+        let mut shot = shot(&scene, index);
+        gpu.draw(&scene, &mut [&mut shot]).expect("a picture");
+        let mut prepared = PreparedScene::default();
+        prepared.prepare(&scene, Detail { design: shot.design, ..Detail::default() });
+        let mut image = Image::default();
+        Renderer::default().draw(&prepared, &shot.view, Layers::ALL, &mut image);
+        // The middles of ball, waistbands and posts: label, place, and what it is thick.
+        let mut points = Vec::new();
+        points.extend(scene.ball.map(|(at, radius)| (Label::Ball, at.extend(radius), radius)));
+        let waist = Vec3::Z * (WAISTBAND_Z[0] + WAISTBAND_Z[1]) / 2.0;
+        points.extend(scene.robots[1..].iter().map(|robot| {
+            let [_, band] = labels(robot.id.team);
+            (band, robot.world_from_robot.transform_point3(waist), 0.056)
+        }));
+        points.extend(scene.posts.iter().filter_map(|(post, at)| {
+            let label = naoisis::appearance::field::goal_label(post.colour?);
+            Some((label, at.extend(post.height / 2.0), post.radius))
+        }));
+        for (label, point, half) in points {
+            let ahead = shot.view.to_camera(point).z;
+            let Some(pixel) = shot.view.project(point) else { continue };
+            // At least three pixels wide.
+            let is_in = pixel.x >= 0.0 && pixel.y >= 0.0 && pixel.x < 320.0 && pixel.y < 240.0;
+            if !is_in || half * 360.0 / ahead < 1.5 {
+                continue;
+            }
+            for image in [&image, &shot.image] {
+                let (u, v) = (pixel.x as u32, pixel.y as u32);
+                let found = image.label(u, v).unwrap();
+                let depth = image.depth(u, v).unwrap();
+                // Something else may be before it, a robot's arm or another robot.
+                let is_hidden = depth < ahead - half;
+                assert!(found == label || is_hidden, "scene {index}: {found:?} at {pixel}, not {label:?}");
+                seen += usize::from(found == label);
+            }
+        }
+    }
+    assert!(seen > 2 * SCENES, "only {seen} points were seen");
+}
+
+#[test]
+fn a_match_has_images_of_each_cycle_from_the_graphics_card() {
+    if renderer().is_none() {
+        return;
+    }
+    let mut scenario = Scenario::named("match3v3").expect("a scenario");
+    scenario.cameras.render = CameraRendering::Gpu;
+    (scenario.cameras.width, scenario.cameras.height) = (80, 60);
+    scenario.cameras.labels = true;
+    let mut images = |rendering| {
+        scenario.cameras.render = rendering;
+        let mut app = App::new();
+        app.add_plugins(NaoisisPlugins);
+        app.start_match(&scenario).expect("a match");
+        let mut images = Vec::new();
+        for _ in 0..6 {
+            app.run_cycles(5);
+            let of_cycle: &CameraImages = app.robot(RobotId::new(Team::Blue, 1)).expect("a robot");
+            assert_eq!(of_cycle.cycle, Some(app.cycle()));
+            images.push(of_cycle.top.clone());
+        }
+        images
+    };
+    let [gpu, software] = [CameraRendering::Gpu, CameraRendering::Software].map(&mut images);
+    for (cycle, (one, other)) in gpu.iter().zip(&software).enumerate() {
+        let same = one.labels.iter().zip(&other.labels).filter(|(one, other)| one == other).count();
+        // Each shows its own cycle: heads turn on the way.
+        assert!(same as f64 > 0.95 * other.labels.len() as f64, "image {cycle}: {same} of {}", other.labels.len());
+    }
+    assert!(gpu[0].labels != gpu[5].labels, "the robot has moved its head");
+}
