@@ -10,6 +10,7 @@ use std::io::{self, BufRead, BufReader, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
 use super::trace::{EndReason, FORMAT, VERSION};
+use crate::behaviour::drawings::Drawings;
 use crate::belief::Belief;
 use crate::communication::ReceivedMessage;
 use crate::events::MatchEvent;
@@ -77,6 +78,9 @@ pub struct RobotRecord {
     pub inbox: Vec<ReceivedMessage>,
     /// What it believed.
     pub belief: Option<Belief>,
+    /// What its behaviour drew.
+    #[serde(default, skip_serializing_if = "Drawings::is_empty")]
+    pub drawings: Drawings,
 }
 
 impl RobotRecord {

@@ -12,6 +12,7 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 use crate::ball::{Ball, BallPhysics, BallVelocity};
+use crate::behaviour::drawings::Drawings;
 use crate::belief::Belief;
 use crate::communication::{Inbox, MessageStatistics, ReceivedMessage};
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
@@ -206,6 +207,8 @@ struct RobotLine<'a> {
     percepts: &'a Percepts,
     inbox: &'a [ReceivedMessage],
     belief: Option<&'a Belief>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    drawings: Option<&'a Drawings>,
 }
 
 fn is_upright(posture: &Posture) -> bool {
@@ -250,6 +253,7 @@ pub struct MatchLine<'w, 's> {
             &'static Percepts,
             &'static Inbox,
             Option<&'static Belief>,
+            Option<&'static Drawings>,
         ),
     >,
 }
@@ -278,7 +282,7 @@ impl MatchLine<'_, '_> {
     }
 
     fn robot_line(&self, id: RobotId, entity: Entity) -> Option<RobotLine<'_>> {
-        let (pose, velocity, head, posture, penalty, odometry, sonar, percepts, inbox, belief) =
+        let (pose, velocity, head, posture, penalty, odometry, sonar, percepts, inbox, belief, drawings) =
             self.robots.get(entity).ok()?;
         Some(RobotLine {
             id,
@@ -295,6 +299,7 @@ impl MatchLine<'_, '_> {
             percepts,
             inbox: &inbox.0,
             belief,
+            drawings: drawings.filter(|drawings| !drawings.is_empty()),
         })
     }
 }

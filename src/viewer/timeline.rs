@@ -13,6 +13,7 @@ use super::drive::{DisplayFraction, Playback, Speed};
 use super::event_log::EventLog;
 use crate::appearance::gait::Gait;
 use crate::ball::{Ball, BallVelocity};
+use crate::behaviour::drawings::Drawings;
 use crate::belief::Belief;
 use crate::communication::Inbox;
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
@@ -119,6 +120,7 @@ struct RobotState {
     sonar: SonarReading,
     percepts: Percepts,
     inbox: Inbox,
+    drawings: Drawings,
 }
 
 /// Of the ball, all that a record has something of.
@@ -264,6 +266,7 @@ fn robot_state(world: &World, robot: Entity) -> RobotState {
         sonar: of(world, robot),
         percepts: of(world, robot),
         inbox: of(world, robot),
+        drawings: of(world, robot),
     }
 }
 
@@ -337,6 +340,7 @@ fn state_of(robot: RobotRecord, was: Pose, gait: Gait, period_s: f64) -> RobotSt
         sonar: robot.sonar_m,
         percepts: robot.percepts,
         inbox: Inbox(robot.inbox),
+        drawings: robot.drawings,
     }
 }
 

@@ -45,7 +45,7 @@ fn random_scene(dice: &mut RandomStream) -> SceneDescription {
             _ => Pose { position: ahead(between(0.5, 4.0), between(-0.6, 0.6)), heading: between(-3.1, 3.1) },
         };
         let mut joints = JointAngles {
-            head: HeadAngles { yaw: between(-0.5, 0.5), pitch: between(-0.3, 0.4), ..default() },
+            head: HeadAngles { yaw: between(-0.5, 0.5), pitch: between(-0.3, 0.4) },
             ..default()
         };
         joints.legs[0].hip = between(-0.4, 0.4);

@@ -5,8 +5,11 @@ use bevy::time::TimeUpdateStrategy;
 use core::time::Duration;
 use naoisis::prelude::*;
 use naoisis::record::trace::{TracePlugin, TraceRecorder, record_cycle};
+use naoisis::sensing::camera::CameraSide;
+use naoisis::viewer::chronicle::ChroniclePlugin;
 use naoisis::viewer::drive::{DrivePlugin, Playback};
 use naoisis::viewer::event_log::EventLogPlugin;
+use naoisis::viewer::eyes::{EyesPlugin, Watched};
 use naoisis::viewer::{Speed, TimelineCommand, ViewerCommand};
 
 use crate::determinism::trace_of;
@@ -18,6 +21,10 @@ fn the_trace_of_a_match_watched_at_changing_speeds_is_the_headless_one_byte_for_
     let bytes = SharedBytes::default();
     let mut app = App::new();
     app.add_plugins((MinimalPlugins, NaoisisPlugins, TracePlugin, EventLogPlugin, DrivePlugin));
+    app.add_plugins((ChroniclePlugin, EyesPlugin));
+    // Somebody looks through a robot's eyes, too.
+    let looked_through = (RobotId::new(Team::Blue, 2), CameraSide::Top);
+    app.world_mut().resource_mut::<Watched>().cameras.insert(looked_through);
     app.start_match(&scenario).unwrap();
     let mut recorder = TraceRecorder::plain(bytes.clone());
     recorder.write_header(&scenario);
