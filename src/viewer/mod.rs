@@ -26,6 +26,7 @@
 //! | `props` | ball and posts |
 //! | [`camera`] | where the match is watched from |
 //! | [`keys`] | what the keys do |
+//! | [`hands`] | drags, turns, kicks, whistles; drives a robot |
 //! | [`overlays`] | what is drawn on the pitch of what robots see, hear, believe and want |
 //! | [`eyes`] | images of the robots' cameras that someone looks at |
 //! | [`robot_panel`] | what the selected robot sees, hears, wants, believes and keeps in mind |
@@ -55,6 +56,7 @@ pub mod eyes;
 mod field;
 mod figure;
 mod gait;
+pub mod hands;
 pub mod keys;
 mod labels;
 pub mod overlays;
@@ -107,6 +109,7 @@ impl PluginGroup for ViewerPlugins {
             .add(props::PropsPlugin)
             .add(camera::ViewerCameraPlugin)
             .add(keys::KeysPlugin)
+            .add(hands::HandsPlugin)
             .add(selection::SelectionPlugin)
             .add(theme::ThemePlugin)
             .add(labels::LabelsPlugin)
