@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use super::report;
 use super::run::{RunArguments, run_scenario};
+use super::window::WindowArguments;
 use crate::behaviour::BehaviourRegistry;
 use crate::scenario::{ScenarioFile, TeamsSpec};
 
@@ -26,11 +27,20 @@ pub struct PlayArguments {
     /// Seed of all random numbers, instead of the scenario's
     #[arg(long)]
     pub seed: Option<u64>,
+    /// The window.
+    #[command(flatten)]
+    pub window: WindowArguments,
 }
 
 impl Default for PlayArguments {
     fn default() -> Self {
-        Self { scenario: DEFAULT_SCENARIO.to_owned(), blue: None, pink: None, seed: None }
+        Self {
+            scenario: DEFAULT_SCENARIO.to_owned(),
+            blue: None,
+            pink: None,
+            seed: None,
+            window: WindowArguments::default(),
+        }
     }
 }
 
@@ -48,7 +58,7 @@ pub fn play(arguments: &PlayArguments) -> ExitCode {
     }
     match display() {
         #[cfg(feature = "viewer")]
-        Ok(()) => watch(&file),
+        Ok(()) => watch(&file, arguments),
         #[cfg(not(feature = "viewer"))]
         Ok(()) => ExitCode::SUCCESS,
         Err(reason) => {
@@ -109,20 +119,18 @@ pub(super) fn display() -> Result<(), &'static str> {
 }
 
 #[cfg(feature = "viewer")]
-fn watch(file: &ScenarioFile) -> ExitCode {
-    use crate::simulation::{MatchApp, NaoisisPlugins};
-    use crate::viewer::ViewerPlugins;
-    use bevy::app::{App, AppExit};
+fn watch(file: &ScenarioFile, arguments: &PlayArguments) -> ExitCode {
+    use super::window;
+    use crate::simulation::MatchApp;
 
-    let mut app = App::new();
-    app.add_plugins((ViewerPlugins, NaoisisPlugins));
+    let mut app = match window::open(&arguments.window) {
+        Ok(app) => app,
+        Err(message) => return report::usage_error(&message),
+    };
     if let Err(fault) = app.start_match(&file.scenario) {
         return report::scenario_error(&file.source.error(&fault));
     }
-    match app.run() {
-        AppExit::Success => ExitCode::SUCCESS,
-        AppExit::Error(code) => ExitCode::from(code.get()),
-    }
+    window::show(app)
 }
 
 #[cfg(test)]

@@ -10,6 +10,7 @@ use super::drive::ViewerCommand;
 use super::hands::HandAction;
 use super::hands::driving::Driving;
 use super::selection::{Choice, SelectionSystems};
+use super::timeline::TimelineCommand;
 use crate::cycle::CycleClock;
 use crate::robot::Team;
 use crate::sensing::camera::CameraSide;
@@ -39,6 +40,8 @@ pub struct KeysSystems;
 pub enum Action {
     /// Something for the match.
     Command(ViewerCommand),
+    /// Another moment of the match.
+    Moment(TimelineCommand),
     /// Another view.
     View(ViewPreset),
     /// Another robot.
@@ -190,6 +193,11 @@ pub const BINDINGS: &[Binding] = &[
     binding(KeyCode::ArrowRight, "Right", "One cycle", Action::Command(ViewerCommand::Step)),
     binding(KeyCode::ArrowUp, "Up", "Faster", Action::Command(ViewerCommand::Faster)),
     binding(KeyCode::ArrowDown, "Down", "Slower", Action::Command(ViewerCommand::Slower)),
+    binding(KeyCode::ArrowLeft, "Left", "One cycle back", Action::Moment(TimelineCommand::Step(-1))),
+    binding(KeyCode::PageUp, "Page up", "Five seconds back", Action::Moment(TimelineCommand::Skip(-5.0))),
+    binding(KeyCode::PageDown, "Page down", "Five seconds on", Action::Moment(TimelineCommand::Skip(5.0))),
+    binding(KeyCode::Home, "Home", "To the start", Action::Moment(TimelineCommand::GoTo(0))),
+    binding(KeyCode::End, "End", "To the present", Action::Moment(TimelineCommand::Present)),
     binding(KeyCode::KeyR, "R", "Same match from the start", Action::Command(ViewerCommand::Restart)),
     with_shift(binding(
         KeyCode::KeyR,
@@ -281,6 +289,7 @@ fn read_keys(keys: Res<ButtonInput<KeyCode>>, driving: Res<Driving>, mut actions
 fn carry_out(
     mut actions: MessageReader<Action>,
     mut viewer_commands: MessageWriter<ViewerCommand>,
+    mut moments: MessageWriter<TimelineCommand>,
     mut views: MessageWriter<ViewPreset>,
     mut choices: MessageWriter<Choice>,
     mut hand_actions: MessageWriter<HandAction>,
@@ -292,6 +301,9 @@ fn carry_out(
         match *action {
             Action::Command(command) => {
                 viewer_commands.write(command);
+            }
+            Action::Moment(command) => {
+                moments.write(command);
             }
             Action::View(preset) => {
                 views.write(preset);

@@ -35,6 +35,7 @@
 //! | `events_panel` | penalties, what happened, where and why |
 //! | [`selection`] | which robot the user looks at |
 //! | [`statistics`] | what a frame costs |
+//! | [`report_state`] | what is shown, as JSON lines |
 //! | [`theme`] | dark and light panels |
 //! | `labels` | names above the robots, words of the overlays |
 //! | [`event_log`] | what happened in the match |
@@ -63,6 +64,7 @@ pub mod overlays;
 mod palette;
 mod panels;
 mod props;
+pub mod report_state;
 pub mod robot_panel;
 mod sculpture;
 pub mod selection;
@@ -115,9 +117,11 @@ impl PluginGroup for ViewerPlugins {
             .add(labels::LabelsPlugin)
             .add(overlays::OverlaysPlugin)
             .add(panels::PanelsPlugin)
+            .add(timeline::TimelineBarPlugin)
             .add(events_panel::EventsPanelPlugin)
             .add(eyes::EyesPlugin)
             .add(robot_panel::RobotPanelPlugin)
             .add(statistics::StatisticsPlugin)
+            .add(report_state::ReportStatePlugin)
     }
 }
