@@ -16,6 +16,7 @@ mod play;
 mod replay;
 mod report;
 mod run;
+mod window;
 
 /// A behavioural simulator of NAO robot soccer.
 #[derive(Parser, Debug)]

@@ -8,6 +8,7 @@ use std::process::ExitCode;
 
 use super::play::display;
 use super::report;
+use super::window::WindowArguments;
 use crate::record::history::{MarkKind, ReadTrace};
 use crate::record::read::Ending;
 use crate::record::trace::EndReason;
@@ -17,6 +18,9 @@ use crate::record::trace::EndReason;
 pub struct ReplayArguments {
     /// A trace, as `naoisis run --trace` writes it (.jsonl or .jsonl.zst)
     pub trace: PathBuf,
+    /// The window.
+    #[command(flatten)]
+    pub window: WindowArguments,
 }
 
 /// Runs the command. Without a display the trace is read, and summed up.
@@ -48,19 +52,17 @@ pub fn replay(arguments: &ReplayArguments) -> ExitCode {
 
 #[cfg(feature = "viewer")]
 fn watch(arguments: &ReplayArguments, trace: ReadTrace) -> ExitCode {
-    use crate::simulation::NaoisisPlugins;
-    use crate::viewer::{ViewerPlugins, timeline};
-    use bevy::app::{App, AppExit};
+    use super::window;
+    use crate::viewer::timeline;
 
-    let mut app = App::new();
-    app.add_plugins((ViewerPlugins, NaoisisPlugins));
+    let mut app = match window::open(&arguments.window) {
+        Ok(app) => app,
+        Err(message) => return report::usage_error(&message),
+    };
     if let Err(fault) = timeline::start_replay(app.world_mut(), trace) {
         return report::usage_error(&format!("{}:1: {fault}", arguments.trace.display()));
     }
-    match app.run() {
-        AppExit::Success => ExitCode::SUCCESS,
-        AppExit::Error(code) => ExitCode::from(code.get()),
-    }
+    window::show(app)
 }
 
 /// What the trace is of, in a few lines.

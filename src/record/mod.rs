@@ -1,4 +1,5 @@
-//! What is written down of a match: its trace, what robots believe against what is true, and pictures of it.
+//! What is written down of a match: its trace, what robots believe against what is true, and pictures of it; and how a trace
+//! is read again.
 
 pub mod album;
 pub mod beliefs;

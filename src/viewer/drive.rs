@@ -11,6 +11,7 @@ use core::time::Duration;
 use std::time::Instant;
 
 use super::event_log::EventLog;
+use super::memory::ViewerMemory;
 use super::timeline::{self, Timeline, TimelinePlugin, TimelineSystems};
 use crate::cycle::{CycleClock, try_run_cycle};
 use crate::record::history::History;
@@ -189,7 +190,12 @@ fn obey_commands(world: &mut World) {
             ViewerCommand::Restart => restart(world, 0),
             ViewerCommand::RestartWithNextSeed => restart(world, 1),
             ViewerCommand::Load(name) => match ScenarioFile::named(name) {
-                Ok(file) => start(world, &file.scenario),
+                Ok(file) => {
+                    start(world, &file.scenario);
+                    if let Some(mut memory) = world.get_resource_mut::<ViewerMemory>() {
+                        memory.note_scenario(name);
+                    }
+                }
                 Err(error) => world.resource_mut::<Playback>().problem = Some(error.to_string()),
             },
         }

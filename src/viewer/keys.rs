@@ -7,7 +7,10 @@ use serde::{Deserialize, Serialize};
 
 use super::camera::{CameraSystems, ViewPreset};
 use super::drive::ViewerCommand;
+use super::hands::HandAction;
+use super::hands::driving::Driving;
 use super::selection::{Choice, SelectionSystems};
+use super::timeline::TimelineCommand;
 use crate::cycle::CycleClock;
 use crate::robot::Team;
 use crate::sensing::camera::CameraSide;
@@ -37,12 +40,16 @@ pub struct KeysSystems;
 pub enum Action {
     /// Something for the match.
     Command(ViewerCommand),
+    /// Another moment of the match.
+    Moment(TimelineCommand),
     /// Another view.
     View(ViewPreset),
     /// Another robot.
     Select(Choice),
     /// Shows or hides something.
     Toggle(Switch),
+    /// Something for the match, by hand.
+    Hand(HandAction),
     /// Larger panels and text (1), or smaller ones (-1).
     ScalePanels(i8),
     /// Writes a picture of the window to the current folder.
@@ -186,6 +193,11 @@ pub const BINDINGS: &[Binding] = &[
     binding(KeyCode::ArrowRight, "Right", "One cycle", Action::Command(ViewerCommand::Step)),
     binding(KeyCode::ArrowUp, "Up", "Faster", Action::Command(ViewerCommand::Faster)),
     binding(KeyCode::ArrowDown, "Down", "Slower", Action::Command(ViewerCommand::Slower)),
+    binding(KeyCode::ArrowLeft, "Left", "One cycle back", Action::Moment(TimelineCommand::Step(-1))),
+    binding(KeyCode::PageUp, "Page up", "Five seconds back", Action::Moment(TimelineCommand::Skip(-5.0))),
+    binding(KeyCode::PageDown, "Page down", "Five seconds on", Action::Moment(TimelineCommand::Skip(5.0))),
+    binding(KeyCode::Home, "Home", "To the start", Action::Moment(TimelineCommand::GoTo(0))),
+    binding(KeyCode::End, "End", "To the present", Action::Moment(TimelineCommand::Present)),
     binding(KeyCode::KeyR, "R", "Same match from the start", Action::Command(ViewerCommand::Restart)),
     with_shift(binding(
         KeyCode::KeyR,
@@ -210,6 +222,11 @@ pub const BINDINGS: &[Binding] = &[
     binding(KeyCode::KeyN, "N", "Names of the robots", Action::Toggle(Switch::Labels)),
     binding(KeyCode::KeyS, "S", "Shadows, smooth edges", Action::Toggle(Switch::FineDrawing)),
     binding(KeyCode::KeyL, "L", "Light or dark", Action::Toggle(Switch::Light)),
+    binding(KeyCode::KeyW, "W", "Whistle", Action::Hand(HandAction::Whistle)),
+    binding(KeyCode::KeyB, "B", "Drop the ball on the centre", Action::Hand(HandAction::DropBall)),
+    binding(KeyCode::KeyP, "P", "Penalise or return the robot", Action::Hand(HandAction::PenaliseOrReturn)),
+    binding(KeyCode::KeyD, "D", "Drive the selected robot", Action::Hand(HandAction::Drive)),
+    binding(KeyCode::F9, "F9", "Save the situation", Action::Hand(HandAction::KeepSituation)),
     binding(KeyCode::Equal, "+", "Larger panels", Action::ScalePanels(1)),
     with_shift(binding(KeyCode::Equal, "Shift =", "Larger panels", Action::ScalePanels(1))),
     binding(KeyCode::NumpadAdd, "+ on the key pad", "Larger panels", Action::ScalePanels(1)),
@@ -238,6 +255,9 @@ pub const OTHERS: &[(&str, &str)] = &[
     ("1 … 9", "Blue's robot of this number"),
     ("Shift 1 … 9", "Pink's robot of this number"),
     ("Click", "Select a robot"),
+    ("Drag a robot, the ball", "Put it elsewhere"),
+    ("Shift drag a robot", "Turn it"),
+    ("Shift drag the ball", "Kick it"),
     ("Left drag", "Turn the view"),
     ("Right drag", "Move the view"),
     ("Middle drag", "Look around"),
@@ -253,24 +273,26 @@ pub fn help() -> impl Iterator<Item = (&'static str, &'static str)> {
     keys.chain(OTHERS.iter().copied())
 }
 
-fn read_keys(keys: Res<ButtonInput<KeyCode>>, mut actions: MessageWriter<Action>) {
+fn read_keys(keys: Res<ButtonInput<KeyCode>>, driving: Res<Driving>, mut actions: MessageWriter<Action>) {
     let shift = keys.any_pressed([KeyCode::ShiftLeft, KeyCode::ShiftRight]);
     actions.write_batch(
         BINDINGS
             .iter()
-            .filter(|binding| keys.just_pressed(binding.key) && binding.shift == shift)
+            .filter(|binding| keys.just_pressed(binding.key) && binding.shift == shift && !driving.takes(binding.key))
             .map(|binding| binding.action),
     );
     let team = if shift { Team::Pink } else { Team::Blue };
-    let numbers = NUMBERS.iter().zip(1..).filter(|(key, _)| keys.just_pressed(**key));
+    let numbers = NUMBERS.iter().zip(1..).filter(|(key, _)| keys.just_pressed(**key) && !driving.takes(**key));
     actions.write_batch(numbers.map(|(_, number)| Action::Select(Choice::Number(team, number))));
 }
 
 fn carry_out(
     mut actions: MessageReader<Action>,
     mut viewer_commands: MessageWriter<ViewerCommand>,
+    mut moments: MessageWriter<TimelineCommand>,
     mut views: MessageWriter<ViewPreset>,
     mut choices: MessageWriter<Choice>,
+    mut hand_actions: MessageWriter<HandAction>,
     mut shown: ResMut<Shown>,
     clock: Res<CycleClock>,
     mut commands: Commands,
@@ -280,11 +302,17 @@ fn carry_out(
             Action::Command(command) => {
                 viewer_commands.write(command);
             }
+            Action::Moment(command) => {
+                moments.write(command);
+            }
             Action::View(preset) => {
                 views.write(preset);
             }
             Action::Select(choice) => {
                 choices.write(choice);
+            }
+            Action::Hand(action) => {
+                hand_actions.write(action);
             }
             Action::ScalePanels(steps) => shown.panel_scale = shown.panel_scale.larger(steps),
             Action::Toggle(switch) => {

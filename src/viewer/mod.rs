@@ -26,6 +26,7 @@
 //! | `props` | ball and posts |
 //! | [`camera`] | where the match is watched from |
 //! | [`keys`] | what the keys do |
+//! | [`hands`] | drags, turns, kicks, whistles; drives a robot |
 //! | [`overlays`] | what is drawn on the pitch of what robots see, hear, believe and want |
 //! | [`eyes`] | images of the robots' cameras that someone looks at |
 //! | [`robot_panel`] | what the selected robot sees, hears, wants, believes and keeps in mind |
@@ -35,6 +36,7 @@
 //! | [`selection`] | which robot the user looks at |
 //! | [`statistics`] | what a frame costs |
 //! | [`memory`] | what is remembered from one time to the next |
+//! | [`report_state`] | what is shown, as JSON lines |
 //! | [`theme`] | dark and light panels |
 //! | `labels` | names above the robots, words of the overlays |
 //! | [`event_log`] | what happened in the match |
@@ -56,6 +58,7 @@ pub mod eyes;
 mod field;
 mod figure;
 mod gait;
+pub mod hands;
 pub mod keys;
 mod labels;
 pub mod memory;
@@ -63,6 +66,7 @@ pub mod overlays;
 mod palette;
 mod panels;
 mod props;
+pub mod report_state;
 pub mod robot_panel;
 mod sculpture;
 pub mod selection;
@@ -109,15 +113,18 @@ impl PluginGroup for ViewerPlugins {
             .add(props::PropsPlugin)
             .add(camera::ViewerCameraPlugin)
             .add(keys::KeysPlugin)
+            .add(hands::HandsPlugin)
             .add(selection::SelectionPlugin)
             .add(theme::ThemePlugin)
             .add(labels::LabelsPlugin)
             .add(overlays::OverlaysPlugin)
             .add(panels::PanelsPlugin)
+            .add(timeline::TimelineBarPlugin)
             .add(events_panel::EventsPanelPlugin)
             .add(eyes::EyesPlugin)
             .add(robot_panel::RobotPanelPlugin)
             .add(statistics::StatisticsPlugin)
             .add(memory::MemoryPlugin)
+            .add(report_state::ReportStatePlugin)
     }
 }

@@ -18,6 +18,7 @@ mod renderers;
 mod rule_cases;
 mod scenario_files;
 mod sensing;
+mod situation;
 mod snapshot;
 mod support;
 mod teams;

@@ -6,13 +6,14 @@ use bevy::input::mouse::{AccumulatedMouseMotion, AccumulatedMouseScroll, MouseSc
 use bevy::math::ops;
 use bevy::pbr::{DistanceFog, FogFalloff};
 use bevy::prelude::*;
-use bevy_egui::input::egui_wants_any_pointer_input;
+use bevy_egui::input::EguiWantsInput;
 use bevy_egui::{EguiGlobalSettings, PrimaryEguiContext};
 
 pub mod eyes;
 pub mod viewpoint;
 
 use super::figure::Figure;
+use super::hands::Hands;
 use super::palette;
 use super::selection::{Selection, SelectionSystems};
 use super::stage::{PitchRoot, StageSystems, pose_of};
@@ -48,7 +49,7 @@ impl Plugin for ViewerCameraPlugin {
             .add_systems(Startup, spawn_camera)
             .add_systems(
                 Update,
-                (make_room, choose_view, look_at_places, use_mouse.run_if(not(egui_wants_any_pointer_input)))
+                (make_room, choose_view, look_at_places, use_mouse.run_if(may_use_mouse))
                     .chain()
                     .after(SelectionSystems)
                     .in_set(CameraSystems),
@@ -213,6 +214,11 @@ fn look_at_places(mut places: MessageReader<LookAt>, mut camera: Single<&mut Vie
         camera.wanted = camera.wanted.at(*place);
         camera.mode = CameraMode::Orbit;
     }
+}
+
+/// Unless a panel needs the mouse, or something is dragged with it.
+fn may_use_mouse(hands: Res<Hands>, over_panels: Res<EguiWantsInput>) -> bool {
+    !hands.hold_anything() && !over_panels.wants_any_pointer_input()
 }
 
 fn use_mouse(
