@@ -21,6 +21,7 @@
 //! | `path_planning` | a grid planner and a reactive one among moving robots |
 //! | `localisation` | two Kalman filters and a particle filter on the same seeds, and after a kidnapping |
 //! | `learn_to_score` | a policy learned by the cross-entropy method, saved and played |
+//! | `watched_behaviour` | a behaviour of one's own in the window, with drawings |
 
 #[doc = include_str!("first_behaviour.md")]
 pub mod first_behaviour {}
