@@ -36,6 +36,8 @@
 //! | [`selection`] | which robot the user looks at |
 //! | [`statistics`] | what a frame costs |
 //! | [`memory`] | what is remembered from one time to the next |
+//! | [`match_panel`] | scenario, teams, settings; a scenario's file is watched |
+//! | [`film`] | a video of the window |
 //! | [`report_state`] | what is shown, as JSON lines |
 //! | [`theme`] | dark and light panels |
 //! | `labels` | names above the robots, words of the overlays |
@@ -57,10 +59,12 @@ mod events_panel;
 pub mod eyes;
 mod field;
 mod figure;
+pub mod film;
 mod gait;
 pub mod hands;
 pub mod keys;
 mod labels;
+pub mod match_panel;
 pub mod memory;
 pub mod overlays;
 mod palette;
@@ -120,6 +124,8 @@ impl PluginGroup for ViewerPlugins {
             .add(overlays::OverlaysPlugin)
             .add(panels::PanelsPlugin)
             .add(timeline::TimelineBarPlugin)
+            .add(match_panel::MatchPanelPlugin)
+            .add(film::FilmPlugin)
             .add(events_panel::EventsPanelPlugin)
             .add(eyes::EyesPlugin)
             .add(robot_panel::RobotPanelPlugin)

@@ -8,7 +8,8 @@ use super::driving::{self, Driving};
 use super::{HandAction, Notice};
 use crate::referee::Penalty;
 use crate::robot::Roster;
-use crate::viewer::keys::Action;
+use crate::viewer::film::{Filming, ToggleFilm};
+use crate::viewer::keys::{Action, Shown};
 use crate::viewer::selection::Selection;
 use crate::viewer::theme::{MARGIN, ThemeSystems, bright, card, dim, panel, text_size};
 use crate::viewer::timeline::Timeline;
@@ -32,14 +33,26 @@ fn show_buttons(
     penalties: Query<&Penalty>,
     driving: Res<Driving>,
     timeline: Res<Timeline>,
+    filming: Res<Filming>,
+    mut shown: ResMut<Shown>,
+    mut films: MessageWriter<ToggleFilm>,
     mut actions: MessageWriter<Action>,
 ) -> Result {
-    if timeline.is_replay() {
-        return Ok(());
-    }
     let serves = selection.0.and_then(|id| penalties.get(roster.get(id)?).ok()).is_some_and(Penalty::is_active);
     panel("hands", Align2::LEFT_BOTTOM, [MARGIN, -MARGIN]).show(contexts.ctx_mut()?, |ui| {
         card(ui).show(ui, |ui| {
+            ui.horizontal(|ui| {
+                let record = if filming.is_on() { "⏹ Stop" } else { "⏺ Record" };
+                if ui.button(record).on_hover_text("F8: a video of the window").clicked() {
+                    films.write(ToggleFilm);
+                }
+                if ui.button("Match").on_hover_text("M: scenario, teams, settings").clicked() {
+                    shown.game = !shown.game;
+                }
+            });
+            if timeline.is_replay() {
+                return;
+            }
             let mut button = |ui: &mut egui::Ui, enabled: bool, text: String, hint: &str, action: HandAction| {
                 if ui.add_enabled(enabled, egui::Button::new(text)).on_hover_text(hint).clicked() {
                     actions.write(Action::Hand(action));
