@@ -38,6 +38,7 @@
 //! | [`memory`] | what is remembered from one time to the next |
 //! | [`match_panel`] | scenario, teams, settings; a scenario's file is watched |
 //! | [`film`] | a video of the window |
+//! | `first_frame` | how long the start takes |
 //! | [`report_state`] | what is shown, as JSON lines |
 //! | [`theme`] | dark and light panels |
 //! | `labels` | names above the robots, words of the overlays |
@@ -60,6 +61,7 @@ pub mod eyes;
 mod field;
 mod figure;
 pub mod film;
+mod first_frame;
 mod gait;
 pub mod hands;
 pub mod keys;
@@ -104,8 +106,9 @@ impl PluginGroup for ViewerPlugins {
             })
             // Otherwise the parts of the scene pop in one by one while their pipelines are compiled.
             .set(RenderPlugin { synchronous_pipeline_compilation: true, ..default() })
-            .set(LogPlugin { filter: "warn,winit=error,bevy_egui=error".to_owned(), ..default() })
+            .set(LogPlugin { filter: "warn,naoisis=info,winit=error,bevy_egui=error".to_owned(), ..default() })
             .add(EguiPlugin::default())
+            .add(first_frame::FirstFramePlugin::default())
             .add(drive::DrivePlugin)
             .add(event_log::EventLogPlugin)
             .add(chronicle::ChroniclePlugin)

@@ -1,7 +1,7 @@
 //! The buttons of what can be done by hand.
 
 use bevy::prelude::*;
-use bevy_egui::egui::{self, Align2, Frame};
+use bevy_egui::egui::{self, Align2};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 use super::driving::{self, Driving};
@@ -16,6 +16,9 @@ use crate::viewer::timeline::Timeline;
 
 /// How far above the lower edge of the window the words are, logical pixels.
 const NOTICE_ABOVE: f32 = 110.0;
+
+/// How far below the upper edge the keys of the driver are, logical pixels.
+const DRIVER_BELOW: f32 = 84.0;
 
 /// Shows the buttons, and what is told.
 pub(super) struct HandsPanelPlugin;
@@ -95,18 +98,18 @@ fn show_notice(mut contexts: EguiContexts, time: Res<Time<Real>>, mut notice: Re
 /// What drives, while someone drives.
 fn show_driver(mut contexts: EguiContexts, driving: Res<Driving>) -> Result {
     let Some(robot) = driving.robot else { return Ok(()) };
-    let offset = [0.0, 90.0];
-    panel("driver", Align2::CENTER_TOP, offset).interactable(false).show(contexts.ctx_mut()?, |ui| {
-        Frame::NONE.show(ui, |ui| {
-            card(ui).show(ui, |ui| {
+    panel("driver", Align2::CENTER_TOP, [0.0, DRIVER_BELOW]).interactable(false).show(contexts.ctx_mut()?, |ui| {
+        card(ui).show(ui, |ui| {
+            ui.label(bright(format!("You drive {robot}")));
+            // Two lines, so that the panels at both sides stay free.
+            for line in driving::KEYS.chunks(driving::KEYS.len().div_ceil(2)) {
                 ui.horizontal(|ui| {
-                    ui.label(bright(format!("You drive {robot}")));
-                    for (keys, what) in driving::KEYS {
+                    for (keys, what) in line {
                         ui.label(bright(*keys));
                         ui.label(dim(*what));
                     }
                 });
-            });
+            }
         });
     });
     Ok(())
