@@ -149,13 +149,10 @@ impl Plan {
 
     /// Draws what there is to see.
     pub fn picture(&self, canvas: &mut Canvas, scene: &SceneDescription) {
-        let middle = Vec2::new(
-            (self.axes.across[0] + self.axes.across[1]) / 2.0,
-            (self.axes.up[0] + self.axes.up[1]) / 2.0,
-        );
+        let middle =
+            Vec2::new((self.axes.across[0] + self.axes.across[1]) / 2.0, (self.axes.up[0] + self.axes.up[1]) / 2.0);
         let centre = self.origin + if self.x_is_up { middle.yx() } else { middle };
-        let view =
-            view_from_above(centre, self.points_per_metre(), self.x_is_up, self.axes.size, canvas.scale());
+        let view = view_from_above(centre, self.points_per_metre(), self.x_is_up, self.axes.size, canvas.scale());
         canvas.pixels(&super::stage::draw(scene, &view), self.axes.at);
     }
 

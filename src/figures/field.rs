@@ -18,20 +18,20 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
     let pitch = &stage.scene().pitch;
     let carpet = pitch.carpet_half_extents();
     let mut canvas = Canvas::scaled(SIZE, scale, PAPER);
-    let plan = Plan::new(
-        Vec2::new(110.0, 82.0),
-        2.0 * carpet * POINTS_PER_METRE,
-        Vec2::ZERO,
-        POINTS_PER_METRE,
-        false,
-    );
+    let plan = Plan::new(Vec2::new(110.0, 82.0), 2.0 * carpet * POINTS_PER_METRE, Vec2::ZERO, POINTS_PER_METRE, false);
     plan.picture(&mut canvas, stage.scene());
     plan.frame(&mut canvas, 0.5);
 
     let (x, y) = (pitch.half_length(), pitch.half_width());
     let metres = |length_m: f32| format!("{length_m:.2} m");
     let mut between = |from: Vec2, to: Vec2, words: &str| {
-        measure(&mut canvas, [plan.place(from), plan.place(to)], words, PAPER, Some(crate::appearance::colours::CARPET));
+        measure(
+            &mut canvas,
+            [plan.place(from), plan.place(to)],
+            words,
+            PAPER,
+            Some(crate::appearance::colours::CARPET),
+        );
     };
     // In the border around the pitch.
     let border = y + 0.36;

@@ -26,8 +26,11 @@ const SITUATIONS: [(&str, &str); 4] = [
         r#""robots": [OWN, { "team": "pink", "number": 1, "pose": [0.36, -0.22, 120.0] },
                       { "team": "pink", "number": 2, "pose": [0.60, 0.26, -135.0] }]"#,
     ),
-    ("Beside both sectors, or too far", r#""robots": [OWN, { "team": "pink", "number": 1, "pose": [0.12, 0.40, -60.0] }],
-        "posts": [{ "position_m": [0.88, 0.0] }]"#),
+    (
+        "Beside both sectors, or too far",
+        r#""robots": [OWN, { "team": "pink", "number": 1, "pose": [0.12, 0.40, -60.0] }],
+        "posts": [{ "position_m": [0.88, 0.0] }]"#,
+    ),
 ];
 
 /// Draws it.
@@ -149,6 +152,12 @@ fn table(canvas: &mut Canvas, settings: &SonarSettings) {
         row(canvas, y, cells, INK);
     }
     line(canvas, top + 134.0);
-    canvas.words("Bold arcs: the measured distance. A sonar does not tell the direction", Vec2::new(100.0, top + 176.0), 18.0, Anchor::Left, GREY);
+    canvas.words(
+        "Bold arcs: the measured distance. A sonar does not tell the direction",
+        Vec2::new(100.0, top + 176.0),
+        18.0,
+        Anchor::Left,
+        GREY,
+    );
     remark(canvas, "within its sector. The ball is too low to be heard.", Vec2::new(100.0, top + 200.0));
 }
