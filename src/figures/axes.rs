@@ -162,6 +162,13 @@ impl Plan {
         self.axes.frame(canvas, [step_m; 2], labels);
     }
 
+    /// A frame without axes.
+    pub fn outline(&self, canvas: &mut Canvas) {
+        let low = self.axes.at + self.axes.size;
+        let corners = [self.axes.at, Vec2::new(low.x, self.axes.at.y), low, Vec2::new(self.axes.at.x, low.y)];
+        canvas.outline(&corners, INK, 1.5);
+    }
+
     /// A bar of this length instead of axes, in the lower right corner.
     pub fn ruler(&self, canvas: &mut Canvas, length_m: f32, words: &str) {
         let right = self.axes.at + self.axes.size - Vec2::new(18.0, 16.0);

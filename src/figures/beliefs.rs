@@ -5,7 +5,9 @@ use bevy::math::Vec2;
 
 use super::FigureError;
 use super::axes::{Axes, Plan, caption, remark};
-use super::marks::{self, ORANGE, SKY_BLUE, VERMILION, YELLOW, bright_line, doubt, key, sd_along_and_across, sector};
+use super::marks::{
+    self, ORANGE, SKY_BLUE, VERMILION, YELLOW, bright_arrow, bright_line, doubt, key, sd_along_and_across, sector,
+};
 use super::stage::{PINK, Stage};
 use crate::appearance::colours::Colour;
 use crate::appearance::scene::SceneDescription;
@@ -24,12 +26,12 @@ const SIZE: Vec2 = Vec2::new(1600.0, 1110.0);
 const SCENARIO: &str = r#"{ "rules": "free", "seed": 7, "ball": { "position_m": [0.2, -0.55] },
     "robots": [
         { "team": "blue", "number": 1, "pose": [-0.62, 0.16, -20.0] },
-        { "team": "pink", "number": 1, "pose": [1.0, -0.1, 172.0], "head_deg": [100.0, 0.0],
+        { "team": "pink", "number": 1, "pose": [0.85, -0.1, 172.0], "head_deg": [100.0, 0.0],
           "behaviour": { "script": [
             { "from_s": 1.0, "head_deg": [0.0, 5.0] },
-            { "from_s": 2.2, "until_s": 8.0, "walk": [0.006, 0.0, 0.0] },
-            { "from_s": 2.6, "head_deg": [95.0, 20.0] } ] } }] }"#;
-const CYCLES: usize = 255;
+            { "from_s": 1.6, "until_s": 5.7, "walk": [0.006, 0.0, 0.0] },
+            { "from_s": 2.4, "head_deg": [95.0, 20.0] } ] } }] }"#;
+const CYCLES: usize = 190;
 
 /// What is so and what is believed at the end of a cycle.
 struct Moment {
@@ -190,8 +192,7 @@ fn draw_track(canvas: &mut Canvas, plan: &Plan, track: &RobotBelief, colour: Col
 /// A believed pose: where the robot stands, and where it faces.
 fn draw_pose(canvas: &mut Canvas, plan: &Plan, pose: Pose) {
     let [from, to] = [Vec2::ZERO, Vec2::X * 0.26].map(|place| plan.place(pose.transform_point(place)));
-    canvas.arrow(from, to, INK, 4.5);
-    canvas.arrow(from, to, SKY_BLUE, 2.5);
+    bright_arrow(canvas, [from, to], SKY_BLUE, 2.5);
 }
 
 /// How much the opponent's place is in doubt over time.

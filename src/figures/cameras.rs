@@ -14,10 +14,18 @@ use crate::sensing::camera::CameraSide;
 use crate::sensing::camera::image::Image;
 use crate::simulation::MatchApp;
 
-const SIZE: Vec2 = Vec2::new(1600.0, 1290.0);
+const SIZE: Vec2 = Vec2::new(1600.0, 1336.0);
 /// Yaw and pitch of the head in each view, degrees.
-const HEAD_DEG: [[f32; 2]; 8] =
-    [[60.0, -30.0], [20.0, -30.0], [-20.0, -30.0], [-60.0, -30.0], [30.0, 0.0], [0.0, 0.0], [-30.0, 0.0], [0.0, 25.0]];
+const HEAD_DEG: [[f32; 2]; 8] = [
+    [55.0, -30.0],
+    [15.0, -30.0],
+    [-20.0, -30.0],
+    [-60.0, -30.0],
+    [45.0, -10.0],
+    [15.0, -10.0],
+    [-15.0, 0.0],
+    [-10.0, 25.0],
+];
 /// Time that the head has for each, s.
 const LOOK_S: f32 = 1.0;
 const SCENE: Vec2 = Vec2::new(1540.0, 560.0);
@@ -33,16 +41,16 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
         })
         .collect();
     let scenario = format!(
-        r#"{{ "rules": "free", "ball": {{ "position_m": [0.62, 0.05] }},
-             "robots": [{{ "team": "blue", "number": 1, "pose": [0.0, 0.0, 0.0], "behaviour": {{ "script": [{}] }} }},
-                        {{ "team": "pink", "number": 1, "pose": [1.25, 0.62, -150.0] }}] }}"#,
+        r#"{{ "rules": "free", "ball": {{ "position_m": [0.46, -0.72] }},
+             "robots": [{{ "team": "blue", "number": 1, "pose": [0.0, -0.9, 35.0], "behaviour": {{ "script": [{}] }} }},
+                        {{ "team": "pink", "number": 1, "pose": [1.1, 0.35, -140.0] }}] }}"#,
         script.join(", ")
     );
     let mut stage = Stage::begin(&scenario)?;
     let mut canvas = Canvas::scaled(SIZE, scale, PAPER);
     let origin = Vec2::new(30.0, 56.0);
     caption(&mut canvas, "a", "The scene: the blue robot is on the halfway line", origin - Vec2::Y * 18.0);
-    let scene_view = view_from(Vec3::new(-1.55, -1.75, 1.25), Vec3::new(0.95, 0.28, 0.12), 0.52, SCENE, scale);
+    let scene_view = view_from(Vec3::new(-1.7, -2.5, 1.5), Vec3::new(0.85, -0.18, 0.1), 0.47, SCENE, scale);
     canvas.pixels(&stage::draw(stage.scene(), &scene_view), origin);
 
     for (index, letter) in ('b'..='i').enumerate() {

@@ -4,13 +4,14 @@ use bevy::math::{Vec2, Vec3, ops};
 
 use super::FigureError;
 use super::axes::{Axes, Plan, caption};
-use super::marks::{BLUE, ORANGE, SKY_BLUE, VERMILION, bright_dot, bright_line, bright_words};
-use super::stage::{self, Stage, view_from};
+use super::marks::{BLUE, ORANGE, SKY_BLUE, VERMILION, bright_arrow, bright_dot, bright_line, bright_words};
+use super::stage::{self, PINK, Stage, view_from};
 use crate::appearance::scene::SceneDescription;
 use crate::appearance::view::View;
 use crate::events::{CollisionPartner, MatchEvent};
 use crate::geometry::{angle_of, to_degrees};
 use crate::record::canvas::{Anchor, Canvas, INK, PAPER};
+use crate::robot::body::BodyBounds;
 use crate::sensing::camera::image::Image;
 use crate::simulation::MatchApp;
 
@@ -65,15 +66,23 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
         caption(&mut canvas, letter, &words, corner - Vec2::Y * 16.0);
         draw_scene(&mut canvas, corner, &moments, hit, at);
     }
-    draw_plan(&mut canvas, &moments, hit);
+    draw_plan(&mut canvas, &moments, hit, base(&stage));
     draw_speed(&mut canvas, &moments, hit);
     Ok(canvas.into_image())
+}
+
+/// The corners of the bounds of the robot's base, pitch frame, m.
+fn base(stage: &Stage) -> [Vec2; 4] {
+    let pose = stage.app.robot_pose(PINK).unwrap_or_default();
+    let area = stage.app.robot::<BodyBounds>(PINK).copied().unwrap_or_default().base.footprint(pose);
+    let [x, y] = [area.half_extents.x * area.forward, area.half_extents.y * area.forward.perp()];
+    [area.centre + x + y, area.centre - x + y, area.centre - x - y, area.centre + x - y]
 }
 
 /// The scene at a moment: the way of the ball until then, and where it would go if nothing were in its way.
 fn draw_scene(canvas: &mut Canvas, corner: Vec2, moments: &[Moment], hit: usize, at: usize) {
     let scale = canvas.scale();
-    let view = view_from(Vec3::new(-1.5, -2.0, 1.55), Vec3::new(-0.12, 0.02, 0.1), 0.66, PICTURE, scale);
+    let view = view_from(Vec3::new(-1.5, -2.0, 1.55), Vec3::new(-0.16, -0.02, 0.1), 0.56, PICTURE, scale);
     let mut picture = Canvas::scaled(PICTURE, scale, PAPER);
     picture.pixels(&stage::draw(&moments[at].scene, &view), Vec2::ZERO);
     let before: Vec<Vec2> = moments[..hit.min(at + 1)].iter().map(|moment| moment.ball).collect();
@@ -94,10 +103,13 @@ fn on_picture(view: &View, places: &[Vec2], scale: f32) -> Vec<Vec2> {
 }
 
 /// From above: the ball every tenth of a second, and the directions in which it comes and leaves.
-fn draw_plan(canvas: &mut Canvas, moments: &[Moment], hit: usize) {
+fn draw_plan(canvas: &mut Canvas, moments: &[Moment], hit: usize, base: [Vec2; 4]) {
     let at = Vec2::new(110.0, 650.0);
     let plan = Plan::new(at, Vec2::new(680.0, 400.0), Vec2::new(-0.1, 0.02), 350.0, false);
     plan.picture(canvas, &moments[hit].scene);
+    // The ball bounces off the bounds of the robot's base.
+    let corners = base.map(|corner| plan.place(corner));
+    canvas.dashes(&[corners[0], corners[1], corners[2], corners[3], corners[0]], PAPER, 2.0);
     let is_inside = |place: &Vec2| place.cmpgt(at).all() && place.cmplt(at + plan.axes.size).all();
     for (index, moment) in moments.iter().enumerate().step_by(3) {
         let place = plan.place(moment.ball);
@@ -121,11 +133,13 @@ fn draw_plan(canvas: &mut Canvas, moments: &[Moment], hit: usize) {
         ),
         (contact, contact + 0.45 * leaving.normalize_or(Vec2::X), leaving, SKY_BLUE),
     ] {
-        let [from, to] = [from, to].map(|place| plan.place(place) + Vec2::Y * -22.0);
-        canvas.arrow(from, to, INK, 5.0);
-        canvas.arrow(from, to, colour, 3.0);
+        // Beside the way of the ball, on its left.
+        let beside = velocity.normalize_or(Vec2::X).perp() * 0.09;
+        let ends = [from, to].map(|place| plan.place(place + beside));
+        bright_arrow(canvas, ends, colour, 3.0);
         let words = format!("{:.0}\u{b0}", to_degrees(angle_of(velocity)));
-        bright_words(canvas, &words, (from + to) / 2.0 + Vec2::new(0.0, -12.0), 20.0, Anchor::Middle);
+        let at = plan.place((from + to) / 2.0 + 1.9 * beside) + Vec2::Y * 7.0;
+        bright_words(canvas, &words, at, 20.0, Anchor::Middle);
     }
     plan.frame(canvas, 0.2);
     caption(canvas, "c", "The ball every 0.1 s, and its direction", at - Vec2::Y * 16.0);
@@ -157,7 +171,7 @@ fn draw_speed(canvas: &mut Canvas, moments: &[Moment], hit: usize) {
         .collect();
     canvas.dashes(&free, VERMILION, 2.0);
     if let Some(end) = free.last() {
-        canvas.words("with nothing in its way", *end + Vec2::new(-8.0, -14.0), 18.0, Anchor::Right, VERMILION);
+        canvas.words("with nothing in its way", *end + Vec2::new(-8.0, -96.0), 18.0, Anchor::Right, VERMILION);
     }
     axes.frame(canvas, [0.5, 0.3], ["time, s", "speed of the ball, m/s"]);
     caption(canvas, "d", "Its speed", at - Vec2::Y * 16.0);

@@ -4,7 +4,7 @@ use bevy::math::Vec2;
 
 use super::FigureError;
 use super::axes::Plan;
-use super::marks::{YELLOW, bright_words, measure};
+use super::marks::{YELLOW, bright_arrow, bright_words, measure};
 use super::stage::Stage;
 use crate::record::canvas::{Anchor, Canvas, INK, PAPER};
 use crate::sensing::camera::image::Image;
@@ -36,7 +36,7 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
     // In the border around the pitch.
     let border = y + 0.36;
     between(Vec2::new(-x, border), Vec2::new(x, border), &metres(pitch.length_m));
-    between(Vec2::new(-x - 0.52, -y), Vec2::new(-x - 0.52, y), &metres(pitch.width_m));
+    between(Vec2::new(-x - 0.54, -y), Vec2::new(-x - 0.54, y), &metres(pitch.width_m));
     between(Vec2::new(x - 0.9, y), Vec2::new(x - 0.9, carpet.y), &metres(pitch.border_m));
     // On it.
     let area = pitch.penalty_area;
@@ -61,8 +61,7 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
     // The pitch frame.
     for (axis, name) in [(Vec2::X, "x"), (Vec2::Y, "y")] {
         let [from, to] = [plan.place(Vec2::ZERO), plan.place(0.42 * axis)];
-        canvas.arrow(from, to, INK, 5.0);
-        canvas.arrow(from, to, YELLOW, 3.0);
+        bright_arrow(&mut canvas, [from, to], YELLOW, 3.0);
         bright_words(&mut canvas, name, plan.place(0.42 * axis + Vec2::new(0.08, 0.04)), 22.0, Anchor::Middle);
     }
     let name = |canvas: &mut Canvas, place: Vec2, words: &str| {
@@ -70,11 +69,8 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
     };
     name(&mut canvas, negative_cross + Vec2::new(0.0, 0.13), "penalty mark");
     name(&mut canvas, positive_cross + Vec2::new(0.0, 0.13), "penalty mark");
-    for end in [-1.0, 1.0] {
-        let at = plan.place(Vec2::new(end * (x + 0.57), 0.0)) + Vec2::X * 6.0;
-        let words = if end < 0.0 { "blue goal" } else { "yellow goal" };
-        canvas.words_upwards(words, at, 19.0, Anchor::Middle, PAPER);
-    }
+    name(&mut canvas, Vec2::new(-x - 0.2, -goal.width_m / 2.0 - 0.2), "blue goal");
+    name(&mut canvas, Vec2::new(x + 0.25, -goal.width_m / 2.0 - 0.2), "yellow goal");
     let title = format!(
         "Carpet {:.1} m x {:.1} m; lines {:.0} cm wide; goals {:.0} cm high, posts {:.0} cm thick",
         2.0 * carpet.x,

@@ -4,7 +4,7 @@ use bevy::math::Vec2;
 
 use super::FigureError;
 use super::axes::{Plan, caption, remark};
-use super::marks::{ORANGE, YELLOW, bright_dot, bright_line};
+use super::marks::{ORANGE, YELLOW, bright_arrow, bright_dot, bright_line};
 use super::stage::{self, BLUE, Stage, view_of_robot};
 use crate::appearance::colours::{self, Colour};
 use crate::events::{KickResult, MatchEvent};
@@ -15,7 +15,7 @@ use crate::sensing::camera::CameraSide;
 use crate::sensing::camera::image::Image;
 use crate::simulation::MatchApp;
 
-const SIZE: Vec2 = Vec2::new(1600.0, 1240.0);
+const SIZE: Vec2 = Vec2::new(1600.0, 1264.0);
 const WIDTH: f32 = 340.0;
 const ROBOT: Pose = Pose::new(-2.0, 0.0, 0.0);
 /// Cycles between the dots on a path: half a second.
@@ -44,8 +44,8 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
             place.x, place.y, ROBOT.position.x, ROBOT.position.y
         ))?;
         caption(&mut canvas, &letter.to_string(), words, Vec2::new(left - 34.0, 34.0));
-        draw_view(&mut canvas, &stage, kick, Vec2::new(left, 80.0))?;
-        draw_reach(&mut canvas, &stage, kick, ball, Vec2::new(left, 370.0));
+        draw_view(&mut canvas, &stage, kick, Vec2::new(left, 98.0))?;
+        draw_reach(&mut canvas, &stage, kick, ball, Vec2::new(left, 392.0), column == 0);
 
         let mut path = vec![stage.ball()];
         let mut outcome = None;
@@ -57,7 +57,14 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
             return Err(FigureError::Missing { figure: 5, missing: "there was no kick" });
         };
         remark(&mut canvas, &what_came_of_it(result, direction, &path), Vec2::new(left - 34.0, 60.0));
-        draw_path(&mut canvas, &stage, &path, Vec2::new(left, 734.0));
+        draw_path(&mut canvas, &stage, &path, Vec2::new(left, 766.0), column == 0);
+    }
+    for (words, y) in [
+        ("The robot's bottom camera", 88.0),
+        ("The ball and the kick's rectangle", 382.0),
+        ("The way of the ball, a dot every half a second", 756.0),
+    ] {
+        remark(&mut canvas, words, Vec2::new(84.0, y));
     }
     Ok(canvas.into_image())
 }
@@ -108,27 +115,31 @@ fn draw_view(canvas: &mut Canvas, stage: &Stage, kick: KickType, at: Vec2) -> Re
 }
 
 /// From above: the rectangle, the foot's tip, and the ray from it through the ball.
-fn draw_reach(canvas: &mut Canvas, stage: &Stage, kick: KickType, ball: Vec2, at: Vec2) {
+fn draw_reach(canvas: &mut Canvas, stage: &Stage, kick: KickType, ball: Vec2, at: Vec2, is_first: bool) {
     let centre = ROBOT.transform_point(Vec2::new(0.13, 0.0));
     let plan = Plan::new(at, Vec2::new(WIDTH, 250.0), centre, 740.0, true).counted_from(ROBOT.position);
     plan.picture(canvas, stage.scene());
     let area = plan.places(reach(kick));
     canvas.fill(&area, PAPER, 0.22);
-    let closed: Vec<Vec2> = area.iter().chain(area.first()).copied().collect();
-    canvas.dashes(&closed, PAPER, 2.0);
+    let closed = |area: &[Vec2]| -> Vec<Vec2> { area.iter().chain(area.first()).copied().collect() };
+    canvas.dashes(&closed(&area), PAPER, 2.0);
+    if kick == KickType::RightSide && !kick.admits(ball) {
+        // From the wrong side it is a straight kick, whose rectangle this is.
+        canvas.dashes(&closed(&plan.places(reach(KickType::RightStraight))), YELLOW, 1.6);
+    }
     let tip = kick.foot().tip();
     let [tip_place, ball_place] = [tip, ball].map(|place| plan.place(ROBOT.transform_point(place)));
     if kick.admits(ball) || kick == KickType::RightSide {
         let end = ball_place + (ball_place - tip_place).normalize_or(Vec2::NEG_Y) * 46.0;
-        canvas.line(&[tip_place, ball_place], YELLOW, 2.0);
-        canvas.arrow(ball_place, end, YELLOW, 3.0);
+        bright_line(canvas, &[tip_place, ball_place], YELLOW, 2.0);
+        bright_arrow(canvas, [ball_place, end], YELLOW, 3.0);
     }
     bright_dot(canvas, tip_place, 4.5, YELLOW);
-    plan.frame(canvas, 0.1);
+    plan.axes.frame(canvas, [0.1; 2], ["y, m", if is_first { "x, m" } else { "" }]);
 }
 
 /// From above: the way of the ball with a dot every half a second.
-fn draw_path(canvas: &mut Canvas, stage: &Stage, path: &[Vec2], at: Vec2) {
+fn draw_path(canvas: &mut Canvas, stage: &Stage, path: &[Vec2], at: Vec2, is_first: bool) {
     let plan = Plan::new(at, Vec2::new(WIDTH, 430.0), Vec2::new(0.15, 0.1), 86.0, true);
     plan.picture(canvas, stage.scene());
     let places = plan.places(path.iter().copied());
@@ -139,7 +150,7 @@ fn draw_path(canvas: &mut Canvas, stage: &Stage, path: &[Vec2], at: Vec2) {
     if let Some(place) = places.last() {
         bright_dot(canvas, *place, 5.0, BALL);
     }
-    plan.frame(canvas, 1.0);
+    plan.axes.frame(canvas, [1.0; 2], ["y, m", if is_first { "x, m" } else { "" }]);
 }
 
 const BALL: Colour = colours::BALL;

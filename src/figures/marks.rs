@@ -102,6 +102,14 @@ pub fn bright_line(canvas: &mut Canvas, places: &[Vec2], colour: Colour, width: 
     canvas.line(places, colour, width);
 }
 
+/// An arrow that can be seen on everything.
+pub fn bright_arrow(canvas: &mut Canvas, [from, to]: [Vec2; 2], colour: Colour, width: f32) {
+    let along = (to - from).normalize_or(Vec2::X);
+    // The dark arrow is longer by what its edge is wide.
+    canvas.arrow(from - along, to + 3.0 * along, INK, width + 1.6);
+    canvas.arrow(from, to, colour, width);
+}
+
 /// A dot that can be seen on everything.
 pub fn bright_dot(canvas: &mut Canvas, place: Vec2, radius: f32, colour: Colour) {
     canvas.disc(place, radius + 1.2, INK, 1.0);

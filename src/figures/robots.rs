@@ -18,27 +18,27 @@ const PANEL: Vec2 = Vec2::new(300.0, 620.0);
 /// How much of the world is in a panel's height, m: from a little below the ground.
 const HEIGHT_M: [f32; 2] = [-0.02, 0.62];
 /// How far away the eye is, m: so far that the robots' proportions are those of a drawing.
-const EYE_M: f32 = 60.0;
+const EYE_M: f32 = 12.0;
 /// Samples to a side of a pixel, from which the edges of what is cut out are made smooth.
 const SAMPLES: u32 = 4;
 
 /// Draws it.
 pub fn draw(scale: f32) -> Result<Image, FigureError> {
-    let robot = |team: &str| {
-        let scenario = format!(
-            r#"{{ "rules": "free", "ball": null, "robots": [{{ "team": "{team}", "number": 1, "pose": [0, 0, 0] }}] }}"#
-        );
-        Stage::begin(&scenario)
+    // They stand on the halfway line, and the eye is beside the pitch: there is nothing between.
+    let robot = |team: &str, heading_deg: f32| {
+        Stage::begin(&format!(
+            r#"{{ "rules": "free", "ball": null,
+                  "robots": [{{ "team": "{team}", "number": 1, "pose": [0, 0, {heading_deg}] }}] }}"#
+        ))
     };
-    let (blue, pink) = (robot("blue")?, robot("pink")?);
     let mut canvas = Canvas::scaled(SIZE, scale, PAPER);
     let panels = [
-        ("a", "Like a NAO", &blue, RobotDesign::Nao, Vec3::X),
-        ("b", "from its right", &blue, RobotDesign::Nao, Vec3::NEG_Y),
-        ("c", "Of few boxes", &pink, RobotDesign::Simple, Vec3::X),
-        ("d", "from its right", &pink, RobotDesign::Simple, Vec3::NEG_Y),
+        ("a", "Like a NAO", robot("blue", -90.0)?, RobotDesign::Nao, "y, m"),
+        ("b", "The same from its right", robot("blue", 0.0)?, RobotDesign::Nao, "x, m"),
+        ("c", "Of few boxes", robot("pink", -90.0)?, RobotDesign::Simple, "y, m"),
+        ("d", "The same from its right", robot("pink", 0.0)?, RobotDesign::Simple, "x, m"),
     ];
-    for (column, (letter, words, stage, design, towards)) in panels.into_iter().enumerate() {
+    for (column, (letter, words, stage, design, across_label)) in panels.into_iter().enumerate() {
         let at = Vec2::new(90.0 + 384.0 * column as f32, 70.0);
         let half_width_m = (HEIGHT_M[1] - HEIGHT_M[0]) * PANEL.x / PANEL.y / 2.0;
         // From the front, the robot's left is on the right.
@@ -46,10 +46,9 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
         let axes = Axes { at, size: PANEL, across, up: HEIGHT_M };
         let middle = Vec3::Z * (HEIGHT_M[0] + HEIGHT_M[1]) / 2.0;
         let fov = 2.0 * bevy::math::ops::atan((HEIGHT_M[1] - HEIGHT_M[0]) / 2.0 / EYE_M);
-        let view = view_from(middle + EYE_M * towards, middle, fov, PANEL, scale);
+        let view = view_from(middle + EYE_M * Vec3::NEG_Y, middle, fov, PANEL, scale);
         canvas.pixels(&cut_out(stage.scene(), &view, design, pixels(PANEL, scale)), at);
         let height_m = BodyBounds::default().height_m;
-        let across_label = if towards == Vec3::X { "y, m" } else { "x, m" };
         axes.frame(&mut canvas, [0.1, 0.1], [across_label, if column % 2 == 0 { "z, m" } else { "" }]);
         for z in [0.0, height_m] {
             let ends = [across[0], across[1]].map(|x| axes.place(Vec2::new(x, z)));

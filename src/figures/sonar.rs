@@ -13,23 +13,25 @@ use crate::sensing::camera::image::Image;
 use crate::sensing::sonar::{SonarReading, SonarSettings};
 use crate::simulation::MatchApp;
 
+/// Where the robot stands: nothing is painted on the ground around it.
+const PLACE: Vec2 = Vec2::new(1.2, 1.3);
 const SIZE: Vec2 = Vec2::new(1600.0, 1010.0);
 /// Colours of the left and the right sonar.
 const COLOURS: [Colour; 2] = [SKY_BLUE, ORANGE];
 
 /// Something to detect: words, and the scenario's fields for it.
 const SITUATIONS: [(&str, &str); 4] = [
-    ("A robot ahead", r#""robots": [OWN, { "team": "pink", "number": 1, "pose": [0.58, 0.0, 160.0] }]"#),
-    ("A post on the left", r#""robots": [OWN], "posts": [{ "position_m": [0.42, 0.24] }]"#),
+    ("A robot ahead", r#""robots": [OWN, { "team": "pink", "number": 1, "pose": [1.78, 1.30, 160.0] }]"#),
+    ("A post on the left", r#""robots": [OWN], "posts": [{ "position_m": [1.62, 1.54] }]"#),
     (
         "Two robots",
-        r#""robots": [OWN, { "team": "pink", "number": 1, "pose": [0.36, -0.22, 120.0] },
-                      { "team": "pink", "number": 2, "pose": [0.60, 0.26, -135.0] }]"#,
+        r#""robots": [OWN, { "team": "pink", "number": 1, "pose": [1.56, 1.08, 120.0] },
+                      { "team": "pink", "number": 2, "pose": [1.80, 1.56, -135.0] }]"#,
     ),
     (
         "Beside both sectors, or too far",
-        r#""robots": [OWN, { "team": "pink", "number": 1, "pose": [0.12, 0.40, -60.0] }],
-        "posts": [{ "position_m": [0.88, 0.0] }]"#,
+        r#""robots": [OWN, { "team": "pink", "number": 1, "pose": [1.32, 1.70, -60.0] }],
+        "posts": [{ "position_m": [2.08, 1.3] }]"#,
     ),
 ];
 
@@ -40,10 +42,12 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
     for (index, ((words, robots), letter)) in SITUATIONS.into_iter().zip('c'..).enumerate() {
         let at = Vec2::new(790.0 + 402.0 * (index % 2) as f32, 72.0 + 500.0 * (index / 2) as f32);
         let stage = situation(robots)?;
-        let plan = Plan::new(at, Vec2::new(376.0, 376.0), Vec2::new(0.35, 0.0), 345.0, true);
+        let plan = Plan::new(at, Vec2::new(376.0, 376.0), PLACE + Vec2::X * 0.35, 345.0, true);
+        let plan = plan.counted_from(PLACE);
         plan.picture(&mut canvas, stage.scene());
         let reading = stage.app.robot::<SonarReading>(BLUE).copied().unwrap_or_default();
         draw_sectors(&mut canvas, &plan, &own, reading);
+        plan.outline(&mut canvas);
         plan.ruler(&mut canvas, 0.25, "25 cm");
         caption(&mut canvas, &letter.to_string(), words, at - Vec2::Y * 16.0);
         let text = format!("left: {}    right: {}", metres(reading.left), metres(reading.right));
@@ -58,7 +62,7 @@ fn metres(distance: Option<f32>) -> String {
 
 /// The first cycle of a situation, with sonars without noise.
 fn situation(robots: &str) -> Result<Stage, FigureError> {
-    let own = r#"{ "team": "blue", "number": 1, "pose": [0.0, 0.0, 0.0] }"#;
+    let own = r#"{ "team": "blue", "number": 1, "pose": [1.2, 1.3, 0.0] }"#;
     let scenario = format!(
         r#"{{ "rules": "free", "ball": null, "sonar": {{ "noise": "none" }}, {} }}"#,
         robots.replace("OWN", own)
@@ -70,7 +74,7 @@ fn situation(robots: &str) -> Result<Stage, FigureError> {
 
 /// The sectors of both sonars, and in each the distance that it measured, wherever in the sector that may be.
 fn draw_sectors(canvas: &mut Canvas, plan: &Plan, settings: &SonarSettings, reading: SonarReading) {
-    let pose = Pose::default();
+    let pose = Pose::new(PLACE.x, PLACE.y, 0.0);
     let range = [settings.min_m, settings.max_m];
     for (index, (heading, distance)) in sonars(settings, reading).into_iter().enumerate() {
         let outline = plan.places(sector(pose, heading, settings.half_angle, range));
@@ -93,16 +97,17 @@ fn sonars(settings: &SonarSettings, reading: SonarReading) -> [(f32, Option<f32>
 fn own_sectors(canvas: &mut Canvas) -> Result<SonarSettings, FigureError> {
     let stage = situation(r#""robots": [OWN]"#)?;
     let settings = stage.app.robot::<SonarSettings>(BLUE).copied().unwrap_or_default();
-    let plan = Plan::new(Vec2::new(100.0, 72.0), Vec2::new(620.0, 560.0), Vec2::new(0.33, 0.0), 610.0, true);
+    let plan = Plan::new(Vec2::new(100.0, 72.0), Vec2::new(620.0, 560.0), PLACE + Vec2::X * 0.36, 590.0, true);
+    let plan = plan.counted_from(PLACE);
     plan.picture(canvas, stage.scene());
     draw_sectors(canvas, &plan, &settings, SonarReading::default());
-    let from_robot = |distance: f32, angle: f32| plan.place(distance * unit(angle));
+    let from_robot = |distance: f32, angle: f32| plan.place(PLACE + distance * unit(angle));
     for (heading, colour) in [(settings.heading, COLOURS[0]), (-settings.heading, COLOURS[1])] {
         canvas.dashes(&[from_robot(0.0, 0.0), from_robot(settings.max_m + 0.06, heading)], colour, 2.0);
     }
     canvas.dashes(&[from_robot(0.0, 0.0), from_robot(settings.max_m + 0.03, 0.0)], PAPER, 1.5);
     // The direction of the left sonar, and the opening of the right one.
-    let pose = Pose::default();
+    let pose = Pose::new(PLACE.x, PLACE.y, 0.0);
     let half = settings.heading / 2.0;
     canvas.line(&plan.places(arc(pose, half, half, 0.56)), PAPER, 2.0);
     let opening = plan.places(arc(pose, -settings.heading, settings.half_angle, 0.45));
@@ -114,12 +119,15 @@ fn own_sectors(canvas: &mut Canvas) -> Result<SonarSettings, FigureError> {
     // Their range, beside them.
     let left_edge = settings.heading + settings.half_angle;
     let beside = unit(left_edge).perp() * 0.05;
-    let along = |distance: f32| plan.place(distance * unit(left_edge) + beside);
+    let along = |distance: f32| plan.place(PLACE + distance * unit(left_edge) + beside);
     measure(canvas, [along(0.0), along(settings.min_m)], "", PAPER, None);
     measure(canvas, [along(settings.min_m), along(settings.max_m)], "", PAPER, None);
-    let range = |metres: f32| format!("{metres:.2} m");
-    bright_words(canvas, &range(settings.max_m), along(settings.max_m) + Vec2::new(-8.0, -12.0), 20.0, Anchor::Middle);
-    bright_words(canvas, &range(settings.min_m), along(settings.min_m) + Vec2::new(-42.0, 6.0), 20.0, Anchor::Middle);
+    for (from, to, metres) in [(0.0, settings.min_m, settings.min_m), (settings.min_m, settings.max_m, settings.max_m)]
+    {
+        let at = (along(from) + along(to)) / 2.0 + Vec2::new(-42.0, 0.0);
+        let words = if from == 0.0 { format!("{metres:.2} m") } else { format!("to {metres:.2} m") };
+        bright_words(canvas, &words, at, 20.0, Anchor::Middle);
+    }
     plan.frame(canvas, 0.1);
     caption(canvas, "a", "The sectors of both sonars, from above", Vec2::new(100.0, 56.0));
     table(canvas, &settings);

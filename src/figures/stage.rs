@@ -24,8 +24,10 @@ pub const PINK: RobotId = RobotId::new(Team::Pink, 1);
 
 /// Samples along a side of a picture, at most: what has more is drawn with fewer to a pixel.
 const MOST_SAMPLES: u32 = 6_000;
-/// Height from which a view from above is taken, m: so far away that everything is seen as in a plan.
-const ABOVE_M: f32 = 120.0;
+/// Height from which a view from above is taken, in widths of what is seen: so far away that it looks like a plan. Within
+/// these limits, m: further away, round bodies suffer from rounding.
+const ABOVE: f32 = 8.0;
+const ABOVE_M: [f32; 2] = [16.0, 48.0];
 
 /// A match under way.
 pub struct Stage {
@@ -108,16 +110,17 @@ pub fn view_from(eye: Vec3, target: Vec3, vertical_fov: f32, size: Vec2, scale: 
 pub fn view_from_above(centre: Vec2, points_per_metre: f32, x_is_up: bool, size: Vec2, scale: f32) -> View {
     let pixels = pixels(size, scale);
     let size = Vec2::from(pixels.map(|side| side as f32));
+    let height_m = (ABOVE * size.x / (points_per_metre * scale)).clamp(ABOVE_M[0], ABOVE_M[1]);
     let [right, down] = if x_is_up { [Vec3::NEG_Y, Vec3::NEG_X] } else { [Vec3::X, Vec3::NEG_Y] };
     View {
-        intrinsics: CameraIntrinsics { focal_length: ABOVE_M * points_per_metre * scale, centre: size / 2.0, size },
-        eye: centre.extend(ABOVE_M),
+        intrinsics: CameraIntrinsics { focal_length: height_m * points_per_metre * scale, centre: size / 2.0, size },
+        eye: centre.extend(height_m),
         right,
         down,
         forward: Vec3::NEG_Z,
         hidden: None,
         supersampling: supersampling(pixels),
-        shadows: true,
+        shadows: false,
     }
 }
 
