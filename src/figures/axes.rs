@@ -1,10 +1,11 @@
 //! Axes with ticks and labels, and plans of the pitch within them.
 
-use bevy::math::{Vec2, ops};
+use bevy::math::{Vec2, Vec2Swizzles, ops};
 
 use super::stage::view_from_above;
+use crate::appearance::colours::Colour;
 use crate::appearance::scene::SceneDescription;
-use crate::record::canvas::{Anchor, Canvas, GREY, INK};
+use crate::record::canvas::{Anchor, Canvas, INK, PAPER, width_of_words};
 
 /// Height of the numbers at axes, points.
 const NUMBERS: f32 = 17.0;
@@ -70,7 +71,7 @@ impl Axes {
 }
 
 /// Light lines behind what is drawn.
-const GRID: crate::appearance::colours::Colour = crate::appearance::colours::Colour([222, 224, 228]);
+const GRID: Colour = Colour([222, 224, 228]);
 
 /// The multiples of `step` between two values, from the smallest.
 pub fn ticks([from, to]: [f32; 2], step: f32) -> Vec<f32> {
@@ -173,7 +174,7 @@ impl Plan {
     pub fn ruler(&self, canvas: &mut Canvas, length_m: f32, words: &str) {
         let right = self.axes.at + self.axes.size - Vec2::new(18.0, 16.0);
         let left = right - Vec2::X * length_m * self.points_per_metre();
-        let ink = crate::record::canvas::PAPER;
+        let ink = PAPER;
         canvas.line(&[left, right], ink, 2.5);
         for end in [left, right] {
             canvas.line(&[end - Vec2::Y * 5.0, end + Vec2::Y * 5.0], ink, 2.5);
@@ -186,16 +187,17 @@ impl Plan {
 pub fn caption(canvas: &mut Canvas, letter: &str, words: &str, at: Vec2) {
     let letter = format!("({letter})");
     canvas.words(&letter, at, 21.0, Anchor::Left, INK);
-    let width = crate::record::canvas::width_of_words(&letter, 21.0);
+    let width = width_of_words(&letter, 21.0);
     canvas.words(words, at + Vec2::X * (width + 8.0), 21.0, Anchor::Left, INK);
 }
 
+/// Ink of what is said beside.
+const REMARK: Colour = Colour([88, 92, 98]);
+
 /// A second line of a caption.
 pub fn remark(canvas: &mut Canvas, words: &str, at: Vec2) {
-    canvas.words(words, at, 17.0, Anchor::Left, GREY);
+    canvas.words(words, at, 18.0, Anchor::Left, REMARK);
 }
-
-use bevy::math::Vec2Swizzles;
 
 #[cfg(test)]
 mod tests {

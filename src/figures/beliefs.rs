@@ -11,7 +11,7 @@ use super::marks::{
 use super::stage::{PINK, Stage};
 use crate::appearance::colours::Colour;
 use crate::appearance::scene::SceneDescription;
-use crate::belief::{Belief, RobotBelief, SimpleBelief, point_pitch_from_team};
+use crate::belief::{Belief, RobotBelief, SimpleBelief, point_pitch_from_team, team_from_pitch};
 use crate::geometry::{Pose, to_degrees, to_radians};
 use crate::pitch::End;
 use crate::record::canvas::{Anchor, Canvas, GREY, INK, PAPER};
@@ -21,7 +21,7 @@ use crate::sensing::camera::image::Image;
 use crate::sensing::sonar::{SonarReading, SonarSettings};
 use crate::simulation::MatchApp;
 
-const SIZE: Vec2 = Vec2::new(1600.0, 1110.0);
+const SIZE: Vec2 = Vec2::new(1600.0, 1080.0);
 /// The robot on the right believes, the one on the left is its opponent.
 const SCENARIO: &str = r#"{ "rules": "free", "seed": 7, "ball": { "position_m": [0.2, -0.55] },
     "robots": [
@@ -77,8 +77,9 @@ impl Moment {
 pub fn draw(scale: f32) -> Result<Image, FigureError> {
     let mut stage = Stage::begin(SCENARIO)?;
     let pink = stage.app.world().resource::<Roster>().get(PINK);
+    let own = team_from_pitch(stage.app.robot_pose(PINK).unwrap_or_default(), End::PositiveX);
     let Some(pink) = pink else { return Err(missing("the robot does not play")) };
-    stage.app.world_mut().entity_mut(pink).insert(SimpleBelief::default());
+    stage.app.world_mut().entity_mut(pink).insert((SimpleBelief::default(), Belief::at(own)));
     let mut moments = vec![Moment::of(&stage)];
     stage.play(CYCLES, |stage| moments.push(Moment::of(stage)));
 
@@ -101,18 +102,18 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
         let moment = &moments[index];
         let words = format!("{words}, {:.1} s", moment.time_s);
         caption(&mut canvas, letter, &words, at - Vec2::Y * 16.0);
-        draw_stage(&mut canvas, at, moment, earlier.map(|earlier| &moments[earlier]));
+        draw_stage(&mut canvas, at, moment, earlier.map(|earlier| &moments[earlier]), column == 0);
     }
-    key(
-        &mut canvas,
-        &[
-            (YELLOW, "where the robot thinks that its opponent is, with the ellipse of 95 %"),
-            (VERMILION, "the same just before its sonar heard anything"),
-            (SKY_BLUE, "where it thinks that it is itself"),
-            (GREY, "what its camera sees of the ground; what its sonars hear"),
-        ],
-        Vec2::new(96.0, 580.0),
-    );
+    let beliefs = [
+        (YELLOW, "where the robot on the right thinks that its opponent is; 95 % ellipse"),
+        (VERMILION, "the same just before its sonar heard anything"),
+    ];
+    key(&mut canvas, &beliefs, Vec2::new(96.0, 596.0));
+    let others = [
+        (SKY_BLUE, "where it thinks that it is itself; 95 % ellipse"),
+        (ORANGE, "the distance that its sonars measure, and in grey, their sectors and the camera's view"),
+    ];
+    key(&mut canvas, &others, Vec2::new(820.0, 596.0));
     draw_deviations(&mut canvas, &moments, [("a", nothing), ("b", seen), ("c", heard)]);
     Ok(canvas.into_image())
 }
@@ -122,7 +123,7 @@ fn missing(missing: &'static str) -> FigureError {
 }
 
 /// A stage from above.
-fn draw_stage(canvas: &mut Canvas, at: Vec2, moment: &Moment, earlier: Option<&Moment>) {
+fn draw_stage(canvas: &mut Canvas, at: Vec2, moment: &Moment, earlier: Option<&Moment>, is_first: bool) {
     let plan = Plan::new(at, Vec2::new(480.0, 420.0), Vec2::new(0.18, 0.0), 226.0, false);
     let mut picture = Canvas::scaled(plan.axes.size, canvas.scale(), PAPER);
     let inner = Plan { axes: Axes { at: Vec2::ZERO, ..plan.axes }, ..plan };
@@ -160,15 +161,15 @@ fn draw_stage(canvas: &mut Canvas, at: Vec2, moment: &Moment, earlier: Option<&M
                 100.0 * sd[0],
                 100.0 * sd[1]
             );
-            remark(canvas, &words, at + Vec2::new(0.0, plan.axes.size.y + 62.0));
+            remark(canvas, &words, at + Vec2::new(0.0, plan.axes.size.y + 76.0));
         }
         None => {
             let words = format!("the head is turned by {:.0}\u{b0}: no opponent is known", to_degrees(moment.head.yaw));
-            remark(canvas, &words, at + Vec2::new(0.0, plan.axes.size.y + 62.0));
+            remark(canvas, &words, at + Vec2::new(0.0, plan.axes.size.y + 76.0));
         }
     }
     canvas.pixels(&picture.into_image(), at);
-    plan.frame(canvas, 0.5);
+    plan.axes.frame(canvas, [0.5; 2], ["x, m", if is_first { "y, m" } else { "" }]);
 }
 
 fn closed(mut places: Vec<Vec2>) -> Vec<Vec2> {
@@ -197,7 +198,7 @@ fn draw_pose(canvas: &mut Canvas, plan: &Plan, pose: Pose) {
 
 /// How much the opponent's place is in doubt over time.
 fn draw_deviations(canvas: &mut Canvas, moments: &[Moment], stages: [(&str, usize); 3]) {
-    let at = Vec2::new(96.0, 752.0);
+    let at = Vec2::new(96.0, 722.0);
     let end_s = moments.last().map_or(1.0, |moment| moment.time_s);
     let axes = Axes { at, size: Vec2::new(1464.0, 270.0), across: [0.0, end_s], up: [0.0, 0.5] };
     axes.grid(canvas, [1.0, 0.1]);

@@ -41,7 +41,7 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
         })
         .collect();
     let scenario = format!(
-        r#"{{ "rules": "free", "ball": {{ "position_m": [0.46, -0.72] }},
+        r#"{{ "rules": "free", "ball": {{ "position_m": [0.351, -0.739] }},
              "robots": [{{ "team": "blue", "number": 1, "pose": [0.0, -0.9, 35.0], "behaviour": {{ "script": [{}] }} }},
                         {{ "team": "pink", "number": 1, "pose": [1.1, 0.35, -140.0] }}] }}"#,
         script.join(", ")
@@ -50,7 +50,7 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
     let mut canvas = Canvas::scaled(SIZE, scale, PAPER);
     let origin = Vec2::new(30.0, 56.0);
     caption(&mut canvas, "a", "The scene: the blue robot is on the halfway line", origin - Vec2::Y * 18.0);
-    let scene_view = view_from(Vec3::new(-1.7, -2.5, 1.5), Vec3::new(0.85, -0.18, 0.1), 0.47, SCENE, scale);
+    let scene_view = view_from(Vec3::new(0.75, -3.9, 2.0), Vec3::new(1.12, -0.2, 0.05), 0.42, SCENE, scale);
     canvas.pixels(&stage::draw(stage.scene(), &scene_view), origin);
 
     for (index, letter) in ('b'..='i').enumerate() {

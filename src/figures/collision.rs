@@ -82,7 +82,7 @@ fn base(stage: &Stage) -> [Vec2; 4] {
 /// The scene at a moment: the way of the ball until then, and where it would go if nothing were in its way.
 fn draw_scene(canvas: &mut Canvas, corner: Vec2, moments: &[Moment], hit: usize, at: usize) {
     let scale = canvas.scale();
-    let view = view_from(Vec3::new(-1.5, -2.0, 1.55), Vec3::new(-0.16, -0.02, 0.1), 0.56, PICTURE, scale);
+    let view = view_from(Vec3::new(-1.5, -2.0, 1.55), Vec3::new(-0.16, -0.02, 0.1), 0.52, PICTURE, scale);
     let mut picture = Canvas::scaled(PICTURE, scale, PAPER);
     picture.pixels(&stage::draw(&moments[at].scene, &view), Vec2::ZERO);
     let before: Vec<Vec2> = moments[..hit.min(at + 1)].iter().map(|moment| moment.ball).collect();
@@ -126,8 +126,8 @@ fn draw_plan(canvas: &mut Canvas, moments: &[Moment], hit: usize, base: [Vec2; 4
     let contact = moments[hit].ball;
     for (from, to, velocity, colour) in [
         (
-            contact - 0.55 * arriving.normalize_or(Vec2::X),
-            contact - 0.1 * arriving.normalize_or(Vec2::X),
+            contact - 0.80 * arriving.normalize_or(Vec2::X),
+            contact - 0.35 * arriving.normalize_or(Vec2::X),
             arriving,
             ORANGE,
         ),
@@ -138,7 +138,7 @@ fn draw_plan(canvas: &mut Canvas, moments: &[Moment], hit: usize, base: [Vec2; 4
         let ends = [from, to].map(|place| plan.place(place + beside));
         bright_arrow(canvas, ends, colour, 3.0);
         let words = format!("{:.0}\u{b0}", to_degrees(angle_of(velocity)));
-        let at = plan.place((from + to) / 2.0 + 1.9 * beside) + Vec2::Y * 7.0;
+        let at = plan.place((from + to) / 2.0 + 1.8 * beside) + Vec2::Y * 7.0;
         bright_words(canvas, &words, at, 20.0, Anchor::Middle);
     }
     plan.frame(canvas, 0.2);

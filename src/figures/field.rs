@@ -14,7 +14,7 @@ const POINTS_PER_METRE: f32 = 196.0;
 
 /// Draws it.
 pub fn draw(scale: f32) -> Result<Image, FigureError> {
-    let stage = Stage::begin(r#"{ "rules": "free", "ball": { "position_m": [0.0, 0.0] } }"#)?;
+    let stage = Stage::begin(r#"{ "rules": "free", "ball": null }"#)?;
     let pitch = &stage.scene().pitch;
     let carpet = pitch.carpet_half_extents();
     let mut canvas = Canvas::scaled(SIZE, scale, PAPER);
@@ -69,8 +69,8 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
     };
     name(&mut canvas, negative_cross + Vec2::new(0.0, 0.13), "penalty mark");
     name(&mut canvas, positive_cross + Vec2::new(0.0, 0.13), "penalty mark");
-    name(&mut canvas, Vec2::new(-x - 0.2, -goal.width_m / 2.0 - 0.2), "blue goal");
-    name(&mut canvas, Vec2::new(x + 0.25, -goal.width_m / 2.0 - 0.2), "yellow goal");
+    name(&mut canvas, Vec2::new(-x - 0.26, -goal.width_m / 2.0 - 0.2), "blue goal");
+    name(&mut canvas, Vec2::new(x + 0.32, -goal.width_m / 2.0 - 0.2), "yellow goal");
     let title = format!(
         "Carpet {:.1} m x {:.1} m; lines {:.0} cm wide; goals {:.0} cm high, posts {:.0} cm thick",
         2.0 * carpet.x,

@@ -21,7 +21,7 @@ const WIDTH: f32 = 374.0;
 const FIELD_HEIGHT: f32 = 214.0;
 /// The longest wait for a goal, cycles.
 const MOST_CYCLES: usize = 6_000;
-const SCENARIO: &str = r#"{ "seed": 1, "rules": { "preset": "naoisis", "team_size": 1 },
+const SCENARIO: &str = r#"{ "seed": 2, "rules": { "preset": "naoisis", "team_size": 1 },
     "teams": { "blue": "chasers", "pink": "chasers" } }"#;
 
 /// What there is to see after a cycle of play.

@@ -5,7 +5,7 @@ use bevy::math::{Vec2, ops};
 use crate::appearance::colours::Colour;
 use crate::belief::PlaceCovariance;
 use crate::geometry::{Pose, unit};
-use crate::record::canvas::{Anchor, Canvas, INK, PAPER, ellipse, width_of_words};
+use crate::record::canvas::{Anchor, Canvas, INK, PAPER, arrow_head, ellipse, width_of_words};
 
 /// Colours that the colour-blind can tell apart (Okabe and Ito).
 pub const ORANGE: Colour = Colour([230, 159, 0]);
@@ -104,9 +104,9 @@ pub fn bright_line(canvas: &mut Canvas, places: &[Vec2], colour: Colour, width: 
 
 /// An arrow that can be seen on everything.
 pub fn bright_arrow(canvas: &mut Canvas, [from, to]: [Vec2; 2], colour: Colour, width: f32) {
-    let along = (to - from).normalize_or(Vec2::X);
-    // The dark arrow is longer by what its edge is wide.
-    canvas.arrow(from - along, to + 3.0 * along, INK, width + 1.6);
+    let head = arrow_head(from, to, width);
+    canvas.line(&[from, (head[1] + head[2]) / 2.0], INK, width + 2.0);
+    canvas.outline(&head, INK, 2.4);
     canvas.arrow(from, to, colour, width);
 }
 

@@ -124,7 +124,7 @@ fn own_sectors(canvas: &mut Canvas) -> Result<SonarSettings, FigureError> {
     measure(canvas, [along(settings.min_m), along(settings.max_m)], "", PAPER, None);
     for (from, to, metres) in [(0.0, settings.min_m, settings.min_m), (settings.min_m, settings.max_m, settings.max_m)]
     {
-        let at = (along(from) + along(to)) / 2.0 + Vec2::new(-42.0, 0.0);
+        let at = (along(from) + along(to)) / 2.0 + Vec2::new(-56.0, 0.0);
         let words = if from == 0.0 { format!("{metres:.2} m") } else { format!("to {metres:.2} m") };
         bright_words(canvas, &words, at, 20.0, Anchor::Middle);
     }

@@ -26,8 +26,8 @@ pub const PINK: RobotId = RobotId::new(Team::Pink, 1);
 const MOST_SAMPLES: u32 = 6_000;
 /// Height from which a view from above is taken, in widths of what is seen: so far away that it looks like a plan. Within
 /// these limits, m: further away, round bodies suffer from rounding.
-const ABOVE: f32 = 8.0;
-const ABOVE_M: [f32; 2] = [16.0, 48.0];
+const ABOVE: f32 = 14.0;
+const ABOVE_M: [f32; 2] = [14.0, 110.0];
 
 /// A match under way.
 pub struct Stage {

@@ -143,11 +143,9 @@ impl Canvas {
 
     /// A line with a head at its end.
     pub fn arrow(&mut self, from: Vec2, to: Vec2, colour: Colour, width: f32) {
-        let along = (to - from).normalize_or(Vec2::X);
-        let head = 3.5 * width;
-        self.line(&[from, to - along * head], colour, width);
-        let side = along.perp() * head * 0.7;
-        self.fill(&[to, to - along * 1.6 * head + side, to - along * 1.6 * head - side], colour, 1.0);
+        let [tip, left, right] = arrow_head(from, to, width);
+        self.line(&[from, (tip + (left + right) / 2.0) / 2.0], colour, width);
+        self.fill(&[tip, left, right], colour, 1.0);
     }
 
     /// Words of this height whose base line is at a place.
@@ -200,6 +198,13 @@ impl Canvas {
             pen += advance;
         }
     }
+}
+
+/// The tip and the corners of the head of an arrow whose line is so wide.
+pub fn arrow_head(from: Vec2, to: Vec2, width: f32) -> [Vec2; 3] {
+    let along = 5.6 * width * (to - from).normalize_or(Vec2::X);
+    let side = 0.44 * along.perp();
+    [to, to - along + side, to - along - side]
 }
 
 /// Width of words of this height.
