@@ -10,6 +10,7 @@ use crate::events::MatchEvent;
 use crate::record::canvas::{Anchor, Canvas, GREY, INK, PAPER};
 use crate::record::photographer::view_of_field;
 use crate::referee::GameState;
+use crate::robot::Team;
 use crate::sensing::camera::CameraSide;
 use crate::sensing::camera::image::Image;
 use crate::simulation::MatchApp;
@@ -32,7 +33,7 @@ struct Moment {
 
 /// Draws it.
 pub fn draw(scale: f32) -> Result<Image, FigureError> {
-    let moments = first_goal()?;
+    let (moments, scorer) = first_goal()?;
     let mut canvas = Canvas::scaled(SIZE, scale, PAPER);
     let last = moments.len() - 1;
     let begin_s = moments[0].time_s;
@@ -42,7 +43,7 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
         let at = Vec2::new(30.0 + 388.7 * column, 48.0 + 578.0 * row);
         let words = match place {
             0 => "kick-off".to_owned(),
-            7 => format!("{:.1} s: goal", moment.time_s - begin_s),
+            7 => format!("{:.1} s: goal for {scorer}", moment.time_s - begin_s),
             _ => format!("{:.1} s", moment.time_s - begin_s),
         };
         canvas.words(&words, at - Vec2::Y * 10.0, 21.0, Anchor::Left, INK);
@@ -63,21 +64,24 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
     Ok(canvas.into_image())
 }
 
-/// The cycles from the kick-off until the ball is in a goal.
-fn first_goal() -> Result<Vec<Moment>, FigureError> {
+/// The cycles from the kick-off until the ball is in a goal, and who scored.
+fn first_goal() -> Result<(Vec<Moment>, Team), FigureError> {
     let mut stage = Stage::begin(SCENARIO)?;
     let mut moments: Vec<Moment> = Vec::new();
     for _ in 0..MOST_CYCLES {
         stage.play(1, |_| ());
-        if stage.app.events().iter().any(|event| matches!(event, MatchEvent::Goal { .. })) {
-            break;
+        let goal = stage.app.events().iter().find_map(|event| match event {
+            MatchEvent::Goal { team, .. } => Some(*team),
+            _ => None,
+        });
+        if let Some(team) = goal
+            && !moments.is_empty()
+        {
+            return Ok((moments, team));
         }
         if stage.app.game().state == GameState::Playing {
             moments.push(Moment { time_s: stage.time_s(), scene: stage.scene().clone() });
         }
     }
-    if moments.is_empty() || stage.app.cycle() as usize == MOST_CYCLES {
-        return Err(FigureError::Missing { figure: 8, missing: "no goal was scored" });
-    }
-    Ok(moments)
+    Err(FigureError::Missing { figure: 8, missing: "no goal was scored" })
 }

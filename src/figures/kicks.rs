@@ -120,7 +120,7 @@ fn draw_reach(canvas: &mut Canvas, stage: &Stage, kick: KickType, ball: Vec2, at
     let plan = Plan::new(at, Vec2::new(WIDTH, 250.0), centre, 740.0, true).counted_from(ROBOT.position);
     plan.picture(canvas, stage.scene());
     let area = plan.places(reach(kick));
-    canvas.fill(&area, PAPER, 0.22);
+    canvas.fill(&area, PAPER, 0.14);
     let closed = |area: &[Vec2]| -> Vec<Vec2> { area.iter().chain(area.first()).copied().collect() };
     canvas.dashes(&closed(&area), PAPER, 2.0);
     if kick == KickType::RightSide && !kick.admits(ball) {

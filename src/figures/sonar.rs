@@ -8,7 +8,7 @@ use super::marks::{ORANGE, SKY_BLUE, arc, bright_words, measure, sector};
 use super::stage::{BLUE, Stage};
 use crate::appearance::colours::Colour;
 use crate::geometry::{Pose, to_degrees, unit};
-use crate::record::canvas::{Anchor, Canvas, GREY, INK, PAPER};
+use crate::record::canvas::{Anchor, Canvas, INK, PAPER};
 use crate::sensing::camera::image::Image;
 use crate::sensing::sonar::{SonarReading, SonarSettings};
 use crate::simulation::MatchApp;
@@ -124,7 +124,7 @@ fn own_sectors(canvas: &mut Canvas) -> Result<SonarSettings, FigureError> {
     measure(canvas, [along(settings.min_m), along(settings.max_m)], "", PAPER, None);
     for (from, to, metres) in [(0.0, settings.min_m, settings.min_m), (settings.min_m, settings.max_m, settings.max_m)]
     {
-        let at = (along(from) + along(to)) / 2.0 + Vec2::new(-56.0, 0.0);
+        let at = (along(from) + along(to)) / 2.0 + Vec2::new(if from == 0.0 { -70.0 } else { -56.0 }, 0.0);
         let words = if from == 0.0 { format!("{metres:.2} m") } else { format!("to {metres:.2} m") };
         bright_words(canvas, &words, at, 20.0, Anchor::Middle);
     }
@@ -160,12 +160,11 @@ fn table(canvas: &mut Canvas, settings: &SonarSettings) {
         row(canvas, y, cells, INK);
     }
     line(canvas, top + 134.0);
-    canvas.words(
+    let words = [
         "Bold arcs: the measured distance. A sonar does not tell the direction",
-        Vec2::new(100.0, top + 176.0),
-        18.0,
-        Anchor::Left,
-        GREY,
-    );
-    remark(canvas, "within its sector. The ball is too low to be heard.", Vec2::new(100.0, top + 200.0));
+        "within its sector. The ball is too low to be heard.",
+    ];
+    for (row, words) in words.into_iter().enumerate() {
+        remark(canvas, words, Vec2::new(100.0, top + 176.0 + 26.0 * row as f32));
+    }
 }
