@@ -3,11 +3,12 @@
 use bevy::math::Vec2;
 
 use super::FigureError;
+use super::marks::YELLOW;
 use super::stage::{self, PINK, Stage, pixels, supersampling, view_of_robot};
 use crate::appearance::scene::SceneDescription;
 use crate::appearance::view::View;
 use crate::events::MatchEvent;
-use crate::record::canvas::{Anchor, Canvas, GREY, INK, PAPER};
+use crate::record::canvas::{Anchor, Canvas, GREY, INK, PAPER, ellipse};
 use crate::record::photographer::view_of_field;
 use crate::referee::GameState;
 use crate::robot::Team;
@@ -51,6 +52,11 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
         let size = pixels(size, scale);
         let view = View { supersampling: supersampling(size), ..view_of_field(&moment.scene.pitch, size) };
         canvas.pixels(&stage::draw(&moment.scene, &view), at);
+        if let Some(pixel) = moment.scene.ball.and_then(|(ball, radius)| view.project(ball.extend(radius))) {
+            // The ball is so small that nobody would find it.
+            let ring = ellipse(at + pixel / scale, Vec2::X * 9.0, Vec2::Y * 9.0);
+            canvas.outline(&ring, YELLOW, 2.0);
+        }
         let below = at + Vec2::Y * (FIELD_HEIGHT + 4.0);
         match view_of_robot(&moment.scene, PINK, CameraSide::Top, WIDTH, scale) {
             Some((view, _)) => canvas.pixels(&stage::draw(&moment.scene, &view), below),
