@@ -14,8 +14,10 @@ mod figures;
 mod list;
 mod pictures;
 mod play;
+mod replay;
 mod report;
 mod run;
+mod window;
 
 /// A behavioural simulator of NAO robot soccer.
 #[derive(Parser, Debug)]
@@ -31,6 +33,8 @@ enum Command {
     Play(play::PlayArguments),
     /// Run a match headless, as fast as it goes
     Run(run::RunArguments),
+    /// Watch a match that a trace was written of
+    Replay(replay::ReplayArguments),
     /// Play many matches with different seeds, on all cores
     Batch(batch::BatchArguments),
     /// Check scenario files
@@ -46,6 +50,7 @@ pub fn main() -> ExitCode {
     match CommandLine::parse().command {
         Some(Command::Play(arguments)) => play::play(&arguments),
         Some(Command::Run(arguments)) => run::run(&arguments),
+        Some(Command::Replay(arguments)) => replay::replay(&arguments),
         Some(Command::Batch(arguments)) => batch::batch(&arguments),
         Some(Command::Check(arguments)) => {
             let mut app = simulator();

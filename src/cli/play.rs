@@ -5,18 +5,19 @@ use std::process::ExitCode;
 
 use super::report;
 use super::run::{RunArguments, run_scenario};
+use super::window::WindowArguments;
 use crate::behaviour::BehaviourRegistry;
-use crate::scenario::{ScenarioFile, TeamsSpec};
+use crate::scenario::{ScenarioError, ScenarioFile, TeamsSpec};
 
 /// The match that is played when none is named.
 const DEFAULT_SCENARIO: &str = "match3v3";
 
 /// Arguments of `naoisis play`.
-#[derive(Args, Debug, Clone)]
+#[derive(Args, Debug, Clone, Default)]
 pub struct PlayArguments {
-    /// A scenario file (.ron or .json), or the name of a built-in scenario (see `naoisis list scenarios`)
-    #[arg(default_value = DEFAULT_SCENARIO)]
-    pub scenario: String,
+    /// A scenario file (.ron or .json), or the name of a built-in scenario (see `naoisis list scenarios`); without one, that
+    /// which was watched last, at first match3v3
+    pub scenario: Option<String>,
     /// The blue team, instead of the scenario's (see `naoisis list teams`)
     #[arg(long, value_name = "TEAM")]
     pub blue: Option<String>,
@@ -26,18 +27,15 @@ pub struct PlayArguments {
     /// Seed of all random numbers, instead of the scenario's
     #[arg(long)]
     pub seed: Option<u64>,
-}
-
-impl Default for PlayArguments {
-    fn default() -> Self {
-        Self { scenario: DEFAULT_SCENARIO.to_owned(), blue: None, pink: None, seed: None }
-    }
+    /// The window.
+    #[command(flatten)]
+    pub window: WindowArguments,
 }
 
 /// Runs the command. Without a display the match is run headless.
 pub fn play(arguments: &PlayArguments) -> ExitCode {
-    let mut file = match ScenarioFile::find(&arguments.scenario) {
-        Ok(file) => file,
+    let (name, mut file) = match find(arguments) {
+        Ok(found) => found,
         Err(error) => return report::scenario_error(&error),
     };
     if let Some(seed) = arguments.seed {
@@ -48,14 +46,29 @@ pub fn play(arguments: &PlayArguments) -> ExitCode {
     }
     match display() {
         #[cfg(feature = "viewer")]
-        Ok(()) => watch(&file),
+        Ok(()) => watch(&name, &file, arguments),
         #[cfg(not(feature = "viewer"))]
         Ok(()) => ExitCode::SUCCESS,
         Err(reason) => {
             report::note(&format!("{reason}: running the match headless"));
-            run_scenario(&file, &RunArguments { scenario: arguments.scenario.clone(), ..RunArguments::default() })
+            run_scenario(&file, &RunArguments { scenario: name, ..RunArguments::default() })
         }
     }
+}
+
+/// The scenario of the command line; without one, that which was watched last, as far as it is still there.
+fn find(arguments: &PlayArguments) -> Result<(String, ScenarioFile), ScenarioError> {
+    if let Some(name) = &arguments.scenario {
+        return Ok((name.clone(), ScenarioFile::find(name)?));
+    }
+    #[cfg(feature = "viewer")]
+    if let Some(name) = crate::viewer::memory::ViewerMemory::of_user().remembered.scenario
+        && display().is_ok()
+        && let Ok(file) = ScenarioFile::find(&name)
+    {
+        return Ok((name, file));
+    }
+    Ok((DEFAULT_SCENARIO.to_owned(), ScenarioFile::find(DEFAULT_SCENARIO)?))
 }
 
 /// Puts the teams of the command line into the scenario.
@@ -86,43 +99,50 @@ fn side_of<'a>(teams: &'a mut TeamsSpec, option: &str) -> &'a mut String {
 
 /// Whether a window can be opened, or why not.
 #[cfg(not(feature = "viewer"))]
-fn display() -> Result<(), &'static str> {
+pub(super) fn display() -> Result<(), &'static str> {
     Err("this program was built without the viewer")
 }
 
 /// Whether a window can be opened, or why not.
 #[cfg(all(feature = "viewer", unix, not(target_os = "macos")))]
-fn display() -> Result<(), &'static str> {
+pub(super) fn display() -> Result<(), &'static str> {
     if std::env::var_os("DISPLAY").is_none_or(|display| display.is_empty()) {
         return Err("there is no display");
     }
     match x11rb::connect(None) {
-        Ok(_) => Ok(()),
+        Ok((connection, _)) => {
+            // A server whose last client leaves starts anew, and refuses whoever comes meanwhile: this one stays.
+            core::mem::forget(connection);
+            Ok(())
+        }
         Err(_) => Err("the display does not answer"),
     }
 }
 
 /// Whether a window can be opened, or why not.
 #[cfg(all(feature = "viewer", not(all(unix, not(target_os = "macos")))))]
-fn display() -> Result<(), &'static str> {
+pub(super) fn display() -> Result<(), &'static str> {
     Ok(())
 }
 
 #[cfg(feature = "viewer")]
-fn watch(file: &ScenarioFile) -> ExitCode {
-    use crate::simulation::{MatchApp, NaoisisPlugins};
-    use crate::viewer::ViewerPlugins;
-    use bevy::app::{App, AppExit};
+fn watch(name: &str, file: &ScenarioFile, arguments: &PlayArguments) -> ExitCode {
+    use super::window;
+    use crate::simulation::MatchApp;
+    use crate::viewer::memory::ViewerMemory;
 
-    let mut app = App::new();
-    app.add_plugins((ViewerPlugins, NaoisisPlugins));
+    let mut app = match window::open(&arguments.window) {
+        Ok(app) => app,
+        Err(message) => return report::usage_error(&message),
+    };
     if let Err(fault) = app.start_match(&file.scenario) {
         return report::scenario_error(&file.source.error(&fault));
     }
-    match app.run() {
-        AppExit::Success => ExitCode::SUCCESS,
-        AppExit::Error(code) => ExitCode::from(code.get()),
-    }
+    // The next time may be in another folder.
+    let path = std::path::Path::new(name).canonicalize();
+    let name = path.ok().and_then(|path| path.to_str().map(str::to_owned)).unwrap_or_else(|| name.to_owned());
+    app.world_mut().resource_mut::<ViewerMemory>().note_scenario(&name);
+    window::show(app)
 }
 
 #[cfg(test)]

@@ -1,12 +1,15 @@
-//! What is written down of a match: its trace, what robots believe against what is true, and pictures of it.
+//! What is written down of a match: its trace, what robots believe against what is true, and pictures of it; and how a trace
+//! is read again.
 
 pub mod album;
 pub mod beliefs;
 pub mod canvas;
 pub mod encoder;
 pub mod frames;
+pub mod history;
 pub mod photographer;
 pub mod picture;
+pub mod read;
 pub mod sheet;
 pub mod trace;
 pub mod video;

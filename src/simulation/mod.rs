@@ -22,10 +22,12 @@ use bevy::prelude::*;
 
 pub mod invariants;
 mod settings;
+mod situation;
 pub mod snapshot;
 mod spawn;
 
 pub use settings::change_settings;
+pub use situation::situation;
 pub use snapshot::{Snapshot, SnapshotError};
 pub use spawn::{MatchEntity, resolved, start as start_match};
 

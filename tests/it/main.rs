@@ -19,6 +19,9 @@ mod renderers;
 mod rule_cases;
 mod scenario_files;
 mod sensing;
+mod situation;
 mod snapshot;
 mod support;
 mod teams;
+#[cfg(feature = "viewer")]
+mod watched;

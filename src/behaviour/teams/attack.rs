@@ -41,7 +41,8 @@ pub fn attack(player: &Player, memory: &mut PlayerMemory) -> Decision {
         memory.at_ball_since_s = None;
         return Decision { kick: Some(kick), intention: "kick", ..default() };
     }
-    Decision { walk: line_up(player, memory, ball, &aim), intention: "attack", ..default() }
+    let (walk, target) = line_up(player, memory, ball, &aim);
+    Decision { walk, target: Some(target), intention: "attack", ..default() }
 }
 
 fn choose_aim(player: &Player, memory: &mut PlayerMemory, ball: Vec2) -> Aim {
@@ -74,8 +75,8 @@ fn kick_if_ready(player: &Player, memory: &PlayerMemory, ball: &BallBelief, aim:
     }
 }
 
-/// The step that brings the player to where it can kick the ball.
-fn line_up(player: &Player, memory: &mut PlayerMemory, ball: &BallBelief, aim: &Aim) -> WalkCommand {
+/// The step that brings the player to where it can kick the ball, and that place.
+fn line_up(player: &Player, memory: &mut PlayerMemory, ball: &BallBelief, aim: &Aim) -> (WalkCommand, Vec2) {
     let distance_squared = player.position().distance_squared(ball.position_m);
     if distance_squared > AT_BALL_M * AT_BALL_M {
         memory.at_ball_since_s = None;
@@ -89,7 +90,7 @@ fn line_up(player: &Player, memory: &mut PlayerMemory, ball: &BallBelief, aim: &
     memory.kick = Some(plan.kick_type);
     let (place, last_stretch) = approach(player.position(), player.forward, plan.position, plan.facing);
     if last_stretch {
-        return player.walk_to(place, plan.facing, &obstacles);
+        return (player.walk_to(place, plan.facing, &obstacles), plan.position);
     }
     obstacles.add(ball.position_m, BALL_CLEARANCE_M);
     // Far away it is enough to face where the ball is; near it, where it shall go.
@@ -98,7 +99,7 @@ fn line_up(player: &Player, memory: &mut PlayerMemory, ball: &BallBelief, aim: &
     } else {
         plan.facing
     };
-    player.walk_to(place, facing, &obstacles)
+    (player.walk_to(place, facing, &obstacles), plan.position)
 }
 
 /// Looks for the ball: turns around towards where it was lost, then walks from place to place.
@@ -127,7 +128,7 @@ pub fn search(player: &Player, memory: &mut PlayerMemory) -> Decision {
     let place = places[index % places.len()];
     let facing = (place - player.position()).normalize_or(player.forward);
     let walk = player.walk_to(place, facing, &player.obstacles());
-    Decision { walk, head, intention: "search", ..default() }
+    Decision { walk, target: Some(place), head, intention: "search", ..default() }
 }
 
 /// Where to look when nothing else is decided: at the ball, now and then around for landmarks.

@@ -1,0 +1,47 @@
+//! What all commands that open a window have in common.
+
+use clap::Args;
+use std::path::PathBuf;
+
+/// Arguments of the commands that open a window.
+#[derive(Args, Debug, Clone, Default)]
+pub struct WindowArguments {
+    /// Write what the window shows, as JSON lines, for tests that drive it from outside
+    #[arg(long, value_name = "FILE")]
+    pub report_state: Option<PathBuf>,
+}
+
+/// An app with a window, in which no match is played yet.
+///
+/// # Errors
+/// What is wrong with the command line.
+#[cfg(feature = "viewer")]
+pub(super) fn open(arguments: &WindowArguments) -> Result<bevy::app::App, String> {
+    use crate::simulation::NaoisisPlugins;
+    use crate::viewer::ViewerPlugins;
+    use crate::viewer::memory::ViewerMemory;
+    use crate::viewer::report_state::StateReport;
+
+    let report = match &arguments.report_state {
+        Some(path) => Some(StateReport::create(path).map_err(|error| format!("{}: {error}", path.display()))?),
+        None => None,
+    };
+    let mut app = bevy::app::App::new();
+    app.add_plugins((ViewerPlugins, NaoisisPlugins)).insert_resource(ViewerMemory::of_user());
+    if let Some(report) = report {
+        app.insert_resource(report);
+    }
+    Ok(app)
+}
+
+/// Shows the window until it is closed.
+#[cfg(feature = "viewer")]
+pub(super) fn show(mut app: bevy::app::App) -> std::process::ExitCode {
+    use bevy::app::AppExit;
+    use std::process::ExitCode;
+
+    match app.run() {
+        AppExit::Success => ExitCode::SUCCESS,
+        AppExit::Error(code) => ExitCode::from(code.get()),
+    }
+}

@@ -1,0 +1,220 @@
+//! A robot driven by the keyboard: it does what the keys say, whatever its behaviour wants.
+//!
+//! The keys are read once a frame, and once a cycle what they say takes the place of the behaviour's commands. Limits and
+//! errors of the legs, the time that a kick takes and the rules are those of every robot.
+
+use bevy::prelude::*;
+use bevy_egui::input::egui_wants_any_keyboard_input;
+
+use super::Notice;
+use crate::behaviour::DecideSystems;
+use crate::cycle::{Cycle, CycleClock, CycleSystems};
+use crate::robot::head::{HeadAngles, HeadCommand, HeadLimits};
+use crate::robot::kick::{KickCommand, KickRequest, KickType};
+use crate::robot::motion::{MotionLimits, WalkCommand};
+use crate::robot::{RobotId, Roster};
+use crate::sensing::camera::CameraSide;
+use crate::viewer::camera::ViewPreset;
+use crate::viewer::keys::KeysSystems;
+use crate::viewer::selection::{Choice, Selection};
+
+/// How fast the head follows the keys, of the speed that its joints reach: slow enough to aim.
+const HEAD_SHARE: f32 = 0.3;
+
+/// Drives a robot.
+pub(super) struct DrivingPlugin;
+
+impl Plugin for DrivingPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Driving>()
+            .add_systems(
+                Update,
+                (leave, read_driver.run_if(not(egui_wants_any_keyboard_input))).chain().after(KeysSystems),
+            )
+            .add_systems(Cycle, drive.in_set(CycleSystems::Decide).after(DecideSystems::Behave));
+    }
+}
+
+/// Who is driven, and what the keys say.
+#[derive(Resource, Clone, Copy, PartialEq, Debug, Default)]
+pub struct Driving {
+    /// The robot, if any.
+    pub robot: Option<RobotId>,
+    /// What it is to do.
+    wish: Wish,
+}
+
+/// What the keys say.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+struct Wish {
+    /// Forward, left, counter-clockwise: -1 to 1.
+    walk: Vec3,
+    /// Left, down: -1 to 1.
+    head: Vec2,
+    /// Look straight ahead.
+    look_ahead: bool,
+    /// The kick to begin, which lasts until a cycle has begun it.
+    kick: Option<KickType>,
+}
+
+/// The keys that drive, and what they do, for the help.
+pub const KEYS: &[(&str, &str)] = &[
+    ("W A S D", "Walk"),
+    ("Q E", "Turn"),
+    ("I J K L", "Turn the head"),
+    ("U", "Look ahead"),
+    ("1 2 3 4", "Kick: left, right, left to the side, right to the side"),
+    ("Esc", "Leave"),
+];
+
+/// The keys of the kicks.
+const KICKS: [(KeyCode, KickType); 4] = [
+    (KeyCode::Digit1, KickType::LeftStraight),
+    (KeyCode::Digit2, KickType::RightStraight),
+    (KeyCode::Digit3, KickType::LeftSide),
+    (KeyCode::Digit4, KickType::RightSide),
+];
+
+/// The keys that mean something else while a robot is driven.
+const TAKEN: [KeyCode; 15] = [
+    KeyCode::KeyW,
+    KeyCode::KeyA,
+    KeyCode::KeyS,
+    KeyCode::KeyD,
+    KeyCode::KeyQ,
+    KeyCode::KeyE,
+    KeyCode::KeyI,
+    KeyCode::KeyJ,
+    KeyCode::KeyK,
+    KeyCode::KeyL,
+    KeyCode::KeyU,
+    KeyCode::Digit1,
+    KeyCode::Digit2,
+    KeyCode::Digit3,
+    KeyCode::Digit4,
+];
+
+impl Driving {
+    /// Whether this key drives now, whatever else it means at other times.
+    pub fn takes(&self, key: KeyCode) -> bool {
+        self.robot.is_some() && (TAKEN.contains(&key) || key == KeyCode::Escape)
+    }
+}
+
+/// Begins to drive the selected robot, through its eyes, or ends it.
+pub(super) fn toggle(world: &mut World) {
+    if world.resource::<Driving>().robot.is_some() {
+        stop(world);
+        return;
+    }
+    let chosen = world.resource::<Selection>().0;
+    let Some(robot) = chosen.or_else(|| world.resource::<Roster>().iter().next().map(|(id, _)| id)) else { return };
+    *world.resource_mut::<Driving>() = Driving { robot: Some(robot), ..default() };
+    world.write_message(Choice::Robot(robot));
+    world.write_message(ViewPreset::Eyes(CameraSide::Top));
+    world.resource_mut::<Notice>().tell(format!("You drive {robot}: W A S D walk, Q E turn, 1 to 4 kick, Esc leaves"));
+}
+
+fn stop(world: &mut World) {
+    *world.resource_mut::<Driving>() = Driving::default();
+    world.write_message(ViewPreset::Broadcast);
+}
+
+/// The driver leaves, or another match lacks the robot.
+fn leave(world: &mut World) {
+    let Some(robot) = world.resource::<Driving>().robot else { return };
+    let leaves = world.resource::<ButtonInput<KeyCode>>().just_pressed(KeyCode::Escape);
+    if leaves || world.resource::<Roster>().get(robot).is_none() {
+        stop(world);
+    }
+}
+
+fn read_driver(keys: Res<ButtonInput<KeyCode>>, mut driving: ResMut<Driving>) {
+    if driving.robot.is_none() {
+        return;
+    }
+    let kick = KICKS.iter().find(|(key, _)| keys.just_pressed(*key)).map(|(_, kick)| *kick);
+    driving.wish = Wish { kick: kick.or(driving.wish.kick), ..wish(|key| keys.pressed(key)) };
+}
+
+/// What the keys say, but for kicks.
+fn wish(is_pressed: impl Fn(KeyCode) -> bool) -> Wish {
+    let axis = |plus, minus| f32::from(u8::from(is_pressed(plus))) - f32::from(u8::from(is_pressed(minus)));
+    Wish {
+        walk: Vec3::new(
+            axis(KeyCode::KeyW, KeyCode::KeyS),
+            axis(KeyCode::KeyA, KeyCode::KeyD),
+            axis(KeyCode::KeyQ, KeyCode::KeyE),
+        ),
+        head: Vec2::new(axis(KeyCode::KeyJ, KeyCode::KeyL), axis(KeyCode::KeyK, KeyCode::KeyI)),
+        look_ahead: is_pressed(KeyCode::KeyU),
+        kick: None,
+    }
+}
+
+/// Takes the place of what the behaviour wants.
+fn drive(
+    clock: Res<CycleClock>,
+    roster: Res<Roster>,
+    mut driving: ResMut<Driving>,
+    mut robots: Query<(&HeadAngles, &HeadLimits, &MotionLimits, &mut WalkCommand, &mut HeadCommand, &mut KickCommand)>,
+) {
+    let Some(entity) = driving.robot.and_then(|robot| roster.get(robot)) else { return };
+    let Ok((angles, head, motion, mut walk, mut look, mut kick)) = robots.get_mut(entity) else { return };
+    let wish = driving.wish;
+    *walk = walk_command(wish.walk, motion, clock.period());
+    *look = head_command(&wish, *angles, head, clock.period());
+    kick.0 = wish.kick.map(|kick_type| KickRequest { kick_type, speed: 1.0 });
+    driving.wish.kick = None;
+}
+
+/// The displacement of a cycle with these keys.
+fn walk_command(walk: Vec3, limits: &MotionLimits, period: f32) -> WalkCommand {
+    let step = limits.max_linear_mps * period * walk.truncate().normalize_or_zero();
+    WalkCommand::new(step.x, step.y, limits.max_angular * period * walk.z)
+}
+
+/// Where the head turns in a cycle with these keys.
+fn head_command(wish: &Wish, angles: HeadAngles, limits: &HeadLimits, period: f32) -> HeadCommand {
+    if wish.look_ahead {
+        return HeadCommand::default();
+    }
+    let step = HEAD_SHARE * limits.max_speed * period * wish.head;
+    HeadCommand { yaw: angles.yaw + step.x, pitch: angles.pitch + step.y }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_abs_diff_eq;
+
+    #[test]
+    fn keys_that_contradict_each_other_cancel_and_diagonals_are_no_faster() {
+        assert_eq!(wish(|_| true).walk, Vec3::ZERO);
+        let keys = [KeyCode::KeyW, KeyCode::KeyD];
+        let command = walk_command(wish(|key| keys.contains(&key)).walk, &MotionLimits::default(), 0.1);
+        assert_abs_diff_eq!(command.translation().length(), 0.02, epsilon = 1e-6);
+        assert!(command.dx > 0.0 && command.dy < 0.0 && command.dtheta == 0.0);
+    }
+
+    #[test]
+    fn the_head_turns_from_where_it_is() {
+        let angles = HeadAngles { yaw: 0.5, pitch: 0.1 };
+        let limits = HeadLimits { max_speed: 2.0, ..default() };
+        let left = head_command(&wish(|key| key == KeyCode::KeyJ), angles, &limits, 0.1);
+        assert_abs_diff_eq!(left.yaw, 0.56, epsilon = 1e-6);
+        assert_eq!(left.pitch, 0.1);
+        assert_eq!(head_command(&wish(|key| key == KeyCode::KeyU), angles, &limits, 0.1), HeadCommand::default());
+    }
+
+    #[test]
+    fn every_key_that_drives_is_taken() {
+        for (key, _) in KICKS {
+            assert!(TAKEN.contains(&key));
+        }
+        for key in TAKEN {
+            let kicks = KICKS.iter().any(|(kick, _)| *kick == key);
+            assert!(kicks || wish(|pressed| pressed == key) != Wish::default(), "{key:?} does nothing");
+        }
+    }
+}

@@ -1,0 +1,100 @@
+//! The buttons of what can be done by hand.
+
+use bevy::prelude::*;
+use bevy_egui::egui::{self, Align2, Frame};
+use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
+
+use super::driving::{self, Driving};
+use super::{HandAction, Notice};
+use crate::referee::Penalty;
+use crate::robot::Roster;
+use crate::viewer::keys::Action;
+use crate::viewer::selection::Selection;
+use crate::viewer::theme::{MARGIN, ThemeSystems, bright, card, dim, panel, text_size};
+use crate::viewer::timeline::Timeline;
+
+/// How far above the lower edge of the window the words are, logical pixels.
+const NOTICE_ABOVE: f32 = 110.0;
+
+/// Shows the buttons, and what is told.
+pub(super) struct HandsPanelPlugin;
+
+impl Plugin for HandsPanelPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_systems(EguiPrimaryContextPass, (show_buttons, show_notice, show_driver).chain().after(ThemeSystems));
+    }
+}
+
+fn show_buttons(
+    mut contexts: EguiContexts,
+    selection: Res<Selection>,
+    roster: Res<Roster>,
+    penalties: Query<&Penalty>,
+    driving: Res<Driving>,
+    timeline: Res<Timeline>,
+    mut actions: MessageWriter<Action>,
+) -> Result {
+    if timeline.is_replay() {
+        return Ok(());
+    }
+    let serves = selection.0.and_then(|id| penalties.get(roster.get(id)?).ok()).is_some_and(Penalty::is_active);
+    panel("hands", Align2::LEFT_BOTTOM, [MARGIN, -MARGIN]).show(contexts.ctx_mut()?, |ui| {
+        card(ui).show(ui, |ui| {
+            let mut button = |ui: &mut egui::Ui, enabled: bool, text: String, hint: &str, action: HandAction| {
+                if ui.add_enabled(enabled, egui::Button::new(text)).on_hover_text(hint).clicked() {
+                    actions.write(Action::Hand(action));
+                }
+            };
+            ui.horizontal(|ui| {
+                button(ui, true, "Whistle".to_owned(), "W", HandAction::Whistle);
+                button(ui, true, "Drop ball".to_owned(), "B: the ball on the centre, in play", HandAction::DropBall);
+                let whom = selection.0.map_or_else(|| "robot".to_owned(), |id| id.to_string());
+                let what = if serves { "Return" } else { "Penalise" };
+                let text = format!("{what} {whom}");
+                button(ui, selection.0.is_some(), text, "P", HandAction::PenaliseOrReturn);
+            });
+            ui.horizontal(|ui| {
+                let text = match (driving.robot, selection.0) {
+                    (Some(id), _) => format!("Leave {id}"),
+                    (None, Some(id)) => format!("Drive {id}"),
+                    (None, None) => "Drive a robot".to_owned(),
+                };
+                button(ui, true, text, "D: by the keyboard, through its eyes", HandAction::Drive);
+                button(ui, true, "Save situation".to_owned(), "F9: as a scenario file", HandAction::KeepSituation);
+            });
+        });
+    });
+    Ok(())
+}
+
+/// What was told, for a while.
+fn show_notice(mut contexts: EguiContexts, time: Res<Time<Real>>, mut notice: ResMut<Notice>) -> Result {
+    if notice.left_s <= 0.0 {
+        return Ok(());
+    }
+    notice.left_s -= time.delta_secs();
+    panel("notice", Align2::CENTER_BOTTOM, [0.0, -NOTICE_ABOVE]).show(contexts.ctx_mut()?, |ui| {
+        card(ui).show(ui, |ui| ui.label(bright(&notice.text).size(text_size::IMPORTANT)));
+    });
+    Ok(())
+}
+
+/// What drives, while someone drives.
+fn show_driver(mut contexts: EguiContexts, driving: Res<Driving>) -> Result {
+    let Some(robot) = driving.robot else { return Ok(()) };
+    let offset = [0.0, 90.0];
+    panel("driver", Align2::CENTER_TOP, offset).interactable(false).show(contexts.ctx_mut()?, |ui| {
+        Frame::NONE.show(ui, |ui| {
+            card(ui).show(ui, |ui| {
+                ui.horizontal(|ui| {
+                    ui.label(bright(format!("You drive {robot}")));
+                    for (keys, what) in driving::KEYS {
+                        ui.label(bright(*keys));
+                        ui.label(dim(*what));
+                    }
+                });
+            });
+        });
+    });
+    Ok(())
+}

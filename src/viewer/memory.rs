@@ -1,0 +1,206 @@
+//! What the viewer remembers from one time to the next: the window's size, what is shown, and which scenario was played last.
+//!
+//! It is kept in a file of the user's, `naoisis/viewer.json` in the folder for settings (`~/.config` on Linux), or in the folder
+//! that the environment variable `NAOISIS_CONFIG_DIR` names; an empty one means that nothing is remembered. A file that cannot be
+//! understood is left out, with a warning, and written anew. `naoisis` itself remembers; a program of one's own does when it
+//! inserts [`ViewerMemory`].
+
+use bevy::prelude::*;
+use bevy::window::PrimaryWindow;
+use serde::{Deserialize, Serialize};
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use super::keys::Shown;
+use super::overlays::Overlays;
+
+/// The environment variable that names the folder.
+pub const FOLDER_VARIABLE: &str = "NAOISIS_CONFIG_DIR";
+/// The file in it.
+const FILE: &str = "viewer.json";
+/// Changes are written down so often, s.
+const INTERVAL_S: f32 = 1.0;
+
+/// Keeps [`ViewerMemory`] up to date, where there is one.
+pub struct MemoryPlugin;
+
+impl Plugin for MemoryPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_systems(Startup, recall.run_if(resource_exists::<ViewerMemory>))
+            .add_systems(Last, remember.run_if(resource_exists::<ViewerMemory>.and(is_time.or(on_message::<AppExit>))));
+    }
+}
+
+/// What is remembered.
+#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Remembered {
+    /// Width and height of the window, logical pixels.
+    pub window: Option<[f32; 2]>,
+    /// Which panels are shown, and how.
+    pub shown: Option<Shown>,
+    /// What is drawn on the pitch.
+    pub overlays: Option<Overlays>,
+    /// The scenario that was played last: a built-in one's name, or a file.
+    pub scenario: Option<String>,
+}
+
+/// Where it is remembered.
+#[derive(Resource, Clone, PartialEq, Debug, Default)]
+pub struct ViewerMemory {
+    /// What was remembered, and is.
+    pub remembered: Remembered,
+    /// The file; nothing is written without one.
+    path: Option<PathBuf>,
+}
+
+impl ViewerMemory {
+    /// That of this user.
+    pub fn of_user() -> Self {
+        let folder = match std::env::var_os(FOLDER_VARIABLE) {
+            Some(folder) => (!folder.is_empty()).then(|| PathBuf::from(folder)),
+            None => dirs::config_dir().map(|folder| folder.join("naoisis")),
+        };
+        folder.map_or_else(Self::default, |folder| Self::in_file(folder.join(FILE)))
+    }
+
+    /// That in a file, which need not be there.
+    pub fn in_file(path: PathBuf) -> Self {
+        let remembered = match fs::read_to_string(&path) {
+            Ok(text) => serde_json::from_str(&text).unwrap_or_else(|error| {
+                warn!("{}: not understood, and so not used: {error}", path.display());
+                Remembered::default()
+            }),
+            Err(error) => {
+                if error.kind() != io::ErrorKind::NotFound {
+                    warn!("{}: {error}", path.display());
+                }
+                Remembered::default()
+            }
+        };
+        Self { remembered, path: Some(path) }
+    }
+
+    /// Writes down what is new.
+    fn update(&mut self, remembered: Remembered) {
+        if remembered == self.remembered {
+            return;
+        }
+        self.remembered = remembered;
+        if let Some(path) = &self.path
+            && let Err(error) = write(path, &self.remembered)
+        {
+            warn!("{}: {error}; nothing is remembered", path.display());
+            self.path = None;
+        }
+    }
+}
+
+fn write(path: &Path, remembered: &Remembered) -> io::Result<()> {
+    if let Some(folder) = path.parent() {
+        fs::create_dir_all(folder)?;
+    }
+    // Another window may read it meanwhile: it is whole at any time.
+    let unfinished = path.with_extension("json.part");
+    fs::write(&unfinished, serde_json::to_string_pretty(remembered)?)?;
+    fs::rename(unfinished, path)
+}
+
+fn recall(
+    memory: Res<ViewerMemory>,
+    mut windows: Query<&mut Window, With<PrimaryWindow>>,
+    shown: Option<ResMut<Shown>>,
+    overlays: Option<ResMut<Overlays>>,
+) {
+    let Remembered { window, shown: shown_last, overlays: overlays_last, .. } = &memory.remembered;
+    if let (Some([width, height]), Ok(mut present)) = (*window, windows.single_mut()) {
+        present.resolution.set(width.clamp(320.0, 8192.0), height.clamp(240.0, 8192.0));
+    }
+    if let (Some(last), Some(mut shown)) = (shown_last, shown) {
+        // A list that covers the view is opened when it is wanted.
+        *shown = Shown { help: false, ..*last };
+    }
+    if let (Some(last), Some(mut overlays)) = (overlays_last, overlays) {
+        overlays.clone_from(last);
+    }
+}
+
+fn is_time(time: Res<Time<Real>>, mut last_s: Local<f32>) -> bool {
+    let is_time = time.elapsed_secs() - *last_s > INTERVAL_S;
+    if is_time {
+        *last_s = time.elapsed_secs();
+    }
+    is_time
+}
+
+fn remember(
+    mut memory: ResMut<ViewerMemory>,
+    windows: Query<&Window, With<PrimaryWindow>>,
+    shown: Option<Res<Shown>>,
+    overlays: Option<Res<Overlays>>,
+) {
+    let remembered = Remembered {
+        window: windows.single().ok().map(|window| [window.width(), window.height()]).or(memory.remembered.window),
+        shown: shown.map(|shown| *shown).or(memory.remembered.shown),
+        overlays: overlays.map(|overlays| overlays.clone()).or_else(|| memory.remembered.overlays.clone()),
+        scenario: memory.remembered.scenario.clone(),
+    };
+    memory.update(remembered);
+}
+
+impl ViewerMemory {
+    /// Remembers the scenario that is played, a built-in one's name or a file.
+    pub fn note_scenario(&mut self, scenario: &str) {
+        let scenario = Some(scenario.to_owned());
+        self.update(Remembered { scenario, ..self.remembered.clone() });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn app(path: &Path) -> App {
+        let mut app = App::new();
+        app.add_plugins((MinimalPlugins, MemoryPlugin));
+        app.init_resource::<Shown>().init_resource::<Overlays>();
+        app.insert_resource(ViewerMemory::in_file(path.to_owned()));
+        app.world_mut().spawn((Window::default(), PrimaryWindow));
+        app
+    }
+
+    #[test]
+    fn what_was_shown_is_shown_the_next_time() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("new/viewer.json");
+        let mut first = app(&path);
+        first.update();
+        first.world_mut().resource_mut::<Shown>().light = true;
+        first.world_mut().resource_mut::<Overlays>().areas = true;
+        first.world_mut().resource_mut::<ViewerMemory>().note_scenario("match7v7");
+        let mut windows = first.world_mut().query::<&mut Window>();
+        windows.single_mut(first.world_mut()).unwrap().resolution.set(900.0, 500.0);
+        first.world_mut().write_message(AppExit::Success);
+        first.update();
+        let mut second = app(&path);
+        second.update();
+        assert!(second.world().resource::<Shown>().light && second.world().resource::<Overlays>().areas);
+        assert_eq!(second.world().resource::<ViewerMemory>().remembered.scenario.as_deref(), Some("match7v7"));
+        let mut windows = second.world_mut().query::<&Window>();
+        assert_eq!(windows.single(second.world()).unwrap().width(), 900.0);
+    }
+
+    #[test]
+    fn a_file_that_is_not_understood_does_no_harm() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("viewer.json");
+        for text in ["", "{ \"shown\": 7 }", "not JSON at all"] {
+            fs::write(&path, text).unwrap();
+            assert_eq!(ViewerMemory::in_file(path.clone()).remembered, Remembered::default());
+        }
+        // What a later version has added does not matter.
+        fs::write(&path, "{ \"scenario\": \"kicks\", \"hologram\": true }").unwrap();
+        assert_eq!(ViewerMemory::in_file(path).remembered.scenario.as_deref(), Some("kicks"));
+    }
+}

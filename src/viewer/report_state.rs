@@ -1,0 +1,198 @@
+//! What the viewer shows, in JSON lines: for tests that drive the window from outside, and for whoever wants to follow it.
+//!
+//! A line is written at the end of every frame after which something is different; the file is flushed with each. It has
+//!
+//! | field | what |
+//! |---|---|
+//! | `frame` | frames since the start of the program |
+//! | `window`, `pointer` | width and height of the window, and where the mouse is in it, logical pixels |
+//! | `held` | whether the mouse has hold of a robot or the ball |
+//! | `scenario`, `seed` | what is played |
+//! | `cycle`, `shown_cycle` | of the match; of the moment that is shown, if that is the past |
+//! | `paused`, `speed`, `replay`, `over` | how it is shown |
+//! | `state`, `score` | of the game |
+//! | `ball`, `robots` | of each the `pose` (m, m, degrees), the place in the window (`pixel`, if it is there), whether it is penalised |
+//! | `selected`, `driven` | robots |
+//! | `shown` | the switches of the panels |
+//! | `overlays` | how many overlays are switched on |
+//! | `problem`, `notice` | what the user is told |
+
+use bevy::diagnostic::FrameCount;
+use bevy::ecs::system::SystemParam;
+use bevy::prelude::*;
+use serde_json::{Value, json};
+use std::fs::File;
+use std::io::{self, Write};
+use std::path::Path;
+
+use super::camera::ViewerCamera;
+use super::drive::{Playback, is_over};
+use super::hands::driving::Driving;
+use super::hands::{Hands, Notice};
+use super::keys::Shown;
+use super::overlays::Overlays;
+use super::selection::Selection;
+use super::stage::{pose_of, world_from_pitch};
+use super::timeline::Timeline;
+use crate::ball::Ball;
+use crate::cycle::CycleClock;
+use crate::geometry::to_degrees;
+use crate::referee::{Game, Penalty};
+use crate::robot::{RobotId, Roster};
+use crate::scenario::Scenario;
+
+/// The height at which a robot is best clicked at, m.
+const CHEST_M: f32 = 0.3;
+
+/// Writes what is shown.
+pub struct ReportStatePlugin;
+
+impl Plugin for ReportStatePlugin {
+    fn build(&self, app: &mut App) {
+        app.add_systems(Last, report.run_if(resource_exists::<StateReport>));
+    }
+}
+
+/// Where the state is written to.
+#[derive(Resource)]
+pub struct StateReport {
+    output: Box<dyn Write + Send + Sync>,
+    last: Value,
+}
+
+impl StateReport {
+    /// A new file.
+    ///
+    /// # Errors
+    /// When it cannot be created.
+    pub fn create(path: &Path) -> io::Result<Self> {
+        Ok(Self::to(File::create(path)?))
+    }
+
+    /// Anything that can be written to.
+    pub fn to(output: impl Write + Send + Sync + 'static) -> Self {
+        Self { output: Box::new(output), last: Value::Null }
+    }
+
+    /// Writes a line, if anything but the frame's number is new.
+    fn write(&mut self, frame: u32, state: Value) -> io::Result<()> {
+        if state == self.last {
+            return Ok(());
+        }
+        let mut line = state.clone();
+        line["frame"] = frame.into();
+        self.last = state;
+        writeln!(self.output, "{line}")?;
+        self.output.flush()
+    }
+}
+
+/// All that is reported.
+#[derive(SystemParam)]
+struct Reported<'w, 's> {
+    scenario: Option<Res<'w, Scenario>>,
+    clock: Res<'w, CycleClock>,
+    game: Res<'w, Game>,
+    playback: Res<'w, Playback>,
+    timeline: Res<'w, Timeline>,
+    selection: Res<'w, Selection>,
+    hands: Res<'w, Hands>,
+    driving: Res<'w, Driving>,
+    shown: Res<'w, Shown>,
+    overlays: Res<'w, Overlays>,
+    notice: Res<'w, Notice>,
+    roster: Res<'w, Roster>,
+    robots: Query<'w, 's, (&'static RobotId, &'static Transform, &'static Penalty)>,
+    balls: Query<'w, 's, &'static Transform, With<Ball>>,
+    cameras: Query<'w, 's, (&'static Camera, &'static GlobalTransform), With<ViewerCamera>>,
+    windows: Query<'w, 's, &'static Window>,
+}
+
+fn report(reported: Reported, frame: Res<FrameCount>, mut report: ResMut<StateReport>, mut commands: Commands) {
+    if let Err(error) = report.write(frame.0, reported.state()) {
+        warn!("the state of the viewer cannot be written any more: {error}");
+        commands.remove_resource::<StateReport>();
+    }
+}
+
+impl Reported<'_, '_> {
+    fn state(&self) -> Value {
+        let window = self.windows.iter().next().map(|window| [window.width(), window.height()]);
+        let pointer = self.windows.iter().next().and_then(Window::cursor_position);
+        let robots: serde_json::Map<String, Value> = self
+            .roster
+            .iter()
+            .filter_map(|(_, entity)| self.robots.get(entity).ok())
+            .map(|(id, place, penalty)| {
+                let mut robot = self.thing(place, CHEST_M);
+                robot["penalised"] = penalty.is_active().into();
+                (id.to_string(), robot)
+            })
+            .collect();
+        json!({
+            "window": window,
+            "pointer": pointer.map(|pointer| [pointer.x, pointer.y]),
+            "held": self.hands.hold_anything(),
+            "scenario": self.scenario.as_ref().map(|scenario| &scenario.name),
+            "seed": self.scenario.as_ref().map(|scenario| scenario.seed),
+            "cycle": self.clock.cycle,
+            "shown_cycle": self.timeline.cursor(),
+            "paused": self.playback.paused,
+            "speed": self.playback.speed.to_string(),
+            "replay": self.timeline.is_replay(),
+            "over": is_over(&self.game, &self.clock, &self.playback),
+            "state": self.game.state,
+            "score": self.game.score,
+            "ball": self.balls.iter().next().map(|ball| self.thing(ball, 0.0)),
+            "robots": robots,
+            "selected": self.selection.0,
+            "driven": self.driving.robot,
+            "shown": *self.shown,
+            "overlays": self.overlays.of_robots.values().filter(|shows| shows.all || shows.selected).count(),
+            "problem": self.playback.problem,
+            "notice": (self.notice.left_s > 0.0).then_some(&self.notice.text),
+        })
+    }
+
+    fn thing(&self, place: &Transform, height: f32) -> Value {
+        let pose = pose_of(place);
+        let point = world_from_pitch() * place.translation.truncate().extend(height);
+        let camera = self.cameras.iter().next();
+        let pixel = camera.and_then(|(camera, from)| camera.world_to_viewport(from, point).ok());
+        json!({
+            "pose": [pose.position.x, pose.position.y, to_degrees(pose.heading)],
+            "pixel": pixel.map(|pixel| [pixel.x, pixel.y]),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::{Arc, Mutex};
+
+    #[derive(Clone, Default)]
+    struct Shared(Arc<Mutex<Vec<u8>>>);
+
+    impl Write for Shared {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            self.0.lock().unwrap().extend_from_slice(bytes);
+            Ok(bytes.len())
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_line_is_written_when_something_is_different() {
+        let written = Shared::default();
+        let mut report = StateReport::to(written.clone());
+        for (frame, cycle) in [(1, 0), (2, 0), (3, 1)] {
+            report.write(frame, json!({ "cycle": cycle })).unwrap();
+        }
+        let bytes = written.0.lock().unwrap().clone();
+        assert_eq!(String::from_utf8(bytes).unwrap(), "{\"cycle\":0,\"frame\":1}\n{\"cycle\":1,\"frame\":3}\n");
+    }
+}

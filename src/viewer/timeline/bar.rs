@@ -1,0 +1,151 @@
+//! The bar below the match: where it is, what happened when, and where to go.
+
+use bevy::prelude::*;
+use bevy_egui::egui::{self, Align2, Color32, Pos2, Sense, Stroke};
+use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
+
+use super::{Timeline, TimelineCommand};
+use crate::cycle::CycleClock;
+use crate::record::history::{History, Mark, MarkKind};
+use crate::viewer::panels::minutes;
+use crate::viewer::theme::{MARGIN, ThemeSystems, bright, card, dim, panel, problem_colour, team_colour};
+
+/// How far above the lower edge of the window it is, logical pixels.
+const ABOVE: f32 = 62.0;
+/// The bar's width, logical pixels, and at most that share of the window's.
+const WIDTH: (f32, f32) = (560.0, 0.4);
+/// The bar's height, logical pixels.
+const HEIGHT: f32 = 18.0;
+
+/// Shows the bar.
+pub struct TimelineBarPlugin;
+
+impl Plugin for TimelineBarPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_systems(EguiPrimaryContextPass, show_bar.after(ThemeSystems));
+    }
+}
+
+fn show_bar(
+    mut contexts: EguiContexts,
+    timeline: Res<Timeline>,
+    history: Res<History>,
+    clock: Res<CycleClock>,
+    mut commands: MessageWriter<TimelineCommand>,
+) -> Result {
+    let Some(cycles) = history.cycles() else { return Ok(()) };
+    let (first, last) = (*cycles.start(), *cycles.end());
+    let now = timeline.cursor().unwrap_or(last as f64);
+    let context = contexts.ctx_mut()?;
+    let width = WIDTH.0.min(WIDTH.1 * context.content_rect().width());
+    panel("timeline", Align2::CENTER_BOTTOM, [0.0, -MARGIN - ABOVE]).show(context, |ui| {
+        card(ui).show(ui, |ui| {
+            ui.horizontal(|ui| {
+                let time = |cycle: f64| minutes((cycle * clock.period_s) as f32);
+                ui.label(if timeline.is_past() { bright(time(now)) } else { dim(time(now)) });
+                let (response, painter) = ui.allocate_painter(egui::vec2(width, HEIGHT), Sense::click_and_drag());
+                let rect = response.rect;
+                let x = |cycle: f64| rect.left() + share(cycle, first, last) * rect.width();
+                let line = |from: f32, to: f32, stroke: Stroke| {
+                    painter.line_segment([Pos2::new(from, rect.center().y), Pos2::new(to, rect.center().y)], stroke);
+                };
+                line(rect.left(), rect.right(), Stroke::new(3.0, ui.visuals().weak_text_color()));
+                line(rect.left(), x(now), Stroke::new(3.0, ui.visuals().strong_text_color()));
+                for mark in history.marks() {
+                    draw_mark(ui, &painter, mark, Pos2::new(x(mark.cycle as f64), rect.center().y));
+                }
+                painter.circle_filled(Pos2::new(x(now), rect.center().y), 6.0, ui.visuals().strong_text_color());
+                let pointed = response.hover_pos().map(|at| cycle_at((at.x - rect.left()) / rect.width(), first, last));
+                let wanted = response.interact_pointer_pos();
+                if let Some(at) = wanted.filter(|_| response.dragged() || response.clicked()) {
+                    commands.write(TimelineCommand::GoTo(cycle_at((at.x - rect.left()) / rect.width(), first, last)));
+                }
+                if let Some(cycle) = pointed {
+                    response.on_hover_text(hint(cycle, history.marks(), last - first, &time(cycle as f64)));
+                }
+                ui.label(dim(time(last as f64)));
+                if timeline.is_past() && !timeline.is_replay() {
+                    let button = ui.button(bright("Present")).on_hover_text("Back to the match as it is now (End)");
+                    if button.clicked() {
+                        commands.write(TimelineCommand::Present);
+                    }
+                }
+            });
+        });
+    });
+    Ok(())
+}
+
+/// A goal is a disc, a penalty a triangle, a ball that is out a short upright line, the start or end of a half a long one.
+fn draw_mark(ui: &egui::Ui, painter: &egui::Painter, mark: &Mark, at: Pos2) {
+    let colour = mark.team.map_or(ui.visuals().text_color(), |team| team_colour(ui, team));
+    let up = |height: f32| Pos2::new(at.x, at.y - height);
+    match mark.kind {
+        MarkKind::Goal => {
+            painter.circle(at, 4.5, colour, Stroke::new(1.0, Color32::BLACK));
+        }
+        MarkKind::Whistle => {
+            painter.line_segment([up(7.0), up(-7.0)], Stroke::new(1.0, ui.visuals().weak_text_color()));
+        }
+        MarkKind::Out => {
+            painter.line_segment([up(4.0), up(-4.0)], Stroke::new(1.5, colour));
+        }
+        MarkKind::Penalty => {
+            let points = vec![up(8.0) + egui::vec2(-4.0, 0.0), up(8.0) + egui::vec2(4.0, 0.0), up(2.0)];
+            let edge = Stroke::new(1.0, problem_colour(ui));
+            painter.add(egui::Shape::convex_polygon(points, colour, edge));
+        }
+    }
+}
+
+/// Where in the bar a moment is, 0 to 1.
+fn share(cycle: f64, first: u64, last: u64) -> f32 {
+    let length = last.saturating_sub(first).max(1) as f64;
+    ((cycle - first as f64) / length).clamp(0.0, 1.0) as f32
+}
+
+/// The cycle at a share of the bar.
+fn cycle_at(share: f32, first: u64, last: u64) -> u64 {
+    let length = last.saturating_sub(first) as f64;
+    first + (f64::from(share.clamp(0.0, 1.0)) * length).round() as u64
+}
+
+/// The time under the mouse, and what happened there.
+fn hint(cycle: u64, marks: &[Mark], length: u64, time: &str) -> String {
+    // About four pixels of the bar.
+    let reach = length / 100;
+    let near = marks.iter().filter(|mark| mark.cycle.abs_diff(cycle) <= reach);
+    let near = near.min_by_key(|mark| (mark.cycle.abs_diff(cycle), mark.cycle));
+    let Some(mark) = near else { return time.to_owned() };
+    let what = match mark.kind {
+        MarkKind::Goal => "goal",
+        MarkKind::Out => "ball out",
+        MarkKind::Penalty => "penalty",
+        MarkKind::Whistle => "whistle",
+    };
+    let whose = mark.team.map_or(String::new(), |team| format!(", {team}"));
+    format!("{time}   {what}{whose}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::robot::Team;
+
+    #[test]
+    fn a_place_in_the_bar_is_a_cycle_and_back() {
+        assert_eq!([0.0, 0.5, 1.0, 2.0].map(|share| cycle_at(share, 10, 110)), [10, 60, 110, 110]);
+        assert_eq!(share(60.0, 10, 110), 0.5);
+        assert_eq!(share(0.0, 10, 110), 0.0);
+        assert_eq!(share(0.0, 0, 0), 0.0, "a match that has just begun");
+    }
+
+    #[test]
+    fn the_mark_next_to_the_mouse_is_named() {
+        let mark = |cycle, kind, team| Mark { cycle, kind, team };
+        let marks = [mark(100, MarkKind::Goal, Some(Team::Blue)), mark(108, MarkKind::Out, None)];
+        assert_eq!(hint(102, &marks, 1000, "0:03"), "0:03   goal, blue");
+        assert_eq!(hint(107, &marks, 1000, "0:03"), "0:03   ball out");
+        assert_eq!(hint(300, &marks, 1000, "0:10"), "0:10");
+    }
+}

@@ -1,0 +1,246 @@
+//! The past of the match, to be looked at again: of the match that is played here, or of one that a trace was written of.
+//!
+//! Of every cycle a record is kept ([`History`]). To look at an earlier cycle, the match stands, its present is put aside,
+//! and what the record says is put in its place: whatever shows the match shows that cycle then, and need not know. Before
+//! the next cycle is run the present comes back as it was, bit for bit, so that looking back changes nothing.
+//!
+//! A replay is a match without a present: its records come from a file, and its robots decide nothing.
+
+use bevy::prelude::*;
+use bevy::time::TimeSystems;
+
+mod bar;
+mod moment;
+
+use super::drive::{DisplayFraction, Playback, Speed};
+use super::event_log::EventLog;
+use crate::cycle::{Cycle, CycleClock, CycleSystems};
+use crate::record::history::{History, ReadTrace};
+use crate::record::trace::MatchLine;
+use crate::scenario::{BehaviourSpec, Scenario, ScenarioFault};
+use crate::simulation;
+pub use bar::TimelineBarPlugin;
+use moment::{Present, put_record};
+
+/// The past is shown this many times as fast as it was when it is to go as fast as possible.
+const FASTEST: f64 = 64.0;
+
+/// Keeps the [`History`] and shows the past.
+pub struct TimelinePlugin;
+
+impl Plugin for TimelinePlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<History>()
+            .init_resource::<Timeline>()
+            .add_message::<TimelineCommand>()
+            .add_systems(Cycle, keep_cycle.in_set(CycleSystems::Record))
+            .add_systems(First, (keep_start, obey_timeline_commands).chain().before(TimeSystems))
+            .add_systems(RunFixedMainLoop, play_past.in_set(TimelineSystems));
+    }
+}
+
+/// The system that lets the past go on.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct TimelineSystems;
+
+/// What the user wants to see.
+#[derive(Message, Clone, Copy, PartialEq, Debug)]
+pub enum TimelineCommand {
+    /// The end of this cycle; of one that is not there yet, the present.
+    GoTo(u64),
+    /// So many cycles later; earlier, if negative. The match stands then.
+    Step(i64),
+    /// So many seconds later; earlier, if negative.
+    Skip(f64),
+    /// The match as it is now; of a replay, its end.
+    Present,
+}
+
+/// Which moment of the match is shown.
+#[derive(Resource, Default, Debug)]
+pub struct Timeline {
+    /// The moment that is shown, in cycles since the start, if it is not the present.
+    cursor: Option<f64>,
+    /// The cycle whose record is in the world.
+    shown: Option<u64>,
+    /// The present, put aside.
+    present: Option<Box<Present>>,
+    /// Whether a trace is shown.
+    replay: bool,
+}
+
+impl Timeline {
+    /// Whether the past is shown.
+    pub fn is_past(&self) -> bool {
+        self.cursor.is_some()
+    }
+
+    /// The moment that is shown, in cycles since the start; none for the present.
+    pub fn cursor(&self) -> Option<f64> {
+        self.cursor
+    }
+
+    /// Whether a trace is shown, and no match is played.
+    pub fn is_replay(&self) -> bool {
+        self.replay
+    }
+}
+
+/// Forgets the match that was shown, for another.
+pub fn forget(world: &mut World) {
+    *world.resource_mut::<Timeline>() = Timeline::default();
+    world.resource_mut::<History>().clear();
+}
+
+/// Shows a trace, in place of any match that is there.
+///
+/// # Errors
+/// [`ScenarioFault`] when the trace's scenario cannot be set up here.
+pub fn start_replay(world: &mut World, trace: ReadTrace) -> Result<(), ScenarioFault> {
+    let mut scenario = simulation::resolved(world, &trace.scenario);
+    for robot in &mut scenario.robots {
+        robot.behaviour = BehaviourSpec::default();
+    }
+    scenario.interventions.clear();
+    simulation::start_match(world, &scenario)?;
+    let mut log = world.resource_mut::<EventLog>();
+    log.clear();
+    for (time_s, event) in &trace.events {
+        log.note(*time_s, [event]);
+    }
+    let first = trace.history.cycles().map_or(0, |cycles| *cycles.start());
+    world.insert_resource(trace.history);
+    *world.resource_mut::<Timeline>() = Timeline { replay: true, ..default() };
+    go_to(world, first as f64);
+    Ok(())
+}
+
+/// Shows a moment of the match, in cycles since the start. That of a match that is played here goes on from its end.
+pub fn go_to(world: &mut World, cursor: f64) {
+    let Some(cycles) = world.resource::<History>().cycles() else { return };
+    let (first, last) = (*cycles.start() as f64, *cycles.end() as f64);
+    let timeline = world.resource::<Timeline>();
+    if !timeline.replay && (cursor >= last || !cursor.is_finite()) {
+        return_to_present(world);
+        return;
+    }
+    if timeline.present.is_none() && !timeline.replay {
+        let present = Present::put_aside(world);
+        world.resource_mut::<Timeline>().present = Some(Box::new(present));
+    }
+    world.resource_mut::<Timeline>().cursor = Some(cursor.clamp(first, last));
+    show_past(world);
+}
+
+/// Shows a moment some cycles later, or earlier.
+pub fn step(world: &mut World, cycles: i64) {
+    let now = match world.resource::<Timeline>().cursor {
+        // Back from between two cycles is to the nearer one.
+        Some(cursor) if cycles < 0 => cursor.ceil(),
+        Some(cursor) => cursor.floor(),
+        None => world.resource::<CycleClock>().cycle as f64,
+    };
+    go_to(world, now + cycles as f64);
+}
+
+/// Puts the present back as it was. In a replay, shows its end.
+pub fn return_to_present(world: &mut World) {
+    if world.resource::<Timeline>().replay {
+        if let Some(last) = world.resource::<History>().last_cycle() {
+            go_to(world, last as f64);
+        }
+        return;
+    }
+    let mut timeline = world.resource_mut::<Timeline>();
+    (timeline.cursor, timeline.shown) = (None, None);
+    let Some(present) = timeline.present.take() else { return };
+    present.put_back(world);
+    *world.resource_mut::<DisplayFraction>() = DisplayFraction(1.0);
+}
+
+/// Puts what the records say of the moment into the world.
+fn show_past(world: &mut World) {
+    let Some(cursor) = world.resource::<Timeline>().cursor else { return };
+    let cycle = cursor.ceil() as u64;
+    let fraction = (cursor - (cycle as f64 - 1.0)) as f32;
+    *world.resource_mut::<DisplayFraction>() = DisplayFraction(fraction);
+    if world.resource::<Timeline>().shown == Some(cycle) {
+        return;
+    }
+    world.resource_mut::<Timeline>().shown = Some(cycle);
+    world.resource_scope(|world, mut history: Mut<History>| {
+        let records = history.record(cycle).and_then(|record| {
+            let previous = cycle.checked_sub(1).map(|earlier| history.record(earlier));
+            Ok((record, previous.transpose()?.flatten()))
+        });
+        match records {
+            Ok((Some(record), previous)) => put_record(world, &history, record, previous.as_ref()),
+            Ok((None, _)) => {}
+            Err(error) => world.resource_mut::<Playback>().problem = Some(error.to_string()),
+        }
+    });
+}
+
+fn keep_cycle(line: MatchLine, mut history: ResMut<History>, mut playback: ResMut<Playback>) {
+    if let Err(error) = history.push(line.clock.cycle, &line.line(), &line.events) {
+        playback.problem = Some(error.to_string());
+    }
+}
+
+/// Keeps what a match starts from, whoever started it.
+fn keep_start(
+    line: MatchLine,
+    scenario: Option<Res<Scenario>>,
+    timeline: Res<Timeline>,
+    history: ResMut<History>,
+    playback: ResMut<Playback>,
+) {
+    let kept = history.last_cycle() == Some(line.clock.cycle);
+    if scenario.is_some() && !timeline.is_past() && !timeline.replay && !kept {
+        keep_cycle(line, history, playback);
+    }
+}
+
+fn obey_timeline_commands(world: &mut World) {
+    let commands: Vec<TimelineCommand> = world.resource_mut::<Messages<TimelineCommand>>().drain().collect();
+    for command in commands {
+        match command {
+            TimelineCommand::GoTo(cycle) => go_to(world, cycle as f64),
+            TimelineCommand::Step(cycles) => {
+                world.resource_mut::<Playback>().paused = true;
+                step(world, cycles);
+            }
+            TimelineCommand::Skip(seconds) => {
+                let clock = *world.resource::<CycleClock>();
+                let now = world.resource::<Timeline>().cursor.unwrap_or(clock.cycle as f64);
+                go_to(world, now + seconds / clock.period_s);
+            }
+            TimelineCommand::Present => return_to_present(world),
+        }
+    }
+}
+
+/// The past goes on at the wanted speed, and into the present.
+fn play_past(world: &mut World) {
+    let Some(cursor) = world.resource::<Timeline>().cursor else { return };
+    let playback = world.resource::<Playback>();
+    if playback.paused {
+        return;
+    }
+    let elapsed_s = match playback.speed {
+        Speed::Times(_) => world.resource::<Time<Virtual>>().delta_secs_f64(),
+        Speed::Unlimited => FASTEST * world.resource::<Time<Real>>().delta_secs_f64(),
+    };
+    let cycles = elapsed_s / world.resource::<CycleClock>().period_s;
+    world.resource_mut::<Playback>().note_progress(cycles);
+    go_to(world, cursor + cycles);
+    let timeline = world.resource::<Timeline>();
+    let last = world.resource::<History>().last_cycle();
+    // At its end a replay stands.
+    if timeline.replay && timeline.shown == last && timeline.cursor == last.map(|last| last as f64) {
+        world.resource_mut::<Playback>().paused = true;
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,184 @@
+//! A moment of the match: the present put aside and back, a record put in its place.
+
+use bevy::prelude::*;
+
+use crate::appearance::gait::Gait;
+use crate::ball::{Ball, BallVelocity};
+use crate::behaviour::drawings::Drawings;
+use crate::belief::Belief;
+use crate::communication::Inbox;
+use crate::cycle::CycleClock;
+use crate::events::CycleEvents;
+use crate::geometry::Pose;
+use crate::record::history::History;
+use crate::record::read::{CycleRecord, RobotRecord};
+use crate::referee::{ActivePenalty, Game, Penalty};
+use crate::robot::head::HeadAngles;
+use crate::robot::posture::Posture;
+use crate::robot::{PreviousPose, Roster, Velocity};
+use crate::sensing::odometry::Odometry;
+use crate::sensing::sonar::SonarReading;
+use crate::sensing::vision::Percepts;
+
+/// What is put aside while the past is shown.
+#[derive(Debug)]
+pub(super) struct Present {
+    clock: CycleClock,
+    game: Game,
+    events: CycleEvents,
+    robots: Vec<(Entity, RobotState, Option<Belief>)>,
+    ball: Option<(Entity, BallState)>,
+}
+
+/// Of a robot, all that a record has something of, but for its belief, which not every robot has.
+#[derive(Bundle, Clone, Debug)]
+struct RobotState {
+    pose: Pose,
+    previous: PreviousPose,
+    velocity: Velocity,
+    head: HeadAngles,
+    posture: Posture,
+    penalty: Penalty,
+    gait: Gait,
+    odometry: Odometry,
+    sonar: SonarReading,
+    percepts: Percepts,
+    inbox: Inbox,
+    drawings: Drawings,
+}
+
+/// Of the ball, all that a record has something of.
+#[derive(Bundle, Clone, Copy, Debug)]
+struct BallState {
+    pose: Pose,
+    previous: PreviousPose,
+    velocity: BallVelocity,
+}
+
+impl Present {
+    /// What there is now.
+    pub fn put_aside(world: &mut World) -> Present {
+        let roster: Vec<Entity> = world.resource::<Roster>().entities().collect();
+        let robots = roster.into_iter();
+        let robots =
+            robots.map(|robot| (robot, robot_state(world, robot), world.get::<Belief>(robot).cloned())).collect();
+        let mut balls = world.query_filtered::<(Entity, &Pose, &PreviousPose, &BallVelocity), With<Ball>>();
+        let ball = balls.iter(world).next().map(|(entity, pose, previous, velocity)| {
+            (entity, BallState { pose: *pose, previous: *previous, velocity: *velocity })
+        });
+        Present {
+            clock: *world.resource(),
+            game: world.resource::<Game>().clone(),
+            events: world.resource::<CycleEvents>().clone(),
+            robots,
+            ball,
+        }
+    }
+
+    /// Makes it what there is now.
+    pub fn put_back(self, world: &mut World) {
+        let Present { clock, game, events, robots, ball } = self;
+        world.insert_resource(clock);
+        world.insert_resource(game);
+        world.insert_resource(events);
+        for (entity, state, belief) in robots {
+            put_robot(world, entity, state, belief);
+        }
+        if let Some((entity, state)) = ball {
+            put(world, entity, state);
+        }
+    }
+}
+
+fn put(world: &mut World, entity: Entity, state: impl Bundle) {
+    // Another match may have been started meanwhile.
+    if let Ok(mut entity) = world.get_entity_mut(entity) {
+        entity.insert(state);
+    }
+}
+
+fn put_robot(world: &mut World, robot: Entity, state: RobotState, belief: Option<Belief>) {
+    put(world, robot, state);
+    match (belief, world.get_entity_mut(robot)) {
+        (Some(belief), Ok(mut robot)) => {
+            robot.insert(belief);
+        }
+        (None, Ok(mut robot)) if robot.contains::<Belief>() => {
+            robot.remove::<Belief>();
+        }
+        _ => {}
+    }
+}
+
+/// What the robot has; of what it does not have, nothing.
+fn robot_state(world: &World, robot: Entity) -> RobotState {
+    fn of<C: Component + Clone + Default>(world: &World, robot: Entity) -> C {
+        world.get::<C>(robot).cloned().unwrap_or_default()
+    }
+    RobotState {
+        pose: of(world, robot),
+        previous: of(world, robot),
+        velocity: of(world, robot),
+        head: of(world, robot),
+        posture: of(world, robot),
+        penalty: of(world, robot),
+        gait: of(world, robot),
+        odometry: of(world, robot),
+        sonar: of(world, robot),
+        percepts: of(world, robot),
+        inbox: of(world, robot),
+        drawings: of(world, robot),
+    }
+}
+
+/// Puts what a record says into the world; what is shown between it and the one before is between the two.
+pub(super) fn put_record(world: &mut World, history: &History, record: CycleRecord, previous: Option<&CycleRecord>) {
+    let mut clock = *world.resource::<CycleClock>();
+    clock.cycle = record.cycle;
+    world.insert_resource(clock);
+    let mut game = world.resource::<Game>().clone();
+    if game.half.abs_diff(record.game.half) % 2 == 1 {
+        game.blue_end = game.blue_end.opposite();
+    }
+    (game.state, game.score, game.half) = (record.game.state, record.game.score, record.game.half);
+    game.cycles_left = record.game.time_left_s.map(|left_s| (left_s / clock.period_s).round() as u64);
+    world.insert_resource(game);
+    world.insert_resource(CycleEvents(record.events));
+    let mut balls = world.query_filtered::<(&mut Pose, &mut PreviousPose, &mut BallVelocity), With<Ball>>();
+    if let (Some(ball), Some((mut pose, mut was, mut velocity))) = (record.ball, balls.iter_mut(world).next()) {
+        pose.position = ball.position_m.truncate();
+        let earlier = previous.and_then(|previous| previous.ball);
+        was.0 = Pose { position: earlier.unwrap_or(ball).position_m.truncate(), heading: pose.heading };
+        velocity.0 = ball.velocity_mps.truncate();
+    }
+    for robot in record.robots {
+        let Some(entity) = world.resource::<Roster>().get(robot.id) else { continue };
+        let was = previous.and_then(|previous| previous.robots.iter().find(|earlier| earlier.id == robot.id));
+        let was = was.map_or(robot.pose, |earlier| earlier.pose);
+        let kick = history.last_kick(robot.id, record.cycle);
+        let kick = kick.map(|kick| (kick.kick_type, (kick.cycle as f64 - 1.0) * clock.period_s));
+        let gait = world.get::<Gait>(entity).copied().unwrap_or_default();
+        let belief = robot.belief.clone();
+        put_robot(world, entity, state_of(robot, was, Gait { kick, ..gait }, clock.period_s), belief);
+    }
+}
+
+fn state_of(robot: RobotRecord, was: Pose, gait: Gait, period_s: f64) -> RobotState {
+    RobotState {
+        pose: robot.pose,
+        previous: PreviousPose(was),
+        velocity: robot.velocity(),
+        head: robot.head(),
+        posture: robot.posture,
+        penalty: Penalty(robot.penalised.map(|penalty| ActivePenalty {
+            reason: penalty.reason,
+            cycles_left: (penalty.time_left_s / period_s).round() as u64,
+        })),
+        gait,
+        odometry: Odometry(robot.odometry),
+        sonar: robot.sonar_m,
+        percepts: robot.percepts,
+        inbox: Inbox(robot.inbox),
+        drawings: robot.drawings,
+    }
+}
