@@ -10,6 +10,7 @@ use crate::simulation::{MatchApp, NaoisisPlugins};
 mod batch;
 mod begin;
 mod check;
+mod figures;
 mod list;
 mod pictures;
 mod play;
@@ -38,6 +39,8 @@ enum Command {
     Batch(batch::BatchArguments),
     /// Check scenario files
     Check(check::CheckArguments),
+    /// Draw the paper's figures from the running system
+    Figures(figures::FiguresArguments),
     /// List what comes with the program
     List(list::ListArguments),
 }
@@ -53,6 +56,7 @@ pub fn main() -> ExitCode {
             let mut app = simulator();
             check::check(&arguments, |scenario| app.start_match(scenario).map(|_| ()))
         }
+        Some(Command::Figures(arguments)) => figures::figures(&arguments),
         Some(Command::List(arguments)) => {
             let app = simulator();
             let teams = app.world().resource::<BehaviourRegistry>().teams();

@@ -7,6 +7,7 @@ mod built_in_scenarios;
 mod collisions;
 mod commands;
 mod determinism;
+mod figures;
 mod images;
 mod interventions;
 mod kicks;
