@@ -15,6 +15,7 @@ mod pictures;
 mod play;
 mod report;
 mod run;
+mod vision;
 
 /// A behavioural simulator of NAO robot soccer.
 #[derive(Parser, Debug)]
@@ -36,6 +37,8 @@ enum Command {
     Check(check::CheckArguments),
     /// List what comes with the program
     List(list::ListArguments),
+    /// Measure image vision: what it finds in pictures of random scenes, against what is there
+    Vision(vision::VisionArguments),
 }
 
 /// Parses the command line and carries it out.
@@ -53,6 +56,7 @@ pub fn main() -> ExitCode {
             let teams = app.world().resource::<BehaviourRegistry>().teams();
             list::list(&arguments, teams.map(|(name, team)| (name.to_owned(), team.description.clone())))
         }
+        Some(Command::Vision(arguments)) => vision::vision(&arguments),
         None => play::play(&play::PlayArguments::default()),
     }
 }
