@@ -26,7 +26,9 @@ use crate::cycle::Cycle;
 use crate::geometry::{file_units, to_radians};
 use crate::knowledge::Knowledge;
 use crate::pitch::Pitch;
-use crate::scenario::{FieldPath, ScenarioFault};
+#[cfg(not(feature = "gpu"))]
+use crate::scenario::FieldPath;
+use crate::scenario::ScenarioFault;
 use crate::sensing::jobs::SensingThreads;
 use crate::sensing::scene::SensingSystems;
 

@@ -39,6 +39,7 @@ mod prepared;
 mod round;
 mod shadow;
 
+#[cfg(feature = "gpu")]
 pub(super) use frame::NEAR;
 pub use prepared::{Detail, PreparedScene};
 
