@@ -89,7 +89,7 @@ fn kick_if_ready(player: &Player, memory: &PlayerMemory, ball: &BallBelief, aim:
 }
 
 /// The step that brings the player to where it can kick the ball.
-fn line_up(
+pub fn line_up(
     player: &Player,
     memory: &mut PlayerMemory,
     ball: &BallBelief,

@@ -18,6 +18,7 @@ pub mod obeying;
 pub mod passer;
 pub mod passing;
 pub mod player;
+pub mod prospect;
 pub mod roles;
 pub mod striker;
 pub mod supporter;
@@ -74,6 +75,18 @@ impl Plugin for BuiltInTeamsPlugin {
                 |number, size| if number == 1 && size > 1 { "keeper" } else { "passer" },
             );
     }
+}
+
+/// TEMPORARY: a number for tuning.
+pub fn knob(name: &str, default: f32) -> f32 {
+    static KNOBS: std::sync::OnceLock<Vec<(String, f32)>> = std::sync::OnceLock::new();
+    let knobs = KNOBS.get_or_init(|| {
+        std::env::var("LAB").unwrap_or_default().split(',').filter_map(|word| {
+            let (name, value) = word.split_once('=')?;
+            Some((name.to_owned(), value.parse().ok()?))
+        }).collect()
+    });
+    knobs.iter().find(|(other, _)| other == name).map_or(default, |(_, value)| *value)
 }
 
 /// A built-in behaviour.

@@ -6,8 +6,13 @@
 
 use bevy::prelude::*;
 
-use super::attack::{choose_aim, go_for, search};
-use super::kicking::Aim;
+use super::attack::{choose_aim, go_for, line_up, search};
+use super::kicking::{Aim, BallAtFeet};
+use super::knob;
+use super::prospect::scene;
+use crate::geometry::{unit, unrotate};
+use crate::robot::motion::WalkCommand;
+use crate::robot::kick::{KickRequest, KickType};
 use super::obeying::is_for_the_keeper_only;
 use super::passing::{Pass, freedom, lane, meet, rolled, shot_value};
 use super::player::{Decision, Player, PlayerMemory};
@@ -41,7 +46,7 @@ pub fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
     let Some(ball) = player.ball() else { return Decision { reports_opponents: true, ..search(player, memory) } };
     let opponents = opponents(player, memory);
     memory.attacks = has_turn(player, memory, ball);
-    let decision = if memory.attacks && !is_for_the_keeper_only(player, ball.position_m) {
+    let mut decision = if memory.attacks && !is_for_the_keeper_only(player, ball.position_m) {
         memory.free_place = None;
         attack(player, memory, ball, &opponents)
     } else {
@@ -50,7 +55,35 @@ pub fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
         memory.at_ball_since_s = None;
         wait_for_the_ball(player, memory, ball, &opponents)
     };
+    if knob("brake", 1.0) > 0.5 {
+        decision.walk = give_way(player, &decision.walk, ball.position_m, &opponents);
+    }
     Decision { reports_opponents: true, ..decision }
+}
+
+/// The step without what would run into an opponent.
+fn give_way(player: &Player, walk: &WalkCommand, ball: Vec2, opponents: &[RobotBelief]) -> WalkCommand {
+    let mut step = player.forward.rotate(walk.translation());
+    let slow = knob("slow", 0.03) * player.period;
+    for other in opponents.iter().filter(|other| other.age_s < 1.0) {
+        let way = other.position_m - player.position();
+        let distance = way.length();
+        let Some(line) = way.try_normalize() else { continue };
+        if distance > knob("braked", 0.45) {
+            continue;
+        }
+        let along = line.dot(ball - player.position()).clamp(0.0, distance);
+        let between = ball.distance(player.position() + line * along) < knob("between", 0.2);
+        if between && player.forward.dot(line) > 0.5 {
+            continue;
+        }
+        let towards = step.dot(line);
+        if towards > slow {
+            step -= line * (towards - slow);
+        }
+    }
+    let step = unrotate(player.forward, step);
+    WalkCommand { dx: step.x, dy: step.y, dtheta: walk.dtheta }
 }
 
 /// Takes note of announced passes, and of opponents that team-mates see.
@@ -102,19 +135,92 @@ fn has_turn(player: &Player, memory: &PlayerMemory, ball: &BallBelief) -> bool {
     })
 }
 
-/// Shoots, passes, or takes the ball forward.
+/// Shoots, passes, or takes the ball forward: whatever is worth most.
 fn attack(player: &Player, memory: &mut PlayerMemory, ball: &BallBelief, opponents: &[RobotBelief]) -> Decision {
     memory.lost_since_s = None;
     let (meeting_place, _) = meet(ball.position_m, ball.velocity_mps, player.position(), player.limits.max_linear_mps);
     let kick_off = memory.kick_off_since_s.is_some() && player.status.kick_off_team == player.id.team;
-    let mut aim = choose_aim(player, memory, meeting_place);
-    let own = if aim.is_shot { shot_value(meeting_place, opponents, player.pitch) } else { 0.0 };
-    let pass = best_pass(player, meeting_place, opponents).filter(|(value, _)| !kick_off && *value > PASS_GAIN * own);
-    if let Some((_, pass)) = &pass {
-        aim = Aim::at(meeting_place, pass.place);
-        memory.aim = Some(aim.direction);
+    if kick_off || knob("old", 0.0) > 0.5 {
+        let mut aim = choose_aim(player, memory, meeting_place);
+        let own = if aim.is_shot { shot_value(meeting_place, opponents, player.pitch) } else { 0.0 };
+        let pass = best_pass(player, meeting_place, opponents).filter(|(value, _)| !kick_off && *value > PASS_GAIN * own);
+        if let Some((_, pass)) = &pass {
+            aim = Aim::at(meeting_place, pass.place);
+            memory.aim = Some(aim.direction);
+        }
+        return Decision { pass: pass.map(|(_, pass)| pass), ..go_for(player, memory, ball, &aim, meeting_place) };
     }
-    Decision { pass: pass.map(|(_, pass)| pass), ..go_for(player, memory, ball, &aim, meeting_place) }
+    let scene = scene(player, opponents, knob("owndelay", 1.0));
+    // The best kick there could be.
+    let theirs_s = opponents.iter().map(|other| other.position_m.distance(ball.position_m) / 0.2).fold(f32::MAX, f32::min);
+    let cost_per_s = if theirs_s < 4.0 { knob("hurry", 0.03) } else { knob("leisure", 0.01) };
+    let own_way = (meeting_place - player.position()).normalize_or(player.forward);
+    let mut best: Option<(f32, f32, Aim)> = None;
+    let reach = player.kicks.range(KickType::LeftStraight).max_distance_m;
+    let mut consider = |aim: Aim, distance: f32| {
+        let worth = scene.kick_value(meeting_place, aim.direction, distance);
+        let line_up_s = 2.0 * (1.0 - own_way.dot(aim.direction));
+        let kept = memory.aim.is_some_and(|previous| previous.dot(aim.direction) > 0.98);
+        let score = worth - cost_per_s * line_up_s + if kept { knob("keep", 0.02) } else { 0.0 };
+        if best.as_ref().is_none_or(|(other, ..)| score > *other) {
+            best = Some((score, worth, aim));
+        }
+    };
+    let goal = player.opponent_goal();
+    for share in [0.0, 0.3, -0.3, 0.6, -0.6, 0.75, -0.75] {
+        let place = goal + Vec2::new(0.0, share * player.pitch.goal.width_m / 2.0);
+        let way = place - meeting_place;
+        let distance_m = way.length();
+        let aim = Aim { direction: way.normalize_or(Vec2::X), distance_m, tolerance: (0.1 / distance_m).clamp(0.03, 0.2), is_shot: true };
+        if distance_m < 0.95 * reach {
+            consider(aim, reach);
+        }
+    }
+    let towards_goal = (goal - meeting_place).normalize_or(Vec2::X);
+    for turn in [0.0_f32, 0.35, -0.35, 0.7, -0.7, 1.05, -1.05, 1.5, -1.5] {
+        let direction = unit(turn).rotate(towards_goal);
+        for distance in [0.8, 1.5, 2.2, 3.0] {
+            consider(Aim { tolerance: knob("tol", 0.2), ..Aim::at(meeting_place, meeting_place + direction * distance) }, distance);
+        }
+    }
+    for mate in player.belief.team_mates.iter().filter(|mate| mate.age_s < FRESH_TEAM_MATE_S) {
+        let place = mate.position_m + (goal - mate.position_m).normalize_or(Vec2::X) * 0.25;
+        let distance = place.distance(meeting_place);
+        if distance > 0.5 && distance < 0.95 * reach {
+            consider(Aim { tolerance: knob("tol", 0.2), ..Aim::at(meeting_place, place) }, distance);
+        }
+    }
+    let Some((score, _, aim)) = best else { return search(player, memory) };
+    memory.aim = Some(aim.direction);
+    let place = meeting_place + aim.direction * aim.distance_m;
+    let receiver = player.belief.team_mates.iter().filter(|mate| mate.age_s < FRESH_TEAM_MATE_S)
+        .filter_map(|mate| Some((mate.position_m.distance(place), mate.id?.number)))
+        .min_by(|(one, _), (other, _)| one.total_cmp(other));
+    let own_m = player.position().distance(place);
+    let pass = receiver.filter(|(away, number)| !aim.is_shot && *number != KEEPER && *away < own_m).map(|(_, to)| Pass { to, place });
+    // The best kick from where the ball lies now.
+    if player.body.is_free() && ball.age_s < 0.4 && ball.heard_from.is_none() {
+        let at_feet = BallAtFeet { place: ball.position_m, in_robot: player.in_robot(ball.position_m), forward: player.forward };
+        let waited_s = memory.at_ball_since_s.map_or(0.0, |since| player.status.time_s - since);
+        let slack = knob("slack", 0.01) + knob("wait", 0.01) * waited_s;
+        let mut now: Option<(f32, KickRequest)> = None;
+        for (kick_type, direction) in at_feet.kicks() {
+            let reach = player.kicks.range(kick_type).max_distance_m;
+            for share in [0.2, 0.35, 0.5, 0.75, 1.0] {
+                let value = scene.kick_value(ball.position_m, direction, share * reach);
+                if now.as_ref().is_none_or(|(other, _)| value > *other) {
+                    now = Some((value, KickRequest { kick_type, speed: share }));
+                }
+            }
+        }
+        if let Some((_, kick)) = now.filter(|(value, _)| *value > score - slack) {
+            memory.kick = None;
+            memory.at_ball_since_s = None;
+            return Decision { kick: Some(kick), intention: "kick", pass, ..default() };
+        }
+    }
+    let walk = line_up(player, memory, ball, &aim, meeting_place);
+    Decision { walk, intention: "attack", pass, ..default() }
 }
 
 /// The pass that leads to the best chance, and how good that is.
@@ -153,7 +259,10 @@ fn wait_for_the_ball(
     let theirs_s = times.fold(f32::MAX, f32::min);
     let mates = player.belief.team_mates.iter().filter(|mate| mate.age_s < FRESH_TEAM_MATE_S);
     let ours_s = mates.map(|mate| time_to_ball_s(player, ball, mate.position_m)).fold(f32::MAX, f32::min);
-    let place = if theirs_s + FALL_BACK_S < ours_s || ball.position_m.x < -0.33 * player.pitch.half_length() {
+    if knob("support", 0.0) > 0.5 {
+        return super::roles::support(player, ball.position_m);
+    }
+    let place = if theirs_s + knob("fallback", FALL_BACK_S) < ours_s || ball.position_m.x < -0.33 * player.pitch.half_length() {
         memory.free_place = None;
         guard_place(player, ball)
     } else {
