@@ -18,7 +18,6 @@ pub mod obeying;
 pub mod passer;
 pub mod passing;
 pub mod player;
-pub mod prospect;
 pub mod roles;
 pub mod striker;
 pub mod supporter;
@@ -54,11 +53,13 @@ impl Plugin for BuiltInTeamsPlugin {
             .register_type::<Striker>()
             .register_type::<Supporter>()
             .register_type::<Passer>()
+            .register_type::<PassingKeeper>()
             .add_behaviour::<Chaser, _>("chaser", play::<Chaser>)
             .add_behaviour::<Keeper, _>("keeper", play::<Keeper>)
             .add_behaviour::<Striker, _>("striker", play::<Striker>)
             .add_behaviour::<Supporter, _>("supporter", play::<Supporter>)
             .add_behaviour::<Passer, _>("passer", play::<Passer>)
+            .add_behaviour::<PassingKeeper, _>("passing_keeper", play::<PassingKeeper>)
             .add_team("chasers", "Everybody goes for the ball.", |_, _| "chaser")
             .add_team(
                 "roles",
@@ -72,7 +73,7 @@ impl Plugin for BuiltInTeamsPlugin {
             .add_team(
                 "passers",
                 "A keeper, and players who pass, wait where a pass can reach them, and tell each other of both.",
-                |number, size| if number == 1 && size > 1 { "keeper" } else { "passer" },
+                |number, size| if number == 1 && size > 1 { "passing_keeper" } else { "passer" },
             );
     }
 }
@@ -124,6 +125,18 @@ pub struct Supporter;
 #[require(Belief, SimpleBelief, PlayerMemory)]
 #[reflect(Component, @Knowledge::Belief)]
 pub struct Passer;
+
+/// Marks a keeper of a team that passes.
+#[derive(Component, Clone, Copy, Default, Debug, Reflect)]
+#[require(Belief, SimpleBelief, PlayerMemory)]
+#[reflect(Component, @Knowledge::Belief)]
+pub struct PassingKeeper;
+
+impl Role for PassingKeeper {
+    fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
+        passer::keep(player, memory)
+    }
+}
 
 impl Role for Passer {
     fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {

@@ -6,13 +6,11 @@
 
 use bevy::prelude::*;
 
-use super::attack::{choose_aim, go_for, line_up, search};
-use super::kicking::{Aim, BallAtFeet};
+use super::attack::{choose_aim, go_for, search};
+use super::kicking::Aim;
 use super::knob;
-use super::prospect::scene;
-use crate::geometry::{unit, unrotate};
+use crate::geometry::unrotate;
 use crate::robot::motion::WalkCommand;
-use crate::robot::kick::{KickRequest, KickType};
 use super::obeying::is_for_the_keeper_only;
 use super::passing::{Pass, freedom, lane, meet, rolled, shot_value};
 use super::player::{Decision, Player, PlayerMemory};
@@ -56,6 +54,23 @@ pub fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
         wait_for_the_ball(player, memory, ball, &opponents)
     };
     if knob("brake", 1.0) > 0.5 {
+        decision.walk = give_way(player, &decision.walk, ball.position_m, &opponents);
+    }
+    Decision { reports_opponents: true, ..decision }
+}
+
+/// Decides for the keeper.
+pub fn keep(player: &Player, memory: &mut PlayerMemory) -> Decision {
+    listen(player, memory);
+    let opponents = opponents(player, memory);
+    let clear = |player: &Player, memory: &mut PlayerMemory| match player.ball() {
+        Some(ball) if knob("kpass", 1.0) > 0.5 => attack(player, memory, ball, &opponents),
+        _ => super::attack::attack(player, memory),
+    };
+    let mut decision = super::keeper::keep(player, memory, knob("kguard", 0.45), knob("kclear", 1.1), clear);
+    if knob("kbrake", 1.0) > 0.5
+        && let Some(ball) = player.ball()
+    {
         decision.walk = give_way(player, &decision.walk, ball.position_m, &opponents);
     }
     Decision { reports_opponents: true, ..decision }
@@ -135,92 +150,20 @@ fn has_turn(player: &Player, memory: &PlayerMemory, ball: &BallBelief) -> bool {
     })
 }
 
-/// Shoots, passes, or takes the ball forward: whatever is worth most.
+/// Shoots, passes, or takes the ball forward.
 fn attack(player: &Player, memory: &mut PlayerMemory, ball: &BallBelief, opponents: &[RobotBelief]) -> Decision {
     memory.lost_since_s = None;
     let (meeting_place, _) = meet(ball.position_m, ball.velocity_mps, player.position(), player.limits.max_linear_mps);
     let kick_off = memory.kick_off_since_s.is_some() && player.status.kick_off_team == player.id.team;
-    if kick_off || knob("old", 0.0) > 0.5 {
-        let mut aim = choose_aim(player, memory, meeting_place);
-        let own = if aim.is_shot { shot_value(meeting_place, opponents, player.pitch) } else { 0.0 };
-        let pass = best_pass(player, meeting_place, opponents).filter(|(value, _)| !kick_off && *value > PASS_GAIN * own);
-        if let Some((_, pass)) = &pass {
-            aim = Aim::at(meeting_place, pass.place);
-            memory.aim = Some(aim.direction);
-        }
-        return Decision { pass: pass.map(|(_, pass)| pass), ..go_for(player, memory, ball, &aim, meeting_place) };
+    let mut aim = choose_aim(player, memory, meeting_place);
+    let own = if aim.is_shot { shot_value(meeting_place, opponents, player.pitch) } else { 0.0 };
+    let pass = best_pass(player, meeting_place, opponents)
+        .filter(|(value, _)| !kick_off && *value > knob("gain", PASS_GAIN) * own + knob("least", 0.05));
+    if let Some((_, pass)) = &pass {
+        aim = Aim::at(meeting_place, pass.place);
+        memory.aim = Some(aim.direction);
     }
-    let scene = scene(player, opponents, knob("owndelay", 1.0));
-    // The best kick there could be.
-    let theirs_s = opponents.iter().map(|other| other.position_m.distance(ball.position_m) / 0.2).fold(f32::MAX, f32::min);
-    let cost_per_s = if theirs_s < 4.0 { knob("hurry", 0.03) } else { knob("leisure", 0.01) };
-    let own_way = (meeting_place - player.position()).normalize_or(player.forward);
-    let mut best: Option<(f32, f32, Aim)> = None;
-    let reach = player.kicks.range(KickType::LeftStraight).max_distance_m;
-    let mut consider = |aim: Aim, distance: f32| {
-        let worth = scene.kick_value(meeting_place, aim.direction, distance);
-        let line_up_s = 2.0 * (1.0 - own_way.dot(aim.direction));
-        let kept = memory.aim.is_some_and(|previous| previous.dot(aim.direction) > 0.98);
-        let score = worth - cost_per_s * line_up_s + if kept { knob("keep", 0.02) } else { 0.0 };
-        if best.as_ref().is_none_or(|(other, ..)| score > *other) {
-            best = Some((score, worth, aim));
-        }
-    };
-    let goal = player.opponent_goal();
-    for share in [0.0, 0.3, -0.3, 0.6, -0.6, 0.75, -0.75] {
-        let place = goal + Vec2::new(0.0, share * player.pitch.goal.width_m / 2.0);
-        let way = place - meeting_place;
-        let distance_m = way.length();
-        let aim = Aim { direction: way.normalize_or(Vec2::X), distance_m, tolerance: (0.1 / distance_m).clamp(0.03, 0.2), is_shot: true };
-        if distance_m < 0.95 * reach {
-            consider(aim, reach);
-        }
-    }
-    let towards_goal = (goal - meeting_place).normalize_or(Vec2::X);
-    for turn in [0.0_f32, 0.35, -0.35, 0.7, -0.7, 1.05, -1.05, 1.5, -1.5] {
-        let direction = unit(turn).rotate(towards_goal);
-        for distance in [0.8, 1.5, 2.2, 3.0] {
-            consider(Aim { tolerance: knob("tol", 0.2), ..Aim::at(meeting_place, meeting_place + direction * distance) }, distance);
-        }
-    }
-    for mate in player.belief.team_mates.iter().filter(|mate| mate.age_s < FRESH_TEAM_MATE_S) {
-        let place = mate.position_m + (goal - mate.position_m).normalize_or(Vec2::X) * 0.25;
-        let distance = place.distance(meeting_place);
-        if distance > 0.5 && distance < 0.95 * reach {
-            consider(Aim { tolerance: knob("tol", 0.2), ..Aim::at(meeting_place, place) }, distance);
-        }
-    }
-    let Some((score, _, aim)) = best else { return search(player, memory) };
-    memory.aim = Some(aim.direction);
-    let place = meeting_place + aim.direction * aim.distance_m;
-    let receiver = player.belief.team_mates.iter().filter(|mate| mate.age_s < FRESH_TEAM_MATE_S)
-        .filter_map(|mate| Some((mate.position_m.distance(place), mate.id?.number)))
-        .min_by(|(one, _), (other, _)| one.total_cmp(other));
-    let own_m = player.position().distance(place);
-    let pass = receiver.filter(|(away, number)| !aim.is_shot && *number != KEEPER && *away < own_m).map(|(_, to)| Pass { to, place });
-    // The best kick from where the ball lies now.
-    if player.body.is_free() && ball.age_s < 0.4 && ball.heard_from.is_none() {
-        let at_feet = BallAtFeet { place: ball.position_m, in_robot: player.in_robot(ball.position_m), forward: player.forward };
-        let waited_s = memory.at_ball_since_s.map_or(0.0, |since| player.status.time_s - since);
-        let slack = knob("slack", 0.01) + knob("wait", 0.01) * waited_s;
-        let mut now: Option<(f32, KickRequest)> = None;
-        for (kick_type, direction) in at_feet.kicks() {
-            let reach = player.kicks.range(kick_type).max_distance_m;
-            for share in [0.2, 0.35, 0.5, 0.75, 1.0] {
-                let value = scene.kick_value(ball.position_m, direction, share * reach);
-                if now.as_ref().is_none_or(|(other, _)| value > *other) {
-                    now = Some((value, KickRequest { kick_type, speed: share }));
-                }
-            }
-        }
-        if let Some((_, kick)) = now.filter(|(value, _)| *value > score - slack) {
-            memory.kick = None;
-            memory.at_ball_since_s = None;
-            return Decision { kick: Some(kick), intention: "kick", pass, ..default() };
-        }
-    }
-    let walk = line_up(player, memory, ball, &aim, meeting_place);
-    Decision { walk, intention: "attack", pass, ..default() }
+    Decision { pass: pass.map(|(_, pass)| pass), ..go_for(player, memory, ball, &aim, meeting_place) }
 }
 
 /// The pass that leads to the best chance, and how good that is.
@@ -262,7 +205,7 @@ fn wait_for_the_ball(
     if knob("support", 0.0) > 0.5 {
         return super::roles::support(player, ball.position_m);
     }
-    let place = if theirs_s + knob("fallback", FALL_BACK_S) < ours_s || ball.position_m.x < -0.33 * player.pitch.half_length() {
+    let place = if theirs_s + knob("fallback", FALL_BACK_S) < ours_s || ball.position_m.x < knob("gx", -0.33) * player.pitch.half_length() {
         memory.free_place = None;
         guard_place(player, ball)
     } else {
@@ -274,9 +217,11 @@ fn wait_for_the_ball(
 
 /// Between the ball and the own goal, outside the penalty area.
 fn guard_place(player: &Player, ball: &BallBelief) -> Vec2 {
-    let goal = player.own_goal();
     let ball = rolled(ball.position_m, ball.velocity_mps, 1.0);
-    let away = (0.5 * ball.distance(goal)).clamp(player.pitch.penalty_area.depth_m + 0.35, 1.8);
+    let to_goal = player.own_goal() - ball;
+    let side = if to_goal.perp_dot(player.position() - ball) * to_goal.x > 0.0 { 1.0 } else { -1.0 };
+    let goal = player.own_goal() + Vec2::new(0.0, side * knob("goff", 0.0));
+    let away = (knob("gshare", 0.5) * ball.distance(goal)).clamp(knob("gleast", 0.95), knob("gmost", 1.8));
     goal + (ball - goal).normalize_or(Vec2::X) * away
 }
 
