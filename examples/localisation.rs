@@ -1,4 +1,4 @@
-//! Two ways to localise a robot, compared on the same seeds: how well each knows where it is in a match, and whether it
+//! Three ways to localise a robot, compared on the same seeds: how well each knows where it is in a match, and whether it
 //! finds itself after a kidnapping, being carried elsewhere without being told.
 //!
 //! Run with `cargo run --release --no-default-features --example localisation`.
@@ -23,7 +23,7 @@ const TIME_S: usize = 10;
 
 fn main() {
     println!("filter      median error         found after {TIME_S} s   time to find, median");
-    for localisation in ["kalman", "particles"] {
+    for localisation in ["kalman", "unscented", "particles"] {
         let [place, heading] = errors_in_matches(localisation);
         let times: Vec<f64> = (1..=KIDNAPPINGS).filter_map(|seed| time_to_find_itself(localisation, seed)).collect();
         let found = times.len();

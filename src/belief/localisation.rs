@@ -1,13 +1,15 @@
 //! The estimate of the robot's own pose: carried along by odometry, corrected by landmarks.
 //!
-//! An extended Kalman filter over (x, y, heading) whose only measurements are points: a landmark whose place on the
-//! pitch is known is seen at a place in the robot's frame.
+//! An extended Kalman filter over (x, y, heading) that measures points, a landmark whose place on the pitch is known being
+//! seen at a place in the robot's frame, and [lines](super::line_sighting).
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::line_sighting::SeenLine;
 use super::sighting::{Residual, Sighting};
 use crate::geometry::{Pose, angle_of, unit, unrotate, wrap_angle};
+use crate::pitch::LineSegment;
 
 /// A pose and how uncertain it is.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
@@ -38,6 +40,16 @@ impl Default for StepError {
     }
 }
 
+impl StepError {
+    /// What a step adds to the covariance of (x, y, heading), m and radians.
+    pub(super) fn covariance(&self, step: Pose) -> Mat3 {
+        let length = step.position.length();
+        let place = self.place_per_metre * length;
+        let heading = self.heading_per_metre * length + self.heading_per_radian * step.heading.abs();
+        Mat3::from_diagonal(Vec3::new(place, place, heading))
+    }
+}
+
 /// What seeing a landmark says about a pose.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Innovation {
@@ -49,6 +61,19 @@ pub struct Innovation {
     cross: [Vec3; 2],
     /// The squared Mahalanobis distance between measurement and expectation.
     pub distance_squared: f32,
+}
+
+impl Innovation {
+    /// Of a measurement with this difference from what was expected, covariance with the pose (column by column), and
+    /// covariance.
+    pub(super) fn new(difference: Vec2, cross: [Vec3; 2], spread: Mat2) -> Self {
+        let inverse = spread.inverse();
+        let gain = [
+            cross[0] * inverse.x_axis.x + cross[1] * inverse.x_axis.y,
+            cross[0] * inverse.y_axis.x + cross[1] * inverse.y_axis.y,
+        ];
+        Self { difference, gain, cross, distance_squared: difference.dot(inverse * difference) }
+    }
 }
 
 impl PoseEstimate {
@@ -73,35 +98,35 @@ impl PoseEstimate {
         }
         x += heading * turned.x;
         y += heading * turned.y;
-        let length = way.length();
-        let place = error.place_per_metre * length;
-        x.x += place;
-        y.y += place;
-        heading.z += error.heading_per_metre * length + error.heading_per_radian * step.heading.abs();
         Self {
             pose: Pose { position: self.pose.position + way, heading: wrap_angle(self.pose.heading + step.heading) },
-            covariance: Mat3::from_cols(x, y, heading),
+            covariance: Mat3::from_cols(x, y, heading) + error.covariance(step),
         }
     }
 
     /// What it means for this estimate that `landmark` (m, team frame) is seen there.
     pub fn innovation(&self, forward: Vec2, landmark: Vec2, sighting: &Sighting) -> Innovation {
         let expected = unrotate(forward, landmark - self.pose.position);
-        let Residual { difference, noise } = sighting.residual(expected);
         // h(p) = R(-heading) (landmark - position); its rows' derivatives:
         let rows = [Vec3::new(-forward.x, -forward.y, expected.y), Vec3::new(forward.y, -forward.x, -expected.x)];
+        self.innovation_by_slopes(sighting.residual(expected), rows)
+    }
+
+    /// What it means for this estimate that a stretch of `line` (m, team frame) is seen there.
+    pub fn innovation_of_line(&self, forward: Vec2, line: &LineSegment, seen: &SeenLine) -> Innovation {
+        self.innovation_by_slopes(seen.residual(line, self.pose), seen.slopes(line, forward))
+    }
+
+    /// What a residual means, if a change of the pose changes what is expected by so much, row by row.
+    fn innovation_by_slopes(&self, residual: Residual, rows: [Vec3; 2]) -> Innovation {
+        let Residual { difference, noise } = residual;
         let cross = rows.map(|row| self.covariance * row);
         let spread = noise
             + Mat2::from_cols(
                 Vec2::new(rows[0].dot(cross[0]), rows[1].dot(cross[0])),
                 Vec2::new(rows[0].dot(cross[1]), rows[1].dot(cross[1])),
             );
-        let inverse = spread.inverse();
-        let gain = [
-            cross[0] * inverse.x_axis.x + cross[1] * inverse.x_axis.y,
-            cross[0] * inverse.y_axis.x + cross[1] * inverse.y_axis.y,
-        ];
-        Innovation { difference, gain, cross, distance_squared: difference.dot(inverse * difference) }
+        Innovation::new(difference, cross, spread)
     }
 
     /// The estimate corrected by what was seen.

@@ -3,13 +3,12 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::landmarks::{Landmarks, Look, halfway_pose, waiting_pose};
 use super::localisation::{PoseEstimate, StepError};
-use super::own_pose::{LandmarkModel, Landmarks, OwnPose, PLACED_SD, RETURNED_SD, halfway_pose, waiting_pose};
+use super::own_pose::{KalmanFilter, OwnPose, PLACED_SD, RETURNED_SD};
 use super::particles::ParticleFilter;
 use crate::geometry::Pose;
-use crate::pitch::End;
 use crate::robot::RobotId;
-use crate::sensing::vision::Percepts;
 
 /// How a robot localises itself.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
@@ -18,17 +17,20 @@ pub enum Localisation {
     /// By an extended Kalman filter, quick and exact; a robot that has lost its way searches with particles.
     #[default]
     Kalman,
+    /// By an unscented Kalman filter, more exact where little is certain and some three times as costly; a robot that has
+    /// lost its way searches with particles.
+    Unscented,
     /// By a particle filter: several ideas at a time, and some ten times as costly.
     Particles,
 }
 
-/// A filter of either kind.
+/// A filter of any kind.
 #[derive(Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 pub enum Localiser {
-    /// [`Localisation::Kalman`].
+    /// [`Localisation::Kalman`] and [`Localisation::Unscented`].
     Kalman(OwnPose),
-    /// [`Localisation::Kalman`], while the robot has lost its way.
-    Searching(ParticleFilter),
+    /// The same, while the robot has lost its way.
+    Searching(ParticleFilter, KalmanFilter),
     /// [`Localisation::Particles`].
     Particles(ParticleFilter),
 }
@@ -43,7 +45,8 @@ impl Localiser {
     /// That of a robot that was told its place, team frame.
     pub fn placed(kind: Localisation, robot: RobotId, pose: Pose) -> Self {
         match kind {
-            Localisation::Kalman => Localiser::Kalman(OwnPose::placed(pose)),
+            Localisation::Kalman => Localiser::Kalman(OwnPose::placed(KalmanFilter::Extended, pose)),
+            Localisation::Unscented => Localiser::Kalman(OwnPose::placed(KalmanFilter::Unscented, pose)),
             Localisation::Particles => {
                 Localiser::Particles(ParticleFilter::around(robot, pose, PLACED_SD[0], PLACED_SD[1]))
             }
@@ -53,7 +56,9 @@ impl Localiser {
     /// The robot is told its place, team frame.
     pub fn place(&mut self, pose: Pose) {
         match self {
-            Localiser::Kalman(_) | Localiser::Searching(_) => *self = Localiser::Kalman(OwnPose::placed(pose)),
+            Localiser::Kalman(OwnPose { filter, .. }) | Localiser::Searching(_, filter) => {
+                *self = Localiser::Kalman(OwnPose::placed(*filter, pose));
+            }
             Localiser::Particles(filter) => filter.gather_around(pose, PLACED_SD[0], PLACED_SD[1]),
         }
     }
@@ -62,8 +67,8 @@ impl Localiser {
     /// far as it knows.
     pub fn come_back_at_halfway_line(&mut self, landmarks: &Landmarks, ball: Option<Vec2>) {
         match self {
-            Localiser::Kalman(_) | Localiser::Searching(_) => {
-                *self = Localiser::Kalman(OwnPose::returned(landmarks, ball));
+            Localiser::Kalman(OwnPose { filter, .. }) | Localiser::Searching(_, filter) => {
+                *self = Localiser::Kalman(OwnPose::returned(*filter, landmarks, ball));
             }
             Localiser::Particles(filter) => {
                 let pose = halfway_pose(landmarks, ball);
@@ -76,8 +81,8 @@ impl Localiser {
     pub fn come_back_where_it_waited(&mut self, landmarks: &Landmarks) {
         let y = self.estimate().pose.position.y;
         match self {
-            Localiser::Kalman(_) | Localiser::Searching(_) => {
-                *self = Localiser::Kalman(OwnPose::waiting(landmarks, y));
+            Localiser::Kalman(OwnPose { filter, .. }) | Localiser::Searching(_, filter) => {
+                *self = Localiser::Kalman(OwnPose::waiting(*filter, landmarks, y));
             }
             Localiser::Particles(filter) => {
                 filter.gather_around(waiting_pose(landmarks, y), RETURNED_SD[0], RETURNED_SD[1]);
@@ -89,34 +94,26 @@ impl Localiser {
     pub fn move_by(&mut self, step: Pose, duration: f32, error: &StepError) {
         match self {
             Localiser::Kalman(own) => *own = own.moved_by(step, duration, error),
-            Localiser::Searching(filter) | Localiser::Particles(filter) => filter.move_by(step, duration, error),
+            Localiser::Searching(filter, _) | Localiser::Particles(filter) => filter.move_by(step, duration, error),
         }
     }
 
-    /// Corrects the pose by what is seen of the pitch in images of this size, pixels. `turn` counts the cycles.
-    pub fn orient(
-        &mut self,
-        robot: RobotId,
-        percepts: &Percepts,
-        landmarks: &Landmarks,
-        own_end: End,
-        image: Vec2,
-        turn: usize,
-        model: &LandmarkModel,
-    ) {
+    /// Corrects the pose by what the robot sees of the pitch.
+    pub fn orient(&mut self, robot: RobotId, look: &Look) {
         match self {
             Localiser::Kalman(own) => {
-                if own.orient(percepts, landmarks, own_end, image, turn, model) {
-                    *self = Localiser::Searching(ParticleFilter::search(robot, own.estimate.pose, landmarks));
+                if own.orient(look) {
+                    let search = ParticleFilter::search(robot, own.estimate.pose, look.landmarks);
+                    *self = Localiser::Searching(search, own.filter);
                 }
             }
-            Localiser::Searching(filter) => {
-                filter.orient(percepts, landmarks, own_end, image, turn, model);
+            Localiser::Searching(filter, kalman) => {
+                filter.orient(look);
                 if filter.is_sure() {
-                    *self = Localiser::Kalman(OwnPose::found(*filter.estimate()));
+                    *self = Localiser::Kalman(OwnPose::found(*kalman, *filter.estimate()));
                 }
             }
-            Localiser::Particles(filter) => filter.orient(percepts, landmarks, own_end, image, turn, model),
+            Localiser::Particles(filter) => filter.orient(look),
         }
     }
 
@@ -124,7 +121,7 @@ impl Localiser {
     pub fn estimate(&self) -> &PoseEstimate {
         match self {
             Localiser::Kalman(own) => &own.estimate,
-            Localiser::Searching(filter) | Localiser::Particles(filter) => filter.estimate(),
+            Localiser::Searching(filter, _) | Localiser::Particles(filter) => filter.estimate(),
         }
     }
 
@@ -132,7 +129,7 @@ impl Localiser {
     pub fn age_s(&self) -> f32 {
         match self {
             Localiser::Kalman(own) => own.age_s,
-            Localiser::Searching(filter) | Localiser::Particles(filter) => filter.age_s(),
+            Localiser::Searching(filter, _) | Localiser::Particles(filter) => filter.age_s(),
         }
     }
 }

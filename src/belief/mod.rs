@@ -16,6 +16,8 @@ use crate::robot::RobotId;
 
 pub mod ball;
 pub mod error;
+pub mod landmarks;
+pub mod line_sighting;
 pub mod localisation;
 pub mod localiser;
 pub mod own_pose;
@@ -24,6 +26,7 @@ pub mod robots;
 pub mod sighting;
 pub mod simple;
 pub mod team_ball;
+pub mod unscented;
 
 pub use simple::{SimpleBelief, SimpleBeliefPlugin};
 

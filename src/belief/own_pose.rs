@@ -3,137 +3,72 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::landmarks::{LandmarkModel, Landmarks, Look, halfway_pose, sighting_of_post, waiting_pose};
+use super::line_sighting::SeenLine;
 use super::localisation::{Innovation, PoseEstimate, StepError, pose_from_two};
-use super::point_team_from_pitch;
 use super::sighting::Sighting;
-use crate::geometry::Pose;
-use crate::pitch::{End, GoalColour, JunctionShape, Pitch};
-use crate::sensing::vision::{GoalPostPercept, LandmarkKind, LandmarkPercept, Percepts};
+use super::unscented::{self, SigmaPoints};
+use crate::geometry::{Pose, unrotate};
+use crate::pitch::LineSegment;
+use crate::sensing::vision::{GoalPostPercept, LandmarkKind, LandmarkPercept};
 
 /// The doubt about the pose of a robot that was placed for a kick-off, m and radians.
 pub(super) const PLACED_SD: [f32; 2] = [0.03, 0.02];
 /// The doubt about the pose of a robot that comes back from a penalty: it may have been put down a little elsewhere.
 pub(super) const RETURNED_SD: [f32; 2] = [0.4, 0.1];
-/// Distance of a waiting robot from the side line, m (2025 rule book).
-const WAITING_DISTANCE_M: f32 = 0.5;
 /// The doubt that is added when what is seen contradicts the pose.
 const LOST_SD: [f32; 2] = [0.3, 0.2];
-/// A post whose foot is not in the image is measured by its top or its width, so much worse.
-const HIDDEN_FOOT_FACTOR: f32 = 4.0;
 /// Marks of the right kind further away from where one is seen than this do not come into question, m.
 const CANDIDATE_RANGE_M: f32 = 1.5;
 /// What is seen is taken for a landmark only if every other is less likely by so much: squared Mahalanobis distance.
 const AMBIGUITY: f32 = 6.0;
 /// Marks on the ground that are used in a cycle.
 const MARKS_PER_CYCLE: usize = 3;
+/// Stretches of lines that are used in a cycle.
+const LINES_PER_CYCLE: usize = 2;
 /// The weight of evidence at which a robot decides which end of the pitch it sees: squared Mahalanobis distance.
 const SIDE_DECISION: f32 = 25.0;
 
-/// How landmarks are used.
-#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct LandmarkModel {
-    /// Expected error of the angles at which a goal post's foot, or the centre circle's middle, is seen: standard
-    /// deviation, radians. 3 pixels at 361 pixels of focal length are 0.0083.
-    pub goal_post_angle_sd: f32,
-    /// The same for junctions and crosses, radians.
-    pub mark_angle_sd: f32,
-    /// What is seen further from the expectation than this is not the landmark that it is taken for: squared
-    /// Mahalanobis distance.
-    pub gate: f32,
-    /// After so many landmarks more out of place than in place, the robot doubts its pose.
-    pub contradictions: u32,
+/// How a Kalman filter carries its estimate through steps and measurements.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum KalmanFilter {
+    /// By slopes at its mean.
+    #[default]
+    Extended,
+    /// By poses around its mean.
+    Unscented,
 }
 
-impl Default for LandmarkModel {
-    fn default() -> Self {
-        Self { goal_post_angle_sd: 0.01, mark_angle_sd: 0.005, gate: 12.0, contradictions: 6 }
-    }
+/// What things that are seen say about an estimate.
+enum Innovations {
+    Extended(PoseEstimate, Vec2),
+    Unscented(SigmaPoints),
 }
 
-/// A goal, seen from inside the pitch.
-#[derive(Clone, Copy, PartialEq, Debug)]
-struct Goal {
-    colour: GoalColour,
-    left_post: Vec2,
-    right_post: Vec2,
-}
-
-/// The places of all landmarks, in the frame of the team that defends -x. Marks on the ground have the same places for
-/// the other team, as the pitch looks the same from both ends.
-#[derive(Clone, PartialEq, Debug)]
-pub struct Landmarks {
-    junctions: Vec<(JunctionShape, Vec2)>,
-    crosses: [Vec2; 2],
-    goals: [Goal; 2],
-    carpet_half_extents: Vec2,
-    half_width: f32,
-}
-
-impl Landmarks {
-    /// Those of a pitch.
-    pub fn of(pitch: &Pitch) -> Self {
-        let [negative_cross, positive_cross, _] = pitch.marks();
-        let goal = |end: End| {
-            let [x, y] = [end.sign() * pitch.goal_post_x(), end.sign() * pitch.goal.width_m / 2.0];
-            Goal { colour: pitch.goal_colour(end), left_post: Vec2::new(x, y), right_post: Vec2::new(x, -y) }
-        };
-        Self {
-            junctions: pitch.line_junctions().iter().map(|junction| (junction.shape, junction.position)).collect(),
-            crosses: [negative_cross, positive_cross],
-            goals: End::BOTH.map(goal),
-            carpet_half_extents: pitch.carpet_half_extents(),
-            half_width: pitch.half_width(),
+impl Innovations {
+    fn of_point(&self, place: Vec2, sighting: &Sighting) -> Innovation {
+        match self {
+            Innovations::Extended(estimate, forward) => estimate.innovation(*forward, place, sighting),
+            Innovations::Unscented(points) => {
+                points.innovation(|pose| sighting.residual(unrotate(pose.forward(), place - pose.position)))
+            }
         }
     }
 
-    /// The left and the right post of the goal of this colour, in the frame of the team that defends `own_end`, m. None
-    /// where both goals have it.
-    pub(super) fn goal(&self, colour: GoalColour, own_end: End) -> Option<[Vec2; 2]> {
-        let mut goals = self.goals(colour, own_end);
-        let goal = goals.next()?;
-        goals.next().is_none().then_some([goal.left_post, goal.right_post])
-    }
-
-    /// The posts of this colour, in the frame of the team that defends `own_end`, m.
-    pub(super) fn posts(&self, colour: GoalColour, own_end: End) -> impl Iterator<Item = Vec2> {
-        self.goals(colour, own_end).flat_map(|goal| [goal.left_post, goal.right_post])
-    }
-
-    /// The junctions of this shape, m.
-    pub(super) fn junctions(&self, shape: JunctionShape) -> impl Iterator<Item = Vec2> {
-        self.junctions.iter().filter(move |(other, _)| *other == shape).map(|(_, place)| *place)
-    }
-
-    /// The penalty crosses, m.
-    pub(super) fn crosses(&self) -> impl Iterator<Item = Vec2> {
-        self.crosses.into_iter()
-    }
-
-    /// Half the carpet's length and width, m.
-    pub(super) fn carpet(&self) -> Vec2 {
-        self.carpet_half_extents
-    }
-
-    /// Whether a robot could stand at a place, m.
-    pub(super) fn is_on_carpet(&self, place: Vec2) -> bool {
-        place.abs().cmplt(self.carpet_half_extents).all()
-    }
-
-    /// The goals of this colour, in the frame of the team that defends `own_end`.
-    fn goals(&self, colour: GoalColour, own_end: End) -> impl Iterator<Item = Goal> {
-        let in_team = move |place| point_team_from_pitch(place, own_end);
-        self.goals.into_iter().filter(move |goal| goal.colour == colour).map(move |goal| Goal {
-            left_post: in_team(goal.left_post),
-            right_post: in_team(goal.right_post),
-            ..goal
-        })
+    fn of_line(&self, line: &LineSegment, seen: &SeenLine) -> Innovation {
+        match self {
+            Innovations::Extended(estimate, forward) => estimate.innovation_of_line(*forward, line, seen),
+            Innovations::Unscented(points) => points.innovation(|pose| seen.residual(line, pose)),
+        }
     }
 }
 
 /// Where the robot thinks that it is.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 pub struct OwnPose {
+    /// By which filter.
+    pub filter: KalmanFilter,
     /// The pose, team frame, and how certain it is.
     pub estimate: PoseEstimate,
     /// Since a landmark confirmed it, s.
@@ -147,69 +82,70 @@ pub struct OwnPose {
 
 impl OwnPose {
     /// That of a robot that was told its place, team frame.
-    pub fn placed(pose: Pose) -> Self {
-        Self { estimate: PoseEstimate::new(pose, PLACED_SD[0], PLACED_SD[1]), ..default() }
+    pub fn placed(filter: KalmanFilter, pose: Pose) -> Self {
+        Self { filter, estimate: PoseEstimate::new(pose, PLACED_SD[0], PLACED_SD[1]), ..default() }
     }
 
     /// That of a robot that has found where it is.
-    pub fn found(estimate: PoseEstimate) -> Self {
-        Self { estimate, ..default() }
+    pub fn found(filter: KalmanFilter, estimate: PoseEstimate) -> Self {
+        Self { filter, estimate, ..default() }
     }
 
     /// That of a robot that comes back from a penalty: at an end of the halfway line, that away from the ball (m, team
     /// frame) if the robot knows where that is, facing the other side (2010 rule book, section 4). Which end it really is
     /// must be seen.
-    pub fn returned(landmarks: &Landmarks, ball: Option<Vec2>) -> Self {
-        let pose = halfway_pose(landmarks, ball);
-        Self { estimate: PoseEstimate::new(pose, RETURNED_SD[0], RETURNED_SD[1]), sides: Some([0.0; 2]), ..default() }
+    pub fn returned(filter: KalmanFilter, landmarks: &Landmarks, ball: Option<Vec2>) -> Self {
+        let estimate = PoseEstimate::new(halfway_pose(landmarks, ball), RETURNED_SD[0], RETURNED_SD[1]);
+        Self { filter, estimate, sides: Some([0.0; 2]), ..default() }
     }
 
     /// That of a robot that comes back from where it waited: beyond the side line that it was nearer to when it was
     /// removed from `y`, level with its own penalty mark, facing the pitch (2025 rule book).
-    pub fn waiting(landmarks: &Landmarks, y: f32) -> Self {
-        let pose = waiting_pose(landmarks, y);
-        Self { estimate: PoseEstimate::new(pose, RETURNED_SD[0], RETURNED_SD[1]), ..default() }
+    pub fn waiting(filter: KalmanFilter, landmarks: &Landmarks, y: f32) -> Self {
+        let estimate = PoseEstimate::new(waiting_pose(landmarks, y), RETURNED_SD[0], RETURNED_SD[1]);
+        Self { filter, estimate, ..default() }
     }
 
     /// A measured step (in the robot's frame before it) and `duration` seconds later.
     pub fn moved_by(&self, step: Pose, duration: f32, error: &StepError) -> Self {
-        Self { estimate: self.estimate.moved_by(step, error), age_s: self.age_s + duration, ..*self }
+        let estimate = match self.filter {
+            KalmanFilter::Extended => self.estimate.moved_by(step, error),
+            KalmanFilter::Unscented => unscented::moved_by(&self.estimate, step, error),
+        };
+        Self { estimate, age_s: self.age_s + duration, ..*self }
     }
 
-    /// Corrects the pose by what is seen of the pitch in images of this size, pixels. `turn` changes from cycle to cycle,
-    /// so that all marks get theirs. Returns whether the robot has lost its way: it has seen more out of place than in
-    /// place for a while.
-    pub fn orient(
-        &mut self,
-        percepts: &Percepts,
-        landmarks: &Landmarks,
-        own_end: End,
-        image: Vec2,
-        turn: usize,
-        model: &LandmarkModel,
-    ) -> bool {
-        let posts = &percepts.goal_posts;
+    fn innovations(&self) -> Innovations {
+        match self.filter {
+            KalmanFilter::Extended => Innovations::Extended(self.estimate, self.estimate.pose.forward()),
+            KalmanFilter::Unscented => Innovations::Unscented(SigmaPoints::of(&self.estimate)),
+        }
+    }
+
+    /// Corrects the pose by what is seen of the pitch. Returns whether the robot has lost its way: it has seen more out of
+    /// place than in place for a while.
+    pub fn orient(&mut self, look: &Look) -> bool {
+        let posts = &look.percepts.goal_posts;
+        let model = look.model;
         if self.sides.is_some() {
-            self.choose_side(posts, landmarks, own_end, model);
+            self.choose_side(look);
         }
         match posts.as_slice() {
-            [first, second] if first.colour == second.colour => {
-                self.see_goal(first, second, landmarks, own_end, image, model);
-            }
+            [first, second] if first.colour == second.colour => self.see_goal(first, second, look),
             posts => {
                 for post in posts {
-                    let candidates =
-                        landmarks.goals(post.colour, own_end).flat_map(|goal| [goal.left_post, goal.right_post]);
-                    let sighting = sighting_of_post(post, image, model);
+                    let candidates = look.landmarks.posts(post.colour, look.own_end);
+                    let sighting = sighting_of_post(post, look.image, model);
                     let association = self.associate(&sighting, candidates);
                     self.judge(association, model);
                 }
             }
         }
-        let marks = percepts.landmarks.iter().filter(|mark| !matches!(mark.kind, LandmarkKind::Line { .. }));
-        let count = marks.clone().count();
-        for mark in marks.cycle().skip(turn % count.max(1)).take(count.min(MARKS_PER_CYCLE)) {
-            self.see_mark(mark, landmarks, model);
+        for mark in look.marks(MARKS_PER_CYCLE) {
+            self.see_mark(mark, look.landmarks, model);
+        }
+        for line in look.lines(LINES_PER_CYCLE).filter(SeenLine::is_useful) {
+            self.see_line(&line, look.landmarks, model);
         }
         let lost = self.contradictions > model.contradictions;
         if lost {
@@ -220,25 +156,19 @@ impl OwnPose {
     }
 
     /// Two posts of one colour are a goal: which of them is the left one is beyond doubt.
-    fn see_goal(
-        &mut self,
-        first: &GoalPostPercept,
-        second: &GoalPostPercept,
-        landmarks: &Landmarks,
-        own_end: End,
-        image: Vec2,
-        model: &LandmarkModel,
-    ) {
+    fn see_goal(&mut self, first: &GoalPostPercept, second: &GoalPostPercept, look: &Look) {
+        let model = look.model;
         let is_first_left = first.position_m.perp_dot(second.position_m) < 0.0;
         let [left, right] = if is_first_left { [first, second] } else { [second, first] };
-        let sightings = [left, right].map(|post| sighting_of_post(post, image, model));
-        let forward = self.estimate.pose.forward();
+        let sightings = [left, right].map(|post| sighting_of_post(post, look.image, model));
+        let innovations = self.innovations();
         // Where both goals have the same colour, it is the likelier one.
-        let nearest = landmarks
-            .goals(left.colour, own_end)
+        let nearest = look
+            .landmarks
+            .goals(left.colour, look.own_end)
             .map(|goal| {
-                let distance = self.estimate.innovation(forward, goal.left_post, &sightings[0]).distance_squared
-                    + self.estimate.innovation(forward, goal.right_post, &sightings[1]).distance_squared;
+                let distance = innovations.of_point(goal.left_post, &sightings[0]).distance_squared
+                    + innovations.of_point(goal.right_post, &sightings[1]).distance_squared;
                 (distance, goal)
             })
             .min_by(|(first, _), (second, _)| first.total_cmp(second));
@@ -247,12 +177,12 @@ impl OwnPose {
         if distance > 2.0 * model.gate {
             self.contradictions += 1;
             if self.contradictions > model.contradictions {
-                self.start_from_goal(places, [left.position_m, right.position_m], landmarks);
+                self.start_from_goal(places, [left.position_m, right.position_m], look.landmarks);
             }
             return;
         }
         for (place, sighting) in places.into_iter().zip(&sightings) {
-            let innovation = self.estimate.innovation(self.estimate.pose.forward(), place, sighting);
+            let innovation = self.innovations().of_point(place, sighting);
             self.judge(Some(innovation), model);
         }
     }
@@ -260,7 +190,7 @@ impl OwnPose {
     /// A lost robot that sees a goal knows where it is.
     fn start_from_goal(&mut self, posts: [Vec2; 2], seen: [Vec2; 2], landmarks: &Landmarks) {
         let pose = pose_from_two(posts, seen);
-        if pose.position.abs().cmplt(landmarks.carpet_half_extents).all() {
+        if landmarks.is_on_carpet(pose.position) {
             self.contradictions = 0;
             self.estimate = PoseEstimate::new(pose, LOST_SD[0], LOST_SD[1]);
         }
@@ -271,11 +201,8 @@ impl OwnPose {
         let near = |place: &Vec2| place.distance_squared(seen) < CANDIDATE_RANGE_M * CANDIDATE_RANGE_M;
         let sighting = Sighting::new(mark.position_m, model.mark_angle_sd);
         let association = match mark.kind {
-            LandmarkKind::Junction { shape } => {
-                let alike = landmarks.junctions.iter().filter(|(other, _)| *other == shape);
-                self.associate(&sighting, alike.map(|(_, place)| *place).filter(near))
-            }
-            LandmarkKind::PenaltyCross => self.associate(&sighting, landmarks.crosses.into_iter().filter(near)),
+            LandmarkKind::Junction { shape } => self.associate(&sighting, landmarks.junctions(shape).filter(near)),
+            LandmarkKind::PenaltyCross => self.associate(&sighting, landmarks.crosses().filter(near)),
             LandmarkKind::CentreCircle => {
                 let sighting = Sighting::new(mark.position_m, model.goal_post_angle_sd);
                 self.associate(&sighting, [Vec2::ZERO])
@@ -285,24 +212,22 @@ impl OwnPose {
         self.judge(association, model);
     }
 
+    /// A stretch of a line corrects the pose if it is clear of which line. Where it is not what it seems, the pose may be
+    /// right all the same: there are many lines.
+    fn see_line(&mut self, seen: &SeenLine, landmarks: &Landmarks, model: &LandmarkModel) {
+        let innovations = self.innovations();
+        let pose = self.estimate.pose;
+        let candidates = landmarks.lines().iter().filter(|line| seen.can_be_of(line, pose));
+        let association = clearly_nearest(candidates.map(|line| innovations.of_line(line, seen)));
+        if let Some(innovation) = association.filter(|innovation| innovation.distance_squared < model.gate) {
+            self.estimate = self.estimate.corrected(&innovation);
+        }
+    }
+
     /// The landmark among `candidates` (m, team frame) that is seen, if it is clear which one.
     fn associate(&self, sighting: &Sighting, candidates: impl IntoIterator<Item = Vec2>) -> Option<Innovation> {
-        let forward = self.estimate.pose.forward();
-        let mut best: Option<Innovation> = None;
-        let mut second = f32::MAX;
-        for candidate in candidates {
-            let innovation = self.estimate.innovation(forward, candidate, sighting);
-            match &best {
-                Some(nearest) if nearest.distance_squared <= innovation.distance_squared => {
-                    second = second.min(innovation.distance_squared);
-                }
-                nearest => {
-                    second = nearest.as_ref().map_or(second, |nearest| nearest.distance_squared);
-                    best = Some(innovation);
-                }
-            }
-        }
-        best.filter(|best| second - best.distance_squared > AMBIGUITY)
+        let innovations = self.innovations();
+        clearly_nearest(candidates.into_iter().map(|place| innovations.of_point(place, sighting)))
     }
 
     /// Takes over what a landmark says, unless it is too unlikely.
@@ -318,17 +243,17 @@ impl OwnPose {
     }
 
     /// Weighs the pose against the pose turned by half a turn.
-    fn choose_side(&mut self, seen: &[GoalPostPercept], landmarks: &Landmarks, own_end: End, model: &LandmarkModel) {
+    fn choose_side(&mut self, look: &Look) {
         let Some(mut evidence) = self.sides else { return };
         let pose = self.estimate.pose;
-        for post in seen {
-            let sighting = Sighting::new(post.position_m, model.goal_post_angle_sd);
+        for post in &look.percepts.goal_posts {
+            let sighting = Sighting::new(post.position_m, look.model.goal_post_angle_sd);
             for (pose, sum) in [pose, pose.turned_half()].into_iter().zip(&mut evidence) {
                 let estimate = PoseEstimate { pose, ..self.estimate };
                 let forward = pose.forward();
-                *sum += landmarks
-                    .goals(post.colour, own_end)
-                    .flat_map(|goal| [goal.left_post, goal.right_post])
+                *sum += look
+                    .landmarks
+                    .posts(post.colour, look.own_end)
                     .map(|place| estimate.innovation(forward, place, &sighting).distance_squared)
                     .fold(SIDE_DECISION, f32::min);
             }
@@ -345,31 +270,30 @@ impl OwnPose {
     }
 }
 
-/// Where a penalised robot comes back on the halfway line: at the end away from the ball (m, team frame).
-pub(super) fn halfway_pose(landmarks: &Landmarks, ball: Option<Vec2>) -> Pose {
-    let side = if ball.is_some_and(|ball| ball.y > 0.0) { -1.0 } else { 1.0 };
-    Pose::new(0.0, side * landmarks.half_width, -side * core::f32::consts::FRAC_PI_2)
-}
-
-/// Where a robot that was removed from `y` waits, beyond the side line.
-pub(super) fn waiting_pose(landmarks: &Landmarks, y: f32) -> Pose {
-    let side = if y < 0.0 { -1.0 } else { 1.0 };
-    let x = -landmarks.crosses[1].x.abs();
-    let beyond = WAITING_DISTANCE_M.min(landmarks.carpet_half_extents.y - landmarks.half_width);
-    Pose::new(x, side * (landmarks.half_width + beyond), -side * core::f32::consts::FRAC_PI_2)
-}
-
-/// What the measured place of a post is worth.
-pub(super) fn sighting_of_post(post: &GoalPostPercept, image: Vec2, model: &LandmarkModel) -> Sighting {
-    let foot_in_image = post.pixel.cmpge(Vec2::ZERO).all() && post.pixel.cmple(image).all();
-    let distance_factor = if foot_in_image { 1.0 } else { HIDDEN_FOOT_FACTOR };
-    Sighting { distance_factor, ..Sighting::new(post.position_m, model.goal_post_angle_sd) }
+/// The likeliest explanation of what is seen, if every other is clearly less likely.
+fn clearly_nearest(explanations: impl Iterator<Item = Innovation>) -> Option<Innovation> {
+    let mut best: Option<Innovation> = None;
+    let mut second = f32::MAX;
+    for innovation in explanations {
+        match &best {
+            Some(nearest) if nearest.distance_squared <= innovation.distance_squared => {
+                second = second.min(innovation.distance_squared);
+            }
+            nearest => {
+                second = nearest.as_ref().map_or(second, |nearest| nearest.distance_squared);
+                best = Some(innovation);
+            }
+        }
+    }
+    best.filter(|best| second - best.distance_squared > AMBIGUITY)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::pitch::{End, GoalColour, JunctionShape, Pitch};
     use crate::sensing::camera::CameraSide;
+    use crate::sensing::vision::Percepts;
     use approx::assert_abs_diff_eq;
 
     const IMAGE: Vec2 = Vec2::new(320.0, 240.0);
@@ -395,8 +319,9 @@ mod tests {
     fn oriented(start: OwnPose, percepts: &Percepts, own_end: End, cycles: usize) -> OwnPose {
         let landmarks = Landmarks::of(&Pitch::default());
         let mut own = start;
+        let model = LandmarkModel::default();
         for turn in 0..cycles {
-            own.orient(percepts, &landmarks, own_end, IMAGE, turn, &LandmarkModel::default());
+            own.orient(&Look { percepts, landmarks: &landmarks, own_end, image: IMAGE, turn, model: &model });
         }
         own
     }
@@ -441,6 +366,30 @@ mod tests {
     }
 
     #[test]
+    fn lines_alone_keep_a_pose_from_drifting() {
+        // The corner of the pitch: two lines at a right angle.
+        let truth = Pose::new(-2.0, 1.2, 2.4);
+        let seen = |from: Vec2, to: Vec2| {
+            let [place, end_position_m] = [from, to].map(|end| truth.inverse_transform_point(end));
+            LandmarkPercept {
+                camera: CameraSide::Bottom,
+                kind: LandmarkKind::Line { end_pixel: Vec2::ZERO, end_position_m },
+                pixel: IMAGE / 2.0,
+                position_m: place,
+            }
+        };
+        let pitch = Pitch::default();
+        let (x, y) = (-pitch.half_length(), pitch.half_width());
+        let lines = vec![seen(Vec2::new(x, y), Vec2::new(x, y - 0.6)), seen(Vec2::new(x, y), Vec2::new(x + 0.8, y))];
+        let percepts = Percepts { landmarks: lines, ..default() };
+        for filter in [KalmanFilter::Extended, KalmanFilter::Unscented] {
+            let estimate = PoseEstimate::new(Pose::new(-1.9, 1.1, 2.35), 0.1, 0.1);
+            let start = OwnPose { filter, estimate, ..default() };
+            assert_near(&oriented(start, &percepts, End::NegativeX, 20), truth);
+        }
+    }
+
+    #[test]
     fn what_could_be_either_of_two_marks_says_nothing() {
         // Half-way between the two crossings of the circle with the halfway line, and no idea of y.
         let truth = Pose::new(-1.0, 0.0, 0.0);
@@ -460,7 +409,7 @@ mod tests {
             ],
             ..default()
         };
-        let start = OwnPose::placed(Pose::new(-2.0, 1.0, 2.5));
+        let start = OwnPose::placed(KalmanFilter::Extended, Pose::new(-2.0, 1.0, 2.5));
         assert_near(&oriented(start, &percepts, End::NegativeX, 60), truth);
     }
 
@@ -477,7 +426,8 @@ mod tests {
             ..default()
         };
         for ball in [None, Some(Vec2::new(0.0, 1.0)), Some(Vec2::new(0.0, -1.0))] {
-            let own = oriented(OwnPose::returned(&landmarks, ball), &percepts, End::NegativeX, 30);
+            let own =
+                oriented(OwnPose::returned(KalmanFilter::Unscented, &landmarks, ball), &percepts, End::NegativeX, 30);
             assert_near(&own, truth);
         }
     }

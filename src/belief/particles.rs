@@ -12,14 +12,15 @@ use bevy::math::ops;
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::landmarks::{Landmarks, Look, sighting_of_post};
+use super::line_sighting::SeenLine;
 use super::localisation::{PoseEstimate, StepError, pose_from_two};
-use super::own_pose::{LandmarkModel, Landmarks, sighting_of_post};
 use super::sighting::{Residual, Sighting};
 use crate::geometry::{Pose, angle_of, unit, unrotate, wrap_angle};
 use crate::pitch::End;
 use crate::random::RandomStream;
 use crate::robot::RobotId;
-use crate::sensing::vision::{GoalPostPercept, LandmarkKind, Percepts};
+use crate::sensing::vision::{GoalPostPercept, LandmarkKind};
 
 /// Guesses.
 const COUNT: usize = 100;
@@ -27,6 +28,8 @@ const COUNT: usize = 100;
 const CYCLES_PER_LOOK: usize = 3;
 /// Marks on the ground that are used in a look.
 const MARKS_PER_LOOK: usize = 3;
+/// Stretches of lines that are used in a look.
+const LINES_PER_LOOK: usize = 1;
 /// Beyond this squared Mahalanobis distance, what is seen is taken for something else.
 const OUTLIER: f32 = 12.0;
 /// How fast the long and the short memory of the likelihood follow.
@@ -150,19 +153,11 @@ impl ParticleFilter {
         self.estimate = self.estimate.moved_by(step, error);
     }
 
-    /// Weighs the guesses by what is seen of the pitch in images of this size, pixels. `turn` counts the cycles.
-    pub fn orient(
-        &mut self,
-        percepts: &Percepts,
-        landmarks: &Landmarks,
-        own_end: End,
-        image: Vec2,
-        turn: usize,
-        model: &LandmarkModel,
-    ) {
-        let marks = || percepts.landmarks.iter().filter(|mark| !matches!(mark.kind, LandmarkKind::Line { .. }));
-        let mark_count = marks().count();
-        let seen = percepts.goal_posts.len() + mark_count.min(MARKS_PER_LOOK);
+    /// Weighs the guesses by what the robot sees of the pitch.
+    pub fn orient(&mut self, look: &Look) {
+        let Look { percepts, landmarks, own_end, image, turn, model } = *look;
+        let lines: Vec<SeenLine> = look.lines(LINES_PER_LOOK).filter(SeenLine::is_useful).collect();
+        let seen = percepts.goal_posts.len() + look.marks(MARKS_PER_LOOK).count() + lines.len();
         if seen == 0 || !turn.is_multiple_of(CYCLES_PER_LOOK) {
             return;
         }
@@ -176,7 +171,7 @@ impl ParticleFilter {
                 let posts = landmarks.posts(post.colour, own_end);
                 distance += nearest(&sighting, posts.map(expected));
             }
-            for mark in marks().cycle().skip(turn % mark_count.max(1)).take(mark_count.min(MARKS_PER_LOOK)) {
+            for mark in look.marks(MARKS_PER_LOOK) {
                 let sighting = Sighting::new(mark.position_m, model.mark_angle_sd);
                 distance += match mark.kind {
                     LandmarkKind::Junction { shape } => nearest(&sighting, landmarks.junctions(shape).map(expected)),
@@ -187,6 +182,10 @@ impl ParticleFilter {
                     }
                     LandmarkKind::Line { .. } => 0.0,
                 };
+            }
+            for line in &lines {
+                let candidates = landmarks.lines().iter().filter(|other| line.can_be_of(other, particle.pose));
+                distance += least(candidates.map(|other| line.residual(other, particle.pose)));
             }
             // Errors of neighbouring images have much in common, so that each counts for less.
             let likelihood = ops::exp(-0.25 * distance / (seen as f32).sqrt());
@@ -287,9 +286,13 @@ fn spread(pose: Pose, place_sd: f32, heading_sd: f32, stream: &mut RandomStream)
 
 /// The squared Mahalanobis distance of a sighting from the likeliest of some places, m, robot frame.
 fn nearest(sighting: &Sighting, places: impl Iterator<Item = Vec2>) -> f32 {
-    places
-        .map(|place| {
-            let Residual { difference, noise } = sighting.residual(place);
+    least(places.map(|place| sighting.residual(place)))
+}
+
+/// The least of some squared Mahalanobis distances.
+fn least(residuals: impl Iterator<Item = Residual>) -> f32 {
+    residuals
+        .map(|Residual { difference, noise }| {
             // Guesses are sparse: with nothing but the camera's error, the true pose would hardly ever be among them.
             let noise = noise + Mat2::from_diagonal(Vec2::splat(2e-3));
             difference.dot(noise.inverse() * difference)
@@ -329,9 +332,11 @@ fn pose_from_posts(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::belief::landmarks::LandmarkModel;
     use crate::pitch::{GoalColour, Pitch};
     use crate::robot::Team;
     use crate::sensing::camera::CameraSide;
+    use crate::sensing::vision::Percepts;
     use approx::assert_abs_diff_eq;
 
     const IMAGE: Vec2 = Vec2::new(320.0, 240.0);
@@ -349,10 +354,11 @@ mod tests {
     }
 
     fn look(filter: &mut ParticleFilter, percepts: &Percepts, cycles: usize) {
-        let landmarks = Landmarks::of(&Pitch::default());
+        let (landmarks, model) = (Landmarks::of(&Pitch::default()), LandmarkModel::default());
         for turn in 0..cycles {
             filter.move_by(Pose::default(), 1.0 / 30.0, &StepError::default());
-            filter.orient(percepts, &landmarks, End::NegativeX, IMAGE, turn, &LandmarkModel::default());
+            let own_end = End::NegativeX;
+            filter.orient(&Look { percepts, landmarks: &landmarks, own_end, image: IMAGE, turn, model: &model });
         }
     }
 

@@ -8,9 +8,10 @@ use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::ball::{BallEstimate, BallModel};
+use super::landmarks::{LandmarkModel, Landmarks, Look};
 use super::localisation::StepError;
 use super::localiser::{Localisation, Localiser};
-use super::own_pose::{LandmarkModel, Landmarks};
+
 use super::robots::{RobotTrack, SonarModel, TrackModel, advance_tracks, hear_robot, see_robot};
 use super::sighting::Sighting;
 use super::team_ball::{HeardBall, TeamBallModel, team_ball};
@@ -171,15 +172,15 @@ fn estimate(
         memory.listen(&inbox.0);
         if !status.penalised {
             let image = Vec2::new(camera.width as f32, camera.height as f32);
-            memory.own.orient(
-                id,
+            let look = Look {
                 percepts,
                 landmarks,
-                status.own_end,
+                own_end: status.own_end,
                 image,
-                clock.cycle as usize,
-                &settings.landmarks,
-            );
+                turn: clock.cycle as usize,
+                model: &settings.landmarks,
+            };
+            memory.own.orient(id, &look);
             memory.watch_ball(percepts, head, settings, period);
             memory.watch_robots(percepts, settings);
             memory.hear_robots(sonar, &pitch, &settings.sonar);

@@ -11,6 +11,7 @@ mod batch;
 mod begin;
 mod check;
 mod list;
+mod pictures;
 mod play;
 mod report;
 mod run;

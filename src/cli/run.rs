@@ -12,12 +12,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
+use super::pictures::PictureArguments;
 use super::{begin, report};
 use crate::communication::MessageStatistics;
 use crate::cycle::{CycleClock, run_cycle};
 use crate::events::{CycleEvents, MatchEvent};
+use crate::record::album::Album;
 use crate::record::beliefs::BeliefRecorder;
-use crate::record::frames::FrameRecorder;
 use crate::record::trace::{EndReason, TracePlugin, TraceRecorder, record_cycle};
 use crate::referee::Game;
 use crate::referee::report::{HEADER, report as match_report};
@@ -75,12 +76,8 @@ pub struct RunArguments {
     /// Write what the robots believe against what is true: a .csv file, and a summary at the end
     #[arg(long, value_name = "FILE")]
     pub beliefs: Option<PathBuf>,
-    /// Write frames into a folder: PNG files of the field, and of the robots' cameras where these are on
-    #[arg(long, value_name = "DIR")]
-    pub frames: Option<PathBuf>,
-    /// Write the frames of every N-th cycle
-    #[arg(long, value_name = "N", requires = "frames", value_parser = clap::value_parser!(u64).range(1..))]
-    pub every: Option<u64>,
+    #[command(flatten)]
+    pub pictures: PictureArguments,
     /// Save the match (.naoisis), to go on with it later
     #[arg(long, value_name = "FILE")]
     pub save: Option<PathBuf>,
@@ -150,14 +147,8 @@ fn run_match(arguments: &RunArguments, begin: impl FnOnce(&mut App) -> Result<()
             }
         };
     }
-    if let Some(folder) = &arguments.frames {
-        match FrameRecorder::create(folder, arguments.every.unwrap_or(1)) {
-            Ok(mut recorder) => {
-                recorder.record(app.world_mut());
-                app.insert_resource(recorder);
-            }
-            Err(error) => return report::usage_error(&format!("--frames: {error}")),
-        }
+    if let Err(message) = arguments.pictures.begin(app.world_mut()) {
+        return report::usage_error(&message);
     }
     if arguments.explain {
         print_beside_trace(arguments, &title(&scenario));
@@ -173,6 +164,7 @@ fn run_match(arguments: &RunArguments, begin: impl FnOnce(&mut App) -> Result<()
 
 /// That no output would be written over what the match begins with, or over another output.
 fn check_outputs(arguments: &RunArguments) -> Result<(), String> {
+    arguments.pictures.check()?;
     let input = PathBuf::from(&arguments.scenario);
     let outputs = [("--trace", &arguments.trace), ("--beliefs", &arguments.beliefs), ("--save", &arguments.save)];
     let real = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_owned());
@@ -257,14 +249,14 @@ fn run_to_the_end(
             break;
         }
         if world.get_resource::<TraceRecorder>().is_some_and(|recorder| recorder.error().is_some())
-            || world.get_resource::<FrameRecorder>().is_some_and(FrameRecorder::has_failed)
+            || world.get_resource::<Album>().is_some_and(Album::has_failed)
         {
             outcome.reason = EndReason::Failed;
             break;
         }
         run_cycle(world);
-        if world.contains_resource::<FrameRecorder>() {
-            world.resource_scope(|world, mut recorder: Mut<FrameRecorder>| recorder.record(world));
+        if world.contains_resource::<Album>() {
+            world.resource_scope(|world, mut album: Mut<Album>| album.record(world));
         }
         if world.contains_resource::<BeliefRecorder>() {
             world.resource_scope(|world, mut recorder: Mut<BeliefRecorder>| recorder.record(world));
@@ -316,10 +308,10 @@ fn finish(world: &mut World, outcome: &Outcome, wall_s: f64, arguments: &RunArgu
         }
         return report::failure(&format!("cannot write the trace: {error}"));
     }
-    if let Some(recorder) = world.remove_resource::<FrameRecorder>()
-        && let Err(error) = recorder.finish()
+    if let Some(album) = world.remove_resource::<Album>()
+        && let Err(error) = album.finish()
     {
-        return report::failure(&format!("cannot write the frames: {error}"));
+        return report::failure(&format!("cannot write the pictures: {error}; what was written before can be seen"));
     }
     if let Some(recorder) = world.remove_resource::<BeliefRecorder>() {
         match recorder.finish() {
@@ -382,11 +374,17 @@ fn summary(outcome: &Outcome, clock: CycleClock, score: crate::referee::Score, w
     };
     let simulated_s = clock.end_time_s();
     text += &format!(
-        "{simulated_s:>7.1} s  {end}: blue {} : {} pink\n{} cycles in {wall_s:.2} s, {:.0} times real time\n",
+        "{simulated_s:>7.1} s  {end}: blue {} : {} pink\n{} cycles in {wall_s:.2} s, {} times real time\n",
         score.blue,
         score.pink,
         clock.cycle,
-        simulated_s / wall_s.max(1e-9),
+        factor(simulated_s / wall_s.max(1e-9)),
     );
     text
+}
+
+/// With as many digits as say something.
+fn factor(value: f64) -> String {
+    let digits = if value < 1.0 { 2 } else { usize::from(value < 10.0) };
+    format!("{value:.digits$}")
 }

@@ -2,10 +2,11 @@
 //!
 //! 1. [A first behaviour](first_behaviour), and a headless test of it.
 //! 2. [What a robot believes](beliefs): estimators, and beliefs against the truth.
-//! 3. [Experiments](experiments): batches, sweeps, saved matches, learning.
-//! 4. [Architecture](architecture): the cycle, who knows what, determinism.
-//! 5. [The paper](paper): what each of its sentences has become, and which test shows it.
-//! 6. [Adding to it](extending): a sensor, a rule, a field, a team.
+//! 3. [Images and pictures](pictures): cameras, renderers, frames, videos.
+//! 4. [Experiments](experiments): batches, sweeps, saved matches, learning.
+//! 5. [Architecture](architecture): the cycle, who knows what, determinism.
+//! 6. [The paper](paper): what each of its sentences has become, and which test shows it.
+//! 7. [Adding to it](extending): a sensor, a rule, a field, a team.
 //!
 //! The programs in `examples/` are one idea each, and run headless:
 //!
@@ -25,6 +26,9 @@ pub mod first_behaviour {}
 
 #[doc = include_str!("beliefs.md")]
 pub mod beliefs {}
+
+#[doc = include_str!("pictures.md")]
+pub mod pictures {}
 
 #[doc = include_str!("experiments.md")]
 pub mod experiments {}

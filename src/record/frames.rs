@@ -1,224 +1,122 @@
-//! Frames: a match as PNG files, the field in one folder and each robot's cameras in folders of their own.
-//!
-//! Pictures are encoded beside the simulation, by threads of their own. The queue to them is bounded: a simulation that is
-//! faster than its encoders waits for them. Every file is written under another name first, so that whatever a folder has
-//! is whole, whenever the program ends.
+//! Frames: a match as PNG files, the field in one folder and each robot's cameras in folders of their own; and beside those,
+//! where images carry them, their labels and depths.
 
 use bevy::prelude::*;
-use std::collections::BTreeMap;
-use std::fs::{self, File};
-use std::io::{self, BufWriter};
+use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{SyncSender, sync_channel};
-use std::sync::{Arc, Mutex};
-use std::thread::{self, JoinHandle};
+use std::sync::Arc;
 
-use crate::appearance::gait::Gait;
-use crate::appearance::posing::JointAngles;
-use crate::appearance::scene::{SceneDescription, SceneRobot, world_from_body};
-use crate::appearance::view::View;
-use crate::ball::{Ball, BallPhysics};
+use super::encoder::{EncoderThreads, Layer, PngWork, RecordError};
+use super::photographer::Photographer;
+use super::picture::Picture;
 use crate::cycle::CycleClock;
-use crate::geometry::Pose;
-use crate::pitch::{Pitch, Post};
-use crate::referee::Penalty;
-use crate::robot::head::HeadAngles;
-use crate::robot::posture::Posture;
-use crate::robot::{RobotId, Roster, Velocity};
-use crate::sensing::camera::image::{Image, Layers};
-use crate::sensing::camera::software::{Detail, PreparedScene, Renderer};
+use crate::robot::{RobotId, Roster};
+use crate::sensing::camera::image::Image;
 use crate::sensing::camera::{CameraImages, CameraSide};
 
-/// The size of the picture of the field, pixels.
-const FIELD_SIZE: [u32; 2] = [960, 540];
-/// Pictures that wait for an encoder, at most.
-const QUEUE: usize = 32;
-
-/// Why a folder is not written to.
-#[derive(Debug, thiserror::Error)]
-pub enum FramesError {
-    /// Something is there already.
-    #[error("{0}: the folder is not empty; expected a new or an empty one")]
-    NotEmpty(PathBuf),
-    /// It cannot be made, or written to.
-    #[error("{path}: {error}")]
-    Io {
-        /// The folder or file.
-        path: PathBuf,
-        /// Why.
-        error: io::Error,
-    },
-}
-
 /// Frames that are being written.
-#[derive(Resource)]
 pub struct FrameRecorder {
     folder: PathBuf,
     every: u64,
-    queue: Option<SyncSender<(PathBuf, Image)>>,
-    encoders: Vec<JoinHandle<()>>,
-    failure: Arc<Mutex<Option<FramesError>>>,
-    scene: SceneDescription,
-    prepared: PreparedScene,
-    renderer: Renderer,
-    /// How the robots step, apart from what their own cameras show: recording changes nothing of the match.
-    gaits: BTreeMap<RobotId, Gait>,
+    /// What is recorded; if nothing is said, the field and the images that robots have.
+    pictures: Vec<Picture>,
+    encoders: EncoderThreads<PngWork>,
     folders: Vec<PathBuf>,
     written: u64,
 }
 
 impl FrameRecorder {
-    /// Frames into a folder, every so many cycles.
+    /// Frames into a folder, every so many cycles: of these pictures, or if there are none, of the field and of the camera
+    /// images that robots have.
     ///
     /// # Errors
     /// When the folder cannot be made or is not empty.
-    pub fn create(folder: &Path, every: u64) -> Result<Self, FramesError> {
-        let io_error = |error| FramesError::Io { path: folder.to_owned(), error };
-        fs::create_dir_all(folder).map_err(io_error)?;
-        if fs::read_dir(folder).map_err(io_error)?.next().is_some() {
-            return Err(FramesError::NotEmpty(folder.to_owned()));
+    pub fn create(folder: &Path, every: u64, pictures: Vec<Picture>) -> Result<Self, RecordError> {
+        fs::create_dir_all(folder).map_err(RecordError::io(folder))?;
+        if fs::read_dir(folder).map_err(RecordError::io(folder))?.next().is_some() {
+            return Err(RecordError::NotEmpty(folder.to_owned()));
         }
-        let failure = Arc::new(Mutex::new(None));
-        let (queue, pictures) = sync_channel::<(PathBuf, Image)>(QUEUE);
-        let pictures = Arc::new(Mutex::new(pictures));
-        let threads = thread::available_parallelism().map_or(1, usize::from);
-        let encoders = (0..threads).map(|_| {
-            let (pictures, failure) = (Arc::clone(&pictures), Arc::clone(&failure));
-            thread::spawn(move || {
-                loop {
-                    let next = match pictures.lock() {
-                        Ok(pictures) => pictures.recv(),
-                        Err(_) => return,
-                    };
-                    let Ok((path, image)) = next else { return };
-                    if let Err(error) = write_png(&path, &image)
-                        && let Ok(mut failure) = failure.lock()
-                    {
-                        failure.get_or_insert(FramesError::Io { path, error });
-                    }
-                }
-            })
-        });
+        // That it can be written to is found out now, not in the middle of the match.
+        let probe = folder.join(".naoisis");
+        fs::write(&probe, []).and_then(|()| fs::remove_file(&probe)).map_err(RecordError::io(folder))?;
         Ok(Self {
             folder: folder.to_owned(),
             every: every.max(1),
-            queue: Some(queue),
-            encoders: encoders.collect(),
-            failure,
-            scene: SceneDescription::default(),
-            prepared: PreparedScene::default(),
-            renderer: Renderer::default(),
-            gaits: BTreeMap::new(),
+            pictures,
+            encoders: EncoderThreads::for_png(),
             folders: Vec::new(),
             written: 0,
         })
     }
 
-    /// Writes the frames of the cycle that has just ended, if it is one of those that are wanted: the field as it is now,
-    /// and the images that the robots had in it.
-    pub fn record(&mut self, world: &mut World) {
-        let clock = *world.resource::<CycleClock>();
-        self.gather(world, clock.end_time_s());
-        if !clock.cycle.is_multiple_of(self.every) || self.has_failed() {
+    /// Writes the frames of the cycle that has just ended, if it is one of those that are wanted.
+    pub fn record(&mut self, world: &mut World, photographer: &mut Photographer) {
+        let cycle = world.resource::<CycleClock>().cycle;
+        if !cycle.is_multiple_of(self.every) || self.has_failed() {
             return;
         }
-        self.prepared.prepare(&self.scene, Detail { segments: 20, ..Detail::FINE });
-        let mut image = Image::default();
-        self.renderer.draw(&self.prepared, &view_of_field(&self.scene.pitch), Layers::default(), &mut image);
-        self.write("field", clock.cycle, image);
-        let robots: Vec<(RobotId, Entity)> = world.resource::<Roster>().iter().collect();
-        for (id, entity) in robots {
-            let Some(images) = world.get::<CameraImages>(entity).filter(|images| images.cycle == Some(clock.cycle))
-            else {
-                continue;
-            };
-            let pictures = CameraSide::BOTH.map(|side| (side, images.side(side).clone()));
-            for (side, image) in pictures.into_iter().filter(|(_, image)| !image.is_empty()) {
-                let side = if side == CameraSide::Top { "top" } else { "bottom" };
-                self.write(&format!("{id}_{side}"), clock.cycle, image);
+        let pictures = if self.pictures.is_empty() { what_there_is(world) } else { self.pictures.clone() };
+        for picture in pictures {
+            if let Some(image) = picture.take(photographer, world) {
+                let (name, image) = (folder_name(picture), Arc::new(image));
+                if !image.labels.is_empty() {
+                    self.write(&format!("{name}_labels"), cycle, Layer::Labels, &image);
+                }
+                if !image.depth_m.is_empty() {
+                    self.write(&format!("{name}_depth"), cycle, Layer::Depth, &image);
+                }
+                self.write(&name, cycle, Layer::Colours, &image);
             }
         }
     }
 
     /// Whether writing has failed: nothing more is written then.
     pub fn has_failed(&self) -> bool {
-        self.failure.lock().is_ok_and(|failure| failure.is_some())
+        self.encoders.has_failed()
     }
 
     /// Waits for the last frames. How many there are.
     ///
     /// # Errors
     /// The first error that occurred while writing; what was written before is whole.
-    pub fn finish(mut self) -> Result<u64, FramesError> {
-        self.queue = None;
-        for encoder in self.encoders.drain(..) {
-            // An encoder does not panic; if it did, its frames are missing.
-            let _ = encoder.join();
-        }
-        let failure = self.failure.lock().ok().and_then(|mut failure| failure.take());
-        failure.map_or(Ok(self.written), Err)
+    pub fn finish(self) -> Result<u64, RecordError> {
+        self.encoders.finish().map(|()| self.written)
     }
 
-    fn write(&mut self, name: &str, cycle: u64, image: Image) {
+    fn write(&mut self, name: &str, cycle: u64, layer: Layer, image: &Arc<Image>) {
         let folder = self.folder.join(name);
         if !self.folders.contains(&folder) {
-            if let Err(error) = fs::create_dir_all(&folder)
-                && let Ok(mut failure) = self.failure.lock()
-            {
-                failure.get_or_insert(FramesError::Io { path: folder.clone(), error });
+            if let Err(error) = fs::create_dir_all(&folder) {
+                self.encoders.fail(RecordError::Io { path: folder.clone(), error });
             }
             self.folders.push(folder.clone());
         }
-        if let Some(queue) = &self.queue
-            && queue.send((folder.join(format!("{cycle:06}.png")), image)).is_ok()
-        {
+        if self.encoders.send((folder.join(format!("{cycle:06}.png")), layer, Arc::clone(image))) {
             self.written += 1;
         }
     }
+}
 
-    fn gather(&mut self, world: &mut World, now_s: f64) {
-        let scene = &mut self.scene;
-        scene.pitch.clone_from(world.resource::<Pitch>());
-        scene.robots.clear();
-        for (id, entity) in world.resource::<Roster>().iter() {
-            if world.get::<Penalty>(entity).is_some_and(Penalty::is_active) {
-                continue;
-            }
-            let Some(pose) = world.get::<Pose>(entity).copied() else { continue };
-            let head = world.get::<HeadAngles>(entity).copied().unwrap_or_default();
-            let gait = self.gaits.entry(id).or_default();
-            gait.follow(pose, world.get::<Velocity>(entity).copied().unwrap_or_default(), now_s);
-            let joints: JointAngles = gait.joints(id, head);
-            let posture = world.get::<Posture>(entity).copied().unwrap_or_default();
-            scene.robots.push(SceneRobot { id, world_from_robot: world_from_body(pose, posture), joints });
+/// The field, and the images that robots had in the cycle that has just ended.
+fn what_there_is(world: &World) -> Vec<Picture> {
+    let cycle = world.resource::<CycleClock>().cycle;
+    let mut pictures = vec![Picture::Field];
+    let robots: Vec<(RobotId, Entity)> = world.resource::<Roster>().iter().collect();
+    for (id, entity) in robots {
+        if let Some(images) = world.get::<CameraImages>(entity).filter(|images| images.cycle == Some(cycle)) {
+            let sides = CameraSide::BOTH.into_iter().filter(|side| !images.side(*side).is_empty());
+            pictures.extend(sides.map(|side| Picture::Camera(id, side)));
         }
-        scene.posts.clear();
-        let mut posts = world.query::<(&Post, &Pose)>();
-        scene.posts.extend(posts.iter(world).map(|(post, pose)| (*post, pose.position)));
-        let mut balls = world.query_filtered::<(&Pose, &BallPhysics), With<Ball>>();
-        scene.ball = balls.iter(world).next().map(|(pose, physics)| (pose.position, physics.radius_m));
     }
+    pictures
 }
 
-/// The whole pitch, from above one side line.
-pub fn view_of_field(pitch: &Pitch) -> View {
-    let carpet = pitch.carpet_half_extents();
-    // Far enough for the length to fill the picture's width at a field of view of 35 degrees from top to bottom.
-    let eye = Vec3::new(0.0, -1.25 * carpet.x - 0.6 * carpet.y, 1.15 * carpet.x);
-    View::looking_at(eye, Vec3::new(0.0, -0.2 * carpet.y, 0.0), 0.61, FIELD_SIZE)
-}
-
-/// Writes a picture as PNG, under another name until it is whole.
-fn write_png(path: &Path, image: &Image) -> io::Result<()> {
-    let unfinished = path.with_extension("png.part");
-    let mut encoder = png::Encoder::new(BufWriter::new(File::create(&unfinished)?), image.width, image.height);
-    encoder.set_color(png::ColorType::Rgb);
-    encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_compression(png::Compression::Fast);
-    let mut writer = encoder.write_header()?;
-    writer.write_image_data(&image.rgb)?;
-    writer.finish()?;
-    fs::rename(unfinished, path)
+fn folder_name(picture: Picture) -> String {
+    match picture {
+        Picture::Field => "field".to_owned(),
+        Picture::Camera(robot, CameraSide::Top) => format!("{robot}_top"),
+        Picture::Camera(robot, CameraSide::Bottom) => format!("{robot}_bottom"),
+    }
 }
 
 #[cfg(test)]
@@ -226,35 +124,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_whole_pitch_is_in_the_picture() {
-        for pitch in ["naoisis", "spl2025"].map(|name| Pitch::preset(name).unwrap()) {
-            let (view, corner) = (view_of_field(&pitch), pitch.outer_half_extents());
-            for (x, y) in [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)] {
-                let pixel = view.project(Vec3::new(x * corner.x, y * corner.y, 0.0)).unwrap();
-                let size = Vec2::new(FIELD_SIZE[0] as f32, FIELD_SIZE[1] as f32);
-                assert!(pixel.cmpgt(Vec2::ZERO).all() && pixel.cmplt(size).all(), "{}: {pixel}", pitch.name);
-            }
-        }
-    }
-
-    #[test]
-    fn a_picture_is_read_as_it_was_written() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("picture.png");
-        let image = Image { width: 3, height: 2, rgb: (0..18).collect(), ..default() };
-        write_png(&path, &image).unwrap();
-        let mut reader = png::Decoder::new(io::BufReader::new(File::open(&path).unwrap())).read_info().unwrap();
-        let mut rgb = vec![0; reader.output_buffer_size().unwrap()];
-        reader.next_frame(&mut rgb).unwrap();
-        assert_eq!(rgb, image.rgb);
-        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "nothing unfinished is left");
-    }
-
-    #[test]
     fn a_folder_with_something_in_it_is_left_alone() {
         let folder = tempfile::tempdir().unwrap();
         fs::write(folder.path().join("diary.txt"), "dear diary").unwrap();
-        assert!(matches!(FrameRecorder::create(folder.path(), 1), Err(FramesError::NotEmpty(_))));
-        assert!(FrameRecorder::create(&folder.path().join("new/folder"), 1).is_ok());
+        assert!(matches!(FrameRecorder::create(folder.path(), 1, vec![]), Err(RecordError::NotEmpty(_))));
+        let new = folder.path().join("new/folder");
+        assert!(FrameRecorder::create(&new, 1, vec![]).is_ok());
+        assert_eq!(fs::read_dir(new).unwrap().count(), 0);
     }
 }

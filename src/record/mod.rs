@@ -1,5 +1,12 @@
-//! Records of matches.
+//! What is written down of a match: its trace, what robots believe against what is true, and pictures of it.
 
+pub mod album;
 pub mod beliefs;
+pub mod canvas;
+pub mod encoder;
 pub mod frames;
+pub mod photographer;
+pub mod picture;
+pub mod sheet;
 pub mod trace;
+pub mod video;

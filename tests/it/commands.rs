@@ -219,10 +219,56 @@ fn frames_are_numbered_by_cycle_and_nothing_is_written_over() {
     let output = naoisis(folder.path(), &arguments);
     assert_eq!(output.status.code(), Some(2));
     assert!(text(&output.stderr).contains("the folder is not empty"), "{}", text(&output.stderr));
+    let learning = ["run", "one.json", "--duration", "0.1", "--frames", "learning", "--cameras", "software", "--quiet"];
+    let layers = ["--set", "cameras.labels=true", "--set", "cameras.depth=true", "--set", "cameras.which=top"];
+    assert!(naoisis(folder.path(), &[&learning[..], &layers].concat()).status.success());
+    for name in ["blue1_top", "blue1_top_labels", "blue1_top_depth"] {
+        assert!(folder.path().join("learning").join(name).join("000002.png").exists(), "{name}");
+    }
+    // Chosen views are drawn whether or not the match renders images; those of robots that do not play cannot be.
+    let arguments = ["run", "one.json", "--duration", "0.1", "--frames", "chosen", "--quiet", "--views"];
+    assert!(naoisis(folder.path(), &[&arguments[..], &["blue1.bottom"]].concat()).status.success());
+    let chosen = std::fs::read_dir(folder.path().join("chosen")).unwrap();
+    assert_eq!(chosen.map(|entry| entry.unwrap().file_name()).collect::<Vec<_>>(), ["blue1_bottom"]);
+    let output = naoisis(folder.path(), &[&arguments[..], &["pink1.top"]].concat());
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("no such robot plays; expected one of blue1"), "{}", text(&output.stderr));
     // Recording changes nothing of the match.
     let trace = |more: &[&str]| {
         let arguments = ["run", "match3v3", "--duration", "1", "--trace", "-", "--quiet"];
         text(&naoisis(folder.path(), &[&arguments[..], more].concat()).stdout)
     };
     assert!(trace(&[]) == trace(&["--frames", "others", "--every", "30"]));
+}
+
+#[test]
+fn a_video_and_a_contact_sheet_come_of_a_match_and_nothing_is_written_over() {
+    let folder = tempfile::tempdir().unwrap();
+    let scenario = r#"{ "rules": "free", "robots": [{ "number": 1 }], "cameras": { "width": 64, "height": 48 } }"#;
+    std::fs::write(folder.path().join("one.json"), scenario).unwrap();
+    let arguments = ["run", "one.json", "--duration", "0.4", "--video", "match.mp4", "--sheet", "sheet.png", "--quiet"];
+    let output = naoisis(folder.path(), &[&arguments[..], &["--views", "field,blue1.top", "--every", "4"]].concat());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let video = std::fs::read(folder.path().join("match.mp4")).unwrap();
+    assert_eq!(&video[4..8], b"ftyp");
+    // The video is as wide as the field's 960 pixels and a camera's 720 beside it: the track's header says so, in 16.16.
+    let size: Vec<u8> = [960u32 + 720, 540].iter().flat_map(|size| (size << 16).to_be_bytes()).collect();
+    assert!(video.windows(8).any(|bytes| bytes == size), "the size of the video");
+    let sheet = std::fs::read(folder.path().join("sheet.png")).unwrap();
+    assert_eq!(&sheet[1..4], b"PNG");
+    for (more, message) in [
+        (&["--video", "match.mp4"][..], "--video: match.mp4: there is such a file already"),
+        (&["--sheet", "sheet.png"], "--sheet: sheet.png: there is such a file already"),
+        (&["--video", "match.avi"], "ends in .mp4"),
+        (&["--video", "no/match.mp4"], "--video: no/match.mp4"),
+        (&["--views", "field"], "--views: expected --frames DIR"),
+        (&["--every", "2"], "--every: expected --frames DIR or --video FILE"),
+        (&["--video", "other.mp4", "--views", "blue1.left"], "there is no picture `blue1.left`"),
+    ] {
+        let output = naoisis(folder.path(), &[&["run", "one.json", "--duration", "0.1"], more].concat());
+        assert_eq!(output.status.code(), Some(2), "{more:?}");
+        assert!(text(&output.stderr).contains(message), "{more:?}: {}", text(&output.stderr));
+    }
+    assert_eq!(std::fs::read(folder.path().join("match.mp4")).unwrap(), video);
+    assert!(!folder.path().join("other.mp4").exists());
 }

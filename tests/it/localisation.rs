@@ -42,7 +42,7 @@ fn median_errors(localisation: &str) -> [f64; 2] {
 
 #[test]
 fn players_know_where_they_are() {
-    for localisation in ["kalman", "particles"] {
+    for localisation in ["kalman", "unscented", "particles"] {
         let [place, heading] = median_errors(localisation);
         assert!(place < 0.15 && heading < 6.0, "{localisation}: {place} m, {heading} degrees");
     }
@@ -73,7 +73,7 @@ fn finds_itself(localisation: &str, seed: u64) -> bool {
 #[test]
 fn a_kidnapped_robot_finds_itself() {
     // The share in the long run is above 0.95; of 30 runs, 26 or more succeed then in 98 of 100 such tests.
-    for localisation in ["kalman", "particles"] {
+    for localisation in ["kalman", "unscented", "particles"] {
         let found = (1..=30).filter(|seed| finds_itself(localisation, *seed)).count();
         assert!(found >= 26, "{localisation}: {found} of 30");
     }

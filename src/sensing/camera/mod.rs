@@ -26,7 +26,7 @@ use crate::cycle::Cycle;
 use crate::geometry::{file_units, to_radians};
 use crate::knowledge::Knowledge;
 use crate::pitch::Pitch;
-#[cfg(not(feature = "gpu"))]
+#[cfg(feature = "gpu")]
 use crate::scenario::FieldPath;
 use crate::scenario::ScenarioFault;
 use crate::sensing::jobs::SensingThreads;

@@ -1,0 +1,191 @@
+//! What is known of a pitch and can be seen of it: goal posts, junctions, crosses, lines.
+
+use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::line_sighting::SeenLine;
+use super::point_team_from_pitch;
+use super::sighting::Sighting;
+use crate::geometry::Pose;
+use crate::pitch::{End, GoalColour, JunctionShape, LineSegment, Pitch};
+use crate::sensing::vision::{GoalPostPercept, LandmarkKind, LandmarkPercept, Percepts};
+
+/// Distance of a waiting robot from the side line, m (2025 rule book).
+const WAITING_DISTANCE_M: f32 = 0.5;
+/// A post whose foot is not in the image is measured by its top or its width, so much worse.
+const HIDDEN_FOOT_FACTOR: f32 = 4.0;
+
+/// How landmarks are used.
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct LandmarkModel {
+    /// Expected error of the angles at which a goal post's foot, or the centre circle's middle, is seen: standard
+    /// deviation, radians. 3 pixels at 361 pixels of focal length are 0.0083.
+    pub goal_post_angle_sd: f32,
+    /// The same for junctions and crosses, radians.
+    pub mark_angle_sd: f32,
+    /// The same for the ends of lines, radians.
+    pub line_angle_sd: f32,
+    /// What is seen further from the expectation than this is not the landmark that it is taken for: squared
+    /// Mahalanobis distance.
+    pub gate: f32,
+    /// After so many landmarks more out of place than in place, the robot doubts its pose.
+    pub contradictions: u32,
+}
+
+impl Default for LandmarkModel {
+    fn default() -> Self {
+        Self { goal_post_angle_sd: 0.01, mark_angle_sd: 0.005, line_angle_sd: 0.008, gate: 12.0, contradictions: 6 }
+    }
+}
+
+/// A goal, seen from inside the pitch.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) struct Goal {
+    pub(super) colour: GoalColour,
+    pub(super) left_post: Vec2,
+    pub(super) right_post: Vec2,
+}
+
+/// The places of all landmarks, in the frame of the team that defends -x. Marks on the ground have the same places for
+/// the other team, as the pitch looks the same from both ends.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Landmarks {
+    junctions: Vec<(JunctionShape, Vec2)>,
+    crosses: [Vec2; 2],
+    lines: Vec<LineSegment>,
+    goals: [Goal; 2],
+    carpet_half_extents: Vec2,
+    half_width: f32,
+}
+
+impl Landmarks {
+    /// Those of a pitch.
+    pub fn of(pitch: &Pitch) -> Self {
+        let [negative_cross, positive_cross, _] = pitch.marks();
+        let goal = |end: End| {
+            let [x, y] = [end.sign() * pitch.goal_post_x(), end.sign() * pitch.goal.width_m / 2.0];
+            Goal { colour: pitch.goal_colour(end), left_post: Vec2::new(x, y), right_post: Vec2::new(x, -y) }
+        };
+        Self {
+            junctions: pitch.line_junctions().iter().map(|junction| (junction.shape, junction.position)).collect(),
+            crosses: [negative_cross, positive_cross],
+            lines: pitch.line_segments(),
+            goals: End::BOTH.map(goal),
+            carpet_half_extents: pitch.carpet_half_extents(),
+            half_width: pitch.half_width(),
+        }
+    }
+
+    /// The left and the right post of the goal of this colour, in the frame of the team that defends `own_end`, m. None
+    /// where both goals have it.
+    pub(super) fn goal(&self, colour: GoalColour, own_end: End) -> Option<[Vec2; 2]> {
+        let mut goals = self.goals(colour, own_end);
+        let goal = goals.next()?;
+        goals.next().is_none().then_some([goal.left_post, goal.right_post])
+    }
+
+    /// The posts of this colour, in the frame of the team that defends `own_end`, m.
+    pub(super) fn posts(&self, colour: GoalColour, own_end: End) -> impl Iterator<Item = Vec2> {
+        self.goals(colour, own_end).flat_map(|goal| [goal.left_post, goal.right_post])
+    }
+
+    /// The junctions of this shape, m.
+    pub(super) fn junctions(&self, shape: JunctionShape) -> impl Iterator<Item = Vec2> {
+        self.junctions.iter().filter(move |(other, _)| *other == shape).map(|(_, place)| *place)
+    }
+
+    /// The penalty crosses, m.
+    pub(super) fn crosses(&self) -> impl Iterator<Item = Vec2> {
+        self.crosses.into_iter()
+    }
+
+    /// The lines.
+    pub(super) fn lines(&self) -> &[LineSegment] {
+        &self.lines
+    }
+
+    /// Half the carpet's length and width, m.
+    pub(super) fn carpet(&self) -> Vec2 {
+        self.carpet_half_extents
+    }
+
+    /// Whether a robot could stand at a place, m.
+    pub(super) fn is_on_carpet(&self, place: Vec2) -> bool {
+        place.abs().cmplt(self.carpet_half_extents).all()
+    }
+
+    /// The goals of this colour, in the frame of the team that defends `own_end`.
+    pub(super) fn goals(&self, colour: GoalColour, own_end: End) -> impl Iterator<Item = Goal> {
+        let in_team = move |place| point_team_from_pitch(place, own_end);
+        self.goals.into_iter().filter(move |goal| goal.colour == colour).map(move |goal| Goal {
+            left_post: in_team(goal.left_post),
+            right_post: in_team(goal.right_post),
+            ..goal
+        })
+    }
+}
+
+/// What a robot sees of the pitch in a cycle, and how that is to be used.
+#[derive(Clone, Copy, Debug)]
+pub struct Look<'a> {
+    /// What its cameras recognised.
+    pub percepts: &'a Percepts,
+    /// What there is to be seen.
+    pub landmarks: &'a Landmarks,
+    /// Which end the robot's team defends.
+    pub own_end: End,
+    /// The size of the cameras' images, pixels.
+    pub image: Vec2,
+    /// Counts the cycles, so that everything that is seen gets its turn.
+    pub turn: usize,
+    /// How landmarks are used.
+    pub model: &'a LandmarkModel,
+}
+
+impl<'a> Look<'a> {
+    /// Up to `most` of the junctions, crosses and circles that are seen.
+    pub(super) fn marks(&self, most: usize) -> impl Iterator<Item = &'a LandmarkPercept> {
+        self.in_turn(most, |mark| !matches!(mark.kind, LandmarkKind::Line { .. }))
+    }
+
+    /// Up to `most` of the stretches of lines that are seen.
+    pub(super) fn lines(&self, most: usize) -> impl Iterator<Item = SeenLine> {
+        let angle_sd = self.model.line_angle_sd;
+        self.in_turn(most, |mark| matches!(mark.kind, LandmarkKind::Line { .. })).filter_map(move |mark| {
+            let LandmarkKind::Line { end_position_m, .. } = mark.kind else { return None };
+            Some(SeenLine { ends: [mark.position_m, end_position_m], angle_sd })
+        })
+    }
+
+    fn in_turn(
+        &self,
+        most: usize,
+        wanted: impl Fn(&LandmarkPercept) -> bool + Copy,
+    ) -> impl Iterator<Item = &'a LandmarkPercept> {
+        let all = self.percepts.landmarks.iter();
+        let count = all.clone().filter(|mark| wanted(mark)).count();
+        all.filter(move |mark| wanted(mark)).cycle().skip(self.turn % count.max(1)).take(count.min(most))
+    }
+}
+
+/// Where a penalised robot comes back on the halfway line: at the end away from the ball (m, team frame).
+pub(super) fn halfway_pose(landmarks: &Landmarks, ball: Option<Vec2>) -> Pose {
+    let side = if ball.is_some_and(|ball| ball.y > 0.0) { -1.0 } else { 1.0 };
+    Pose::new(0.0, side * landmarks.half_width, -side * core::f32::consts::FRAC_PI_2)
+}
+
+/// Where a robot that was removed from `y` waits, beyond the side line.
+pub(super) fn waiting_pose(landmarks: &Landmarks, y: f32) -> Pose {
+    let side = if y < 0.0 { -1.0 } else { 1.0 };
+    let x = -landmarks.crosses[1].x.abs();
+    let beyond = WAITING_DISTANCE_M.min(landmarks.carpet_half_extents.y - landmarks.half_width);
+    Pose::new(x, side * (landmarks.half_width + beyond), -side * core::f32::consts::FRAC_PI_2)
+}
+
+/// What the measured place of a post is worth.
+pub(super) fn sighting_of_post(post: &GoalPostPercept, image: Vec2, model: &LandmarkModel) -> Sighting {
+    let foot_in_image = post.pixel.cmpge(Vec2::ZERO).all() && post.pixel.cmple(image).all();
+    let distance_factor = if foot_in_image { 1.0 } else { HIDDEN_FOOT_FACTOR };
+    Sighting { distance_factor, ..Sighting::new(post.position_m, model.goal_post_angle_sd) }
+}

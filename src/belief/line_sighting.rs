@@ -1,0 +1,115 @@
+//! What it says about a pose that a stretch of a line is seen.
+//!
+//! Where along the line the stretch lies is not known, only that both of its ends are on the line: the measurement is the two
+//! ends' distances from the line, which both should be 0.
+
+use bevy::prelude::*;
+
+use super::sighting::{Residual, Sighting};
+use crate::geometry::{Pose, unrotate};
+use crate::pitch::LineSegment;
+
+/// A stretch may be seen to go on for so much beyond the end of the line, m: ends are measured with errors.
+const BEYOND_M: f32 = 0.4;
+/// Shorter stretches say nothing about the direction, and might be anything, m.
+const LEAST_LENGTH_M: f32 = 0.3;
+
+/// A stretch of a line that is seen.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct SeenLine {
+    /// Its measured ends, m, robot frame.
+    pub ends: [Vec2; 2],
+    /// Standard deviation of the angles by which they were measured, radians.
+    pub angle_sd: f32,
+}
+
+impl SeenLine {
+    /// Whether it is long enough to say something.
+    pub fn is_useful(&self) -> bool {
+        self.ends[0].distance_squared(self.ends[1]) > LEAST_LENGTH_M * LEAST_LENGTH_M
+    }
+
+    /// Whether it can be a stretch of this line (m, team frame), for a robot at about this pose.
+    pub fn can_be_of(&self, line: &LineSegment, pose: Pose) -> bool {
+        let (direction, length) = direction(line);
+        self.ends.iter().all(|end| {
+            let along = direction.dot(pose.transform_point(*end) - line.start);
+            (-BEYOND_M..length + BEYOND_M).contains(&along)
+        })
+    }
+
+    /// Measured minus expected distances from `line` (m, team frame) of both ends, for a robot at `pose`, m.
+    pub fn residual(&self, line: &LineSegment, pose: Pose) -> Residual {
+        let normal = direction(line).0.perp();
+        let forward = pose.forward();
+        let place = pose.position - line.start;
+        let away = self.ends.map(|end| normal.dot(place + forward.rotate(end)));
+        // The error of an end across the line.
+        let across = unrotate(forward, normal);
+        let variance = self.ends.map(|end| across.dot(Sighting::new(end, self.angle_sd).noise_at(end) * across));
+        Residual { difference: -Vec2::from(away), noise: Mat2::from_diagonal(Vec2::from(variance)) }
+    }
+
+    /// What x, y and heading of the pose change of the expected distances: a row for each end.
+    pub(super) fn slopes(&self, line: &LineSegment, forward: Vec2) -> [Vec3; 2] {
+        let normal = direction(line).0.perp();
+        self.ends.map(|end| normal.extend(normal.dot(forward.rotate(end).perp())))
+    }
+}
+
+/// Direction and length of a line, m.
+fn direction(line: &LineSegment) -> (Vec2, f32) {
+    let along = line.end - line.start;
+    let length = along.length();
+    (along / length.max(f32::MIN_POSITIVE), length)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_abs_diff_eq;
+
+    /// The line x = 3.
+    const LINE: LineSegment = LineSegment { start: Vec2::new(3.0, -2.0), end: Vec2::new(3.0, 2.0) };
+
+    fn seen_from(pose: Pose) -> SeenLine {
+        let ends = [Vec2::new(3.0, -0.5), Vec2::new(3.0, 1.0)].map(|end| pose.inverse_transform_point(end));
+        SeenLine { ends, angle_sd: 0.01 }
+    }
+
+    #[test]
+    fn a_line_tells_how_far_away_it_is_and_nothing_along_it() {
+        let seen = seen_from(Pose::new(1.0, 0.0, 0.0));
+        // Half a metre to the side it looks the same; 0.2 m ahead of the true place it should be 0.2 m nearer.
+        assert_abs_diff_eq!(seen.residual(&LINE, Pose::new(1.0, 0.5, 0.0)).difference.length(), 0.0, epsilon = 1e-6);
+        let ahead = seen.residual(&LINE, Pose::new(1.2, 0.0, 0.0)).difference;
+        assert_abs_diff_eq!(ahead.abs(), Vec2::splat(0.2), epsilon = 1e-6);
+    }
+
+    #[test]
+    fn slopes_are_the_changes_of_what_is_expected() {
+        let seen = seen_from(Pose::new(0.8, 0.3, 0.4));
+        let pose = Pose::new(1.0, -0.2, 0.3);
+        let expected = |pose: Pose| -seen.residual(&LINE, pose).difference;
+        let step = 1e-3;
+        for (axis, moved) in [
+            Pose::new(pose.position.x + step, pose.position.y, pose.heading),
+            Pose::new(pose.position.x, pose.position.y + step, pose.heading),
+            Pose::new(pose.position.x, pose.position.y, pose.heading + step),
+        ]
+        .into_iter()
+        .enumerate()
+        {
+            let change = (expected(moved) - expected(pose)) / step;
+            let slopes = seen.slopes(&LINE, pose.forward());
+            assert_abs_diff_eq!(Vec2::new(slopes[0][axis], slopes[1][axis]), change, epsilon = 5e-3);
+        }
+    }
+
+    #[test]
+    fn what_goes_on_beyond_the_end_is_another_line() {
+        let pose = Pose::new(1.0, 0.0, 0.0);
+        assert!(seen_from(pose).can_be_of(&LINE, pose));
+        assert!(!seen_from(pose).can_be_of(&LINE, Pose::new(1.0, 1.5, 0.0)));
+    }
+}

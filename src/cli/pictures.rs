@@ -1,0 +1,89 @@
+//! What `naoisis run` records in pictures.
+
+use bevy::prelude::*;
+use clap::Args;
+use std::path::PathBuf;
+
+use crate::cycle::CycleClock;
+use crate::record::album::Album;
+use crate::record::frames::FrameRecorder;
+use crate::record::picture::Picture;
+use crate::record::sheet::SheetRecorder;
+use crate::record::video::VideoRecorder;
+use crate::robot::Roster;
+use crate::sensing::camera::CameraSide;
+
+/// The arguments for pictures.
+#[derive(Args, Debug, Clone, Default)]
+pub struct PictureArguments {
+    /// Write frames into a new folder: PNG files of the field, and of the robots' cameras where these are on
+    #[arg(long, value_name = "DIR")]
+    pub frames: Option<PathBuf>,
+    /// Write a video of the field, or of `--views` side by side: a new .mp4 file
+    #[arg(long, value_name = "FILE")]
+    pub video: Option<PathBuf>,
+    /// Write a contact sheet, the match at a glance: a new .png file. Of the cameras in `--views`, it shows the first
+    #[arg(long, value_name = "FILE")]
+    pub sheet: Option<PathBuf>,
+    /// What frames and video show: field,blue1.top,pink2.bottom
+    #[arg(long, value_name = "VIEWS", value_delimiter = ',')]
+    pub views: Vec<Picture>,
+    /// Take frames and video of every N-th cycle only
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    pub every: Option<u64>,
+}
+
+impl PictureArguments {
+    /// That there is something for `--views` and `--every` to be about.
+    pub fn check(&self) -> Result<(), String> {
+        let moving = self.frames.is_some() || self.video.is_some();
+        if self.every.is_some() && !moving {
+            return Err("--every: expected --frames DIR or --video FILE with it".to_owned());
+        }
+        if !self.views.is_empty() && !moving && self.sheet.is_none() {
+            return Err("--views: expected --frames DIR, --video FILE or --sheet FILE with it".to_owned());
+        }
+        Ok(())
+    }
+
+    /// Opens what is to be written and takes the first pictures of a match that has been started.
+    pub fn begin(&self, world: &mut World) -> Result<(), String> {
+        for picture in &self.views {
+            if let Picture::Camera(robot, _) = picture
+                && world.resource::<Roster>().get(*robot).is_none()
+            {
+                let robots: Vec<String> =
+                    world.resource::<Roster>().iter().map(|(id, _)| format!("{}{}", id.team, id.number)).collect();
+                return Err(format!("--views: {picture}: no such robot plays; expected one of {}", robots.join(", ")));
+            }
+        }
+        let every = self.every.unwrap_or(1);
+        let cycle_s = world.resource::<CycleClock>().period_s;
+        let mut album = Album::default();
+        if let Some(folder) = &self.frames {
+            let frames = FrameRecorder::create(folder, every, self.views.clone());
+            album.frames = Some(frames.map_err(|error| format!("--frames: {error}"))?);
+        }
+        if let Some(path) = &self.video {
+            let video = VideoRecorder::create(path, every, self.views.clone(), cycle_s);
+            album.video = Some(video.map_err(|error| format!("--video: {error}"))?);
+        }
+        if let Some(path) = &self.sheet {
+            let camera = self.views.iter().find_map(|picture| match picture {
+                Picture::Camera(robot, side) => Some((*robot, *side)),
+                Picture::Field => None,
+            });
+            let first = || world.resource::<Roster>().iter().next().map(|(id, _)| (id, CameraSide::Top));
+            let Some((robot, side)) = camera.or_else(first) else {
+                return Err("--sheet: no robot plays; expected one through whose eyes it can be seen".to_owned());
+            };
+            let sheet = SheetRecorder::create(path, robot, side);
+            album.sheet = Some(sheet.map_err(|error| format!("--sheet: {error}"))?);
+        }
+        if !album.is_empty() {
+            album.record(world);
+            world.insert_resource(album);
+        }
+        Ok(())
+    }
+}

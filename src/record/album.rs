@@ -1,0 +1,60 @@
+//! Everything that is recorded of a match in pictures, with one photographer for all of it.
+
+use bevy::prelude::*;
+
+use super::encoder::RecordError;
+use super::frames::FrameRecorder;
+use super::photographer::Photographer;
+use super::sheet::SheetRecorder;
+use super::video::VideoRecorder;
+
+/// The pictures that are being made of a match.
+#[derive(Resource, Default)]
+pub struct Album {
+    /// Draws them.
+    pub photographer: Photographer,
+    /// PNG files.
+    pub frames: Option<FrameRecorder>,
+    /// A video.
+    pub video: Option<VideoRecorder>,
+    /// A contact sheet.
+    pub sheet: Option<SheetRecorder>,
+}
+
+impl Album {
+    /// Whether nothing is to be recorded.
+    pub fn is_empty(&self) -> bool {
+        self.frames.is_none() && self.video.is_none() && self.sheet.is_none()
+    }
+
+    /// Takes the pictures of the match as it is now. Called at the start, and after every cycle.
+    pub fn record(&mut self, world: &mut World) {
+        self.photographer.look(world);
+        if let Some(frames) = &mut self.frames {
+            frames.record(world, &mut self.photographer);
+        }
+        if let Some(video) = &mut self.video {
+            video.record(world, &mut self.photographer);
+        }
+        if let Some(sheet) = &mut self.sheet {
+            sheet.record(world, &mut self.photographer);
+        }
+    }
+
+    /// Whether something could not be written: nothing more is then.
+    pub fn has_failed(&self) -> bool {
+        self.frames.as_ref().is_some_and(FrameRecorder::has_failed)
+            || self.video.as_ref().is_some_and(VideoRecorder::has_failed)
+    }
+
+    /// Waits until everything is written.
+    ///
+    /// # Errors
+    /// The first thing that could not be written; everything else is.
+    pub fn finish(self) -> Result<(), RecordError> {
+        let frames = self.frames.map_or(Ok(0), FrameRecorder::finish);
+        let video = self.video.map_or(Ok(0), VideoRecorder::finish);
+        let sheet = self.sheet.map_or(Ok(()), SheetRecorder::finish);
+        frames.and(video).and(sheet)
+    }
+}

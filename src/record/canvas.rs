@@ -1,0 +1,239 @@
+//! Drawing on pictures: lines, areas, words, and other pictures.
+
+use ab_glyph::{Font, FontRef, PxScale, ScaleFont};
+use bevy::math::Vec2;
+use std::sync::LazyLock;
+use tiny_skia::{
+    FillRule, FilterQuality, LineCap, Paint, PathBuilder, Pixmap, PixmapPaint, Stroke, StrokeDash, Transform,
+};
+
+use crate::appearance::colours::Colour;
+use crate::sensing::camera::image::Image;
+
+/// Black ink.
+pub const INK: Colour = Colour([32, 34, 38]);
+/// Grey ink, for what matters less.
+pub const GREY: Colour = Colour([130, 134, 140]);
+/// Paper.
+pub const PAPER: Colour = Colour([255, 255, 255]);
+
+/// The font of all words; none should it not be readable.
+static FONT: LazyLock<Option<FontRef<'static>>> =
+    LazyLock::new(|| FontRef::try_from_slice(epaint_default_fonts::UBUNTU_LIGHT).ok());
+
+/// Where words stand by their place.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Anchor {
+    /// They begin there.
+    Left,
+    /// They are around it.
+    Middle,
+    /// They end there.
+    Right,
+}
+
+/// A picture under way. Places are pixels from the top left corner.
+pub struct Canvas {
+    pixmap: Pixmap,
+}
+
+impl Canvas {
+    /// An even area of this size, pixels. Sizes are at least one pixel.
+    pub fn new([width, height]: [u32; 2], colour: Colour) -> Canvas {
+        let [width, height] = [width.clamp(1, MOST_PIXELS), height.clamp(1, MOST_PIXELS)];
+        let Some(mut pixmap) = Pixmap::new(width, height) else { unreachable!("sizes are positive and small") };
+        pixmap.fill(skia(colour, 1.0));
+        Canvas { pixmap }
+    }
+
+    /// Width and height, pixels.
+    pub fn size(&self) -> [u32; 2] {
+        [self.pixmap.width(), self.pixmap.height()]
+    }
+
+    /// The picture.
+    pub fn into_image(self) -> Image {
+        let [width, height] = self.size();
+        let rgb = self.pixmap.data().chunks_exact(4).flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
+        Image { width, height, rgb, ..Image::default() }
+    }
+
+    /// Puts a picture with its top left corner at a place, `scale` times as large.
+    pub fn picture(&mut self, image: &Image, at: Vec2, scale: f32) {
+        let Some(mut picture) = Pixmap::new(image.width, image.height) else { return };
+        for (pixel, rgb) in picture.data_mut().chunks_exact_mut(4).zip(image.rgb.chunks_exact(3)) {
+            pixel[..3].copy_from_slice(rgb);
+            pixel[3] = 255;
+        }
+        let quality = if scale == 1.0 { FilterQuality::Nearest } else { FilterQuality::Bicubic };
+        let paint = PixmapPaint { quality, ..PixmapPaint::default() };
+        let transform = Transform::from_translate(at.x, at.y).pre_scale(scale, scale);
+        self.pixmap.draw_pixmap(0, 0, picture.as_ref(), &paint, transform, None);
+    }
+
+    /// A line through places.
+    pub fn line(&mut self, places: &[Vec2], colour: Colour, width: f32) {
+        self.stroke(places, colour, width, None, false);
+    }
+
+    /// A dashed line through places.
+    pub fn dashes(&mut self, places: &[Vec2], colour: Colour, width: f32) {
+        self.stroke(places, colour, width, StrokeDash::new(vec![5.0 * width, 4.0 * width], 0.0), false);
+    }
+
+    /// The outline of an area.
+    pub fn outline(&mut self, places: &[Vec2], colour: Colour, width: f32) {
+        self.stroke(places, colour, width, None, true);
+    }
+
+    fn stroke(&mut self, places: &[Vec2], colour: Colour, width: f32, dash: Option<StrokeDash>, close: bool) {
+        let Some(path) = path(places, close) else { return };
+        let stroke = Stroke { width, line_cap: LineCap::Round, dash, ..Stroke::default() };
+        self.pixmap.stroke_path(&path, &paint(colour, 1.0), &stroke, Transform::identity(), None);
+    }
+
+    /// Fills an area, covering what is behind by so much, from 0 to 1.
+    pub fn fill(&mut self, places: &[Vec2], colour: Colour, cover: f32) {
+        let Some(path) = path(places, true) else { return };
+        self.pixmap.fill_path(&path, &paint(colour, cover), FillRule::Winding, Transform::identity(), None);
+    }
+
+    /// Fills a rectangle by its top left corner and its size.
+    pub fn rectangle(&mut self, at: Vec2, size: Vec2, colour: Colour, cover: f32) {
+        self.fill(&[at, at + Vec2::X * size.x, at + size, at + Vec2::Y * size.y], colour, cover);
+    }
+
+    /// Fills a disc.
+    pub fn disc(&mut self, centre: Vec2, radius: f32, colour: Colour, cover: f32) {
+        self.fill(&ellipse(centre, Vec2::X * radius, Vec2::Y * radius), colour, cover);
+    }
+
+    /// A line with a head at its end.
+    pub fn arrow(&mut self, from: Vec2, to: Vec2, colour: Colour, width: f32) {
+        let along = (to - from).normalize_or(Vec2::X);
+        let head = 3.5 * width;
+        self.line(&[from, to - along * head], colour, width);
+        let side = along.perp() * head * 0.7;
+        self.fill(&[to, to - along * 1.6 * head + side, to - along * 1.6 * head - side], colour, 1.0);
+    }
+
+    /// Words of this height, pixels, whose base line is at a place.
+    pub fn words(&mut self, words: &str, at: Vec2, height: f32, anchor: Anchor, colour: Colour) {
+        let Some(font) = FONT.as_ref() else { return };
+        let font = font.as_scaled(PxScale::from(height));
+        let width = width_of_words(words, height);
+        let mut pen = match anchor {
+            Anchor::Left => at,
+            Anchor::Middle => at - Vec2::X * width / 2.0,
+            Anchor::Right => at - Vec2::X * width,
+        };
+        let [size_x, size_y] = self.size();
+        let pixels = self.pixmap.data_mut();
+        for letter in words.chars() {
+            let glyph = font.scaled_glyph(letter);
+            let advance = font.h_advance(glyph.id);
+            let placed = ab_glyph::Glyph { position: ab_glyph::point(pen.x, pen.y), ..glyph };
+            if let Some(outline) = font.outline_glyph(placed) {
+                let corner = outline.px_bounds().min;
+                outline.draw(|x, y, cover| {
+                    let (x, y) = (corner.x as i64 + i64::from(x), corner.y as i64 + i64::from(y));
+                    if x < 0 || y < 0 || x >= i64::from(size_x) || y >= i64::from(size_y) {
+                        return;
+                    }
+                    let first = 4 * (y as usize * size_x as usize + x as usize);
+                    for (channel, ink) in pixels[first..first + 3].iter_mut().zip(colour.0) {
+                        let mixed =
+                            f32::from(*channel) + (f32::from(ink) - f32::from(*channel)) * cover.clamp(0.0, 1.0);
+                        *channel = mixed.round() as u8;
+                    }
+                });
+            }
+            pen.x += advance;
+        }
+    }
+}
+
+/// Width of words of this height, pixels.
+pub fn width_of_words(words: &str, height: f32) -> f32 {
+    let Some(font) = FONT.as_ref() else { return 0.0 };
+    let font = font.as_scaled(PxScale::from(height));
+    words.chars().map(|letter| font.h_advance(font.glyph_id(letter))).sum()
+}
+
+/// The corners of an ellipse by its centre and its half axes.
+pub fn ellipse(centre: Vec2, one: Vec2, other: Vec2) -> Vec<Vec2> {
+    const CORNERS: usize = 72;
+    let at = |corner: usize| Vec2::from_angle(core::f32::consts::TAU * corner as f32 / CORNERS as f32);
+    (0..CORNERS).map(|corner| centre + at(corner).x * one + at(corner).y * other).collect()
+}
+
+/// Nothing wider or higher is drawn on, pixels.
+const MOST_PIXELS: u32 = 16_384;
+
+fn skia(Colour([red, green, blue]): Colour, cover: f32) -> tiny_skia::Color {
+    tiny_skia::Color::from_rgba8(red, green, blue, (cover.clamp(0.0, 1.0) * 255.0).round() as u8)
+}
+
+fn paint(colour: Colour, cover: f32) -> Paint<'static> {
+    let mut paint = Paint { anti_alias: true, ..Paint::default() };
+    paint.set_color(skia(colour, cover));
+    paint
+}
+
+fn path(places: &[Vec2], close: bool) -> Option<tiny_skia::Path> {
+    let (first, rest) = places.split_first()?;
+    let mut path = PathBuilder::new();
+    path.move_to(first.x, first.y);
+    rest.iter().for_each(|place| path.line_to(place.x, place.y));
+    if close {
+        path.close();
+    }
+    path.finish()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ink(image: &Image) -> usize {
+        image.rgb.chunks_exact(3).filter(|pixel| *pixel != PAPER.0).count()
+    }
+
+    #[test]
+    fn areas_are_as_large_as_they_should_be() {
+        let mut canvas = Canvas::new([100, 80], PAPER);
+        canvas.rectangle(Vec2::new(10.0, 20.0), Vec2::new(30.0, 10.0), INK, 1.0);
+        let image = canvas.into_image();
+        assert_eq!(ink(&image), 300);
+        assert_eq!(image.colour(10, 20), Some(INK.0));
+        assert_eq!(image.colour(9, 20), Some(PAPER.0));
+    }
+
+    #[test]
+    fn words_stand_where_they_are_anchored() {
+        let columns = |anchor| {
+            let mut canvas = Canvas::new([200, 40], PAPER);
+            canvas.words("Goal", Vec2::new(100.0, 30.0), 20.0, anchor, INK);
+            let image = canvas.into_image();
+            let inked = (0..200).filter(|&u| (0..40).any(|v| image.colour(u, v) != Some(PAPER.0)));
+            let inked: Vec<u32> = inked.collect();
+            [inked[0], inked[inked.len() - 1]]
+        };
+        assert!(columns(Anchor::Left)[0] >= 100);
+        assert!(columns(Anchor::Right)[1] <= 100);
+        let [first, last] = columns(Anchor::Middle);
+        assert!(first.abs_diff(200 - last) <= 3, "{first} {last}");
+    }
+
+    #[test]
+    fn a_picture_is_put_as_it_is_or_scaled() {
+        let image = Image { width: 2, height: 1, rgb: vec![255, 0, 0, 0, 0, 255], ..Image::default() };
+        let mut canvas = Canvas::new([20, 20], PAPER);
+        canvas.picture(&image, Vec2::new(3.0, 4.0), 1.0);
+        canvas.picture(&image, Vec2::new(10.0, 10.0), 4.0);
+        let drawn = canvas.into_image();
+        assert_eq!([drawn.colour(3, 4), drawn.colour(4, 4)], [Some([255, 0, 0]), Some([0, 0, 255])]);
+        assert_eq!([drawn.colour(2, 4), drawn.colour(5, 4)], [Some(PAPER.0); 2]);
+        assert!(drawn.colour(10, 11).unwrap()[0] > 200 && drawn.colour(17, 11).unwrap()[2] > 200);
+    }
+}

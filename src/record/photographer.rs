@@ -1,0 +1,192 @@
+//! Draws a match as it is: the field, and what each robot's cameras see.
+//!
+//! Recording changes nothing of the match: the photographer has a renderer and a memory of how the robots step of its own.
+//! It draws on the graphics card where the match's camera images are drawn there, in software otherwise.
+
+use bevy::math::ops;
+use bevy::prelude::*;
+use std::collections::BTreeMap;
+
+use crate::appearance::gait::Gait;
+use crate::appearance::posing::JointAngles;
+use crate::appearance::scene::{SceneDescription, SceneRobot, world_from_body};
+use crate::appearance::view::View;
+use crate::ball::{Ball, BallPhysics};
+use crate::cycle::CycleClock;
+use crate::geometry::Pose;
+use crate::pitch::{Pitch, Post};
+use crate::referee::Penalty;
+use crate::robot::head::HeadAngles;
+use crate::robot::posture::Posture;
+use crate::robot::{RobotId, Roster, Velocity};
+use crate::sensing::camera::image::{Image, Layers};
+use crate::sensing::camera::model::CameraView;
+use crate::sensing::camera::software::{Detail, PreparedScene, Renderer};
+use crate::sensing::camera::{CameraImages, CameraSettings, CameraSide};
+
+/// Faces around a cylinder in its pictures.
+const SEGMENTS: usize = 20;
+
+/// Draws a match.
+#[derive(Default)]
+pub struct Photographer {
+    scene: SceneDescription,
+    is_prepared: bool,
+    prepared: PreparedScene,
+    renderer: Renderer,
+    gaits: BTreeMap<RobotId, Gait>,
+}
+
+impl Photographer {
+    /// Looks at the match as it is now. Called every cycle, or the robots' legs do not step.
+    pub fn look(&mut self, world: &mut World) {
+        let now_s = world.resource::<CycleClock>().end_time_s();
+        self.is_prepared = false;
+        let scene = &mut self.scene;
+        scene.pitch.clone_from(world.resource::<Pitch>());
+        scene.robots.clear();
+        for (id, entity) in world.resource::<Roster>().iter() {
+            if world.get::<Penalty>(entity).is_some_and(Penalty::is_active) {
+                continue;
+            }
+            let Some(pose) = world.get::<Pose>(entity).copied() else { continue };
+            let head = world.get::<HeadAngles>(entity).copied().unwrap_or_default();
+            let gait = self.gaits.entry(id).or_default();
+            gait.follow(pose, world.get::<Velocity>(entity).copied().unwrap_or_default(), now_s);
+            let joints: JointAngles = gait.joints(id, head);
+            let posture = world.get::<Posture>(entity).copied().unwrap_or_default();
+            scene.robots.push(SceneRobot { id, world_from_robot: world_from_body(pose, posture), joints });
+        }
+        scene.posts.clear();
+        let mut posts = world.query::<(&Post, &Pose)>();
+        scene.posts.extend(posts.iter(world).map(|(post, pose)| (*post, pose.position)));
+        scene.posts.sort_unstable_by(|(_, a), (_, b)| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+        let mut balls = world.query_filtered::<(&Pose, &BallPhysics), With<Ball>>();
+        scene.ball = balls.iter(world).next().map(|(pose, physics)| (pose.position, physics.radius_m));
+    }
+
+    /// What it last looked at.
+    pub fn scene(&self) -> &SceneDescription {
+        &self.scene
+    }
+
+    /// A picture of what it last looked at.
+    pub fn draw(&mut self, world: &mut World, view: &View) -> Image {
+        #[cfg(feature = "gpu")]
+        if let Some(image) = self.draw_on_graphics_card(world, view) {
+            return image;
+        }
+        let _ = world;
+        if !self.is_prepared {
+            self.prepared.prepare(&self.scene, Detail { segments: SEGMENTS, ..Detail::FINE });
+            self.is_prepared = true;
+        }
+        let mut image = Image::default();
+        self.renderer.draw(&self.prepared, view, Layers::default(), &mut image);
+        image
+    }
+
+    #[cfg(feature = "gpu")]
+    fn draw_on_graphics_card(&self, world: &mut World, view: &View) -> Option<Image> {
+        use crate::sensing::camera::{gpu::GpuCameras, shot::Shot};
+
+        let mut gpu = world.get_resource_mut::<GpuCameras>()?;
+        let mut shot =
+            Shot { view: *view, design: Detail::FINE.design, layers: Layers::default(), image: Image::default() };
+        match gpu.get().draw(&self.scene, &mut [&mut shot]) {
+            Ok(()) => Some(shot.image),
+            Err(error) => {
+                error!("a picture is drawn in software: {error}");
+                None
+            }
+        }
+    }
+
+    /// What a robot's camera sees: the image that it had in the cycle that has just ended, or where its images are not
+    /// rendered, one that is drawn now. None of a robot that is not on the pitch.
+    pub fn through_the_eyes_of(&mut self, world: &mut World, id: RobotId, side: CameraSide) -> Option<Image> {
+        let entity = world.resource::<Roster>().get(id)?;
+        let cycle = world.resource::<CycleClock>().cycle;
+        if let Some(images) = world.get::<CameraImages>(entity)
+            && images.cycle == Some(cycle)
+            && !images.side(side).is_empty()
+        {
+            return Some(images.side(side).clone());
+        }
+        let robot = *self.scene.robots.iter().find(|robot| robot.id == id)?;
+        let settings = world.get::<CameraSettings>(entity).copied().unwrap_or_default();
+        let camera = CameraView::new((&settings).into(), side, robot.joints.head);
+        let mut view = View::of_robot(&camera, robot.world_from_robot, id);
+        view.shadows = settings.shadows;
+        Some(self.draw(world, &view))
+    }
+}
+
+/// The whole pitch and all goals, from above one side line and as large as they can be in a picture of this size in
+/// pixels.
+pub fn view_of_field(pitch: &Pitch, size: [u32; 2]) -> View {
+    /// How far the eye looks down, and its field of view from top to bottom, rad.
+    const DOWN: f32 = 0.80;
+    const VERTICAL_FOV: f32 = 0.61;
+    /// What is left free on every side, as a share of the picture.
+    const MARGIN: f32 = 0.025;
+
+    let corner = pitch.outer_half_extents();
+    let top_m = pitch.goal.height_m;
+    let corners = [-1.0, 1.0].into_iter().flat_map(|x| {
+        [(-1.0, 0.0), (1.0, 0.0), (0.0, top_m)].map(|(y, height_m)| Vec3::new(x * corner.x, y * corner.y, height_m))
+    });
+    let corners: Vec<Vec3> = corners.collect();
+    let (sin, cos) = ops::sin_cos(DOWN);
+    let picture = Vec2::new(size[0] as f32, size[1] as f32);
+    // As near as everything is still in the picture, by halving; for every distance the eye looks at where what it sees
+    // is in the middle from top to bottom, which a few steps find.
+    let (mut near_m, mut far_m) = (0.0, 20.0 * corner.length());
+    let (mut target, mut view) = (Vec3::ZERO, View::looking_at(Vec3::Z, Vec3::ZERO, VERTICAL_FOV, size));
+    for _ in 0..24 {
+        let distance_m = (near_m + far_m) / 2.0;
+        let mut is_whole = false;
+        for _ in 0..4 {
+            let eye = target + distance_m * Vec3::new(0.0, -cos, sin);
+            view = View::looking_at(eye, target, VERTICAL_FOV, size);
+            let pixels: Option<Vec<Vec2>> = corners.iter().map(|corner| view.project(*corner)).collect();
+            let Some(pixels) = pixels else { break };
+            let least = pixels.iter().copied().fold(Vec2::INFINITY, Vec2::min);
+            let most = pixels.iter().copied().fold(Vec2::NEG_INFINITY, Vec2::max);
+            is_whole = least.cmpge(MARGIN * picture).all() && most.cmple((1.0 - MARGIN) * picture).all();
+            // A pixel near the middle is this much of the ground from near to far.
+            let pixel_m = distance_m / view.intrinsics.focal_length / sin;
+            target.y -= ((least.y + most.y) / 2.0 - picture.y / 2.0) * pixel_m;
+        }
+        if is_whole {
+            far_m = distance_m;
+        } else {
+            near_m = distance_m;
+        }
+    }
+    let eye = target + far_m * Vec3::new(0.0, -cos, sin);
+    View { eye, ..view }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_whole_pitch_is_in_the_picture() {
+        for pitch in ["naoisis", "spl2025"].map(|name| Pitch::preset(name).unwrap()) {
+            let (view, corner) = (view_of_field(&pitch, [960, 540]), pitch.outer_half_extents());
+            let mut pixels = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)]
+                .map(|(x, y)| view.project(Vec3::new(x * corner.x, y * corner.y, 0.0)).unwrap());
+            for pixel in pixels {
+                assert!(pixel.cmpgt(Vec2::ZERO).all() && pixel.cmplt(Vec2::new(960.0, 540.0)).all(), "{pixel}");
+            }
+            // It fills the picture, from left to right or from top to bottom.
+            pixels.sort_by(|a, b| a.x.total_cmp(&b.x));
+            let width = pixels[3].x - pixels[0].x;
+            pixels.sort_by(|a, b| a.y.total_cmp(&b.y));
+            let height = pixels[3].y - pixels[0].y;
+            assert!(width > 0.93 * 960.0 || height > 0.85 * 540.0, "{width} x {height}");
+        }
+    }
+}

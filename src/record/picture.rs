@@ -1,0 +1,101 @@
+//! Which pictures of a match are recorded: `field`, or a robot's camera such as `blue1.top`.
+
+use bevy::prelude::*;
+use core::fmt;
+use core::str::FromStr;
+
+use super::photographer::{Photographer, view_of_field};
+use crate::robot::{RobotId, Team};
+use crate::sensing::camera::CameraSide;
+use crate::sensing::camera::image::Image;
+
+/// The size of a picture of the field, pixels.
+pub const FIELD_SIZE: [u32; 2] = [960, 540];
+
+/// A picture of a match.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub enum Picture {
+    /// The whole field, from above one side line.
+    Field,
+    /// What a robot's camera sees.
+    Camera(RobotId, CameraSide),
+}
+
+impl Picture {
+    /// Takes it of the match as the photographer has just seen it. Of a robot that is not on the pitch there is none.
+    pub fn take(self, photographer: &mut Photographer, world: &mut World) -> Option<Image> {
+        match self {
+            Picture::Field => {
+                let view = view_of_field(&photographer.scene().pitch, FIELD_SIZE);
+                Some(photographer.draw(world, &view))
+            }
+            Picture::Camera(robot, side) => photographer.through_the_eyes_of(world, robot, side),
+        }
+    }
+}
+
+impl fmt::Display for Picture {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Picture::Field => formatter.write_str("field"),
+            Picture::Camera(robot, CameraSide::Top) => write!(formatter, "{}{}.top", robot.team, robot.number),
+            Picture::Camera(robot, CameraSide::Bottom) => write!(formatter, "{}{}.bottom", robot.team, robot.number),
+        }
+    }
+}
+
+/// Why a word is no picture.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[error("there is no picture `{0}`: expected `field`, or a robot's camera such as `blue1.top` or `pink2.bottom`")]
+pub struct NoPicture(String);
+
+/// A robot such as `blue1`.
+///
+/// # Errors
+/// The word, if it is none.
+pub fn robot(word: &str) -> Result<RobotId, NoPicture> {
+    let unknown = || NoPicture(word.to_owned());
+    let (team, number) = word.split_at_checked(4).ok_or_else(unknown)?;
+    let team = match team {
+        "blue" => Team::Blue,
+        "pink" => Team::Pink,
+        _ => return Err(unknown()),
+    };
+    match number.parse::<u8>() {
+        Ok(number) if number > 0 => Ok(RobotId::new(team, number)),
+        _ => Err(unknown()),
+    }
+}
+
+impl FromStr for Picture {
+    type Err = NoPicture;
+
+    fn from_str(word: &str) -> Result<Self, Self::Err> {
+        if word == "field" {
+            return Ok(Picture::Field);
+        }
+        let unknown = || NoPicture(word.to_owned());
+        let (who, side) = word.split_once('.').ok_or_else(unknown)?;
+        let side = match side {
+            "top" => CameraSide::Top,
+            "bottom" => CameraSide::Bottom,
+            _ => return Err(unknown()),
+        };
+        Ok(Picture::Camera(robot(who).map_err(|_| unknown())?, side))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pictures_are_named_as_they_are_asked_for() {
+        for word in ["field", "blue1.top", "pink12.bottom"] {
+            assert_eq!(word.parse::<Picture>().unwrap().to_string(), word);
+        }
+        for word in ["", "fields", "blue.top", "blue0.top", "blue1", "blue1.left", "green1.top", "blü1.top"] {
+            assert!(word.parse::<Picture>().is_err(), "{word}");
+        }
+    }
+}
