@@ -78,18 +78,6 @@ impl Plugin for BuiltInTeamsPlugin {
     }
 }
 
-/// TEMPORARY: a number for tuning.
-pub fn knob(name: &str, default: f32) -> f32 {
-    static KNOBS: std::sync::OnceLock<Vec<(String, f32)>> = std::sync::OnceLock::new();
-    let knobs = KNOBS.get_or_init(|| {
-        std::env::var("LAB").unwrap_or_default().split(',').filter_map(|word| {
-            let (name, value) = word.split_once('=')?;
-            Some((name.to_owned(), value.parse().ok()?))
-        }).collect()
-    });
-    knobs.iter().find(|(other, _)| other == name).map_or(default, |(_, value)| *value)
-}
-
 /// A built-in behaviour.
 trait Role: Component {
     /// Decides while the ball is in play.

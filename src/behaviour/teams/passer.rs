@@ -2,20 +2,21 @@
 //! between the ball and the own goal when the opponents have it.
 //!
 //! All of that is by messages: everybody tells where it is and which opponents it sees, so that each knows more of them
-//! than it sees itself; and who is about to pass says to whom and where to, so that the other goes there.
+//! than it sees itself; and who is about to pass says to whom and where to, so that the other goes there. The keeper
+//! stands further out than that of other teams, as whoever falls back covers what it leaves, and nobody of them walks
+//! into an opponent.
 
 use bevy::prelude::*;
 
 use super::attack::{choose_aim, go_for, search};
 use super::kicking::Aim;
-use super::knob;
-use crate::geometry::unrotate;
-use crate::robot::motion::WalkCommand;
 use super::obeying::is_for_the_keeper_only;
 use super::passing::{Pass, freedom, lane, meet, rolled, shot_value};
 use super::player::{Decision, Player, PlayerMemory};
 use super::roles::stay_or_go;
 use crate::belief::{BallBelief, RobotBelief};
+use crate::geometry::unrotate;
+use crate::robot::motion::WalkCommand;
 
 /// The jersey number of the keeper, who has other things to do.
 const KEEPER: u8 = 1;
@@ -33,10 +34,29 @@ const PASS_GAIN: f32 = 1.6;
 const PASS_RANGE_M: [f32; 2] = [0.7, 3.0];
 /// An announced pass is waited for so long, s.
 const PASS_PATIENCE_S: f32 = 4.0;
+/// And by so much: a chance of a goal.
+const LEAST_GAIN: f32 = 0.05;
 /// How much better a new place to wait at must be than the one chosen before.
 const PLACE_PREFERENCE: f32 = 1.25;
 /// Opponents must be nearer to the ball by this for the team to fall back, s.
 const FALL_BACK_S: f32 = 1.0;
+
+/// Whoever falls back stands between the ball and a place beside the middle of the goal by this, m: what the keeper does
+/// not cover.
+const BESIDE_KEEPER_M: f32 = 0.4;
+/// A ball further back than this share of the own half is defended by all.
+const OWN_THIRD: f32 = 0.33;
+/// Distance of the keeper's place from the middle of the goal, m: further out it covers more of the goal, as the others
+/// cover what it leaves.
+const KEEPER_GUARD_M: f32 = 0.9;
+/// The keeper clears a ball nearer to the goal than this, m.
+const KEEPER_CLEAR_M: f32 = 1.5;
+/// Nearer to an opponent than this, a player does not walk at it, m: they touch at some 0.3 m.
+const GIVE_WAY_M: f32 = 0.45;
+/// What is not walking at an opponent, m/s: the referee overlooks less than 0.05.
+const GIVE_WAY_MPS: f32 = 0.03;
+/// Two who face each other with the ball so near to the line between them may fight for it, m.
+const FIGHT_M: f32 = 0.2;
 
 /// Decides for a passer.
 pub fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
@@ -53,9 +73,7 @@ pub fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
         memory.at_ball_since_s = None;
         wait_for_the_ball(player, memory, ball, &opponents)
     };
-    if knob("brake", 1.0) > 0.5 {
-        decision.walk = give_way(player, &decision.walk, ball.position_m, &opponents);
-    }
+    decision.walk = give_way(player, &decision.walk, ball.position_m, &opponents);
     Decision { reports_opponents: true, ..decision }
 }
 
@@ -64,31 +82,29 @@ pub fn keep(player: &Player, memory: &mut PlayerMemory) -> Decision {
     listen(player, memory);
     let opponents = opponents(player, memory);
     let clear = |player: &Player, memory: &mut PlayerMemory| match player.ball() {
-        Some(ball) if knob("kpass", 1.0) > 0.5 => attack(player, memory, ball, &opponents),
-        _ => super::attack::attack(player, memory),
+        Some(ball) => attack(player, memory, ball, &opponents),
+        None => search(player, memory),
     };
-    let mut decision = super::keeper::keep(player, memory, knob("kguard", 0.45), knob("kclear", 1.1), clear);
-    if knob("kbrake", 1.0) > 0.5
-        && let Some(ball) = player.ball()
-    {
+    let mut decision = super::keeper::keep(player, memory, KEEPER_GUARD_M, KEEPER_CLEAR_M, clear);
+    if let Some(ball) = player.ball() {
         decision.walk = give_way(player, &decision.walk, ball.position_m, &opponents);
     }
     Decision { reports_opponents: true, ..decision }
 }
 
-/// The step without what would run into an opponent.
+/// The step without what would run into an opponent: who runs into another is sent off for a time, and who stands is not.
 fn give_way(player: &Player, walk: &WalkCommand, ball: Vec2, opponents: &[RobotBelief]) -> WalkCommand {
     let mut step = player.forward.rotate(walk.translation());
-    let slow = knob("slow", 0.03) * player.period;
+    let slow = GIVE_WAY_MPS * player.period;
     for other in opponents.iter().filter(|other| other.age_s < 1.0) {
         let way = other.position_m - player.position();
         let distance = way.length();
         let Some(line) = way.try_normalize() else { continue };
-        if distance > knob("braked", 0.45) {
+        if distance > GIVE_WAY_M {
             continue;
         }
         let along = line.dot(ball - player.position()).clamp(0.0, distance);
-        let between = ball.distance(player.position() + line * along) < knob("between", 0.2);
+        let between = ball.distance(player.position() + line * along) < FIGHT_M;
         if between && player.forward.dot(line) > 0.5 {
             continue;
         }
@@ -158,7 +174,7 @@ fn attack(player: &Player, memory: &mut PlayerMemory, ball: &BallBelief, opponen
     let mut aim = choose_aim(player, memory, meeting_place);
     let own = if aim.is_shot { shot_value(meeting_place, opponents, player.pitch) } else { 0.0 };
     let pass = best_pass(player, meeting_place, opponents)
-        .filter(|(value, _)| !kick_off && *value > knob("gain", PASS_GAIN) * own + knob("least", 0.05));
+        .filter(|(value, _)| !kick_off && *value > PASS_GAIN * own + LEAST_GAIN);
     if let Some((_, pass)) = &pass {
         aim = Aim::at(meeting_place, pass.place);
         memory.aim = Some(aim.direction);
@@ -202,10 +218,7 @@ fn wait_for_the_ball(
     let theirs_s = times.fold(f32::MAX, f32::min);
     let mates = player.belief.team_mates.iter().filter(|mate| mate.age_s < FRESH_TEAM_MATE_S);
     let ours_s = mates.map(|mate| time_to_ball_s(player, ball, mate.position_m)).fold(f32::MAX, f32::min);
-    if knob("support", 0.0) > 0.5 {
-        return super::roles::support(player, ball.position_m);
-    }
-    let place = if theirs_s + knob("fallback", FALL_BACK_S) < ours_s || ball.position_m.x < knob("gx", -0.33) * player.pitch.half_length() {
+    let place = if theirs_s + FALL_BACK_S < ours_s || ball.position_m.x < -OWN_THIRD * player.pitch.half_length() {
         memory.free_place = None;
         guard_place(player, ball)
     } else {
@@ -215,13 +228,13 @@ fn wait_for_the_ball(
     Decision { walk, intention: "support", ..default() }
 }
 
-/// Between the ball and the own goal, outside the penalty area.
+/// Between the ball and that side of the own goal on which the player is, outside the penalty area.
 fn guard_place(player: &Player, ball: &BallBelief) -> Vec2 {
     let ball = rolled(ball.position_m, ball.velocity_mps, 1.0);
     let to_goal = player.own_goal() - ball;
     let side = if to_goal.perp_dot(player.position() - ball) * to_goal.x > 0.0 { 1.0 } else { -1.0 };
-    let goal = player.own_goal() + Vec2::new(0.0, side * knob("goff", 0.0));
-    let away = (knob("gshare", 0.5) * ball.distance(goal)).clamp(knob("gleast", 0.95), knob("gmost", 1.8));
+    let goal = player.own_goal() + Vec2::new(0.0, side * BESIDE_KEEPER_M);
+    let away = (0.5 * ball.distance(goal)).clamp(player.pitch.penalty_area.depth_m + 0.35, 1.8);
     goal + (ball - goal).normalize_or(Vec2::X) * away
 }
 
@@ -302,6 +315,31 @@ mod tests {
         // A pass for somebody else is not its business.
         situation.heard = vec![said(3, TeamMessage { payload: Some("pass 4 1.50 0.20".into()), ..default() })];
         assert_ne!(decide(&situation.player(), &mut PlayerMemory::default()).intention, "receive");
+    }
+
+    #[test]
+    fn nobody_walks_into_an_opponent_except_to_fight_for_the_ball() {
+        // The opponent is 0.4 m ahead and a little to the left; the ball far to the right, or between them.
+        let situation = Situation::new(Pose::default(), Vec2::new(0.5, -1.5));
+        let opponents = [opponent(0.4, 0.1)];
+        let wanted = WalkCommand { dx: 0.006, dy: 0.0, dtheta: 0.01 };
+        let given = give_way(&situation.player(), &wanted, Vec2::new(0.5, -1.5), &opponents);
+        let line = Vec2::new(0.4, 0.1).normalize();
+        assert!(given.translation().dot(line) < 0.05 / 30.0, "{given:?}");
+        assert!(given.dtheta == wanted.dtheta && given.dy < 0.0, "it slides past on the right: {given:?}");
+        assert_eq!(give_way(&situation.player(), &wanted, Vec2::new(0.2, 0.05), &opponents), wanted);
+        assert_eq!(give_way(&situation.player(), &wanted, Vec2::new(0.5, -1.5), &[opponent(0.6, 0.1)]), wanted);
+    }
+
+    #[test]
+    fn who_falls_back_covers_the_side_of_the_goal_on_which_it_is() {
+        let ball = BallBelief { position_m: Vec2::new(-1.0, 0.0), ..default() };
+        for side in [1.0, -1.0] {
+            let situation = Situation::new(Pose::new(-1.5, 0.3 * side, 0.0), ball.position_m);
+            let place = guard_place(&situation.player(), &ball);
+            // On the line from (-1, 0) to (-3, 0.4), half-way.
+            assert!(place.distance(Vec2::new(-2.0, 0.2 * side)) < 0.05, "{place}");
+        }
     }
 
     #[test]
