@@ -178,11 +178,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
     }
     // The situations are the same, so that each can be compared with itself.
-    let gains: Vec<f64> = middle.iter().zip(&weighing).map(|(one, other)| f64::from(*other) - f64::from(*one)).collect();
+    let gains: Vec<f64> =
+        middle.iter().zip(&weighing).map(|(one, other)| f64::from(*other) - f64::from(*one)).collect();
     if let Some(gain) = mean(&gains) {
         let [low, high] = [gain.low, gain.high].map(|value| 100.0 * value);
         let verdict = if gain.low > 0.0 { "weighing pays" } else { "that weighing pays is not sure" };
-        println!("the difference is {:.0} points ({low:.0} to {high:.0} with 95 % confidence): {verdict}", 100.0 * gain.value);
+        println!(
+            "the difference is {:.0} points ({low:.0} to {high:.0} with 95 % confidence): {verdict}",
+            100.0 * gain.value
+        );
     }
     Ok(())
 }

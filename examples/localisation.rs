@@ -24,7 +24,11 @@ const FOUND: [f32; 2] = [0.3, 15.0];
 const TIME_S: usize = 10;
 
 fn main() -> Result<(), Box<dyn core::error::Error>> {
-    if common::view(r#"{ "localisation": "particles", "teams": { "blue": "roles", "pink": "chasers" } }"#, |_| {}, |_| {})? {
+    if common::view(
+        r#"{ "localisation": "particles", "teams": { "blue": "roles", "pink": "chasers" } }"#,
+        |_| {},
+        |_| {},
+    )? {
         return Ok(());
     }
     println!("filter      median error         found after {TIME_S} s   time to find, median");

@@ -69,7 +69,8 @@ fn main() -> Result<(), Box<dyn core::error::Error>> {
         app.run_cycles(30);
         // Blue defends the negative end in the first half: its frame is the pitch's.
         let by_images = error(&app, app.robot::<Belief>(ROBOT).map(|belief| belief.pose).unwrap_or_default());
-        let by_odometry = error(&app, START.compose(app.robot::<Odometry>(ROBOT).map(|walked| walked.0).unwrap_or_default()));
+        let by_odometry =
+            error(&app, START.compose(app.robot::<Odometry>(ROBOT).map(|walked| walked.0).unwrap_or_default()));
         if second <= CARRIED_S {
             places.push(f64::from(by_images[0]));
             headings.push(f64::from(by_images[1]));

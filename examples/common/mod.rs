@@ -2,17 +2,12 @@
 
 use bevy::prelude::*;
 use core::error::Error;
-use naoisis::prelude::*;
 
 /// With `--view` on the command line, shows the match of a scenario in a window. Returns whether it did: the example is
 /// over then.
 ///
 /// `prepare` adds what the scenario needs, such as behaviours; `begun` changes what a scenario cannot say.
-pub fn view(
-    json: &str,
-    prepare: impl FnOnce(&mut App),
-    begun: impl FnOnce(&mut App),
-) -> Result<bool, Box<dyn Error>> {
+pub fn view(json: &str, prepare: impl FnOnce(&mut App), begun: impl FnOnce(&mut App)) -> Result<bool, Box<dyn Error>> {
     if !std::env::args().any(|argument| argument == "--view") {
         return Ok(false);
     }
@@ -21,6 +16,8 @@ pub fn view(
 
 #[cfg(feature = "viewer")]
 fn show(json: &str, prepare: impl FnOnce(&mut App), begun: impl FnOnce(&mut App)) -> Result<bool, Box<dyn Error>> {
+    use naoisis::prelude::*;
+
     if cfg!(target_os = "linux") && std::env::var_os("DISPLAY").is_none_or(|display| display.is_empty()) {
         return Err("--view: there is no display; without --view the example runs headless".into());
     }
