@@ -8,7 +8,9 @@
 
 use bevy::ecs::schedule::{LogLevel, ScheduleBuildSettings, ScheduleLabel, SingleThreadedExecutor};
 use bevy::prelude::*;
+use core::any::Any;
 use serde::{Deserialize, Serialize};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use crate::events::CycleEvents;
 use crate::knowledge::Knowledge;
@@ -142,7 +144,63 @@ pub fn run_cycle(world: &mut World) {
     world.run_schedule(Cycle);
 }
 
+/// A system panicked in the middle of a cycle: the match is in no state to go on.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[error("a system of the match panicked: {message}")]
+pub struct CyclePanic {
+    /// What the panic says.
+    pub message: String,
+}
+
+/// Runs one cycle, and survives a panic in it, such as a behaviour's. Another match can be started in `world` then.
+///
+/// # Errors
+/// What the panic says.
+pub fn try_run_cycle(world: &mut World) -> Result<(), CyclePanic> {
+    let run = |world: &mut World, schedule: &mut Schedule| {
+        let result = catch_unwind(AssertUnwindSafe(|| schedule.run(world)));
+        result.map_err(|payload| {
+            // The old executor believes that it is still at that system.
+            schedule.set_executor(SingleThreadedExecutor::new());
+            CyclePanic { message: words_of(&*payload) }
+        })
+    };
+    world.try_schedule_scope(Cycle, run).unwrap_or_else(|error| Err(CyclePanic { message: error.to_string() }))
+}
+
+fn words_of(panic: &(dyn Any + Send)) -> String {
+    let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
+    text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_else(|| "without a word".to_owned())
+}
+
 fn begin_cycle(mut clock: ResMut<CycleClock>, mut events: ResMut<CycleEvents>) {
     clock.cycle += 1;
     events.clear();
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[derive(Resource, Default)]
+    struct Ran(u32);
+
+    #[test]
+    fn a_panic_in_a_cycle_is_survived_and_the_next_cycles_are_whole() {
+        let mut app = App::new();
+        app.add_plugins(CyclePlugin::default()).init_resource::<Ran>().add_systems(
+            Cycle,
+            (
+                |clock: Res<CycleClock>| assert!(clock.cycle != 2, "cycle {}", clock.cycle),
+                |mut ran: ResMut<Ran>| ran.0 += 1,
+            )
+                .chain()
+                .in_set(CycleSystems::Decide),
+        );
+        assert_eq!(try_run_cycle(app.world_mut()), Ok(()));
+        let panic = try_run_cycle(app.world_mut()).expect_err("a panic");
+        assert_eq!(panic.to_string(), "a system of the match panicked: cycle 2");
+        assert_eq!(try_run_cycle(app.world_mut()), Ok(()));
+        assert_eq!((app.world().resource::<CycleClock>().cycle, app.world().resource::<Ran>().0), (3, 2));
+    }
 }

@@ -1,6 +1,7 @@
 //! What most programs with a match in them need.
 
 pub use crate::ball::{Ball, BallVelocity};
+pub use crate::behaviour::drawings::{Drawings, Frame, Ink};
 pub use crate::behaviour::{BehaviourApp, BehaviourRegistry};
 pub use crate::communication::{Inbox, Outbox, TeamMessage};
 pub use crate::cycle::{Cycle, CycleClock, CycleSystems, run_cycle};

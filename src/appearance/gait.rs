@@ -82,11 +82,15 @@ impl Gait {
     }
 }
 
+/// Whether the leg swings in a kick of this result: one that found no ball is still a kick.
+pub fn swings(result: KickResult, reason: Option<KickMiss>) -> bool {
+    result != KickResult::Missed || reason == Some(KickMiss::OutOfReach)
+}
+
 fn note_kicks(events: Res<CycleEvents>, clock: Res<CycleClock>, roster: Res<Roster>, mut gaits: Query<&mut Gait>) {
     for event in events.iter() {
         let MatchEvent::Kick { robot, kick_type, result, reason, .. } = event else { continue };
-        // A kick that found no ball is still a kick.
-        if *result == KickResult::Missed && *reason != Some(KickMiss::OutOfReach) {
+        if !swings(*result, *reason) {
             continue;
         }
         if let Some(mut gait) = roster.get(*robot).and_then(|robot| gaits.get_mut(robot).ok()) {

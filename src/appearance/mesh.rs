@@ -106,7 +106,7 @@ pub fn ground_mesh(marks: &[GroundMark], lowest_m: f32, step_m: f32) -> Mesh {
         let first = triangles.len();
         match mark.shape {
             GroundShape::Quadrilateral([a, b, c, d]) => {
-                triangles.extend([a, b, c, a, c, d].map(|at| at.extend(height)))
+                triangles.extend([a, b, c, a, c, d].map(|at| at.extend(height)));
             }
             GroundShape::Ring { centre, inner, outer } => {
                 let at = |corner: usize, radius: f32| {

@@ -26,13 +26,14 @@
 //! ```
 //!
 //! The registration reads which components the system accesses, and refuses one that reaches for ground truth: see
-//! [`barrier`].
+//! [`barrier`]. What it thinks of it can [draw](drawings) for people.
 
 use bevy::prelude::*;
 use core::any::TypeId;
 use std::collections::BTreeMap;
 
 pub mod barrier;
+pub mod drawings;
 pub mod script;
 pub mod teams;
 
@@ -48,6 +49,7 @@ impl Plugin for BehaviourPlugin {
         app.init_resource::<BehaviourRegistry>()
             .register_type::<script::Script>()
             .register_type::<Idle>()
+            .add_plugins(drawings::DrawingsPlugin)
             .configure_sets(Cycle, (DecideSystems::Believe, DecideSystems::Behave).chain().in_set(CycleSystems::Decide))
             .add_systems(Cycle, script::run_scripts.in_set(CycleSystems::Decide).before(DecideSystems::Believe));
         app.world_mut().resource_mut::<BehaviourRegistry>().behaviours.insert("idle".to_owned(), |robot| {

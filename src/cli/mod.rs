@@ -13,6 +13,7 @@ mod check;
 mod list;
 mod pictures;
 mod play;
+mod replay;
 mod report;
 mod run;
 
@@ -30,6 +31,8 @@ enum Command {
     Play(play::PlayArguments),
     /// Run a match headless, as fast as it goes
     Run(run::RunArguments),
+    /// Watch a match that a trace was written of
+    Replay(replay::ReplayArguments),
     /// Play many matches with different seeds, on all cores
     Batch(batch::BatchArguments),
     /// Check scenario files
@@ -43,6 +46,7 @@ pub fn main() -> ExitCode {
     match CommandLine::parse().command {
         Some(Command::Play(arguments)) => play::play(&arguments),
         Some(Command::Run(arguments)) => run::run(&arguments),
+        Some(Command::Replay(arguments)) => replay::replay(&arguments),
         Some(Command::Batch(arguments)) => batch::batch(&arguments),
         Some(Command::Check(arguments)) => {
             let mut app = simulator();

@@ -86,25 +86,29 @@ fn side_of<'a>(teams: &'a mut TeamsSpec, option: &str) -> &'a mut String {
 
 /// Whether a window can be opened, or why not.
 #[cfg(not(feature = "viewer"))]
-fn display() -> Result<(), &'static str> {
+pub(super) fn display() -> Result<(), &'static str> {
     Err("this program was built without the viewer")
 }
 
 /// Whether a window can be opened, or why not.
 #[cfg(all(feature = "viewer", unix, not(target_os = "macos")))]
-fn display() -> Result<(), &'static str> {
+pub(super) fn display() -> Result<(), &'static str> {
     if std::env::var_os("DISPLAY").is_none_or(|display| display.is_empty()) {
         return Err("there is no display");
     }
     match x11rb::connect(None) {
-        Ok(_) => Ok(()),
+        Ok((connection, _)) => {
+            // A server whose last client leaves starts anew, and refuses whoever comes meanwhile: this one stays.
+            core::mem::forget(connection);
+            Ok(())
+        }
         Err(_) => Err("the display does not answer"),
     }
 }
 
 /// Whether a window can be opened, or why not.
 #[cfg(all(feature = "viewer", not(all(unix, not(target_os = "macos")))))]
-fn display() -> Result<(), &'static str> {
+pub(super) fn display() -> Result<(), &'static str> {
     Ok(())
 }
 

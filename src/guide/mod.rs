@@ -2,11 +2,12 @@
 //!
 //! 1. [A first behaviour](first_behaviour), and a headless test of it.
 //! 2. [What a robot believes](beliefs): estimators, and beliefs against the truth.
-//! 3. [Images and pictures](pictures): cameras, renderers, frames, videos.
-//! 4. [Experiments](experiments): batches, sweeps, saved matches, learning.
-//! 5. [Architecture](architecture): the cycle, who knows what, determinism.
-//! 6. [The paper](paper): what each of its sentences has become, and which test shows it.
-//! 7. [Adding to it](extending): a sensor, a rule, a field, a team.
+//! 3. [Watching](watching): what the window shows, and what a behaviour draws in it.
+//! 4. [Images and pictures](pictures): cameras, renderers, frames, videos.
+//! 5. [Experiments](experiments): batches, sweeps, saved matches, learning.
+//! 6. [Architecture](architecture): the cycle, who knows what, determinism.
+//! 7. [The paper](paper): what each of its sentences has become, and which test shows it.
+//! 8. [Adding to it](extending): a sensor, a rule, a field, a team.
 //!
 //! The programs in `examples/` are one idea each, and run headless:
 //!
@@ -26,6 +27,9 @@ pub mod first_behaviour {}
 
 #[doc = include_str!("beliefs.md")]
 pub mod beliefs {}
+
+#[doc = include_str!("watching.md")]
+pub mod watching {}
 
 #[doc = include_str!("pictures.md")]
 pub mod pictures {}

@@ -4,13 +4,15 @@
 //! in metres, angles in degrees within (-180, 180], places in the pitch frame but for percepts, which are in the
 //! robot's.
 
+use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 use crate::ball::{Ball, BallPhysics, BallVelocity};
+use crate::behaviour::drawings::Drawings;
 use crate::belief::Belief;
 use crate::communication::{Inbox, MessageStatistics, ReceivedMessage};
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
@@ -18,6 +20,7 @@ use crate::events::{CycleEvents, MatchEvent};
 use crate::geometry::{Pose, file_units, to_degrees, wrapped_degrees};
 use crate::referee::{Game, GameState, Penalty, PenaltyReason, Score};
 use crate::robot::head::HeadAngles;
+use crate::robot::posture::Posture;
 use crate::robot::{RobotId, Roster, Velocity};
 use crate::scenario::Scenario;
 use crate::sensing::odometry::Odometry;
@@ -135,7 +138,7 @@ impl TraceRecorder {
 }
 
 /// Why a match ended.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum EndReason {
     /// The final whistle.
@@ -169,8 +172,9 @@ struct End {
     messages: MessageStatistics,
 }
 
+/// A line of a trace: the world after a cycle.
 #[derive(Serialize)]
-struct CycleLine<'a> {
+pub struct CycleLine<'a> {
     #[serde(rename = "type")]
     line_type: &'static str,
     cycle: u64,
@@ -194,6 +198,8 @@ struct RobotLine<'a> {
     pose: Pose,
     velocity: [f32; 3],
     head_deg: [f32; 2],
+    #[serde(skip_serializing_if = "is_upright")]
+    posture: Posture,
     penalised: Option<PenaltyLine>,
     #[serde(with = "file_units::pose")]
     odometry: Pose,
@@ -201,6 +207,12 @@ struct RobotLine<'a> {
     percepts: &'a Percepts,
     inbox: &'a [ReceivedMessage],
     belief: Option<&'a Belief>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    drawings: Option<&'a Drawings>,
+}
+
+fn is_upright(posture: &Posture) -> bool {
+    posture.is_upright()
 }
 
 #[derive(Serialize)]
@@ -217,63 +229,82 @@ struct GameLine {
     time_left_s: Option<f64>,
 }
 
+/// What a system needs to make a line of the match as it is.
+#[derive(SystemParam)]
+pub struct MatchLine<'w, 's> {
+    /// The match's clock.
+    pub clock: Res<'w, CycleClock>,
+    /// What happened in the cycle.
+    pub events: Res<'w, CycleEvents>,
+    roster: Res<'w, Roster>,
+    game: Res<'w, Game>,
+    balls: Query<'w, 's, (&'static Pose, &'static BallVelocity, &'static BallPhysics), With<Ball>>,
+    robots: Query<
+        'w,
+        's,
+        (
+            &'static Pose,
+            &'static Velocity,
+            &'static HeadAngles,
+            &'static Posture,
+            &'static Penalty,
+            &'static Odometry,
+            &'static SonarReading,
+            &'static Percepts,
+            &'static Inbox,
+            Option<&'static Belief>,
+            Option<&'static Drawings>,
+        ),
+    >,
+}
+
+impl MatchLine<'_, '_> {
+    /// The line of the cycle under way, or of the start.
+    pub fn line(&self) -> CycleLine<'_> {
+        let (clock, game) = (&self.clock, &self.game);
+        CycleLine {
+            line_type: "cycle",
+            cycle: clock.cycle,
+            time_s: clock.end_time_s(),
+            ball: self.balls.iter().next().map(|(pose, velocity, physics)| BallLine {
+                position_m: pose.position.extend(physics.radius_m),
+                velocity_mps: velocity.0.extend(0.0),
+            }),
+            robots: self.roster.iter().filter_map(|(id, entity)| self.robot_line(id, entity)).collect(),
+            game: GameLine {
+                state: game.state,
+                score: game.score,
+                half: game.half,
+                time_left_s: game.cycles_left.map(|cycles| cycles as f64 * clock.period_s),
+            },
+            events: &self.events,
+        }
+    }
+
+    fn robot_line(&self, id: RobotId, entity: Entity) -> Option<RobotLine<'_>> {
+        let (pose, velocity, head, posture, penalty, odometry, sonar, percepts, inbox, belief, drawings) =
+            self.robots.get(entity).ok()?;
+        Some(RobotLine {
+            id,
+            pose: *pose,
+            velocity: [velocity.linear.x, velocity.linear.y, to_degrees(velocity.angular)],
+            head_deg: [wrapped_degrees(head.yaw), wrapped_degrees(head.pitch)],
+            posture: *posture,
+            penalised: penalty.0.map(|active| PenaltyLine {
+                reason: active.reason,
+                time_left_s: active.cycles_left as f64 * self.clock.period_s,
+            }),
+            odometry: odometry.0,
+            sonar_m: *sonar,
+            percepts,
+            inbox: &inbox.0,
+            belief,
+            drawings: drawings.filter(|drawings| !drawings.is_empty()),
+        })
+    }
+}
+
 /// Writes the line of the cycle under way, or of the start.
-pub fn record_cycle(
-    mut recorder: ResMut<TraceRecorder>,
-    clock: Res<CycleClock>,
-    roster: Res<Roster>,
-    game: Res<Game>,
-    events: Res<CycleEvents>,
-    balls: Query<(&Pose, &BallVelocity, &BallPhysics), With<Ball>>,
-    robots: Query<(
-        &Pose,
-        &Velocity,
-        &HeadAngles,
-        &Penalty,
-        &Odometry,
-        &SonarReading,
-        &Percepts,
-        &Inbox,
-        Option<&Belief>,
-    )>,
-) {
-    let line = CycleLine {
-        line_type: "cycle",
-        cycle: clock.cycle,
-        time_s: clock.end_time_s(),
-        ball: balls.iter().next().map(|(pose, velocity, physics)| BallLine {
-            position_m: pose.position.extend(physics.radius_m),
-            velocity_mps: velocity.0.extend(0.0),
-        }),
-        robots: roster
-            .iter()
-            .filter_map(|(id, entity)| {
-                let (pose, velocity, head, penalty, odometry, sonar, percepts, inbox, belief) =
-                    robots.get(entity).ok()?;
-                Some(RobotLine {
-                    id,
-                    pose: *pose,
-                    velocity: [velocity.linear.x, velocity.linear.y, to_degrees(velocity.angular)],
-                    head_deg: [wrapped_degrees(head.yaw), wrapped_degrees(head.pitch)],
-                    penalised: penalty.0.map(|active| PenaltyLine {
-                        reason: active.reason,
-                        time_left_s: active.cycles_left as f64 * clock.period_s,
-                    }),
-                    odometry: odometry.0,
-                    sonar_m: *sonar,
-                    percepts,
-                    inbox: &inbox.0,
-                    belief,
-                })
-            })
-            .collect(),
-        game: GameLine {
-            state: game.state,
-            score: game.score,
-            half: game.half,
-            time_left_s: game.cycles_left.map(|cycles| cycles as f64 * clock.period_s),
-        },
-        events: &events,
-    };
-    recorder.write(&line);
+pub fn record_cycle(mut recorder: ResMut<TraceRecorder>, now: MatchLine) {
+    recorder.write(&now.line());
 }

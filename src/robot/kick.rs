@@ -178,6 +178,16 @@ impl KickType {
         }
     }
 
+    /// Which foot kicks, and where the ball goes, for people.
+    pub fn words(self) -> &'static str {
+        match self {
+            KickType::LeftStraight => "left foot, straight",
+            KickType::RightStraight => "right foot, straight",
+            KickType::LeftSide => "left foot, to the right",
+            KickType::RightSide => "right foot, to the left",
+        }
+    }
+
     /// The rectangle in which the ball's centre must lie, robot frame, m (paper, Table 2).
     pub fn admissible_rectangle(self) -> Rect {
         let (min, max) = match self {

@@ -5,6 +5,7 @@ use bevy::prelude::*;
 use super::settings::RobotSettings;
 use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity};
 use crate::behaviour::BehaviourRegistry;
+use crate::behaviour::drawings::Drawings;
 use crate::behaviour::script::Script;
 use crate::belief::{Belief, SimpleBelief, team_from_pitch};
 use crate::collision::Contacts;
@@ -175,7 +176,7 @@ fn spawn_robot(world: &mut World, scenario: &Scenario, robot: &RobotSpec) {
         (HeadAngles { yaw, pitch }, HeadCommand { yaw, pitch }),
         (KickCommand::default(), KickPhase::default()),
         (SonarReading::default(), Percepts::default(), Odometry::default(), BodyStatus::default()),
-        (Outbox::default(), Inbox::default()),
+        (Outbox::default(), Inbox::default(), Drawings::default()),
         RandomStreams::new(scenario.seed, id),
     ));
     match &robot.behaviour {

@@ -11,7 +11,9 @@ use core::time::Duration;
 use std::time::Instant;
 
 use super::event_log::EventLog;
-use crate::cycle::{CycleClock, run_cycle};
+use super::timeline::{self, Timeline, TimelinePlugin, TimelineSystems};
+use crate::cycle::{CycleClock, try_run_cycle};
+use crate::record::history::History;
 use crate::referee::{Game, GameState};
 use crate::scenario::{Scenario, ScenarioFile};
 use crate::simulation;
@@ -28,7 +30,12 @@ pub struct DrivePlugin;
 
 impl Plugin for DrivePlugin {
     fn build(&self, app: &mut App) {
-        app.add_message::<ViewerCommand>()
+        app.add_plugins(TimelinePlugin)
+            .configure_sets(
+                RunFixedMainLoop,
+                TimelineSystems.in_set(RunFixedMainLoopSystems::AfterFixedMainLoop).after(find_display_fraction),
+            )
+            .add_message::<ViewerCommand>()
             .init_resource::<Playback>()
             .init_resource::<DisplayFraction>()
             .add_systems(Startup, set_longest_frame)
@@ -112,8 +119,17 @@ pub struct Playback {
     pub problem: Option<String>,
     /// The cycle after which the match is over, where the scenario says.
     last_cycle: Option<u64>,
+    /// Whether a cycle could not be finished, so that the match cannot go on.
+    failed: bool,
     /// Cycles run, and over which time, since the achieved speed was last worked out.
-    measured: (u64, f32),
+    measured: (f64, f32),
+}
+
+impl Playback {
+    /// Notes that so many cycles were shown.
+    pub(super) fn note_progress(&mut self, cycles: f64) {
+        self.measured.0 += cycles;
+    }
 }
 
 impl Default for Playback {
@@ -124,7 +140,8 @@ impl Default for Playback {
             achieved: 0.0,
             problem: None,
             last_cycle: None,
-            measured: (0, 0.0),
+            failed: false,
+            measured: (0.0, 0.0),
         }
     }
 }
@@ -156,14 +173,15 @@ fn obey_commands(world: &mut World) {
     let commands: Vec<ViewerCommand> = world.resource_mut::<Messages<ViewerCommand>>().drain().collect();
     for command in commands {
         match command {
-            ViewerCommand::TogglePause => {
-                let mut playback = world.resource_mut::<Playback>();
-                playback.paused = !playback.paused;
-            }
+            ViewerCommand::TogglePause => toggle_pause(world),
             ViewerCommand::Step => {
                 world.resource_mut::<Playback>().paused = true;
-                *world.resource_mut::<DisplayFraction>() = DisplayFraction(1.0);
-                advance(world);
+                if world.resource::<Timeline>().is_past() {
+                    timeline::step(world, 1);
+                } else {
+                    *world.resource_mut::<DisplayFraction>() = DisplayFraction(1.0);
+                    advance(world);
+                }
             }
             ViewerCommand::Faster => set_speed(world, |speed| speed.neighbour(1)),
             ViewerCommand::Slower => set_speed(world, |speed| speed.neighbour(-1)),
@@ -183,17 +201,35 @@ fn set_speed(world: &mut World, choose: impl FnOnce(Speed) -> Speed) {
     playback.speed = choose(playback.speed);
 }
 
+fn toggle_pause(world: &mut World) {
+    let mut playback = world.resource_mut::<Playback>();
+    playback.paused = !playback.paused;
+    let plays = !playback.paused;
+    let timeline = world.resource::<Timeline>();
+    let last = world.resource::<History>().last_cycle();
+    if plays && timeline.is_replay() && timeline.cursor() == last.map(|last| last as f64) {
+        timeline::go_to(world, 0.0);
+    }
+}
+
 fn restart(world: &mut World, seed_step: u64) {
+    if world.resource::<Timeline>().is_replay() {
+        timeline::go_to(world, 0.0);
+        world.resource_mut::<Playback>().paused = false;
+        return;
+    }
     let Some(mut scenario) = world.get_resource::<Scenario>().cloned() else { return };
     scenario.seed = scenario.seed.wrapping_add(seed_step);
     start(world, &scenario);
 }
 
 /// Starts a match in place of the present one, or says why not.
-fn start(world: &mut World, scenario: &Scenario) {
+pub(super) fn start(world: &mut World, scenario: &Scenario) {
     let problem = simulation::start_match(world, scenario).err().map(|fault| fault.to_string());
     if problem.is_none() {
+        timeline::forget(world);
         world.resource_mut::<EventLog>().clear();
+        world.resource_mut::<Playback>().failed = false;
         *world.resource_mut::<DisplayFraction>() = DisplayFraction(1.0);
     }
     world.resource_mut::<Playback>().problem = problem;
@@ -224,14 +260,20 @@ fn set_clocks(
     }
 }
 
-/// Runs a cycle unless the match is over or there is none.
+/// Runs a cycle unless the match is over, there is none, or its past is shown.
 fn advance(world: &mut World) -> bool {
-    if !world.contains_resource::<Scenario>() || is_over_in(world) {
+    let stands = world.resource::<Timeline>().is_past() || world.resource::<Playback>().failed;
+    if stands || !world.contains_resource::<Scenario>() || is_over_in(world) {
         return false;
     }
-    run_cycle(world);
-    world.resource_mut::<Playback>().measured.0 += 1;
-    true
+    let result = try_run_cycle(world);
+    let mut playback = world.resource_mut::<Playback>();
+    playback.note_progress(1.0);
+    if let Err(panic) = &result {
+        playback.failed = true;
+        playback.problem = Some(format!("{panic}. The match cannot go on; start it again, or another."));
+    }
+    result.is_ok()
 }
 
 fn run_cycle_in_time(world: &mut World) {
@@ -249,11 +291,16 @@ fn run_cycles_as_fast_as_possible(world: &mut World) {
 
 fn find_display_fraction(
     playback: Res<Playback>,
+    timeline: Res<Timeline>,
     game: Res<Game>,
     clock: Res<CycleClock>,
     fixed: Res<Time<Fixed>>,
     mut fraction: ResMut<DisplayFraction>,
 ) {
+    // The past has a moment of its own.
+    if timeline.is_past() {
+        return;
+    }
     // While it stands still, what is shown stays.
     if playback.speed == Speed::Unlimited || is_over(&game, &clock, &playback) {
         fraction.0 = 1.0;
@@ -266,8 +313,8 @@ fn measure_speed(time: Res<Time<Real>>, clock: Res<CycleClock>, mut playback: Re
     playback.measured.1 += time.delta_secs();
     let (cycles, elapsed_s) = playback.measured;
     if elapsed_s >= MEASURED_OVER_S {
-        playback.achieved = (cycles as f64 * clock.period_s) as f32 / elapsed_s;
-        playback.measured = (0, 0.0);
+        playback.achieved = (cycles * clock.period_s) as f32 / elapsed_s;
+        playback.measured = (0.0, 0.0);
     }
 }
 

@@ -3,13 +3,14 @@
 use bevy::prelude::*;
 
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
-use crate::events::{BoundaryLine, CycleEvents, KickMiss, KickResult, MatchEvent};
+use crate::events::{BoundaryLine, CollisionPartner, CycleEvents, KickMiss, KickResult, MatchEvent};
+use crate::referee::Evidence;
 use crate::referee::report::headline;
-use crate::robot::Team;
 use crate::robot::kick::KickType;
+use crate::robot::{RobotId, Team};
 
 /// The log forgets the oldest entries beyond this many.
-const LONGEST: usize = 500;
+const LONGEST: usize = 20_000;
 
 /// Keeps the [`EventLog`].
 pub struct EventLogPlugin;
@@ -31,21 +32,106 @@ pub struct LogEntry {
     pub text: String,
     /// Whether it is one of the big moments: a goal, a half.
     pub important: bool,
+    /// Who did it, or whom it was done to.
+    pub robot: Option<RobotId>,
+    /// Where, m, pitch frame, as far as the event says.
+    pub place: Option<Vec2>,
+    /// Why the referee decided so.
+    pub evidence: Option<Evidence>,
+}
+
+/// A robot touched the ball.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct BallTouch {
+    /// When, s since the start.
+    pub time_s: f64,
+    /// Who.
+    pub robot: RobotId,
+    /// Whether it was a kick.
+    pub kick: bool,
 }
 
 /// What happened, oldest first.
-#[derive(Resource, Clone, PartialEq, Debug, Default, Deref, DerefMut)]
-pub struct EventLog(pub Vec<LogEntry>);
+#[derive(Resource, Clone, PartialEq, Debug, Default)]
+pub struct EventLog {
+    entries: Vec<LogEntry>,
+    touches: Vec<BallTouch>,
+}
+
+impl EventLog {
+    /// Adds what happened at a time, as far as it is worth a line.
+    pub fn note<'a>(&mut self, time_s: f64, events: impl IntoIterator<Item = &'a MatchEvent>) {
+        for event in events {
+            let touch = touch(event).map(|(robot, kick)| BallTouch { time_s, robot, kick });
+            self.touches.extend(touch);
+            let Some((team, important, text)) = describe(event) else { continue };
+            let (robot, place, evidence) = circumstances(event);
+            self.entries.push(LogEntry {
+                time_s,
+                team,
+                text,
+                important,
+                robot,
+                place: place.or(evidence.map(|evidence| evidence.position_m)),
+                evidence: evidence.cloned(),
+            });
+        }
+        let surplus = self.entries.len().saturating_sub(LONGEST);
+        self.entries.drain(..surplus);
+        let surplus = self.touches.len().saturating_sub(LONGEST);
+        self.touches.drain(..surplus);
+    }
+
+    /// Forgets everything.
+    pub fn clear(&mut self) {
+        self.entries.clear();
+        self.touches.clear();
+    }
+
+    /// The entries until a time, s, oldest first.
+    pub fn until(&self, time_s: f64) -> &[LogEntry] {
+        &self.entries[..self.entries.partition_point(|entry| entry.time_s <= time_s)]
+    }
+
+    /// The last touch of the ball until a time, s.
+    pub fn last_touch(&self, time_s: f64) -> Option<BallTouch> {
+        self.touches[..self.touches.partition_point(|touch| touch.time_s <= time_s)].last().copied()
+    }
+}
+
+/// Who touched the ball, and whether by a kick.
+fn touch(event: &MatchEvent) -> Option<(RobotId, bool)> {
+    match event {
+        MatchEvent::Kick { robot, result: KickResult::Kicked | KickResult::Reduced, .. } => Some((*robot, true)),
+        MatchEvent::Collision { robot: Some(robot), with: CollisionPartner::Ball, .. } => Some((*robot, false)),
+        _ => None,
+    }
+}
+
+/// The robot that an event is about, where it happened (m, pitch frame), and the referee's reasons.
+fn circumstances(event: &MatchEvent) -> (Option<RobotId>, Option<Vec2>, Option<&Evidence>) {
+    match event {
+        MatchEvent::Kick { robot, .. }
+        | MatchEvent::Fall { robot, .. }
+        | MatchEvent::GotUp { robot }
+        | MatchEvent::Dive { robot, .. } => (Some(*robot), None, None),
+        MatchEvent::PenaltyOver { robot, position_m } => (Some(*robot), Some(*position_m), None),
+        MatchEvent::Penalty { robot, evidence, .. } => (Some(*robot), None, Some(evidence)),
+        MatchEvent::PlacedByHand { robot, position_m, evidence } => (Some(*robot), Some(*position_m), Some(evidence)),
+        MatchEvent::Goal { scorer, evidence, .. } => (*scorer, None, Some(evidence)),
+        MatchEvent::GameStuck { robot, evidence } => (*robot, None, Some(evidence)),
+        MatchEvent::BallOut { position_m, evidence, .. } => (None, Some(*position_m), Some(evidence)),
+        MatchEvent::GoalDisallowed { evidence, .. } | MatchEvent::Shot { evidence, .. } => (None, None, Some(evidence)),
+        MatchEvent::ThrowIn { position_m, .. }
+        | MatchEvent::DropBall { position_m }
+        | MatchEvent::FreeKick { position_m, .. } => (None, Some(*position_m), None),
+        MatchEvent::Collision { robot, position_m, .. } => (*robot, Some(*position_m), None),
+        _ => (None, None, None),
+    }
+}
 
 fn log_events(events: Res<CycleEvents>, clock: Res<CycleClock>, mut log: ResMut<EventLog>) {
-    let entries = events.iter().filter_map(describe);
-    for (team, important, text) in entries {
-        log.push(LogEntry { time_s: clock.end_time_s(), team, text, important });
-    }
-    if log.len() > LONGEST {
-        let surplus = log.len() - LONGEST;
-        log.drain(..surplus);
-    }
+    log.note(clock.end_time_s(), events.iter());
 }
 
 /// The team that an event is about, whether it is important, and what it is; nothing for what happens all the time.
@@ -103,8 +189,6 @@ fn describe(event: &MatchEvent) -> Option<(Option<Team>, bool, String)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::referee::Evidence;
-    use crate::robot::RobotId;
 
     #[test]
     fn goals_are_named_after_their_scorers() {
@@ -115,6 +199,35 @@ mod tests {
         };
         assert_eq!(text(Team::Pink, false), Some((Some(Team::Pink), "Goal for pink by pink2".to_owned())));
         assert_eq!(text(Team::Blue, true), Some((Some(Team::Blue), "Goal for blue, own goal by pink2".to_owned())));
+    }
+
+    #[test]
+    fn entries_say_where_and_why_and_who_touched_the_ball() {
+        let robot = RobotId::new(Team::Blue, 3);
+        let evidence = Evidence { position_m: Vec2::new(1.0, 0.5), ..default() };
+        let out = MatchEvent::BallOut {
+            line: BoundaryLine::Side,
+            position_m: Vec2::new(2.0, 2.1),
+            last_touch: Some(Team::Blue),
+            evidence: evidence.clone(),
+        };
+        let goal = MatchEvent::Goal { team: Team::Blue, scorer: Some(robot), own_goal: false, evidence };
+        let touch = MatchEvent::Collision {
+            robot: Some(robot),
+            with: CollisionPartner::Ball,
+            collision_type: crate::events::CollisionType::MovingRobotAndMovingBall,
+            speed_mps: 0.1,
+            position_m: Vec2::ZERO,
+        };
+        let mut log = EventLog::default();
+        log.note(1.0, [&touch]);
+        log.note(2.0, [&out, &goal]);
+        let [first, second] = log.until(3.0) else { panic!("two entries") };
+        assert_eq!(first.place, Some(Vec2::new(2.0, 2.1)));
+        assert_eq!((second.place, second.robot), (Some(Vec2::new(1.0, 0.5)), Some(robot)));
+        assert!(second.evidence.is_some() && log.until(1.5).is_empty());
+        assert_eq!(log.last_touch(2.0), Some(BallTouch { time_s: 1.0, robot, kick: false }));
+        assert_eq!(log.last_touch(0.5), None);
     }
 
     #[test]

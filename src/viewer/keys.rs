@@ -3,10 +3,14 @@
 use bevy::prelude::*;
 use bevy::render::view::screenshot::{Screenshot, save_to_disk};
 use bevy_egui::input::egui_wants_any_keyboard_input;
+use serde::{Deserialize, Serialize};
 
 use super::camera::{CameraSystems, ViewPreset};
 use super::drive::ViewerCommand;
+use super::selection::{Choice, SelectionSystems};
 use crate::cycle::CycleClock;
+use crate::robot::Team;
+use crate::sensing::camera::CameraSide;
 
 /// Carries out what the keys mean.
 pub struct KeysPlugin;
@@ -18,6 +22,7 @@ impl Plugin for KeysPlugin {
             (read_keys.run_if(not(egui_wants_any_keyboard_input)), carry_out)
                 .chain()
                 .in_set(KeysSystems)
+                .before(SelectionSystems)
                 .before(CameraSystems),
         );
     }
@@ -34,8 +39,12 @@ pub enum Action {
     Command(ViewerCommand),
     /// Another view.
     View(ViewPreset),
+    /// Another robot.
+    Select(Choice),
     /// Shows or hides something.
     Toggle(Switch),
+    /// Larger panels and text (1), or smaller ones (-1).
+    ScalePanels(i8),
     /// Writes a picture of the window to the current folder.
     Screenshot,
 }
@@ -51,10 +60,46 @@ pub enum Switch {
     Labels,
     /// Shadows and smooth edges.
     FineDrawing,
+    /// The switches of what is drawn on the pitch.
+    Overlays,
+    /// What the selected robot sees, knows and wants.
+    Robot,
+    /// The cameras of all robots.
+    Cameras,
+    /// What a frame costs.
+    Statistics,
+    /// Light panels instead of dark ones.
+    Light,
+}
+
+/// How large panels and their text are.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+pub struct PanelScale(u8);
+
+impl PanelScale {
+    /// The scales to choose from; the middle one is that of the display.
+    const FACTORS: [f32; 8] = [0.7, 0.8, 0.9, 1.0, 1.15, 1.35, 1.6, 2.0];
+
+    /// The factor to what the display has.
+    pub fn factor(self) -> f32 {
+        Self::FACTORS.get(usize::from(self.0)).copied().unwrap_or(1.0)
+    }
+
+    /// So many steps larger.
+    fn larger(self, steps: i8) -> Self {
+        Self(self.0.saturating_add_signed(steps).min(Self::FACTORS.len() as u8 - 1))
+    }
+}
+
+impl Default for PanelScale {
+    fn default() -> Self {
+        Self(3)
+    }
 }
 
 /// What is shown.
-#[derive(Resource, Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+#[serde(default)]
 pub struct Shown {
     /// The list of keys.
     pub help: bool,
@@ -64,11 +109,34 @@ pub struct Shown {
     pub labels: bool,
     /// Shadows and smooth edges.
     pub fine_drawing: bool,
+    /// The switches of what is drawn on the pitch.
+    pub overlays: bool,
+    /// What the selected robot sees, knows and wants.
+    pub robot: bool,
+    /// The cameras of all robots.
+    pub cameras: bool,
+    /// What a frame costs.
+    pub statistics: bool,
+    /// Light panels instead of dark ones.
+    pub light: bool,
+    /// How large panels are.
+    pub panel_scale: PanelScale,
 }
 
 impl Default for Shown {
     fn default() -> Self {
-        Self { help: false, events: true, labels: true, fine_drawing: true }
+        Self {
+            help: false,
+            events: true,
+            labels: true,
+            fine_drawing: true,
+            overlays: false,
+            robot: true,
+            cameras: false,
+            statistics: false,
+            light: false,
+            panel_scale: PanelScale::default(),
+        }
     }
 }
 
@@ -80,6 +148,11 @@ impl Shown {
             Switch::Events => &mut self.events,
             Switch::Labels => &mut self.labels,
             Switch::FineDrawing => &mut self.fine_drawing,
+            Switch::Overlays => &mut self.overlays,
+            Switch::Robot => &mut self.robot,
+            Switch::Cameras => &mut self.cameras,
+            Switch::Statistics => &mut self.statistics,
+            Switch::Light => &mut self.light,
         }
     }
 }
@@ -120,19 +193,65 @@ pub const BINDINGS: &[Binding] = &[
         "New match with the next seed",
         Action::Command(ViewerCommand::RestartWithNextSeed),
     )),
-    binding(KeyCode::Digit1, "1", "View from the side", Action::View(ViewPreset::Broadcast)),
-    binding(KeyCode::Digit2, "2", "View from above", Action::View(ViewPreset::TopDown)),
-    binding(KeyCode::Digit3, "3", "Follow the ball", Action::View(ViewPreset::FollowBall)),
+    binding(KeyCode::F1, "F1", "View from the side", Action::View(ViewPreset::Broadcast)),
+    binding(KeyCode::F2, "F2", "View from above", Action::View(ViewPreset::TopDown)),
+    binding(KeyCode::F3, "F3", "Follow the ball", Action::View(ViewPreset::FollowBall)),
+    binding(KeyCode::F4, "F4", "Follow the selected robot", Action::View(ViewPreset::FollowRobot)),
+    binding(KeyCode::F5, "F5", "Through its upper camera", Action::View(ViewPreset::Eyes(CameraSide::Top))),
+    binding(KeyCode::F6, "F6", "Through its lower camera", Action::View(ViewPreset::Eyes(CameraSide::Bottom))),
+    binding(KeyCode::F7, "F7", "Fly with the mouse", Action::View(ViewPreset::Fly)),
+    binding(KeyCode::Tab, "Tab", "Next robot", Action::Select(Choice::Next)),
+    with_shift(binding(KeyCode::Tab, "Shift Tab", "Previous robot", Action::Select(Choice::Previous))),
+    binding(KeyCode::Escape, "Esc", "No robot", Action::Select(Choice::Nobody)),
+    binding(KeyCode::KeyI, "I", "The selected robot", Action::Toggle(Switch::Robot)),
+    binding(KeyCode::KeyC, "C", "The cameras of all robots", Action::Toggle(Switch::Cameras)),
+    binding(KeyCode::KeyO, "O", "Overlays", Action::Toggle(Switch::Overlays)),
     binding(KeyCode::KeyE, "E", "Events", Action::Toggle(Switch::Events)),
     binding(KeyCode::KeyN, "N", "Names of the robots", Action::Toggle(Switch::Labels)),
     binding(KeyCode::KeyS, "S", "Shadows, smooth edges", Action::Toggle(Switch::FineDrawing)),
+    binding(KeyCode::KeyL, "L", "Light or dark", Action::Toggle(Switch::Light)),
+    binding(KeyCode::Equal, "+", "Larger panels", Action::ScalePanels(1)),
+    with_shift(binding(KeyCode::Equal, "Shift =", "Larger panels", Action::ScalePanels(1))),
+    binding(KeyCode::NumpadAdd, "+ on the key pad", "Larger panels", Action::ScalePanels(1)),
+    binding(KeyCode::Minus, "−", "Smaller panels", Action::ScalePanels(-1)),
+    binding(KeyCode::NumpadSubtract, "− on the key pad", "Smaller panels", Action::ScalePanels(-1)),
     binding(KeyCode::KeyH, "H", "This help", Action::Toggle(Switch::Help)),
+    binding(KeyCode::F10, "F10", "What a frame costs", Action::Toggle(Switch::Statistics)),
     binding(KeyCode::F12, "F12", "Save a picture", Action::Screenshot),
 ];
 
-/// What the mouse does, for the help.
-pub const MOUSE: &[(&str, &str)] =
-    &[("Left drag", "Turn the view"), ("Right drag", "Move the view"), ("Wheel", "Closer, farther")];
+/// The keys of the robots' numbers, from 1.
+const NUMBERS: [KeyCode; 9] = [
+    KeyCode::Digit1,
+    KeyCode::Digit2,
+    KeyCode::Digit3,
+    KeyCode::Digit4,
+    KeyCode::Digit5,
+    KeyCode::Digit6,
+    KeyCode::Digit7,
+    KeyCode::Digit8,
+    KeyCode::Digit9,
+];
+
+/// What else there is to press, for the help.
+pub const OTHERS: &[(&str, &str)] = &[
+    ("1 … 9", "Blue's robot of this number"),
+    ("Shift 1 … 9", "Pink's robot of this number"),
+    ("Click", "Select a robot"),
+    ("Left drag", "Turn the view"),
+    ("Right drag", "Move the view"),
+    ("Middle drag", "Look around"),
+    ("Wheel", "Closer, farther"),
+];
+
+/// Keys and what they do, for the help: a line for each thing, with the first key that does it.
+pub fn help() -> impl Iterator<Item = (&'static str, &'static str)> {
+    let is_first = |(index, binding): &(usize, &Binding)| {
+        BINDINGS[..*index].iter().all(|other| other.description != binding.description)
+    };
+    let keys = BINDINGS.iter().enumerate().filter(is_first).map(|(_, binding)| (binding.name, binding.description));
+    keys.chain(OTHERS.iter().copied())
+}
 
 fn read_keys(keys: Res<ButtonInput<KeyCode>>, mut actions: MessageWriter<Action>) {
     let shift = keys.any_pressed([KeyCode::ShiftLeft, KeyCode::ShiftRight]);
@@ -142,12 +261,16 @@ fn read_keys(keys: Res<ButtonInput<KeyCode>>, mut actions: MessageWriter<Action>
             .filter(|binding| keys.just_pressed(binding.key) && binding.shift == shift)
             .map(|binding| binding.action),
     );
+    let team = if shift { Team::Pink } else { Team::Blue };
+    let numbers = NUMBERS.iter().zip(1..).filter(|(key, _)| keys.just_pressed(**key));
+    actions.write_batch(numbers.map(|(_, number)| Action::Select(Choice::Number(team, number))));
 }
 
 fn carry_out(
     mut actions: MessageReader<Action>,
     mut viewer_commands: MessageWriter<ViewerCommand>,
     mut views: MessageWriter<ViewPreset>,
+    mut choices: MessageWriter<Choice>,
     mut shown: ResMut<Shown>,
     clock: Res<CycleClock>,
     mut commands: Commands,
@@ -160,6 +283,10 @@ fn carry_out(
             Action::View(preset) => {
                 views.write(preset);
             }
+            Action::Select(choice) => {
+                choices.write(choice);
+            }
+            Action::ScalePanels(steps) => shown.panel_scale = shown.panel_scale.larger(steps),
             Action::Toggle(switch) => {
                 let switch = shown.of_mut(switch);
                 *switch = !*switch;
@@ -182,6 +309,23 @@ mod tests {
             for other in &BINDINGS[index + 1..] {
                 assert!(binding.key != other.key || binding.shift != other.shift, "{}", binding.name);
             }
+            assert!(!NUMBERS.contains(&binding.key), "{}", binding.name);
+        }
+    }
+
+    #[test]
+    fn panels_are_as_large_as_the_display_has_them_at_first_and_stay_within_limits() {
+        assert_eq!(PanelScale::default().factor(), 1.0);
+        assert_eq!(PanelScale::default().larger(100).factor(), 2.0);
+        assert_eq!(PanelScale::default().larger(-100).factor(), 0.7);
+    }
+
+    #[test]
+    fn the_help_has_a_line_for_each_thing() {
+        let lines: Vec<_> = help().collect();
+        assert_eq!(lines.iter().filter(|(_, what)| *what == "Larger panels").count(), 1);
+        for binding in BINDINGS {
+            assert!(lines.iter().any(|(_, what)| *what == binding.description), "{}", binding.description);
         }
     }
 }

@@ -1,13 +1,14 @@
-//! Names above the robots.
+//! Words on the pitch: names above the robots, and those of the overlays.
 
 use bevy::prelude::*;
 use bevy_egui::egui::{self, Align2, Color32, FontId, LayerId, Pos2};
-use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
+use bevy_egui::{EguiContexts, EguiPostUpdateSet, EguiPrimaryContextPass};
 
 use super::camera::ViewerCamera;
 use super::keys::Shown;
+use super::overlays::OverlayWords;
 use super::palette;
-use super::panels::text_size;
+use super::theme::text_size;
 use crate::referee::Penalty;
 use crate::robot::RobotId;
 
@@ -19,8 +20,33 @@ pub struct LabelsPlugin;
 
 impl Plugin for LabelsPlugin {
     fn build(&self, app: &mut App) {
-        app.add_systems(EguiPrimaryContextPass, draw_labels.run_if(|shown: Res<Shown>| shown.labels));
+        // The camera is where it is in this frame.
+        app.configure_sets(PostUpdate, EguiPostUpdateSet::EndPass.after(TransformSystems::Propagate)).add_systems(
+            EguiPrimaryContextPass,
+            (write_overlay_words, draw_labels.run_if(|shown: Res<Shown>| shown.labels)).chain(),
+        );
     }
+}
+
+fn write_overlay_words(
+    mut contexts: EguiContexts,
+    words: Res<OverlayWords>,
+    camera: Single<(&Camera, &GlobalTransform), With<ViewerCamera>>,
+) -> Result {
+    let (camera, camera_transform) = *camera;
+    let context = contexts.ctx_mut()?;
+    // Panels may be larger than the window has them.
+    let zoom = context.zoom_factor();
+    let painter = context.layer_painter(LayerId::background());
+    for words in &words.0 {
+        let Ok(place) = camera.world_to_viewport(camera_transform, words.place) else { continue };
+        let font = FontId::proportional(text_size::SMALL);
+        let text = painter.layout_no_wrap(words.text.clone(), font, palette::in_panel(words.colour));
+        let area = Align2::CENTER_BOTTOM.anchor_size(Pos2::new(place.x / zoom, place.y / zoom - 3.0), text.size());
+        painter.rect_filled(area.expand2(egui::vec2(3.0, 0.5)), 4.0, Color32::from_black_alpha(170));
+        painter.galley(area.min, text, Color32::WHITE);
+    }
+    Ok(())
 }
 
 fn draw_labels(
@@ -29,7 +55,10 @@ fn draw_labels(
     robots: Query<(&RobotId, &GlobalTransform, &Penalty)>,
 ) -> Result {
     let (camera, camera_transform) = *camera;
-    let painter = contexts.ctx_mut()?.layer_painter(LayerId::background());
+    let context = contexts.ctx_mut()?;
+    // Panels may be larger than the window has them.
+    let zoom = context.zoom_factor();
+    let painter = context.layer_painter(LayerId::background());
     for (id, transform, penalty) in &robots {
         if penalty.is_active() {
             continue;
@@ -38,7 +67,7 @@ fn draw_labels(
         let Ok(place) = camera.world_to_viewport(camera_transform, transform.transform_point(HEIGHT)) else { continue };
         let colour = palette::in_panel(palette::team(id.team));
         let text = painter.layout_no_wrap(id.to_string(), FontId::proportional(text_size::ENTRY), Color32::WHITE);
-        let area = Align2::CENTER_CENTER.anchor_size(Pos2::new(place.x, place.y), text.size());
+        let area = Align2::CENTER_CENTER.anchor_size(Pos2::new(place.x / zoom, place.y / zoom), text.size());
         painter.rect_filled(area.expand2(egui::vec2(5.0, 1.5)), 7.0, colour.gamma_multiply(0.85));
         painter.galley(area.min, text, Color32::WHITE);
     }

@@ -18,6 +18,7 @@
 //! | file | what it shows or does |
 //! |---|---|
 //! | [`drive`] | runs the cycles: pause, single cycle, speed, restart |
+//! | [`timeline`] | the past of the match, and of one that a trace was written of |
 //! | [`stage`] | the pitch frame in Bevy's world, light, smooth motion between cycles |
 //! | `drawing` | shadows and smooth edges, where they cost little |
 //! | `field` | carpet, lines, goals, nets |
@@ -25,8 +26,16 @@
 //! | `props` | ball and posts |
 //! | [`camera`] | where the match is watched from |
 //! | [`keys`] | what the keys do |
-//! | `panels` | score, clock, controls, events, help |
-//! | `labels` | names above the robots |
+//! | [`overlays`] | what is drawn on the pitch of what robots see, hear, believe and want |
+//! | [`eyes`] | images of the robots' cameras that someone looks at |
+//! | [`robot_panel`] | what the selected robot sees, hears, wants, believes and keeps in mind |
+//! | [`chronicle`] | the latest cycles in numbers |
+//! | `panels` | score, clock, controls, help |
+//! | `events_panel` | penalties, what happened, where and why |
+//! | [`selection`] | which robot the user looks at |
+//! | [`statistics`] | what a frame costs |
+//! | [`theme`] | dark and light panels |
+//! | `labels` | names above the robots, words of the overlays |
 //! | [`event_log`] | what happened in the match |
 
 use bevy::app::PluginGroupBuilder;
@@ -37,21 +46,31 @@ use bevy::window::WindowResolution;
 use bevy_egui::EguiPlugin;
 
 pub mod camera;
+pub mod chronicle;
 mod drawing;
 pub mod drive;
 pub mod event_log;
+mod events_panel;
+pub mod eyes;
 mod field;
 mod figure;
 mod gait;
 pub mod keys;
 mod labels;
+pub mod overlays;
 mod palette;
 mod panels;
 mod props;
+pub mod robot_panel;
 mod sculpture;
+pub mod selection;
 pub mod stage;
+pub mod statistics;
+pub mod theme;
+pub mod timeline;
 
 pub use drive::{Speed, ViewerCommand};
+pub use timeline::{Timeline, TimelineCommand};
 
 /// Size of the window at first, in logical pixels.
 const WINDOW_SIZE: (u32, u32) = (1280, 720);
@@ -79,6 +98,7 @@ impl PluginGroup for ViewerPlugins {
             .add(EguiPlugin::default())
             .add(drive::DrivePlugin)
             .add(event_log::EventLogPlugin)
+            .add(chronicle::ChroniclePlugin)
             .add(stage::StagePlugin)
             .add(drawing::DrawingPlugin)
             .add(field::FieldPlugin)
@@ -87,7 +107,14 @@ impl PluginGroup for ViewerPlugins {
             .add(props::PropsPlugin)
             .add(camera::ViewerCameraPlugin)
             .add(keys::KeysPlugin)
+            .add(selection::SelectionPlugin)
+            .add(theme::ThemePlugin)
             .add(labels::LabelsPlugin)
+            .add(overlays::OverlaysPlugin)
             .add(panels::PanelsPlugin)
+            .add(events_panel::EventsPanelPlugin)
+            .add(eyes::EyesPlugin)
+            .add(robot_panel::RobotPanelPlugin)
+            .add(statistics::StatisticsPlugin)
     }
 }

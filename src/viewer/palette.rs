@@ -4,6 +4,8 @@ use bevy::prelude::*;
 use bevy_egui::egui::Color32;
 
 use crate::appearance::colours::{self, Colour};
+use crate::behaviour::drawings::Ink;
+use crate::pitch::GoalColour;
 use crate::robot::Team;
 
 /// The sky, and what fades into it.
@@ -21,6 +23,17 @@ pub const fn from_appearance(Colour([red, green, blue]): Colour) -> Color {
 /// The colour of a team's waistband.
 pub const fn team(team: Team) -> Color {
     from_appearance(colours::team(team))
+}
+
+/// The colour of a goal.
+pub const fn goal(colour: GoalColour) -> Color {
+    from_appearance(colours::goal(colour))
+}
+
+/// The colour of an overlay, or of what a behaviour draws.
+pub fn ink(ink: Ink) -> Color {
+    let [red, green, blue] = ink.rgb();
+    Color::srgb_u8(red, green, blue)
 }
 
 /// The same colour in a panel.

@@ -1,22 +1,16 @@
-//! Score, clock and state, controls, events, help.
+//! Score, clock and state, controls, help.
 
 use bevy::prelude::*;
-use bevy_egui::egui::{self, Align2, Color32, CornerRadius, FontId, Frame, Margin, RichText};
+use bevy_egui::egui::{self, Align2, Margin, RichText};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 use super::drive::{Playback, Speed, ViewerCommand, is_over};
-use super::event_log::EventLog;
-use super::keys::{Action, BINDINGS, MOUSE, Shown, Switch};
-use super::palette;
+use super::keys::{self, Action, Shown, Switch};
+use super::theme::{MARGIN, ThemeSystems, band, bright, card, dim, panel, problem_colour, text_size};
 use crate::cycle::CycleClock;
-use crate::referee::{Game, GameState, Penalty};
-use crate::robot::{RobotId, Team};
+use crate::referee::{Game, GameState};
+use crate::robot::Team;
 use crate::scenario::{LIBRARY, Scenario};
-
-/// Entries of the event list that are shown.
-const EVENTS_SHOWN: usize = 12;
-/// Distance of the panels from the window's edge, logical pixels.
-const MARGIN: f32 = 10.0;
 
 /// Height of the score, logical pixels.
 const SCORE_HEIGHT: f32 = 30.0;
@@ -28,71 +22,8 @@ impl Plugin for PanelsPlugin {
     fn build(&self, app: &mut App) {
         app.add_systems(
             EguiPrimaryContextPass,
-            (
-                load_letters.run_if(run_once),
-                show_score,
-                show_controls,
-                show_events.run_if(|shown: Res<Shown>| shown.events),
-                show_help.run_if(|shown: Res<Shown>| shown.help),
-            )
-                .chain(),
+            (show_score, show_controls, show_help.run_if(|shown: Res<Shown>| shown.help)).chain().after(ThemeSystems),
         );
-    }
-}
-
-/// The colour of the panels' background.
-const PANEL: Color32 = Color32::from_rgb(20, 24, 31);
-
-/// Sizes of the panels' text, logical pixels.
-pub(super) mod text_size {
-    pub const SMALL: f32 = 11.5;
-    pub const ENTRY: f32 = 12.5;
-    pub const IMPORTANT: f32 = 14.0;
-    pub const BUTTON: f32 = 16.0;
-    pub const TEAM: f32 = 17.0;
-    pub const TITLE: f32 = 18.0;
-    pub const SCORE: f32 = 24.0;
-    pub const ALL: [f32; 7] = [SMALL, ENTRY, IMPORTANT, BUTTON, TEAM, TITLE, SCORE];
-}
-
-/// A letter is missing in the first frame that has it; this is that frame, for all of them.
-fn load_letters(mut contexts: EguiContexts) -> Result {
-    let ctx = contexts.ctx_mut()?;
-    let letters: String = (' '..='~').chain("×−▶⏸⏭⟲🎲⛔".chars()).collect();
-    let of_style = ctx.global_style().text_styles.values().cloned().collect::<Vec<_>>();
-    let fonts = text_size::ALL.into_iter().flat_map(|size| [FontId::proportional(size), FontId::monospace(size)]);
-    let painter = ctx.layer_painter(egui::LayerId::background());
-    for font in fonts.chain(of_style) {
-        let _loaded = painter.layout_no_wrap(letters.clone(), font, Color32::WHITE);
-    }
-    Ok(())
-}
-
-/// The background of all panels.
-fn card() -> Frame {
-    Frame::NONE
-        .fill(PANEL.gamma_multiply(0.86))
-        .corner_radius(CornerRadius::same(8))
-        .inner_margin(Margin::symmetric(12, 8))
-}
-
-fn panel(name: &str, align: Align2, offset: [f32; 2]) -> egui::Area {
-    egui::Area::new(egui::Id::new(name)).anchor(align, offset)
-}
-
-fn bright(text: impl Into<String>) -> RichText {
-    RichText::new(text).color(Color32::from_gray(235))
-}
-
-fn dim(text: impl Into<String>) -> RichText {
-    RichText::new(text).color(Color32::from_gray(165))
-}
-
-fn team_colour(team: Team) -> Color32 {
-    match team {
-        // The waistband's blue is too dark to read on the panel.
-        Team::Blue => Color32::from_rgb(112, 165, 255),
-        Team::Pink => Color32::from_rgb(255, 128, 186),
     }
 }
 
@@ -105,19 +36,19 @@ fn show_score(
 ) -> Result {
     let names = Team::BOTH.map(|team| team_name(team, scenario.as_deref()));
     panel("score", Align2::CENTER_TOP, [0.0, MARGIN]).show(contexts.ctx_mut()?, |ui| {
-        card().show(ui, |ui| {
+        card(ui).show(ui, |ui| {
             ui.vertical_centered(|ui| {
                 ui.horizontal(|ui| {
                     // As high as the highest, so that all are on one line.
                     ui.set_min_height(SCORE_HEIGHT);
-                    band(ui, Team::Blue);
+                    band(ui, Team::Blue, egui::vec2(14.0, 22.0));
                     ui.label(bright(&names[0]).size(text_size::TEAM));
                     ui.add_space(4.0);
                     let score = format!("{} : {}", game.score.blue, game.score.pink);
                     ui.label(bright(score).size(text_size::SCORE).strong());
                     ui.add_space(4.0);
                     ui.label(bright(&names[1]).size(text_size::TEAM));
-                    band(ui, Team::Pink);
+                    band(ui, Team::Pink, egui::vec2(14.0, 22.0));
                 });
                 let text = match game.time_left_s(&clock) {
                     Some(left) => format!("half {}   {} left   {}", game.half, minutes(left), state_name(game.state)),
@@ -131,12 +62,6 @@ fn show_score(
     Ok(())
 }
 
-/// A patch of the team's colour.
-fn band(ui: &mut egui::Ui, team: Team) {
-    let (area, _) = ui.allocate_exact_size(egui::vec2(14.0, 22.0), egui::Sense::hover());
-    ui.painter().rect_filled(area, 3.0, palette::in_panel(palette::team(team)));
-}
-
 fn show_controls(
     mut contexts: EguiContexts,
     mut actions: MessageWriter<Action>,
@@ -148,9 +73,9 @@ fn show_controls(
         actions.write(action);
     };
     panel("controls", Align2::CENTER_BOTTOM, [0.0, -MARGIN]).show(contexts.ctx_mut()?, |ui| {
-        card().show(ui, |ui| {
+        card(ui).show(ui, |ui| {
             if let Some(problem) = &playback.problem {
-                ui.label(RichText::new(problem).color(Color32::from_rgb(255, 140, 120)));
+                ui.label(RichText::new(problem).color(problem_colour(ui)));
             }
             ui.horizontal(|ui| {
                 let button = |ui: &mut egui::Ui, text: &str, hint: &str| {
@@ -228,51 +153,21 @@ fn status(playback: &Playback, clock: &CycleClock, scenario: Option<&Scenario>) 
     parts.join("   ")
 }
 
-fn show_events(
-    mut contexts: EguiContexts,
-    log: Res<EventLog>,
-    clock: Res<CycleClock>,
-    robots: Query<(&RobotId, &Penalty)>,
-) -> Result {
-    let mut penalties: Vec<_> = robots.iter().filter_map(|(id, penalty)| Some((*id, penalty.0?))).collect();
-    penalties.sort_by_key(|(id, _)| *id);
-    if log.is_empty() && penalties.is_empty() {
-        return Ok(());
-    }
-    panel("events", Align2::RIGHT_TOP, [-MARGIN, MARGIN]).show(contexts.ctx_mut()?, |ui| {
-        card().show(ui, |ui| {
-            ui.set_width(232.0);
-            for (id, penalty) in &penalties {
-                let left_s = penalty.cycles_left as f64 * clock.period_s;
-                let text = format!("⛔ {id}: {}, {left_s:.0} s", penalty.reason.words());
-                ui.label(RichText::new(text).color(team_colour(id.team)));
-            }
-            for entry in log.iter().rev().take(EVENTS_SHOWN) {
-                ui.horizontal(|ui| {
-                    ui.label(dim(minutes(entry.time_s as f32)).monospace().size(text_size::SMALL));
-                    let colour = entry.team.map_or(Color32::from_gray(225), team_colour);
-                    let text = RichText::new(&entry.text).color(colour).size(text_size::ENTRY);
-                    ui.add(
-                        egui::Label::new(if entry.important { text.strong().size(text_size::IMPORTANT) } else { text })
-                            .wrap(),
-                    );
-                });
-            }
-        });
-    });
-    Ok(())
-}
-
 fn show_help(mut contexts: EguiContexts, mut actions: MessageWriter<Action>) -> Result {
     panel("help", Align2::CENTER_CENTER, [0.0, 0.0]).show(contexts.ctx_mut()?, |ui| {
-        card().fill(PANEL.to_opaque()).inner_margin(Margin::same(18)).show(ui, |ui| {
+        card(ui).fill(ui.visuals().panel_fill).inner_margin(Margin::same(18)).show(ui, |ui| {
             ui.label(bright("Keys").size(text_size::TITLE).strong());
             ui.add_space(6.0);
-            egui::Grid::new("keys").num_columns(2).spacing([24.0, 5.0]).show(ui, |ui| {
-                let keys = BINDINGS.iter().map(|binding| (binding.name, binding.description));
-                for (name, description) in keys.chain(MOUSE.iter().copied()) {
-                    ui.label(bright(name).strong());
-                    ui.label(dim(description));
+            egui::Grid::new("keys").num_columns(4).spacing([24.0, 5.0]).show(ui, |ui| {
+                let lines: Vec<_> = keys::help().collect();
+                // Two columns of lines.
+                let (left, right) = lines.split_at(lines.len().div_ceil(2));
+                for (index, (name, description)) in left.iter().enumerate() {
+                    let second = right.get(index).copied().unwrap_or_default();
+                    for (name, description) in [(*name, *description), second] {
+                        ui.label(bright(name));
+                        ui.label(dim(description));
+                    }
                     ui.end_row();
                 }
             });
@@ -308,7 +203,7 @@ fn state_name(state: GameState) -> &'static str {
 }
 
 /// A time as minutes and seconds.
-fn minutes(seconds: f32) -> String {
+pub(super) fn minutes(seconds: f32) -> String {
     let whole = seconds.max(0.0).floor() as u32;
     format!("{}:{:02}", whole / 60, whole % 60)
 }

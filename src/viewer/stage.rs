@@ -11,7 +11,7 @@ use core::f32::consts::FRAC_PI_2;
 use super::drive::DisplayFraction;
 use super::palette;
 use crate::cycle::CycleClock;
-use crate::geometry::{Pose, wrap_angle};
+use crate::geometry::{Pose, angle_of, wrap_angle};
 use crate::referee::Penalty;
 use crate::robot::PreviousPose;
 use crate::simulation::MatchEntity;
@@ -32,9 +32,16 @@ impl Plugin for StagePlugin {
             .insert_resource(DirectionalLightShadowMap { size: 2048 })
             .add_observer(enter_stage)
             .add_systems(Startup, (light_stage, lay_floor))
-            .add_systems(PostUpdate, (place_figures, hide_penalised).before(TransformSystems::Propagate));
+            .add_systems(
+                PostUpdate,
+                (place_figures, hide_penalised).in_set(StageSystems).before(TransformSystems::Propagate),
+            );
     }
 }
+
+/// The systems that put what is simulated where it is shown.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct StageSystems;
 
 /// The entity whose children live in the pitch frame.
 #[derive(Resource, Clone, Copy, PartialEq, Eq, Debug)]
@@ -50,6 +57,11 @@ impl FromWorld for PitchRoot {
 /// The rotation from the pitch frame (z up) to Bevy's world (y up).
 pub fn world_from_pitch() -> Quat {
     Quat::from_rotation_x(-FRAC_PI_2)
+}
+
+/// The rotation from Bevy's world (y up) to the pitch frame (z up).
+pub fn pitch_from_world() -> Quat {
+    world_from_pitch().inverse()
 }
 
 fn light_stage(mut commands: Commands, root: Res<PitchRoot>) {
@@ -103,6 +115,12 @@ fn hide_penalised(mut robots: Query<(&Penalty, &mut Visibility), Changed<Penalty
     for (penalty, mut visibility) in &mut robots {
         *visibility = if penalty.is_active() { Visibility::Hidden } else { Visibility::Inherited };
     }
+}
+
+/// The pose at which something is shown, pitch frame.
+pub fn pose_of(transform: &Transform) -> Pose {
+    let forward = transform.rotation * Vec3::X;
+    Pose { position: transform.translation.truncate(), heading: angle_of(forward.truncate()) }
 }
 
 fn transform_of(pose: Pose) -> Transform {

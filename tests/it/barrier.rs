@@ -112,6 +112,11 @@ fn other_robots_can_neither_be_read_nor_steered() {
     assert!(matches!(foreign, Breach::ForeignRobots { .. }), "{foreign}");
     let foreign = refusal(|_: Query<(&RobotId, &Percepts), Without<Mine>>| {});
     assert!(matches!(foreign, Breach::ForeignRobots { .. }), "{foreign}");
+    // Nor can they be told anything by what is drawn for people.
+    let foreign = refusal(|_: Query<&Drawings>| {});
+    assert!(matches!(foreign, Breach::ForeignRobots { .. }), "{foreign}");
+    let foreign = refusal(|_: Query<&mut Drawings, Without<Mine>>| {});
+    assert!(matches!(foreign, Breach::ForeignRobots { .. }), "{foreign}");
     // A marker behind an `Or` is no marker.
     let foreign = refusal(|_: Query<&Percepts, Or<(With<Mine>, With<Memory>)>>| {});
     assert!(matches!(foreign, Breach::ForeignRobots { .. }), "{foreign}");
@@ -234,6 +239,8 @@ fn every_component_and_resource_of_the_simulation_says_what_it_is() {
             mark.is_none()
         })
         .map(|info| info.name().to_string())
+        // The graphics card, where the program can use one.
+        .filter(|name| name != "naoisis::sensing::camera::gpu::GpuCameras")
         .collect();
     // These are no part of a match's state. The registry of behaviours holds functions, which cannot be reflected; the
     // number of threads is the machine's.

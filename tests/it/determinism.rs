@@ -3,27 +3,11 @@
 use bevy::prelude::*;
 use naoisis::prelude::*;
 use naoisis::record::trace::{TracePlugin, TraceRecorder, record_cycle};
-use std::io::{self, Write};
-use std::sync::{Arc, Mutex};
 
-use crate::support::headless_app;
+use crate::support::{SharedBytes, headless_app};
 
-/// A writer whose bytes can be looked at afterwards.
-#[derive(Clone, Default)]
-struct SharedBytes(Arc<Mutex<Vec<u8>>>);
-
-impl Write for SharedBytes {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.0.lock().unwrap().extend_from_slice(bytes);
-        Ok(bytes.len())
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        Ok(())
-    }
-}
-
-fn trace_of(scenario: &Scenario, cycles: usize) -> Vec<u8> {
+/// The trace of so many cycles.
+pub fn trace_of(scenario: &Scenario, cycles: usize) -> Vec<u8> {
     let bytes = SharedBytes::default();
     let mut app = headless_app();
     app.add_plugins(TracePlugin);
@@ -34,7 +18,7 @@ fn trace_of(scenario: &Scenario, cycles: usize) -> Vec<u8> {
     app.world_mut().run_system_cached(record_cycle).unwrap();
     app.run_cycles(cycles);
     drop(app);
-    let written = bytes.0.lock().unwrap().clone();
+    let written = bytes.written();
     assert_eq!(written.iter().filter(|byte| **byte == b'\n').count(), cycles + 2);
     written
 }

@@ -21,3 +21,5 @@ mod sensing;
 mod snapshot;
 mod support;
 mod teams;
+#[cfg(feature = "viewer")]
+mod watched;

@@ -44,10 +44,8 @@ fn random_scene(dice: &mut RandomStream) -> SceneDescription {
             0 => looker,
             _ => Pose { position: ahead(between(0.5, 4.0), between(-0.6, 0.6)), heading: between(-3.1, 3.1) },
         };
-        let mut joints = JointAngles {
-            head: HeadAngles { yaw: between(-0.5, 0.5), pitch: between(-0.3, 0.4), ..default() },
-            ..default()
-        };
+        let mut joints =
+            JointAngles { head: HeadAngles { yaw: between(-0.5, 0.5), pitch: between(-0.3, 0.4) }, ..default() };
         joints.legs[0].hip = between(-0.4, 0.4);
         joints.legs[1].knee = between(0.0, 0.8);
         scene.robots.push(SceneRobot::standing(RobotId::new(team, 1 + number), pose, joints));

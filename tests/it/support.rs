@@ -2,6 +2,8 @@
 
 use bevy::prelude::*;
 use naoisis::prelude::*;
+use std::io::{self, Write};
+use std::sync::{Arc, Mutex};
 
 /// A headless app, ready for a match.
 pub fn headless_app() -> App {
@@ -37,4 +39,26 @@ pub fn collect_events(app: &mut App, cycles: usize) -> Vec<(u64, MatchEvent)> {
         events.extend(app.events().iter().map(|event| (cycle, event.clone())));
     }
     events
+}
+
+/// A writer whose bytes can be looked at afterwards.
+#[derive(Clone, Default)]
+pub struct SharedBytes(Arc<Mutex<Vec<u8>>>);
+
+impl SharedBytes {
+    /// What was written.
+    pub fn written(&self) -> Vec<u8> {
+        self.0.lock().unwrap().clone()
+    }
+}
+
+impl Write for SharedBytes {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.lock().unwrap().extend_from_slice(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
 }

@@ -54,7 +54,8 @@ pub fn go_for(
         memory.at_ball_since_s = None;
         return Decision { kick: Some(kick), intention: "kick", ..default() };
     }
-    Decision { walk: line_up(player, memory, ball, aim, meeting_place), intention: "attack", ..default() }
+    let (walk, target) = line_up(player, memory, ball, aim, meeting_place);
+    Decision { walk, target: Some(target), intention: "attack", ..default() }
 }
 
 /// Where the ball should go: at the own kick-off to the side, otherwise at the goal or towards it.
@@ -88,14 +89,14 @@ fn kick_if_ready(player: &Player, memory: &PlayerMemory, ball: &BallBelief, aim:
     }
 }
 
-/// The step that brings the player to where it can kick the ball.
-pub fn line_up(
+/// The step that brings the player to where it can kick the ball, and that place.
+fn line_up(
     player: &Player,
     memory: &mut PlayerMemory,
     ball: &BallBelief,
     aim: &Aim,
     meeting_place: Vec2,
-) -> WalkCommand {
+) -> (WalkCommand, Vec2) {
     let distance_squared = player.position().distance_squared(ball.position_m);
     if distance_squared > AT_BALL_M * AT_BALL_M {
         memory.at_ball_since_s = None;
@@ -107,7 +108,7 @@ pub fn line_up(
     memory.kick = Some(plan.kick_type);
     let (place, last_stretch) = approach(player.position(), player.forward, plan.position, plan.facing);
     if last_stretch {
-        return player.walk_to(place, plan.facing, &obstacles);
+        return (player.walk_to(place, plan.facing, &obstacles), plan.position);
     }
     obstacles.add(ball.position_m, BALL_CLEARANCE_M);
     // Far away it is enough to face where the ball is; near it, where it shall go.
@@ -116,7 +117,7 @@ pub fn line_up(
     } else {
         plan.facing
     };
-    player.walk_to(place, facing, &obstacles)
+    (player.walk_to(place, facing, &obstacles), plan.position)
 }
 
 /// Looks for the ball: turns around towards where it was lost, then walks from place to place.
@@ -145,7 +146,7 @@ pub fn search(player: &Player, memory: &mut PlayerMemory) -> Decision {
     let place = places[index % places.len()];
     let facing = (place - player.position()).normalize_or(player.forward);
     let walk = player.walk_to(place, facing, &player.obstacles());
-    Decision { walk, head, intention: "search", ..default() }
+    Decision { walk, target: Some(place), head, intention: "search", ..default() }
 }
 
 /// Where to look when nothing else is decided: at the ball, now and then around for landmarks.

@@ -38,7 +38,8 @@ pub fn keep(
         memory.attacks = false;
         let place = goal + Vec2::new(guard_m, 0.0);
         let walk = player.travel_to(place, Vec2::X, &player.obstacles());
-        return Decision { walk, head: Some(looking::search(player.status.time_s)), intention: "keep", ..default() };
+        let head = Some(looking::search(player.status.time_s));
+        return Decision { walk, target: Some(place), head, intention: "keep", ..default() };
     };
     let (position, velocity) = (ball.position_m, ball.velocity_mps);
     if let Some(y) = crossing(position, velocity, player.position().x, 0.5 * player.pitch.goal.width_m + 0.15) {
@@ -46,7 +47,7 @@ pub fn keep(
         let posture = dive(player, position, velocity, y);
         let place = Vec2::new(player.position().x, y);
         let walk = player.walk_to(place, Vec2::X, &default());
-        return Decision { walk, posture, intention: "save", ..default() };
+        return Decision { walk, target: Some(place), posture, intention: "save", ..default() };
     }
     let alone = player.rules.illegal_defender && player.rules.defender_limit == DefenderLimit::KeeperOnly;
     let in_area = alone && player.pitch.in_penalty_area(End::NegativeX, position);
@@ -63,7 +64,7 @@ pub fn keep(
     let place = guard_place(position, goal, player.pitch.goal.width_m / 2.0, guard_m);
     let facing = (position - player.position()).normalize_or(Vec2::X);
     let walk = player.travel_to(place, facing, &player.obstacles());
-    Decision { walk, intention: "keep", ..default() }
+    Decision { walk, target: Some(place), intention: "keep", ..default() }
 }
 
 /// A dive, for a shot that crosses the keeper's line at `y` and that it can reach by a dive only.

@@ -238,7 +238,7 @@ pub struct BallAtFeet {
 
 impl BallAtFeet {
     /// The kicks that reach the ball, each with the direction in which the ball leaves, unit vector, team frame.
-    pub fn kicks(self) -> impl Iterator<Item = (KickType, Vec2)> {
+    fn kicks(self) -> impl Iterator<Item = (KickType, Vec2)> {
         KickType::ALL.into_iter().filter_map(move |kick_type| {
             let rectangle = kick_type.admissible_rectangle().inflate(-RECTANGLE_MARGIN_M);
             let strike = strike(kick_type, self.in_robot).filter(|_| rectangle.contains(self.in_robot))?;

@@ -26,6 +26,7 @@ pub mod walking;
 pub use player::{Decision, Player, PlayerMemory};
 
 use super::BehaviourApp;
+use super::drawings::{Drawings, Frame, Ink};
 use crate::belief::{Belief, SimpleBelief};
 use crate::communication::{Inbox, Outbox, TeamMessage};
 use crate::cycle::CycleClock;
@@ -175,6 +176,7 @@ struct PlayerQuery {
     kick: &'static mut KickCommand,
     outbox: &'static mut Outbox,
     posture: &'static mut PostureCommand,
+    drawings: &'static mut Drawings,
 }
 
 fn play<R: Role>(
@@ -205,7 +207,23 @@ fn play<R: Role>(
         *robot.head = decision.head.unwrap_or_else(|| attack::watch(&player, memory));
         robot.kick.0 = decision.kick;
         robot.posture.0 = decision.posture.or_else(|| obeying::posture(&player));
+        draw(&mut robot.drawings, &player, memory, &decision);
         robot.outbox.0 = (!player.status.penalised).then(|| message(&player, &decision));
+    }
+}
+
+/// Draws where the player goes, and where it wants the ball to go.
+fn draw(drawings: &mut Drawings, player: &Player, memory: &PlayerMemory, decision: &Decision) {
+    /// Length of the line from the ball, m.
+    const AIM_M: f32 = 1.0;
+    if let Some(target) = decision.target {
+        drawings.target(Frame::Team, target, decision.intention, Ink::White);
+    }
+    if let (Some(ball), Some(aim), "attack" | "kick") = (player.ball(), memory.aim, decision.intention) {
+        drawings.line(Frame::Team, ball.position_m, ball.position_m + AIM_M * aim, Ink::Yellow);
+        if let Some(kick) = memory.kick {
+            drawings.text(Frame::Team, ball.position_m + AIM_M * aim, kick.words(), Ink::Yellow);
+        }
     }
 }
 

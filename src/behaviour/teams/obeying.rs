@@ -45,7 +45,7 @@ pub fn take_kick_off_place(player: &Player) -> Decision {
     } else {
         player.travel_to(place.position, place.forward(), &player.obstacles())
     };
-    Decision { walk, intention: "ready", ..default() }
+    Decision { walk, target: Some(place.position), intention: "ready", ..default() }
 }
 
 /// The player's place for the kick-off, team frame.
@@ -116,8 +116,9 @@ fn keep_off_the_free_kick(player: &Player, decision: Decision) -> Decision {
         // Towards the own goal, if need be past the ball: the way is free there more often than at the side line.
         let home = player.own_goal() - ball.position_m;
         let outwards = (away.normalize_or(-Vec2::X) + 0.5 * home.normalize_or(-Vec2::X)).normalize_or(-Vec2::X);
-        let walk = player.walk_to(ball.position_m + outwards * distance, -outwards, &player.obstacles());
-        return Decision { walk, ..decision };
+        let place = ball.position_m + outwards * distance;
+        let walk = player.walk_to(place, -outwards, &player.obstacles());
+        return Decision { walk, target: Some(place), ..decision };
     }
     if leads_into(player, &decision.walk, ball.position_m, distance) {
         let facing = (ball.position_m - player.position()).normalize_or(Vec2::X);
@@ -132,7 +133,7 @@ fn stay_out_of_the_own_area(player: &Player, decision: Decision) -> Decision {
         let x = -player.pitch.half_length() + player.pitch.penalty_area.depth_m + 0.4;
         let out = Vec2::new(x, player.position().y);
         let walk = player.walk_to(out, player.forward, &player.obstacles());
-        return Decision { walk, ..decision };
+        return Decision { walk, target: Some(out), ..decision };
     }
     if is_forbidden_area(player, after(player, &decision.walk), AREA_MARGIN_M) {
         return Decision { walk: WalkCommand { dtheta: decision.walk.dtheta, ..default() }, ..decision };

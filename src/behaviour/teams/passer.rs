@@ -211,8 +211,9 @@ fn wait_for_the_ball(
     obstacles.add(ball.position_m, 0.5);
     if let Some((pass, _)) = memory.expected_pass {
         let behind = (player.opponent_goal() - pass.place).normalize_or(Vec2::X) * -0.25;
-        let walk = stay_or_go(player, pass.place + behind, facing, &obstacles);
-        return Decision { walk, intention: "receive", ..default() };
+        let place = pass.place + behind;
+        let walk = stay_or_go(player, place, facing, &obstacles);
+        return Decision { walk, target: Some(place), intention: "receive", ..default() };
     }
     let times = opponents.iter().map(|opponent| time_to_ball_s(player, ball, opponent.position_m));
     let theirs_s = times.fold(f32::MAX, f32::min);
@@ -225,7 +226,7 @@ fn wait_for_the_ball(
         free_place(player, memory, ball, opponents)
     };
     let walk = stay_or_go(player, place, facing, &obstacles);
-    Decision { walk, intention: "support", ..default() }
+    Decision { walk, target: Some(place), intention: "support", ..default() }
 }
 
 /// Between the ball and that side of the own goal on which the player is, outside the penalty area.

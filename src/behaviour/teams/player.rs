@@ -55,6 +55,8 @@ pub struct Player<'a> {
 pub struct Decision {
     /// The step.
     pub walk: WalkCommand,
+    /// Where the steps lead, m, team frame: for people who watch.
+    pub target: Option<Vec2>,
     /// Where to look; none for what [`super::looking`] proposes.
     pub head: Option<HeadCommand>,
     /// The kick.

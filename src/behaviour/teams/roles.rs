@@ -55,7 +55,8 @@ pub fn support(player: &Player, ball: Vec2) -> Decision {
     let facing = (ball - player.position()).normalize_or(Vec2::X);
     let mut obstacles = player.obstacles();
     obstacles.add(ball, 0.7 * SUPPORT_DISTANCE_M);
-    Decision { walk: stay_or_go(player, place, facing, &obstacles), intention: "support", ..default() }
+    let walk = stay_or_go(player, place, facing, &obstacles);
+    Decision { walk, target: Some(place), intention: "support", ..default() }
 }
 
 fn support_place(player: &Player, ball: Vec2) -> Vec2 {

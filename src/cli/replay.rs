@@ -1,0 +1,87 @@
+//! `naoisis replay`: a match that a trace was written of, in a window.
+
+use clap::Args;
+use std::fmt::Write as _;
+use std::io::{self, Write as _};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use super::play::display;
+use super::report;
+use crate::record::history::{MarkKind, ReadTrace};
+use crate::record::read::Ending;
+use crate::record::trace::EndReason;
+
+/// Arguments of `naoisis replay`.
+#[derive(Args, Debug, Clone)]
+pub struct ReplayArguments {
+    /// A trace, as `naoisis run --trace` writes it (.jsonl or .jsonl.zst)
+    pub trace: PathBuf,
+}
+
+/// Runs the command. Without a display the trace is read, and summed up.
+pub fn replay(arguments: &ReplayArguments) -> ExitCode {
+    let trace = match ReadTrace::open(&arguments.trace) {
+        Ok(trace) => trace,
+        Err(error) => return report::usage_error(&error.to_string()),
+    };
+    if trace.last.is_none() {
+        let path = arguments.trace.display();
+        return report::usage_error(&format!("{path}: there is nothing after the header; expected a cycle"));
+    }
+    if trace.ending == Ending::BrokenOff {
+        report::note("the trace is broken off: what it has until there is shown");
+    }
+    match display() {
+        #[cfg(feature = "viewer")]
+        Ok(()) => watch(arguments, trace),
+        #[cfg(not(feature = "viewer"))]
+        Ok(()) => ExitCode::SUCCESS,
+        Err(reason) => {
+            report::note(&format!("{reason}: the trace is only summed up"));
+            // Whoever closed standard output does not want to know.
+            let _ = io::stdout().write_all(summary(&trace).as_bytes());
+            ExitCode::SUCCESS
+        }
+    }
+}
+
+#[cfg(feature = "viewer")]
+fn watch(arguments: &ReplayArguments, trace: ReadTrace) -> ExitCode {
+    use crate::simulation::NaoisisPlugins;
+    use crate::viewer::{ViewerPlugins, timeline};
+    use bevy::app::{App, AppExit};
+
+    let mut app = App::new();
+    app.add_plugins((ViewerPlugins, NaoisisPlugins));
+    if let Err(fault) = timeline::start_replay(app.world_mut(), trace) {
+        return report::usage_error(&format!("{}:1: {fault}", arguments.trace.display()));
+    }
+    match app.run() {
+        AppExit::Success => ExitCode::SUCCESS,
+        AppExit::Error(code) => ExitCode::from(code.get()),
+    }
+}
+
+/// What the trace is of, in a few lines.
+fn summary(trace: &ReadTrace) -> String {
+    let scenario = &trace.scenario;
+    let name = if scenario.name.is_empty() { "a match" } else { &scenario.name };
+    let mut text = format!("{name}, seed {}, {} robots\n", scenario.seed, scenario.robots.len());
+    let Some(last) = &trace.last else { return text };
+    let score = last.game.score;
+    let cycles = trace.history.cycles().map_or(0, |cycles| cycles.end() - cycles.start());
+    let end = match trace.ending {
+        Ending::Proper(EndReason::FinalWhistle) => "to the final whistle",
+        Ending::Proper(EndReason::Duration) => "to the end of the scenario",
+        Ending::Proper(EndReason::Interrupted) => "until it was interrupted",
+        Ending::Proper(EndReason::Failed) => "until it failed",
+        Ending::NotYet | Ending::BrokenOff => "until it broke off",
+    };
+    // Writing to a string cannot fail.
+    let _ = writeln!(text, "{cycles} cycles, {:.1} s, {end}; blue {} : {} pink", last.time_s, score.blue, score.pink);
+    let count = |kind| trace.history.marks().iter().filter(|mark| mark.kind == kind).count();
+    let (goals, outs, penalties) = (count(MarkKind::Goal), count(MarkKind::Out), count(MarkKind::Penalty));
+    let _ = writeln!(text, "{goals} goals, {outs} times out, {penalties} penalties");
+    text
+}

@@ -1,0 +1,402 @@
+//! Reading traces: plain or compressed, whole or broken off.
+//!
+//! Whatever is wrong is a [`TraceError`] with the file, line and column, and what was expected. A trace whose program was
+//! killed lacks its last line, or has a part of it: what it has until there is read, and [`TraceReader::ending`] says so.
+
+use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, ErrorKind, Read};
+use std::path::{Path, PathBuf};
+
+use super::trace::{EndReason, FORMAT, VERSION};
+use crate::behaviour::drawings::Drawings;
+use crate::belief::Belief;
+use crate::communication::ReceivedMessage;
+use crate::events::MatchEvent;
+use crate::geometry::{Pose, file_units, to_radians};
+use crate::referee::{GameState, PenaltyReason, Score};
+use crate::robot::head::HeadAngles;
+use crate::robot::posture::Posture;
+use crate::robot::{RobotId, Velocity};
+use crate::scenario::Scenario;
+use crate::sensing::sonar::SonarReading;
+use crate::sensing::vision::Percepts;
+
+/// A longer line is no line of a trace.
+const LONGEST_LINE_BYTES: u64 = 16 << 20;
+
+/// The world after a cycle, as a trace has it.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+pub struct CycleRecord {
+    /// Cycles since the start.
+    pub cycle: u64,
+    /// Time since the start, s.
+    pub time_s: f64,
+    /// The ball, if there is one.
+    pub ball: Option<BallRecord>,
+    /// The robots, in the order of their ids.
+    pub robots: Vec<RobotRecord>,
+    /// The state of the game.
+    pub game: GameRecord,
+    /// What happened in the cycle.
+    pub events: Vec<MatchEvent>,
+}
+
+/// The ball after a cycle.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+pub struct BallRecord {
+    /// Its centre, m, pitch frame.
+    pub position_m: Vec3,
+    /// Its velocity, m/s, pitch frame.
+    pub velocity_mps: Vec3,
+}
+
+/// A robot after a cycle, and what it sensed in it.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+pub struct RobotRecord {
+    /// Which robot.
+    pub id: RobotId,
+    /// Where it is, pitch frame.
+    #[serde(with = "file_units::pose")]
+    pub pose: Pose,
+    velocity: [f32; 3],
+    head_deg: [f32; 2],
+    /// How its body is.
+    #[serde(default)]
+    pub posture: Posture,
+    /// The penalty that it serves.
+    pub penalised: Option<PenaltyRecord>,
+    /// What it knew of its own way.
+    #[serde(with = "file_units::pose")]
+    pub odometry: Pose,
+    /// What its sonars heard.
+    pub sonar_m: SonarReading,
+    /// What it recognised.
+    pub percepts: Percepts,
+    /// The messages that it got.
+    pub inbox: Vec<ReceivedMessage>,
+    /// What it believed.
+    pub belief: Option<Belief>,
+    /// What its behaviour drew.
+    #[serde(default, skip_serializing_if = "Drawings::is_empty")]
+    pub drawings: Drawings,
+}
+
+impl RobotRecord {
+    /// How it moves, pitch frame.
+    pub fn velocity(&self) -> Velocity {
+        let [x, y, angular_degps] = self.velocity;
+        Velocity { linear: Vec2::new(x, y), angular: to_radians(angular_degps) }
+    }
+
+    /// Where its head is turned.
+    pub fn head(&self) -> HeadAngles {
+        let [yaw, pitch] = self.head_deg.map(to_radians);
+        HeadAngles { yaw, pitch }
+    }
+}
+
+/// A penalty that is being served.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+pub struct PenaltyRecord {
+    /// What for.
+    pub reason: PenaltyReason,
+    /// Time of play until the robot may come back, s.
+    pub time_left_s: f64,
+}
+
+/// The state of the game after a cycle.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+pub struct GameRecord {
+    /// The state.
+    pub state: GameState,
+    /// Goals.
+    pub score: Score,
+    /// The half, from 1.
+    pub half: u32,
+    /// Time left in the half, s; none without a clock.
+    pub time_left_s: Option<f64>,
+}
+
+/// Why a trace cannot be read.
+#[derive(Debug, thiserror::Error)]
+pub enum TraceError {
+    /// The file cannot be opened or read.
+    #[error("{}: {error}; expected a trace, as `naoisis run --trace` writes it", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        error: io::Error,
+    },
+    /// A line is wrong.
+    #[error("{}:{line}:{column}: {message}; expected {expected}", path.display())]
+    Line {
+        /// The file.
+        path: PathBuf,
+        /// The line, from 1.
+        line: u64,
+        /// The column in bytes, from 1.
+        column: usize,
+        /// What is wrong.
+        message: String,
+        /// What was expected instead.
+        expected: String,
+    },
+}
+
+/// How a trace ends.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Ending {
+    /// There are more lines.
+    NotYet,
+    /// With its last line, for this reason.
+    Proper(EndReason),
+    /// Without it: the program that wrote it was killed.
+    BrokenOff,
+}
+
+#[derive(Deserialize)]
+struct HeaderLine {
+    format: String,
+    version: u32,
+    scenario: Scenario,
+}
+
+#[derive(Deserialize)]
+struct EndLine {
+    reason: EndReason,
+}
+
+#[derive(Deserialize)]
+struct LineType {
+    #[serde(rename = "type")]
+    line_type: String,
+}
+
+/// A trace that is being read, line by line.
+pub struct TraceReader {
+    path: PathBuf,
+    lines: BufReader<Box<dyn Read + Send>>,
+    text: Vec<u8>,
+    line: u64,
+    scenario: Scenario,
+    last_cycle: Option<u64>,
+    ending: Ending,
+}
+
+impl TraceReader {
+    /// Opens a trace, compressed if its name ends in `.zst`, and reads its header.
+    ///
+    /// # Errors
+    /// When there is no such file, or it does not begin as a trace does.
+    pub fn open(path: &Path) -> Result<Self, TraceError> {
+        let io_error = |error| TraceError::Io { path: path.to_owned(), error };
+        let file = File::open(path).map_err(io_error)?;
+        let reader: Box<dyn Read + Send> = if path.extension().is_some_and(|extension| extension == "zst") {
+            Box::new(zstd::stream::read::Decoder::new(file).map_err(io_error)?)
+        } else {
+            Box::new(file)
+        };
+        Self::new(path, reader)
+    }
+
+    /// Reads the header of a trace from a reader. `path` is what errors call it.
+    ///
+    /// # Errors
+    /// When it does not begin as a trace does.
+    pub fn new(path: &Path, reader: impl Read + Send + 'static) -> Result<Self, TraceError> {
+        let mut trace = Self {
+            path: path.to_owned(),
+            lines: BufReader::with_capacity(1 << 16, Box::new(reader)),
+            text: Vec::new(),
+            line: 0,
+            scenario: Scenario::default(),
+            last_cycle: None,
+            ending: Ending::NotYet,
+        };
+        let expected = "a trace, which begins with its header";
+        if !trace.next_line()? {
+            return Err(trace.fault(1, "the file has no whole line", expected));
+        }
+        if trace.line_type()? != "header" {
+            return Err(trace.fault(1, "this line is no header", expected));
+        }
+        let header: HeaderLine = trace.parse("the header of a trace")?;
+        if header.format != FORMAT || header.version > VERSION {
+            let message = format!("this is `{}`, version {}", header.format, header.version);
+            return Err(trace.fault(1, &message, &format!("`{FORMAT}`, version {VERSION}")));
+        }
+        trace.scenario = header.scenario;
+        Ok(trace)
+    }
+
+    /// What the match started from; its seed is in it.
+    pub fn scenario(&self) -> &Scenario {
+        &self.scenario
+    }
+
+    /// How the trace ends, as far as it was read.
+    pub fn ending(&self) -> Ending {
+        self.ending
+    }
+
+    /// The next cycle; none after the last.
+    ///
+    /// # Errors
+    /// What is wrong with its line, and where.
+    pub fn next_cycle(&mut self) -> Result<Option<CycleRecord>, TraceError> {
+        if self.ending != Ending::NotYet {
+            return Ok(None);
+        }
+        if !self.next_line()? {
+            self.ending = Ending::BrokenOff;
+            return Ok(None);
+        }
+        match self.line_type()?.as_str() {
+            "cycle" => {}
+            "end" => {
+                let end: EndLine = self.parse("the last line of a trace")?;
+                self.ending = Ending::Proper(end.reason);
+                return Ok(None);
+            }
+            other => {
+                let message = format!("there is no line of type `{other}`");
+                return Err(self.fault(1, &message, "`cycle` or `end`"));
+            }
+        }
+        let record: CycleRecord = self.parse("a cycle of a trace")?;
+        if let Some(last) = self.last_cycle
+            && record.cycle != last + 1
+        {
+            let message = format!("this is cycle {}, after cycle {last}", record.cycle);
+            return Err(self.fault(1, &message, &format!("cycle {}", last + 1)));
+        }
+        self.last_cycle = Some(record.cycle);
+        Ok(Some(record))
+    }
+
+    /// Reads the next line without its end. False where there is none, or only the beginning of one.
+    fn next_line(&mut self) -> Result<bool, TraceError> {
+        self.text.clear();
+        let read = (&mut self.lines).take(LONGEST_LINE_BYTES).read_until(b'\n', &mut self.text);
+        match read {
+            // A compressed trace that was broken off ends in the middle of a block.
+            Err(error) if error.kind() == ErrorKind::UnexpectedEof => return Ok(false),
+            Err(error) => return Err(TraceError::Io { path: self.path.clone(), error }),
+            Ok(_) => {}
+        }
+        self.line += 1;
+        if self.text.pop_if(|byte| *byte == b'\n').is_some() {
+            return Ok(true);
+        }
+        if self.text.len() as u64 == LONGEST_LINE_BYTES {
+            return Err(self.fault(1, "the line does not end", "a trace"));
+        }
+        // The last line may lack its end, if it is whole otherwise.
+        Ok(serde_json::from_slice::<serde::de::IgnoredAny>(&self.text).is_ok())
+    }
+
+    fn line_type(&self) -> Result<String, TraceError> {
+        self.parse::<LineType>("a line of a trace: an object with a `type`").map(|line| line.line_type)
+    }
+
+    fn parse<'de, T: Deserialize<'de>>(&'de self, expected: &str) -> Result<T, TraceError> {
+        serde_json::from_slice(&self.text).map_err(|error| {
+            let message = error.to_string();
+            // The place is said in the file's own lines.
+            let message = message.split(" at line ").next().unwrap_or_default();
+            self.fault(error.column(), message, expected)
+        })
+    }
+
+    fn fault(&self, column: usize, message: &str, expected: &str) -> TraceError {
+        TraceError::Line {
+            path: self.path.clone(),
+            line: self.line.max(1),
+            column: column.max(1),
+            message: message.to_owned(),
+            expected: expected.to_owned(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HEADER: &str = r#"{"type":"header","format":"naoisis-trace","version":1,"seed":3,"scenario":{"seed":3}}"#;
+
+    fn cycle(number: u64) -> String {
+        format!(
+            r#"{{"type":"cycle","cycle":{number},"time_s":0.1,"ball":null,"robots":[{{"id":"pink2","pose":[1,2,90],
+            "velocity":[0.1,0,90],"head_deg":[90,-30],"penalised":null,"odometry":[0,0,0],"sonar_m":{{"left":null,"right":0.4}},
+            "percepts":{{"ball":null,"goal_posts":[],"robots":[],"landmarks":[]}},"inbox":[],"belief":null,"unknown":1}}],"game":{{"state":"playing","score":{{"blue":1,"pink":0}},
+            "half":1,"time_left_s":5.0}},"events":[{{"kind":"final_whistle"}}]}}"#
+        )
+        .replace('\n', "")
+    }
+
+    fn read(lines: &[&str]) -> Result<(Vec<CycleRecord>, Ending), TraceError> {
+        let text = lines.join("\n");
+        let mut trace = TraceReader::new(Path::new("match.jsonl"), io::Cursor::new(text.into_bytes()))?;
+        let mut records = Vec::new();
+        while let Some(record) = trace.next_cycle()? {
+            records.push(record);
+        }
+        Ok((records, trace.ending()))
+    }
+
+    fn message(lines: &[&str]) -> String {
+        read(lines).expect_err("a broken trace").to_string()
+    }
+
+    #[test]
+    fn cycles_are_read_in_radians() {
+        let end = r#"{"type":"end","reason":"final_whistle"}"#;
+        let (records, ending) = read(&[HEADER, &cycle(0), &cycle(1), end]).unwrap();
+        assert_eq!((records.len(), ending), (2, Ending::Proper(EndReason::FinalWhistle)));
+        let robot = &records[1].robots[0];
+        let quarter = core::f32::consts::FRAC_PI_2;
+        assert_eq!(robot.pose, Pose::new(1.0, 2.0, quarter));
+        assert_eq!((robot.velocity().angular, robot.head().yaw), (quarter, quarter));
+        assert_eq!((robot.posture, robot.sonar_m.right), (Posture::Upright, Some(0.4)));
+        assert_eq!(records[1].events, [MatchEvent::FinalWhistle]);
+    }
+
+    #[test]
+    fn a_trace_of_a_killed_program_is_read_as_far_as_it_goes() {
+        let whole = cycle(1);
+        for rest in [&[][..], &[""], &["{"], &[&whole[..40]]] {
+            let (records, ending) = read(&[&[HEADER, &cycle(0)], rest].concat()).unwrap();
+            assert_eq!((records.len(), ending), (1, Ending::BrokenOff), "{rest:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_wrong_is_said_with_its_place() {
+        assert_eq!(
+            message(&[HEADER, &cycle(0), "{\"type\":\"cycle\",\"cycle\":x}", ""]),
+            "match.jsonl:3:25: expected value; expected a line of a trace: an object with a `type`"
+        );
+        let without_game = "{\"type\":\"cycle\",\"cycle\":1,\"time_s\":0,\"ball\":null,\"robots\":[]}";
+        assert_eq!(
+            message(&[HEADER, &cycle(0), without_game, ""]),
+            "match.jsonl:3:61: missing field `game`; expected a cycle of a trace"
+        );
+        assert_eq!(
+            message(&[HEADER, &cycle(0), &cycle(2), ""]),
+            "match.jsonl:3:1: this is cycle 2, after cycle 0; expected cycle 1"
+        );
+        assert_eq!(
+            message(&["{\"type\":\"cycle\"}", ""]),
+            "match.jsonl:1:1: this line is no header; expected a trace, which begins with its header"
+        );
+        assert!(message(&[""]).contains("the file has no whole line"));
+        assert_eq!(
+            message(&[&HEADER.replace("naoisis-trace", "rosbag"), ""]),
+            "match.jsonl:1:1: this is `rosbag`, version 1; expected `naoisis-trace`, version 1"
+        );
+    }
+}

@@ -1,0 +1,363 @@
+//! Where the match is watched from: from the side, from above, with the ball, with a robot, through a robot's eyes, or
+//! from wherever one flies.
+
+use bevy::core_pipeline::tonemapping::Tonemapping;
+use bevy::input::mouse::{AccumulatedMouseMotion, AccumulatedMouseScroll, MouseScrollUnit};
+use bevy::math::ops;
+use bevy::pbr::{DistanceFog, FogFalloff};
+use bevy::prelude::*;
+use bevy_egui::input::egui_wants_any_pointer_input;
+use bevy_egui::{EguiGlobalSettings, PrimaryEguiContext};
+
+pub mod eyes;
+pub mod viewpoint;
+
+use super::figure::Figure;
+use super::palette;
+use super::selection::{Selection, SelectionSystems};
+use super::stage::{PitchRoot, StageSystems, pose_of};
+use crate::appearance::scene::world_from_body;
+use crate::ball::Ball;
+use crate::geometry::wrap_angle;
+use crate::pitch::Pitch;
+use crate::referee::Penalty;
+use crate::robot::head::HeadAngles;
+use crate::robot::posture::Posture;
+use crate::robot::{RobotId, Roster};
+use crate::sensing::camera::model::CameraView;
+use crate::sensing::camera::{CameraSettings, CameraSide};
+use viewpoint::{FIELD_OF_VIEW, Overview, Viewpoint};
+
+/// How fast the camera goes where it should, 1/s.
+const EASING_PER_S: f32 = 8.0;
+/// Pixels of a touch pad that are one notch of a wheel.
+const PIXELS_PER_NOTCH: f32 = 40.0;
+/// Nothing nearer than this is drawn, m: the lens of a robot is close to its face.
+const NEAR_M: f32 = 0.02;
+
+/// The camera of the window.
+pub struct ViewerCameraPlugin;
+
+impl Plugin for ViewerCameraPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_message::<ViewPreset>()
+            .add_message::<LookAt>()
+            .init_resource::<Covered>()
+            // Cameras that robots look through must not get the panels.
+            .insert_resource(EguiGlobalSettings { auto_create_primary_context: false, ..default() })
+            .add_systems(Startup, spawn_camera)
+            .add_systems(
+                Update,
+                (make_room, choose_view, look_at_places, use_mouse.run_if(not(egui_wants_any_pointer_input)))
+                    .chain()
+                    .after(SelectionSystems)
+                    .in_set(CameraSystems),
+            )
+            // What is followed is in its place by then.
+            .add_systems(
+                PostUpdate,
+                (follow, move_camera, hide_own_figure).chain().after(StageSystems).before(TransformSystems::Propagate),
+            );
+    }
+}
+
+/// The systems that let the user move the camera.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct CameraSystems;
+
+/// The views to choose from.
+#[derive(Message, Clone, Copy, PartialEq, Eq, Debug)]
+pub enum ViewPreset {
+    /// The whole pitch from the side, as on television.
+    Broadcast,
+    /// The whole pitch from above.
+    TopDown,
+    /// Close to the ball, wherever it goes.
+    FollowBall,
+    /// Behind the selected robot, wherever it goes.
+    FollowRobot,
+    /// What one of the selected robot's cameras sees.
+    Eyes(CameraSide),
+    /// Wherever the mouse flies to.
+    Fly,
+}
+
+/// A place of the pitch is to be looked at, m.
+#[derive(Message, Clone, Copy, PartialEq, Debug)]
+pub struct LookAt(pub Vec2);
+
+/// The part of the window, from the left, that a panel covers, logical pixels: the match is shown beside it.
+#[derive(Resource, Clone, Copy, PartialEq, Debug, Default)]
+pub struct Covered {
+    /// Now.
+    pub now: f32,
+    /// As the camera has it: it gets there smoothly.
+    eased: f32,
+}
+
+/// What the camera goes along with.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub enum CameraMode {
+    /// Nothing: the mouse turns it about a point of the pitch.
+    #[default]
+    Orbit,
+    /// Nothing: the mouse flies it.
+    Fly,
+    /// The ball.
+    Ball,
+    /// The selected robot, which had this heading last.
+    Robot {
+        /// Radians.
+        heading: f32,
+    },
+    /// A camera of the selected robot.
+    Eyes(CameraSide),
+}
+
+/// The camera of the window: where it is, and where it goes.
+#[derive(Component, Clone, Copy, PartialEq, Debug)]
+pub struct ViewerCamera {
+    /// Where it is.
+    pub current: Viewpoint,
+    /// Where it goes.
+    pub wanted: Viewpoint,
+    /// What it goes along with.
+    pub mode: CameraMode,
+}
+
+fn spawn_camera(mut commands: Commands, root: Res<PitchRoot>, pitch: Res<Pitch>, window: Query<&Window>) {
+    let view = Viewpoint::of_pitch(Overview::Broadcast, &pitch, aspect_of(window));
+    commands.spawn((
+        ChildOf(root.0),
+        Camera3d::default(),
+        PrimaryEguiContext,
+        Projection::Perspective(PerspectiveProjection { fov: FIELD_OF_VIEW, near: NEAR_M, ..default() }),
+        // The one that needs no look-up table and keeps colours.
+        Tonemapping::KhronosPbrNeutral,
+        DistanceFog { color: palette::SKY, falloff: FogFalloff::Linear { start: 12.0, end: 45.0 }, ..default() },
+        ViewerCamera { current: view, wanted: view, mode: CameraMode::Orbit },
+        view.transform(),
+    ));
+}
+
+fn aspect_of(window: Query<&Window>) -> f32 {
+    aspect_beside(window, 0.0)
+}
+
+/// Width by height of what a panel leaves of the window.
+fn aspect_beside(window: Query<&Window>, covered: f32) -> f32 {
+    window.iter().next().map_or(16.0 / 9.0, |window| {
+        let size = window.size();
+        ((size.x - covered) / size.y.max(1.0)).clamp(0.2, 5.0)
+    })
+}
+
+/// What was in view remains so when a panel opens, from farther away.
+fn make_room(
+    covered: Res<Covered>,
+    window: Query<&Window>,
+    mut camera: Single<&mut ViewerCamera>,
+    mut before: Local<f32>,
+) {
+    if covered.now != *before {
+        let widths = [*before, covered.now].map(|covered| aspect_beside(window, covered));
+        if camera.mode == CameraMode::Orbit {
+            camera.wanted = camera.wanted.farther(widths[0] / widths[1]);
+        }
+        *before = covered.now;
+    }
+}
+
+fn choose_view(
+    mut presets: MessageReader<ViewPreset>,
+    pitch: Res<Pitch>,
+    window: Query<&Window>,
+    roster: Res<Roster>,
+    mut selection: ResMut<Selection>,
+    covered: Res<Covered>,
+    balls: Query<&Transform, (With<Ball>, Without<ViewerCamera>)>,
+    robots: Query<&Transform, (With<RobotId>, Without<ViewerCamera>)>,
+    mut camera: Single<&mut ViewerCamera>,
+) {
+    let aspect = aspect_beside(window, covered.now);
+    for preset in presets.read() {
+        if matches!(preset, ViewPreset::FollowRobot | ViewPreset::Eyes(_)) && selection.0.is_none() {
+            selection.0 = roster.iter().next().map(|(id, _)| id);
+        }
+        let robot = selection.0.and_then(|id| robots.get(roster.get(id)?).ok()).map(pose_of);
+        let wanted = camera.wanted;
+        let (wanted, mode) = match preset {
+            ViewPreset::Broadcast => (Viewpoint::of_pitch(Overview::Broadcast, &pitch, aspect), CameraMode::Orbit),
+            ViewPreset::TopDown => (Viewpoint::of_pitch(Overview::TopDown, &pitch, aspect), CameraMode::Orbit),
+            ViewPreset::FollowBall => {
+                let ball = balls.iter().next().map(|ball| ball.translation.truncate());
+                (Viewpoint::of_ball(ball.unwrap_or_default()), CameraMode::Ball)
+            }
+            ViewPreset::FollowRobot => match robot {
+                Some(robot) => (Viewpoint::behind(robot), CameraMode::Robot { heading: robot.heading }),
+                None => continue,
+            },
+            ViewPreset::Eyes(side) => (wanted, CameraMode::Eyes(*side)),
+            ViewPreset::Fly => (wanted, CameraMode::Fly),
+        };
+        // The short way round.
+        let turn = wrap_angle(wanted.azimuth - camera.current.azimuth);
+        camera.current.azimuth = wanted.azimuth - turn;
+        camera.wanted = wanted;
+        camera.mode = mode;
+    }
+}
+
+fn look_at_places(mut places: MessageReader<LookAt>, mut camera: Single<&mut ViewerCamera>) {
+    if let Some(LookAt(place)) = places.read().last() {
+        camera.wanted = camera.wanted.at(*place);
+        camera.mode = CameraMode::Orbit;
+    }
+}
+
+fn use_mouse(
+    buttons: Res<ButtonInput<MouseButton>>,
+    motion: Res<AccumulatedMouseMotion>,
+    scroll: Res<AccumulatedMouseScroll>,
+    window: Query<&Window>,
+    mut camera: Single<&mut ViewerCamera>,
+) {
+    let height = window.iter().next().map_or(1.0, |window| window.height().max(1.0));
+    let mode = camera.mode;
+    let mut wanted = camera.wanted;
+    if buttons.pressed(MouseButton::Middle) || (buttons.pressed(MouseButton::Left) && mode == CameraMode::Fly) {
+        wanted = wanted.looked(motion.delta);
+    } else if buttons.pressed(MouseButton::Left) {
+        wanted = wanted.turned(motion.delta);
+    } else if buttons.pressed(MouseButton::Right) {
+        wanted = match mode {
+            CameraMode::Fly => wanted.drifted(motion.delta, height),
+            _ => wanted.shifted(motion.delta, height),
+        };
+    }
+    let notches = match scroll.unit {
+        MouseScrollUnit::Line => scroll.delta.y,
+        MouseScrollUnit::Pixel => scroll.delta.y / PIXELS_PER_NOTCH,
+    };
+    if notches != 0.0 {
+        wanted = if mode == CameraMode::Fly { wanted.flown(notches) } else { wanted.zoomed(notches) };
+    }
+    // Whoever moves it away from what it follows, wants it to stay there.
+    if wanted.focus != camera.wanted.focus && mode != CameraMode::Fly {
+        camera.mode = CameraMode::Orbit;
+    }
+    if wanted != camera.wanted {
+        camera.wanted = wanted;
+    }
+}
+
+/// Goes along with the ball or the robot.
+fn follow(
+    selection: Res<Selection>,
+    roster: Res<Roster>,
+    balls: Query<&Transform, (With<Ball>, Without<ViewerCamera>)>,
+    robots: Query<(&Transform, &Penalty), (With<RobotId>, Without<ViewerCamera>)>,
+    mut camera: Single<&mut ViewerCamera>,
+) {
+    let robot = selection.0.and_then(|id| robots.get(roster.get(id)?).ok());
+    let robot = robot.filter(|(_, penalty)| !penalty.is_active()).map(|(transform, _)| pose_of(transform));
+    match camera.mode {
+        CameraMode::Ball => {
+            if let Some(ball) = balls.iter().next() {
+                camera.wanted.focus = ball.translation;
+            }
+        }
+        CameraMode::Robot { heading } => {
+            if let Some(robot) = robot {
+                camera.wanted.focus = Viewpoint::behind(robot).focus;
+                camera.wanted.azimuth += wrap_angle(robot.heading - heading);
+                camera.mode = CameraMode::Robot { heading: robot.heading };
+            }
+        }
+        CameraMode::Orbit | CameraMode::Fly | CameraMode::Eyes(_) => {}
+    }
+}
+
+fn move_camera(
+    time: Res<Time<Real>>,
+    window: Query<&Window>,
+    selection: Res<Selection>,
+    roster: Res<Roster>,
+    robots: Query<(&Transform, &HeadAngles, &Posture, &CameraSettings, &Penalty), Without<ViewerCamera>>,
+    mut covered: ResMut<Covered>,
+    camera: Single<(&mut ViewerCamera, &mut Transform, &mut Projection)>,
+) {
+    let (mut camera, mut transform, mut projection) = camera.into_inner();
+    let mut field_of_view = FIELD_OF_VIEW;
+    if let CameraMode::Eyes(side) = camera.mode {
+        let robot = selection.0.and_then(|id| robots.get(roster.get(id)?).ok());
+        let Some((place, head, posture, settings, penalty)) = robot else {
+            camera.mode = CameraMode::Orbit;
+            return;
+        };
+        // A robot that is off the pitch sees nothing new.
+        if !penalty.is_active() {
+            let view = CameraView::new(settings.into(), side, *head);
+            *transform = eyes::transform(&view, world_from_body(pose_of(place), *posture));
+        }
+        field_of_view = eyes::field_of_view(settings.into(), aspect_of(window));
+    } else {
+        let share = 1.0 - ops::exp(-EASING_PER_S * time.delta_secs());
+        camera.current = camera.current.eased(camera.wanted, share);
+        *transform = camera.current.transform();
+        covered.eased += share * (covered.now - covered.eased);
+        let height = window.iter().next().map_or(1.0, |window| window.height().max(1.0));
+        let aside = camera.current.metres_per_pixel(height) * covered.eased / 2.0;
+        let right = transform.right();
+        transform.translation -= aside * right;
+    }
+    if let Projection::Perspective(perspective) = &mut *projection
+        && perspective.fov != field_of_view
+    {
+        perspective.fov = field_of_view;
+    }
+}
+
+/// A robot does not see itself.
+fn hide_own_figure(
+    camera: Single<&ViewerCamera>,
+    selection: Res<Selection>,
+    robots: Query<(&RobotId, &Figure)>,
+    mut limbs: Query<&mut Visibility>,
+) {
+    for (id, figure) in &robots {
+        let hidden = matches!(camera.mode, CameraMode::Eyes(_)) && selection.0 == Some(*id);
+        let wanted = if hidden { Visibility::Hidden } else { Visibility::Inherited };
+        for limb in figure.limbs {
+            if let Ok(mut visibility) = limbs.get_mut(limb) {
+                visibility.set_if_neq(wanted);
+            }
+        }
+    }
+}
+
+impl ViewerCamera {
+    /// The camera through which the match is watched, and whose: none but for a robot's eyes.
+    pub fn eyes(&self, selection: &Selection) -> Option<(RobotId, CameraSide)> {
+        match self.mode {
+            CameraMode::Eyes(side) => selection.0.map(|id| (id, side)),
+            _ => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Pose;
+
+    #[test]
+    fn only_the_eyes_of_a_selected_robot_are_looked_through() {
+        let view = Viewpoint::behind(Pose::default());
+        let camera = |mode| ViewerCamera { current: view, wanted: view, mode };
+        let selection = Selection(Some(RobotId::new(crate::robot::Team::Pink, 2)));
+        let eyes = camera(CameraMode::Eyes(CameraSide::Bottom)).eyes(&selection);
+        assert_eq!(eyes.map(|(_, side)| side), Some(CameraSide::Bottom));
+        assert_eq!(camera(CameraMode::Ball).eyes(&selection), None);
+    }
+}

@@ -1,0 +1,251 @@
+//! A place to look from, and how the mouse moves it.
+
+use bevy::math::ops;
+use bevy::prelude::*;
+use core::f32::consts::FRAC_PI_2;
+
+use crate::geometry::Pose;
+use crate::pitch::Pitch;
+
+/// Vertical angle of view, radians.
+pub const FIELD_OF_VIEW: f32 = 0.5;
+/// Turn for a drag of one pixel, radians.
+const TURN_PER_PIXEL: f32 = 0.005;
+/// Change of the logarithm of the distance for one notch of the wheel.
+const ZOOM_PER_NOTCH: f32 = 0.12;
+/// From straight above there is no up; it is never quite straight, radians.
+const STEEPEST: f32 = FRAC_PI_2 - 0.002;
+/// The camera stays above the ground, radians.
+const FLATTEST: f32 = 0.03;
+/// Looking around, it may look up so far, radians.
+const HIGHEST_LOOK: f32 = -1.2;
+/// Flying, it stays so far above the ground, m.
+const LOWEST_FLIGHT: f32 = 0.05;
+/// Way of a flight for one notch of the wheel, m.
+const FLIGHT_PER_NOTCH: f32 = 0.3;
+/// Distances that can be chosen, m.
+const DISTANCES: [f32; 2] = [0.4, 40.0];
+
+/// Views of the whole pitch.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Overview {
+    /// From the side, as on television.
+    Broadcast,
+    /// From above.
+    TopDown,
+}
+
+/// A place to look from.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Viewpoint {
+    /// The point looked at, m, pitch frame.
+    pub focus: Vec3,
+    /// Direction in which one stands from there: 0 at -y, a quarter turn at +x, radians.
+    pub azimuth: f32,
+    /// Angle above the ground, radians.
+    pub elevation: f32,
+    /// Distance, m.
+    pub distance: f32,
+}
+
+impl Viewpoint {
+    /// From the focus to the camera, unit vector.
+    fn direction(&self) -> Vec3 {
+        let (sin_azimuth, cos_azimuth) = ops::sin_cos(self.azimuth);
+        let (sin_elevation, cos_elevation) = ops::sin_cos(self.elevation);
+        Vec3::new(sin_azimuth * cos_elevation, -cos_azimuth * cos_elevation, sin_elevation)
+    }
+
+    /// Where the camera is, m, pitch frame.
+    pub fn eye(&self) -> Vec3 {
+        self.focus + self.distance * self.direction()
+    }
+
+    /// The camera's place in the pitch frame.
+    pub fn transform(&self) -> Transform {
+        Transform::from_translation(self.eye()).looking_at(self.focus, Vec3::Z)
+    }
+
+    /// A view of the whole pitch in a window `aspect` times as wide as high.
+    pub fn of_pitch(preset: Overview, pitch: &Pitch, aspect: f32) -> Self {
+        let per_distance = ops::tan(FIELD_OF_VIEW / 2.0);
+        let carpet = pitch.carpet_half_extents();
+        match preset {
+            Overview::Broadcast => {
+                let elevation = 0.6;
+                let half_length = pitch.half_length() + 0.5 * (pitch.border_m + pitch.goal.depth_m);
+                // The side line in front is nearer than the middle, and what is nearer looks longer.
+                let distance = half_length / (per_distance * aspect) + pitch.half_width() * ops::cos(elevation);
+                Self { focus: Vec3::new(0.0, -0.1, 0.0), azimuth: 0.0, elevation, distance }
+            }
+            Overview::TopDown => {
+                let distance = (carpet.x / (per_distance * aspect)).max(1.25 * carpet.y / per_distance);
+                Self { focus: Vec3::ZERO, azimuth: 0.0, elevation: STEEPEST, distance }
+            }
+        }
+    }
+
+    /// Close to the ball, from the side.
+    pub fn of_ball(ball: Vec2) -> Self {
+        Self { focus: ball.extend(0.0), azimuth: 0.0, elevation: 0.4, distance: 3.2 }
+    }
+
+    /// Behind a robot, over its shoulders.
+    pub fn behind(robot: Pose) -> Self {
+        let focus = robot.transform_point(Vec2::new(0.5, 0.0)).extend(0.3);
+        Self { focus, azimuth: robot.heading - FRAC_PI_2, elevation: 0.35, distance: 2.4 }
+    }
+
+    /// At a place of the pitch, from where one looks at it now.
+    pub fn at(self, place: Vec2) -> Self {
+        Self { focus: place.extend(0.0), distance: self.distance.min(3.5), ..self }
+    }
+
+    /// A place a share of the way to another.
+    pub fn eased(self, to: Viewpoint, share: f32) -> Viewpoint {
+        Viewpoint {
+            focus: self.focus.lerp(to.focus, share),
+            azimuth: self.azimuth.lerp(to.azimuth, share),
+            elevation: self.elevation.lerp(to.elevation, share),
+            distance: self.distance.lerp(to.distance, share),
+        }
+    }
+
+    /// Turns by a drag of this many pixels.
+    pub fn turned(mut self, pixels: Vec2) -> Self {
+        self.azimuth -= pixels.x * TURN_PER_PIXEL;
+        self.elevation = (self.elevation + pixels.y * TURN_PER_PIXEL).clamp(FLATTEST, STEEPEST);
+        self
+    }
+
+    /// Moves along the ground by a drag of this many pixels in a window of this height.
+    pub fn shifted(mut self, pixels: Vec2, window_height: f32) -> Self {
+        let metres = pixels * self.metres_per_pixel(window_height);
+        let (sin, cos) = ops::sin_cos(self.azimuth);
+        let right = Vec2::new(cos, sin);
+        let moved = metres.y * right.perp() - metres.x * right;
+        self.focus += moved.extend(0.0);
+        self
+    }
+
+    /// Goes closer by this many notches of the wheel.
+    pub fn zoomed(self, notches: f32) -> Self {
+        self.farther(ops::exp(-ZOOM_PER_NOTCH * notches))
+    }
+
+    /// From so many times as far away.
+    pub fn farther(mut self, factor: f32) -> Self {
+        self.distance = (self.distance * factor).clamp(DISTANCES[0], DISTANCES[1]);
+        self
+    }
+
+    /// How large a pixel is at the focus, in a window of this height, m.
+    pub fn metres_per_pixel(&self, window_height: f32) -> f32 {
+        2.0 * self.distance * ops::tan(FIELD_OF_VIEW / 2.0) / window_height
+    }
+
+    /// Looks around from where it is, by a drag of this many pixels.
+    pub fn looked(self, pixels: Vec2) -> Self {
+        let eye = self.eye();
+        let mut looked = self;
+        looked.azimuth -= pixels.x * TURN_PER_PIXEL;
+        looked.elevation = (self.elevation + pixels.y * TURN_PER_PIXEL).clamp(HIGHEST_LOOK, STEEPEST);
+        looked.focus = eye - looked.distance * looked.direction();
+        looked
+    }
+
+    /// Flies ahead by this many notches of the wheel.
+    pub fn flown(self, notches: f32) -> Self {
+        let way = -FLIGHT_PER_NOTCH * notches * self.direction();
+        self.lifted_to_flight(self.focus + way)
+    }
+
+    /// Flies to the side and up by a drag of this many pixels in a window of this height.
+    pub fn drifted(self, pixels: Vec2, height: f32) -> Self {
+        let metres = 2.0 * FLIGHT_PER_NOTCH * 10.0 * pixels / height;
+        let (sin, cos) = ops::sin_cos(self.azimuth);
+        self.lifted_to_flight(self.focus - metres.x * Vec3::new(cos, sin, 0.0) + metres.y * Vec3::Z)
+    }
+
+    /// With another focus, but not below the ground.
+    fn lifted_to_flight(self, focus: Vec3) -> Self {
+        let moved = Self { focus, ..self };
+        let lift = (LOWEST_FLIGHT - moved.eye().z).max(0.0);
+        Self { focus: focus + lift * Vec3::Z, ..moved }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_broadcast_has_the_yellow_goal_on_the_right() {
+        let view = Viewpoint::of_pitch(Overview::Broadcast, &Pitch::default(), 1.6);
+        let transform = view.transform();
+        assert!(transform.translation.y < -3.0 && transform.translation.z > 2.0);
+        assert!(transform.right().abs_diff_eq(Vec3::X, 1e-5));
+    }
+
+    #[test]
+    fn from_above_up_is_plus_y() {
+        let view = Viewpoint::of_pitch(Overview::TopDown, &Pitch::default(), 1.6);
+        assert!(view.transform().up().abs_diff_eq(Vec3::Y, 0.01));
+    }
+
+    #[test]
+    fn the_whole_pitch_is_in_view() {
+        let pitch = Pitch::default();
+        for (preset, aspect) in [Overview::Broadcast, Overview::TopDown]
+            .into_iter()
+            .flat_map(|preset| [1.3, 1.6, 16.0 / 9.0, 2.2].map(|aspect| (preset, aspect)))
+        {
+            let camera_from_pitch = Viewpoint::of_pitch(preset, &pitch, aspect).transform().to_matrix().inverse();
+            for corner in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
+                let point = Vec3::new(corner.0 * pitch.half_length(), corner.1 * pitch.half_width(), 0.0);
+                let seen = camera_from_pitch.transform_point3(point);
+                let half_height = -seen.z * ops::tan(FIELD_OF_VIEW / 2.0);
+                assert!(seen.x.abs() < aspect * half_height, "{preset:?} {aspect} {seen}");
+                assert!(seen.y.abs() < half_height, "{preset:?} {aspect} {seen}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_ground_goes_along_with_the_mouse() {
+        let view = Viewpoint::of_pitch(Overview::TopDown, &Pitch::default(), 1.6);
+        // A drag to the right by half the window's height: what is looked at is then as far to the left.
+        let shifted = view.shifted(Vec2::new(50.0, 0.0), 100.0);
+        let expected = -view.distance * ops::tan(FIELD_OF_VIEW / 2.0);
+        assert!((shifted.focus.x - expected).abs() < 1e-4);
+        assert!(view.shifted(Vec2::new(0.0, 50.0), 100.0).focus.y > 0.0);
+    }
+
+    #[test]
+    fn the_camera_stays_above_the_ground() {
+        let view = Viewpoint::of_pitch(Overview::Broadcast, &Pitch::default(), 1.6);
+        assert_eq!(view.turned(Vec2::new(0.0, -1e4)).elevation, FLATTEST);
+        assert_eq!(view.turned(Vec2::new(0.0, 1e4)).elevation, STEEPEST);
+        assert_eq!(view.zoomed(1e3).distance, DISTANCES[0]);
+    }
+
+    #[test]
+    fn a_view_from_behind_looks_where_the_robot_looks() {
+        for heading in [0.0, 1.0, -2.5] {
+            let robot = Pose::new(1.0, 0.5, heading);
+            let forward = Viewpoint::behind(robot).transform().forward().truncate().normalize();
+            assert!(forward.abs_diff_eq(robot.forward(), 1e-5), "{heading}: {forward}");
+        }
+    }
+
+    #[test]
+    fn who_looks_around_stays_where_it_is_and_who_flies_goes_where_it_looks() {
+        let view = Viewpoint::of_pitch(Overview::Broadcast, &Pitch::default(), 1.6);
+        let looked = view.looked(Vec2::new(120.0, -60.0));
+        assert!(looked.eye().abs_diff_eq(view.eye(), 1e-4));
+        assert!(!looked.transform().forward().abs_diff_eq(*view.transform().forward(), 0.1));
+        let way = looked.flown(2.0).eye() - looked.eye();
+        assert!(way.abs_diff_eq(2.0 * FLIGHT_PER_NOTCH * looked.transform().forward(), 1e-4));
+        assert!(looked.flown(1e3).eye().z >= LOWEST_FLIGHT - 1e-3);
+    }
+}

@@ -1,0 +1,282 @@
+//! The latest cycles in numbers: what robots were told to do, how far they were from the truth, where they were.
+//!
+//! Kept of every cycle as it is played or, where it lies in the past, as it is looked at. For plots, trails and whatever
+//! shows commands, which are gone when a cycle is over.
+
+use bevy::ecs::query::QueryData;
+use bevy::prelude::*;
+use std::collections::BTreeMap;
+
+use super::timeline::Timeline;
+use crate::ball::{Ball, BallVelocity};
+use crate::belief::error::{BeliefError, Truth};
+use crate::belief::{Belief, point_team_from_pitch, team_from_pitch};
+use crate::communication::{Outbox, TeamMessage};
+use crate::cycle::{Cycle, CycleClock, CycleSystems};
+use crate::geometry::Pose;
+use crate::referee::{Game, Penalty};
+use crate::robot::head::{HeadAngles, HeadCommand};
+use crate::robot::kick::{KickCommand, KickRequest};
+use crate::robot::motion::WalkCommand;
+use crate::robot::posture::{PostureCommand, PostureRequest};
+use crate::robot::{RobotId, Roster, Velocity};
+use crate::scenario::Scenario;
+use crate::sensing::sonar::SonarReading;
+
+/// The latest so many cycles are kept.
+const LONGEST: usize = 3600;
+
+/// Keeps the [`Chronicle`].
+pub struct ChroniclePlugin;
+
+impl Plugin for ChroniclePlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Chronicle>()
+            .add_systems(
+                Cycle,
+                (
+                    note_intents.after(CycleSystems::Decide).before(CycleSystems::Act),
+                    note_cycle.in_set(CycleSystems::Record),
+                ),
+            )
+            .add_systems(First, begin_anew.run_if(resource_exists_and_changed::<Scenario>))
+            .add_systems(PreUpdate, note_past);
+    }
+}
+
+/// What a behaviour wanted in a cycle.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Intent {
+    /// The step.
+    pub walk: WalkCommand,
+    /// Where the head goes.
+    pub head: HeadCommand,
+    /// The kick.
+    pub kick: Option<KickRequest>,
+    /// What the whole body does.
+    pub posture: Option<PostureRequest>,
+    /// What it says.
+    pub say: Option<TeamMessage>,
+}
+
+/// A robot in a cycle.
+#[derive(Clone, PartialEq, Debug)]
+pub struct RobotSample {
+    /// Where it was at the end of it, pitch frame.
+    pub pose: Pose,
+    /// How fast it was, m/s.
+    pub speed_mps: f32,
+    /// Where its head was turned.
+    pub head: HeadAngles,
+    /// What its sonars heard.
+    pub sonar: SonarReading,
+    /// How far its belief was from the truth.
+    pub error: Option<BeliefError>,
+    /// How far away the ball was, m.
+    pub ball_m: Option<f32>,
+    /// Whether it was off the pitch.
+    pub penalised: bool,
+    /// What its behaviour wanted; unknown of what was read from a file.
+    pub intent: Option<Intent>,
+}
+
+/// A cycle.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct CycleSample {
+    /// Its end, s since the start.
+    pub time_s: f64,
+    /// Where the ball was at the end of it, m, pitch frame.
+    pub ball: Option<Vec2>,
+    /// The robots, in the order of their ids.
+    pub robots: BTreeMap<RobotId, RobotSample>,
+}
+
+/// The latest cycles.
+#[derive(Resource, Default, Debug)]
+pub struct Chronicle {
+    samples: BTreeMap<u64, CycleSample>,
+    /// What behaviours want in the cycle under way.
+    intents: BTreeMap<RobotId, Intent>,
+}
+
+impl Chronicle {
+    /// What there is of a cycle.
+    pub fn sample(&self, cycle: u64) -> Option<&CycleSample> {
+        self.samples.get(&cycle)
+    }
+
+    /// What there is of a robot in a cycle.
+    pub fn robot(&self, cycle: u64, id: RobotId) -> Option<&RobotSample> {
+        self.sample(cycle)?.robots.get(&id)
+    }
+
+    /// What there is of the cycles from one to another, in order.
+    pub fn between(&self, first: u64, last: u64) -> impl Iterator<Item = (u64, &CycleSample)> {
+        // Without an end before its start, of which there would be no range.
+        self.samples.range(first.min(last)..=last).map(|(cycle, sample)| (*cycle, sample))
+    }
+
+    fn note(&mut self, cycle: u64, sample: CycleSample) {
+        self.samples.insert(cycle, sample);
+        while self.samples.len() > LONGEST {
+            // What is furthest from now.
+            let first = self.samples.keys().next().copied();
+            let last = self.samples.keys().next_back().copied();
+            let is_first_further = first.zip(last).is_none_or(|(first, last)| cycle - first >= last - cycle);
+            if is_first_further {
+                self.samples.pop_first()
+            } else {
+                self.samples.pop_last()
+            };
+        }
+    }
+}
+
+/// What is noted of a robot.
+#[derive(QueryData)]
+struct NotedRobot {
+    pose: &'static Pose,
+    velocity: &'static Velocity,
+    head: &'static HeadAngles,
+    sonar: &'static SonarReading,
+    penalty: &'static Penalty,
+    belief: Option<&'static Belief>,
+}
+
+type NotedBall<'w, 's> = Query<'w, 's, (&'static Pose, &'static BallVelocity), (With<Ball>, Without<RobotId>)>;
+
+fn begin_anew(mut chronicle: ResMut<Chronicle>) {
+    *chronicle = Chronicle::default();
+}
+
+fn note_intents(
+    mut chronicle: ResMut<Chronicle>,
+    robots: Query<(&RobotId, &WalkCommand, &HeadCommand, &KickCommand, &PostureCommand, &Outbox)>,
+) {
+    chronicle.intents.clear();
+    let intents = robots.iter().map(|(id, walk, head, kick, posture, outbox)| {
+        let intent = Intent { walk: *walk, head: *head, kick: kick.0, posture: posture.0, say: outbox.0.clone() };
+        (*id, intent)
+    });
+    chronicle.intents.extend(intents);
+}
+
+fn note_cycle(
+    mut chronicle: ResMut<Chronicle>,
+    clock: Res<CycleClock>,
+    game: Res<Game>,
+    roster: Res<Roster>,
+    robots: Query<NotedRobot>,
+    balls: NotedBall,
+) {
+    let chronicle = &mut *chronicle;
+    let mut sample = sample(&clock, &game, &roster, robots, balls);
+    for (id, intent) in core::mem::take(&mut chronicle.intents) {
+        if let Some(robot) = sample.robots.get_mut(&id) {
+            robot.intent = Some(intent);
+        }
+    }
+    chronicle.note(clock.cycle, sample);
+}
+
+/// Notes what is looked at again, unless it is known.
+fn note_past(
+    mut chronicle: ResMut<Chronicle>,
+    timeline: Res<Timeline>,
+    clock: Res<CycleClock>,
+    game: Res<Game>,
+    roster: Res<Roster>,
+    robots: Query<NotedRobot>,
+    balls: NotedBall,
+) {
+    if timeline.is_past() && chronicle.sample(clock.cycle).is_none() {
+        chronicle.note(clock.cycle, sample(&clock, &game, &roster, robots, balls));
+    }
+}
+
+fn sample(
+    clock: &CycleClock,
+    game: &Game,
+    roster: &Roster,
+    robots: Query<NotedRobot>,
+    balls: NotedBall,
+) -> CycleSample {
+    let ball = balls.iter().next().map(|(pose, velocity)| [pose.position, velocity.0]);
+    let present: Vec<(RobotId, NotedRobotItem)> =
+        roster.iter().filter_map(|(id, entity)| Some((id, robots.get(entity).ok()?))).collect();
+    let of_robot = |(id, robot): &(RobotId, NotedRobotItem)| {
+        let own_end = game.own_end(id.team);
+        let to_team = |place: Vec2| point_team_from_pitch(place, own_end);
+        let opponents = present.iter().filter(|(other, robot)| other.team != id.team && !robot.penalty.is_active());
+        let error = robot.belief.filter(|_| !robot.penalty.is_active()).map(|belief| {
+            let truth = Truth {
+                pose: team_from_pitch(*robot.pose, own_end),
+                ball: ball.map(|vectors| vectors.map(to_team)),
+                opponents: opponents.map(|(_, robot)| to_team(robot.pose.position)).collect(),
+            };
+            BeliefError::of(belief, &truth, |_| {})
+        });
+        let sample = RobotSample {
+            pose: *robot.pose,
+            speed_mps: robot.velocity.linear.length(),
+            head: *robot.head,
+            sonar: *robot.sonar,
+            error,
+            ball_m: ball.map(|[place, _]| place.distance(robot.pose.position)),
+            penalised: robot.penalty.is_active(),
+            intent: None,
+        };
+        (*id, sample)
+    };
+    CycleSample {
+        time_s: clock.end_time_s(),
+        ball: ball.map(|[place, _]| place),
+        robots: present.iter().map(of_robot).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::robot::Team;
+    use crate::simulation::{MatchApp, NaoisisPlugins};
+
+    const BLUE: RobotId = RobotId::new(Team::Blue, 1);
+
+    #[test]
+    fn a_cycle_is_noted_with_what_the_behaviour_wanted_in_it() {
+        let scenario = Scenario::from_json(
+            r#"{ "rules": "free", "ball": { "position_m": [1.0, 0.0] },
+                 "robots": [{ "number": 1, "pose": [0.0, 0.0, 0.0], "behaviour": { "script": [
+                    { "from_s": 0.0, "until_s": 60.0, "walk": [0.004, 0.0, 0.0] },
+                    { "from_s": 0.0, "until_s": 60.0, "say": { "intention": "go" } }] } }] }"#,
+        );
+        let mut app = App::new();
+        app.add_plugins((MinimalPlugins, NaoisisPlugins, ChroniclePlugin)).init_resource::<Timeline>();
+        app.start_match(&scenario.unwrap()).unwrap();
+        app.run_cycles(30);
+        let chronicle = app.world().resource::<Chronicle>();
+        let robot = chronicle.robot(30, BLUE).unwrap();
+        // 30 steps of 4 mm.
+        assert!((robot.pose.position.x - 0.12).abs() < 1e-5 && (robot.ball_m.unwrap() - 0.88).abs() < 1e-5);
+        let intent = robot.intent.as_ref().unwrap();
+        assert_eq!(intent.walk.dx, 0.004);
+        assert_eq!(intent.say.as_ref().and_then(|say| say.intention.as_deref()), Some("go"));
+        assert_eq!(robot.error, None, "it believes nothing");
+        assert_eq!(chronicle.between(20, 30).count(), 11);
+        assert_eq!(chronicle.between(25, 20).count(), 1);
+    }
+
+    #[test]
+    fn what_is_furthest_from_now_is_forgotten() {
+        let mut chronicle = Chronicle::default();
+        for cycle in 0..LONGEST as u64 + 100 {
+            chronicle.note(cycle, CycleSample::default());
+        }
+        assert_eq!(chronicle.samples.len(), LONGEST);
+        assert!(chronicle.sample(99).is_none() && chronicle.sample(100).is_some());
+        // Back at the start.
+        chronicle.note(3, CycleSample::default());
+        assert!(chronicle.sample(3).is_some() && chronicle.sample(LONGEST as u64 + 99).is_none());
+    }
+}

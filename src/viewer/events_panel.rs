@@ -1,0 +1,205 @@
+//! Penalties, and what happened: a click on an event shows where it was, and why the referee decided so.
+
+use bevy::prelude::*;
+use bevy_egui::egui::{self, Align2, RichText};
+use bevy_egui::{EguiContexts, EguiPostUpdateSet, EguiPrimaryContextPass};
+
+use super::camera::LookAt;
+use super::event_log::{EventLog, LogEntry};
+use super::keys::Shown;
+use super::overlays::{Brush, OverlaySystems};
+use super::palette;
+use super::panels::minutes;
+use super::theme::{MARGIN, ThemeSystems, card, dim, panel, team_colour, text_size};
+use super::timeline::{Timeline, TimelineCommand};
+use crate::behaviour::drawings::Ink;
+use crate::cycle::CycleClock;
+use crate::record::history::History;
+use crate::referee::{Evidence, Penalty};
+use crate::robot::RobotId;
+
+/// Entries of the list that are shown.
+const SHOWN: usize = 60;
+/// Width of the panel, logical pixels.
+const WIDTH: f32 = 240.0;
+/// An event is looked at again from so long before it, s.
+const RUN_UP_S: f64 = 2.0;
+
+/// Shows penalties and events.
+pub struct EventsPanelPlugin;
+
+impl Plugin for EventsPanelPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<ShownEvent>()
+            .add_message::<EventChoice>()
+            .add_systems(Update, choose_event)
+            .add_systems(PostUpdate, mark_place.after(OverlaySystems).before(EguiPostUpdateSet::EndPass))
+            .add_systems(
+                EguiPrimaryContextPass,
+                show_events.run_if(|shown: Res<Shown>| shown.events).after(ThemeSystems),
+            );
+    }
+}
+
+/// The event that is looked at, and where it was, m, pitch frame.
+#[derive(Resource, Clone, PartialEq, Debug, Default)]
+pub struct ShownEvent(pub Option<(LogEntry, Option<Vec2>)>);
+
+/// The event of the list that is to be looked at; again, that it no longer is.
+#[derive(Message, Clone, PartialEq, Debug)]
+pub struct EventChoice(pub LogEntry);
+
+fn choose_event(
+    mut choices: MessageReader<EventChoice>,
+    clock: Res<CycleClock>,
+    mut history: ResMut<History>,
+    mut shown: ResMut<ShownEvent>,
+    mut looks: MessageWriter<LookAt>,
+) {
+    for EventChoice(entry) in choices.read() {
+        if shown.0.as_ref().is_some_and(|(other, _)| other == entry) {
+            shown.0 = None;
+            continue;
+        }
+        let place = entry.place.or_else(|| place_in_record(entry, &clock, &mut history));
+        if let Some(place) = place {
+            looks.write(LookAt(place));
+        }
+        shown.0 = Some((entry.clone(), place));
+    }
+}
+
+/// Where an event was that does not say so itself: at its robot, or at the ball.
+fn place_in_record(entry: &LogEntry, clock: &CycleClock, history: &mut History) -> Option<Vec2> {
+    let cycle = (entry.time_s / clock.period_s).round() as u64;
+    let record = history.record(cycle).ok()??;
+    let robot = record.robots.iter().find(|robot| Some(robot.id) == entry.robot).map(|robot| robot.pose.position);
+    robot.or(record.ball.map(|ball| ball.position_m.truncate()))
+}
+
+/// Marks where the event was, and whoever and whatever the evidence speaks of.
+fn mark_place(shown: Res<ShownEvent>, time: Res<Time<Real>>, mut brush: Brush) {
+    let Some((entry, place)) = &shown.0 else { return };
+    let colour = palette::ink(Ink::Yellow);
+    if let Some(place) = *place {
+        let breath = time.elapsed_secs().fract();
+        for radius in [0.12, 0.15, 0.15 + 0.25 * breath] {
+            brush.circle(place, radius, colour.with_alpha(1.0 - (radius - 0.12)));
+        }
+        brush.words(place + Vec2::Y * 0.2, entry.text.clone(), colour);
+    }
+    let Some(evidence) = &entry.evidence else { return };
+    if let Some(ball) = evidence.ball_m {
+        brush.circle(ball, 0.06, palette::ink(Ink::Orange));
+    }
+    for robot in &evidence.robots {
+        brush.circle(robot.position_m, 0.2, palette::team(robot.robot.team));
+        brush.words(robot.position_m, format!("{} then", robot.robot), palette::ink(Ink::White));
+    }
+}
+
+fn show_events(
+    mut contexts: EguiContexts,
+    log: Res<EventLog>,
+    shown: Res<ShownEvent>,
+    clock: Res<CycleClock>,
+    timeline: Res<Timeline>,
+    robots: Query<(&RobotId, &Penalty)>,
+    mut choices: MessageWriter<EventChoice>,
+    mut moments: MessageWriter<TimelineCommand>,
+) -> Result {
+    let mut penalties: Vec<_> = robots.iter().filter_map(|(id, penalty)| Some((*id, penalty.0?))).collect();
+    penalties.sort_by_key(|(id, _)| *id);
+    // In the past, what has happened since then can be seen, too: to go there.
+    let now_s = clock.end_time_s();
+    let log = log.until(if timeline.is_past() { f64::INFINITY } else { now_s });
+    if log.is_empty() && penalties.is_empty() {
+        return Ok(());
+    }
+    let context = contexts.ctx_mut()?;
+    let height = (0.4 * context.content_rect().height()).max(120.0);
+    panel("events", Align2::RIGHT_TOP, [-MARGIN, MARGIN]).show(context, |ui| {
+        card(ui).show(ui, |ui| {
+            ui.set_width(WIDTH);
+            for (id, penalty) in &penalties {
+                let left_s = penalty.cycles_left as f64 * clock.period_s;
+                let text = format!("⛔ {id}: {}, {left_s:.0} s", penalty.reason.words());
+                ui.label(RichText::new(text).color(team_colour(ui, id.team)));
+            }
+            egui::ScrollArea::vertical().max_height(height).min_scrolled_height(height).show(ui, |ui| {
+                ui.set_width(WIDTH);
+                for entry in log.iter().rev().take(SHOWN) {
+                    let chosen = shown.0.as_ref().is_some_and(|(other, _)| other == entry);
+                    if show_entry(ui, entry, chosen, entry.time_s > now_s) {
+                        choices.write(EventChoice(entry.clone()));
+                    }
+                }
+            });
+            if let Some((entry, _)) = &shown.0
+                && show_circumstances(ui, entry)
+            {
+                let cycle = ((entry.time_s - RUN_UP_S).max(0.0) / clock.period_s) as u64;
+                moments.write(TimelineCommand::GoTo(cycle));
+            }
+        });
+    });
+    Ok(())
+}
+
+/// A line of the list; whether it was clicked.
+fn show_entry(ui: &mut egui::Ui, entry: &LogEntry, chosen: bool, is_to_come: bool) -> bool {
+    ui.horizontal(|ui| {
+        ui.label(dim(minutes(entry.time_s as f32)).monospace().size(text_size::SMALL));
+        let colour = entry.team.map_or(ui.visuals().text_color(), |team| team_colour(ui, team));
+        let text = RichText::new(&entry.text).color(if is_to_come { colour.gamma_multiply(0.5) } else { colour });
+        let text = match entry.important {
+            true => text.strong().size(text_size::IMPORTANT),
+            false => text.size(text_size::ENTRY),
+        };
+        let text = if chosen { text.underline() } else { text };
+        let label = egui::Label::new(text).wrap().sense(egui::Sense::click());
+        let response = ui.add(label).on_hover_cursor(egui::CursorIcon::PointingHand);
+        response.on_hover_text("Click: where it was, and why").clicked()
+    })
+    .inner
+}
+
+/// What is known of an event; whether it is to be looked at again.
+fn show_circumstances(ui: &mut egui::Ui, entry: &LogEntry) -> bool {
+    ui.separator();
+    ui.label(RichText::new(&entry.text).size(text_size::ENTRY).strong());
+    for line in entry.evidence.iter().flat_map(reasons) {
+        ui.add(egui::Label::new(dim(line).size(text_size::SMALL)).wrap());
+    }
+    ui.small_button("Look at it again").on_hover_text("From two seconds before it").clicked()
+}
+
+/// The referee's reasons, line by line.
+fn reasons(evidence: &Evidence) -> Vec<String> {
+    let mut lines = vec![evidence.rule.to_string()];
+    if let Some(measured) = &evidence.measured {
+        lines.push(format!("{:.2} {}; the limit is {:.2}.", measured.value, measured.what, measured.limit));
+    }
+    lines.extend(evidence.robots.iter().map(|robot| format!("{} walked at {:.2} m/s.", robot.robot, robot.speed_mps)));
+    lines.push(evidence.otherwise.to_string());
+    lines.retain(|line| !line.is_empty());
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::referee::evidence::Measurement;
+
+    #[test]
+    fn the_reasons_are_the_rule_what_was_measured_and_what_would_have_helped() {
+        let evidence = Evidence {
+            rule: "A rule.".into(),
+            measured: Some(Measurement { what: "s in the goal".into(), value: 3.25, limit: 3.0 }),
+            otherwise: "It had to come out.".into(),
+            ..default()
+        };
+        assert_eq!(reasons(&evidence), ["A rule.", "3.25 s in the goal; the limit is 3.00.", "It had to come out."]);
+        assert_eq!(reasons(&Evidence::default()), [""; 0]);
+    }
+}

@@ -1,0 +1,300 @@
+//! What robots' cameras see, as images for people: only of those cameras that someone looks at.
+//!
+//! Drawn by the software renderer that also draws the images that robots see by, of the instant at which the robots
+//! sensed: percepts lie where they were recognised. Where a robot sees by images of its own, those are shown. Overlays
+//! are not in the scene that is drawn, so that no camera sees them.
+
+use bevy::prelude::*;
+use std::collections::{BTreeMap, BTreeSet};
+use std::time::{Duration, Instant};
+
+use super::timeline::Timeline;
+use crate::appearance::gait::Gait;
+use crate::appearance::scene::{SceneDescription, SceneRobot, world_from_body};
+use crate::appearance::view::View;
+use crate::ball::{Ball, BallPhysics};
+use crate::cycle::{Cycle, CycleClock};
+use crate::geometry::Pose;
+use crate::pitch::{Pitch, Post};
+use crate::record::history::History;
+use crate::record::read::CycleRecord;
+use crate::referee::Penalty;
+use crate::robot::head::HeadAngles;
+use crate::robot::posture::Posture;
+use crate::robot::{RobotId, Roster, Velocity};
+use crate::scenario::Scenario;
+use crate::sensing::camera::image::{Image, Layers};
+use crate::sensing::camera::model::CameraView;
+use crate::sensing::camera::software::{Detail, PreparedScene, Renderer};
+use crate::sensing::camera::{CameraImages, CameraSettings, CameraSide};
+use crate::sensing::jobs::{self, SensingThreads};
+use crate::sensing::scene::SensingSystems;
+
+/// Draws what robots see, for people.
+pub struct EyesPlugin;
+
+impl Plugin for EyesPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Watched>()
+            .init_resource::<SensedScene>()
+            .init_resource::<EyeImages>()
+            .add_systems(
+                Cycle,
+                keep_scene
+                    .after(SensingSystems::Images)
+                    .before(SensingSystems::Vision)
+                    .run_if(|watched: Res<Watched>| !watched.cameras.is_empty()),
+            )
+            .add_systems(First, forget_scene.run_if(resource_exists_and_changed::<Scenario>))
+            .add_systems(
+                Update,
+                (find_past_scene, draw_watched)
+                    .chain()
+                    .in_set(EyesSystems)
+                    .run_if(|watched: Res<Watched>| !watched.cameras.is_empty()),
+            );
+    }
+}
+
+/// The systems that draw the images. Whoever shows one says so in [`Watched`] before them.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct EyesSystems;
+
+/// The cameras that someone looks at in this frame.
+#[derive(Resource, Clone, PartialEq, Eq, Debug, Default)]
+pub struct Watched {
+    /// Robots and their cameras.
+    pub cameras: BTreeSet<(RobotId, CameraSide)>,
+}
+
+/// The match as it was when the robots sensed it last.
+#[derive(Resource, Default, Debug)]
+pub struct SensedScene {
+    /// The cycle in which they did.
+    cycle: Option<u64>,
+    scene: SceneDescription,
+    heads: BTreeMap<RobotId, HeadAngles>,
+    /// How their legs go, which is nobody's matter but the eye's.
+    gaits: BTreeMap<RobotId, Gait>,
+}
+
+/// The images.
+#[derive(Resource, Default)]
+pub struct EyeImages {
+    /// Each with the cycle in which it was taken.
+    images: BTreeMap<(RobotId, CameraSide), (u64, Image)>,
+    prepared: PreparedScene,
+    workers: Vec<Renderer>,
+    /// Images drawn since the program began.
+    pub drawn: u64,
+    /// The time that the last ones took.
+    pub last_took: Duration,
+    /// How many those were.
+    pub last_count: usize,
+}
+
+impl EyeImages {
+    /// The image of a camera that is watched, and the cycle in which it was taken.
+    pub fn image(&self, robot: RobotId, side: CameraSide) -> Option<(u64, &Image)> {
+        self.images.get(&(robot, side)).map(|(cycle, image)| (*cycle, image))
+    }
+}
+
+fn forget_scene(mut sensed: ResMut<SensedScene>, mut images: ResMut<EyeImages>) {
+    *sensed = SensedScene::default();
+    images.images.clear();
+}
+
+/// Keeps what the robots sense in the cycle under way.
+fn keep_scene(
+    clock: Res<CycleClock>,
+    mut sensed: ResMut<SensedScene>,
+    roster: Res<Roster>,
+    robots: Query<(&Pose, &Velocity, &HeadAngles, &Posture, &Penalty, Option<&Gait>)>,
+    balls: Query<(&Pose, &BallPhysics), With<Ball>>,
+) {
+    let sensed = &mut *sensed;
+    let now_s = clock.start_time_s();
+    sensed.cycle = Some(clock.cycle);
+    sensed.scene.robots.clear();
+    sensed.heads.clear();
+    for (id, entity) in roster.iter() {
+        let Ok((pose, velocity, head, posture, penalty, gait)) = robots.get(entity) else { continue };
+        if penalty.is_active() {
+            continue;
+        }
+        let steps = sensed.gaits.entry(id).or_default();
+        steps.kick = gait.and_then(|gait| gait.kick);
+        steps.follow(*pose, *velocity, now_s);
+        let world_from_robot = world_from_body(*pose, *posture);
+        sensed.scene.robots.push(SceneRobot { id, world_from_robot, joints: steps.joints(id, *head) });
+        sensed.heads.insert(id, *head);
+    }
+    sensed.scene.ball = balls.iter().next().map(|(pose, physics)| (pose.position, physics.radius_m));
+}
+
+/// What was sensed in a cycle of the past, or in one that was over before anybody looked: the world at the end of the
+/// cycle before.
+fn find_past_scene(
+    clock: Res<CycleClock>,
+    timeline: Res<Timeline>,
+    pitch: Res<Pitch>,
+    mut sensed: ResMut<SensedScene>,
+    mut history: ResMut<History>,
+    balls: Query<&BallPhysics, With<Ball>>,
+    posts: Query<(&Post, &Pose)>,
+) {
+    let sensed = &mut *sensed;
+    if sensed.scene.pitch != *pitch {
+        sensed.scene.pitch.clone_from(&pitch);
+    }
+    sensed.scene.posts.clear();
+    sensed.scene.posts.extend(posts.iter().map(|(post, pose)| (*post, pose.position)));
+    let shown = clock.cycle;
+    let is_known = sensed.cycle == Some(shown);
+    if is_known || (!timeline.is_past() && sensed.cycle.is_some_and(|cycle| cycle > shown)) {
+        return;
+    }
+    if let Ok(Some(record)) = history.record(shown.saturating_sub(1)) {
+        let radius = balls.iter().next().map_or(0.0325, |physics| physics.radius_m);
+        sensed.take_record(shown, &record, radius);
+    }
+}
+
+impl SensedScene {
+    fn take_record(&mut self, cycle: u64, record: &CycleRecord, ball_radius_m: f32) {
+        self.cycle = Some(cycle);
+        self.scene.robots.clear();
+        self.heads.clear();
+        for robot in record.robots.iter().filter(|robot| robot.penalised.is_none()) {
+            let steps = self.gaits.entry(robot.id).or_default();
+            steps.follow(robot.pose, robot.velocity(), record.time_s);
+            let head = robot.head();
+            self.scene.robots.push(SceneRobot {
+                id: robot.id,
+                world_from_robot: world_from_body(robot.pose, robot.posture),
+                joints: steps.joints(robot.id, head),
+            });
+            self.heads.insert(robot.id, head);
+        }
+        self.scene.ball = record.ball.map(|ball| (ball.position_m.truncate(), ball_radius_m));
+    }
+}
+
+/// An image to be drawn.
+struct Sitting {
+    camera: (RobotId, CameraSide),
+    view: View,
+    image: Image,
+}
+
+fn draw_watched(
+    watched: Res<Watched>,
+    timeline: Res<Timeline>,
+    sensed: Res<SensedScene>,
+    threads: Res<SensingThreads>,
+    roster: Res<Roster>,
+    robots: Query<(&CameraSettings, &CameraImages)>,
+    mut eyes: ResMut<EyeImages>,
+) {
+    let eyes = &mut *eyes;
+    let Some(cycle) = sensed.cycle else { return };
+    eyes.images.retain(|camera, _| watched.cameras.contains(camera));
+    let mut sittings = Vec::new();
+    for &(id, side) in &watched.cameras {
+        if eyes.images.get(&(id, side)).is_some_and(|(taken, _)| *taken == cycle) {
+            continue;
+        }
+        let Some((settings, own)) = roster.get(id).and_then(|robot| robots.get(robot).ok()) else { continue };
+        let (_, mut image) = eyes.images.remove(&(id, side)).unwrap_or_default();
+        // Robots that are off the pitch or lie have no images.
+        let body = sensed.scene.robots.iter().find(|robot| robot.id == id).filter(|robot| robot.is_upright());
+        let (Some(body), Some(head)) = (body, sensed.heads.get(&id)) else { continue };
+        if own.cycle.is_some() && !own.side(side).is_empty() && !timeline.is_past() {
+            image.clone_from(own.side(side));
+            eyes.images.insert((id, side), (cycle, image));
+            continue;
+        }
+        let camera = CameraView::new(settings.into(), side, *head);
+        let view = View::of_robot(&camera, body.world_from_robot, id);
+        sittings.push(Sitting { camera: (id, side), view, image });
+    }
+    if sittings.is_empty() {
+        return;
+    }
+    let started = Instant::now();
+    eyes.prepared.prepare(&sensed.scene, Detail::default());
+    let prepared = &eyes.prepared;
+    jobs::for_each(*threads, &mut eyes.workers, &mut sittings, |renderer, sitting| {
+        renderer.draw(prepared, &sitting.view, Layers::default(), &mut sitting.image);
+    });
+    eyes.last_took = started.elapsed();
+    eyes.last_count = sittings.len();
+    eyes.drawn += sittings.len() as u64;
+    eyes.images.extend(sittings.into_iter().map(|sitting| (sitting.camera, (cycle, sitting.image))));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::robot::Team;
+    use crate::simulation::{MatchApp, NaoisisPlugins};
+
+    const BLUE: RobotId = RobotId::new(Team::Blue, 1);
+
+    fn app() -> App {
+        let scenario = Scenario::from_json(
+            r#"{ "rules": "free", "ball": { "position_m": [0.9, 0.0], "velocity_mps": [0.5, 0.0] },
+                 "robots": [{ "number": 1, "pose": [0.0, 0.0, 0.0] }, { "number": 2, "pose": [-1.0, 0.0, 0.0] }] }"#,
+        );
+        let mut app = App::new();
+        app.add_plugins((MinimalPlugins, NaoisisPlugins, EyesPlugin));
+        app.init_resource::<Timeline>().init_resource::<History>();
+        app.start_match(&scenario.unwrap()).unwrap();
+        app.update();
+        app
+    }
+
+    fn drawn(app: &App) -> u64 {
+        app.world().resource::<EyeImages>().drawn
+    }
+
+    #[test]
+    fn only_cameras_that_someone_looks_at_are_drawn_and_once_a_cycle() {
+        let mut app = app();
+        for _ in 0..5 {
+            app.run_cycles(1);
+            app.update();
+        }
+        assert_eq!(drawn(&app), 0);
+        app.world_mut().resource_mut::<Watched>().cameras.insert((BLUE, CameraSide::Bottom));
+        for _ in 0..5 {
+            app.run_cycles(1);
+            app.update();
+            app.update();
+        }
+        assert_eq!(drawn(&app), 5);
+        let eyes = app.world().resource::<EyeImages>();
+        let (cycle, image) = eyes.image(BLUE, CameraSide::Bottom).unwrap();
+        assert_eq!((cycle, image.width, image.height), (10, 320, 240));
+        assert!(eyes.image(BLUE, CameraSide::Top).is_none());
+        app.world_mut().resource_mut::<Watched>().cameras.clear();
+        app.run_cycles(1);
+        app.update();
+        assert_eq!(drawn(&app), 5);
+    }
+
+    #[test]
+    fn an_image_is_of_the_instant_at_which_the_robot_sensed() {
+        let mut app = app();
+        app.world_mut().resource_mut::<Watched>().cameras.insert((BLUE, CameraSide::Bottom));
+        app.run_cycles(1);
+        app.update();
+        // The ball was 0.9 m ahead then, whatever it has rolled since.
+        let camera = CameraView::new((&CameraSettings::default()).into(), CameraSide::Bottom, HeadAngles::default());
+        let pixel = camera.pixel_in_image(Vec3::new(0.9, 0.0, 0.03)).unwrap();
+        let (_, image) = app.world().resource::<EyeImages>().image(BLUE, CameraSide::Bottom).unwrap();
+        let [red, green, blue] = image.colour(pixel.x as u32, pixel.y as u32).unwrap();
+        assert!(red > 150 && red > green + 50 && green > blue, "{red} {green} {blue}");
+    }
+}

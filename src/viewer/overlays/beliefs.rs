@@ -1,0 +1,90 @@
+//! What robots believe, against the truth.
+
+use bevy::prelude::*;
+
+use super::{Brush, Overlay, Showing};
+use crate::ball::Ball;
+use crate::behaviour::drawings::Ink;
+use crate::belief::{Belief, point_pitch_from_team};
+use crate::geometry::Pose;
+use crate::pitch::End;
+use crate::referee::{Game, Penalty};
+use crate::robot::{PreviousPose, RobotId, Team};
+use crate::viewer::palette;
+
+/// Radius of the circle at which a robot believes itself, m.
+const OWN_RADIUS_M: f32 = 0.13;
+/// The way that a believed ball rolls in this time is drawn, s.
+const ROLLS_FOR_S: f32 = 1.0;
+
+pub(super) fn draw_beliefs(
+    showing: Showing,
+    game: Res<Game>,
+    robots: Query<(&RobotId, &Pose, &PreviousPose, &Penalty, &Belief)>,
+    balls: Query<(&Pose, &PreviousPose), (With<Ball>, Without<RobotId>)>,
+    mut brush: Brush,
+) {
+    if !showing.any(Overlay::Beliefs) {
+        return;
+    }
+    let ball = balls.iter().next().map(|(pose, previous)| showing.place(pose, previous).position);
+    for (id, pose, previous, penalty, belief) in &robots {
+        if showing.shows(Overlay::Beliefs, *id, penalty) {
+            let place = showing.place(pose, previous);
+            draw_belief(*id, place, belief, ball, game.own_end(id.team), &mut brush);
+        }
+    }
+}
+
+fn draw_belief(id: RobotId, truth: Pose, belief: &Belief, ball: Option<Vec2>, own_end: End, brush: &mut Brush) {
+    let on_pitch = |place: Vec2| point_pitch_from_team(place, own_end);
+    // Half a turn leaves a covariance as it is.
+    let own = belief.pose_in_pitch(own_end);
+    let colour = palette::ink(Ink::Purple);
+    let [xx, xy, yy, ..] = belief.pose_covariance;
+    brush.pose(own, OWN_RADIUS_M, colour);
+    brush.ellipse(own.position, [xx, xy, yy], colour);
+    brush.line(own.position, truth.position, palette::ink(Ink::White));
+    if let Some(believed) = &belief.ball {
+        let (at, rolls) = (on_pitch(believed.position_m), on_pitch(believed.velocity_mps));
+        let colour = palette::ink(Ink::Orange).with_alpha(faded(believed.age_s));
+        brush.circle(at, 0.05, colour);
+        brush.circle(at, 0.035, colour);
+        brush.ellipse(at, believed.position_covariance, colour);
+        brush.line(own.position, at, colour.with_alpha(0.25));
+        if rolls.length() > 0.05 {
+            brush.arrow(at, at + ROLLS_FOR_S * rolls, colour);
+        }
+        if let Some(ball) = ball {
+            brush.line(at, ball, palette::ink(Ink::White));
+        }
+        // What it sees now needs no words.
+        if let Some(from) = believed.heard_from {
+            brush.words(at, format!("told by {from}, {:.1} s ago", believed.age_s), colour);
+        } else if believed.age_s > 0.5 {
+            brush.words(at, format!("seen {:.1} s ago", believed.age_s), colour);
+        }
+    }
+    let others = [(&belief.opponents, id.team.opponent()), (&belief.team_mates, id.team)];
+    for (robots, team) in others {
+        for robot in robots {
+            let at = on_pitch(robot.position_m);
+            let colour = palette::ink(robot_ink(team)).with_alpha(faded(robot.age_s));
+            brush.cross(at, 0.2, colour);
+            brush.ellipse(at, robot.covariance, colour);
+        }
+    }
+}
+
+/// The colour in which a believed robot of a team is drawn.
+fn robot_ink(team: Team) -> Ink {
+    match team {
+        Team::Blue => Ink::Sky,
+        Team::Pink => Ink::Vermilion,
+    }
+}
+
+/// What is older is paler.
+fn faded(age_s: f32) -> f32 {
+    (1.0 - age_s / 6.0).clamp(0.35, 1.0)
+}

@@ -1,0 +1,188 @@
+//! Bodies, ways and plans of robots.
+
+use bevy::prelude::*;
+
+use super::geometry::corners;
+use super::{Brush, Overlay, Showing};
+use crate::ball::{Ball, BallPhysics};
+use crate::behaviour::drawings::{Drawings, DrawnShape, Frame, Ink};
+use crate::belief::point_pitch_from_team;
+use crate::geometry::{Pose, unit};
+use crate::referee::{Game, Penalty};
+use crate::robot::body::{BodyBounds, BodyBox};
+use crate::robot::kick::{KickType, strike};
+use crate::robot::{PreviousPose, RobotId};
+use crate::viewer::chronicle::Chronicle;
+use crate::viewer::palette;
+
+/// Trails are so long, s.
+const TRAIL_S: f64 = 10.0;
+/// What a command leads to is drawn for this time ahead, s.
+const AHEAD_S: f32 = 1.0;
+/// Length of the line in which a head will look, m.
+const LOOK_M: f32 = 0.35;
+/// Length of the arrow of a kick, m.
+const KICK_M: f32 = 0.6;
+/// A thing that is further away than this after a cycle was put there, m.
+const JUMP_M: f32 = 0.4;
+
+pub(super) fn draw_bounds(
+    showing: Showing,
+    robots: Query<(&RobotId, &Pose, &PreviousPose, &Penalty, &BodyBounds)>,
+    balls: Query<(&Pose, &PreviousPose, &BallPhysics), (With<Ball>, Without<RobotId>)>,
+    mut brush: Brush,
+) {
+    if !showing.any(Overlay::Bounds) {
+        return;
+    }
+    for (id, pose, previous, penalty, bounds) in &robots {
+        if showing.shows(Overlay::Bounds, *id, penalty) {
+            let place = showing.place(pose, previous);
+            draw_box(bounds.base, place, palette::ink(Ink::Yellow), &mut brush);
+            draw_box(bounds.torso, place, palette::ink(Ink::Sky), &mut brush);
+        }
+    }
+    for (pose, previous, physics) in &balls {
+        brush.circle(showing.place(pose, previous).position, physics.radius_m, palette::ink(Ink::White));
+    }
+}
+
+fn draw_box(body: BodyBox, place: Pose, colour: Color, brush: &mut Brush) {
+    let corners = body.footprint(place).corners();
+    for height in body.z_m {
+        brush.outline_at(corners, height.max(0.012), colour);
+    }
+    for corner in corners {
+        brush.line_in_space(corner.extend(body.z_m[0]), corner.extend(body.z_m[1]), colour);
+    }
+}
+
+pub(super) fn draw_kick_areas(
+    showing: Showing,
+    robots: Query<(&RobotId, &Pose, &PreviousPose, &Penalty)>,
+    balls: Query<&Pose, (With<Ball>, Without<RobotId>)>,
+    mut brush: Brush,
+) {
+    if !showing.any(Overlay::KickAreas) {
+        return;
+    }
+    let ball = balls.iter().next().map(|pose| pose.position);
+    for (id, pose, previous, penalty) in &robots {
+        if !showing.shows(Overlay::KickAreas, *id, penalty) {
+            continue;
+        }
+        let place = showing.place(pose, previous);
+        for kick_type in KickType::ALL {
+            let strike = ball.and_then(|ball| strike(kick_type, pose.inverse_transform_point(ball)));
+            let ink = match (kick_type, strike) {
+                (_, Some(_)) => Ink::Vermilion,
+                (KickType::LeftStraight | KickType::RightStraight, None) => Ink::White,
+                (KickType::LeftSide | KickType::RightSide, None) => Ink::Sky,
+            };
+            let area = corners(kick_type.admissible_rectangle());
+            brush.outline(area.map(|corner| place.transform_point(corner)), palette::ink(ink));
+            // Where the ball would go.
+            if let (Some(strike), Some(ball)) = (strike, ball) {
+                let way = place.transform_point(KICK_M * strike.direction) - place.position;
+                brush.arrow(ball, ball + way, palette::ink(Ink::Vermilion));
+            }
+        }
+    }
+}
+
+pub(super) fn draw_trails(
+    showing: Showing,
+    chronicle: Res<Chronicle>,
+    robots: Query<(&RobotId, &Penalty)>,
+    mut brush: Brush,
+) {
+    if !showing.any(Overlay::Trails) {
+        return;
+    }
+    let last = showing.clock.cycle;
+    let length = (TRAIL_S / showing.clock.period_s) as u64;
+    let first = last.saturating_sub(length);
+    let trail =
+        |place: &dyn Fn(&super::super::chronicle::CycleSample) -> Option<Vec2>, colour: Color, brush: &mut Brush| {
+            let mut before: Option<Vec2> = None;
+            for (cycle, sample) in chronicle.between(first, last) {
+                let here = place(sample);
+                if let (Some(start), Some(end)) = (before, here)
+                    && start.distance(end) < JUMP_M
+                {
+                    let age = (last - cycle) as f32 / length.max(1) as f32;
+                    brush.line(start, end, colour.with_alpha(1.0 - 0.85 * age));
+                }
+                before = here;
+            }
+        };
+    for (id, penalty) in &robots {
+        if showing.shows(Overlay::Trails, *id, penalty) {
+            let place = |sample: &super::super::chronicle::CycleSample| {
+                sample.robots.get(id).filter(|robot| !robot.penalised).map(|robot| robot.pose.position)
+            };
+            trail(&place, palette::team(id.team), &mut brush);
+        }
+    }
+    trail(&|sample| sample.ball, palette::ink(Ink::Orange), &mut brush);
+}
+
+pub(super) fn draw_targets(
+    showing: Showing,
+    chronicle: Res<Chronicle>,
+    game: Res<Game>,
+    robots: Query<(&RobotId, &Pose, &PreviousPose, &Penalty, &Drawings)>,
+    mut brush: Brush,
+) {
+    if !showing.any(Overlay::Targets) {
+        return;
+    }
+    for (id, pose, previous, penalty, drawings) in &robots {
+        if !showing.shows(Overlay::Targets, *id, penalty) {
+            continue;
+        }
+        let place = showing.place(pose, previous);
+        let own_end = game.own_end(id.team);
+        for drawing in drawings.iter() {
+            let DrawnShape::Target { position_m, .. } = &drawing.shape else { continue };
+            let target = match drawing.frame {
+                Frame::Team => point_pitch_from_team(*position_m, own_end),
+                Frame::Robot => place.transform_point(*position_m),
+            };
+            let colour = palette::ink(drawing.ink);
+            dashes(place.position, target, colour, &mut brush);
+            brush.circle(target, 0.06, colour);
+            brush.cross(target, 0.12, colour);
+            if let DrawnShape::Target { words, .. } = &drawing.shape
+                && !words.is_empty()
+            {
+                brush.words(target, words.clone(), colour);
+            }
+        }
+        let intent = chronicle.robot(showing.clock.cycle, *id).and_then(|sample| sample.intent.as_ref());
+        let Some(intent) = intent else { continue };
+        let cycles = AHEAD_S / showing.clock.period();
+        if !intent.walk.is_null() {
+            let end = place.transform_point(cycles * intent.walk.translation());
+            brush.arrow(place.position, end, palette::ink(Ink::White));
+            let turn = (cycles * intent.walk.dtheta).clamp(-3.0, 3.0);
+            let from = place.heading;
+            brush.path(super::geometry::arc(place.position, 0.22, [from, from + turn]), palette::ink(Ink::White));
+        }
+        let gaze = unit(place.heading + intent.head.yaw);
+        brush.line(place.position + 0.1 * gaze, place.position + LOOK_M * gaze, palette::ink(Ink::Sky));
+    }
+}
+
+/// A line of dashes on the ground.
+fn dashes(start: Vec2, end: Vec2, colour: Color, brush: &mut Brush) {
+    /// Length of a dash and the gap after it, m.
+    const DASH_M: f32 = 0.12;
+    let length = start.distance(end);
+    let direction = (end - start).normalize_or_zero();
+    let count = (length / DASH_M).ceil().min(200.0) as u32;
+    for dash in 0..count {
+        let from = dash as f32 * DASH_M;
+        brush.line(start + from * direction, start + (from + 0.6 * DASH_M).min(length) * direction, colour);
+    }
+}

@@ -1,0 +1,100 @@
+//! The switches of the overlays.
+
+use bevy::prelude::*;
+use bevy_egui::egui::{self, Align2, RichText};
+use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
+
+use super::{Overlay, OverlayCommand, Overlays};
+use crate::robot::{RobotId, Roster};
+use crate::viewer::keys::Shown;
+use crate::viewer::selection::Selection;
+use crate::viewer::theme::{MARGIN, ThemeSystems, bright, card, dim, panel, team_colour, text_size};
+
+/// Shows the switches.
+pub struct OverlayPanelPlugin;
+
+impl Plugin for OverlayPanelPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_systems(
+            EguiPrimaryContextPass,
+            show_switches.run_if(|shown: Res<Shown>| shown.overlays).after(ThemeSystems),
+        );
+    }
+}
+
+fn show_switches(
+    mut contexts: EguiContexts,
+    overlays: Res<Overlays>,
+    roster: Res<Roster>,
+    selection: Res<Selection>,
+    mut commands: MessageWriter<OverlayCommand>,
+) -> Result {
+    let robots: Vec<RobotId> = roster.iter().map(|(id, _)| id).collect();
+    panel("overlays", Align2::RIGHT_BOTTOM, [-MARGIN, -64.0]).show(contexts.ctx_mut()?, |ui| {
+        card(ui).show(ui, |ui| {
+            ui.label(bright("Overlays").size(text_size::IMPORTANT));
+            let width = (150.0 + 40.0 * (2 + robots.len()) as f32).min(700.0);
+            ui.set_min_width(width);
+            egui::ScrollArea::horizontal().max_width(width).show(ui, |ui| {
+                egui::Grid::new("overlays").num_columns(3 + robots.len()).spacing([5.0, 3.0]).show(ui, |ui| {
+                    show_heads(ui, &robots, &selection);
+                    for overlay in Overlay::ALL {
+                        show_line(ui, overlay, &overlays, &robots, &mut commands);
+                    }
+                });
+            });
+            ui.horizontal(|ui| {
+                let mut switch = |ui: &mut egui::Ui, on: bool, text: &str, hint: &str, command: OverlayCommand| {
+                    if ui.checkbox(&mut on.clone(), text).on_hover_text(hint).changed() {
+                        commands.write(command);
+                    }
+                };
+                let hint = "The lines and circles that the rules go by, and to whom each area belongs";
+                switch(ui, overlays.areas, "Areas of the rules", hint, OverlayCommand::ToggleAreas);
+                let hint = "Who touched the ball last, and when";
+                switch(ui, overlays.last_touch, "Last touch", hint, OverlayCommand::ToggleLastTouch);
+                for (text, command) in [("None", OverlayCommand::Clear), ("Reset", OverlayCommand::Reset)] {
+                    if ui.button(text).clicked() {
+                        commands.write(command);
+                    }
+                }
+            });
+        });
+    });
+    Ok(())
+}
+
+fn show_heads(ui: &mut egui::Ui, robots: &[RobotId], selection: &Selection) {
+    ui.label("");
+    ui.label(dim("all").size(text_size::SMALL));
+    ui.label(dim("selected").size(text_size::SMALL));
+    for id in robots {
+        let initial = id.team.name().chars().next().unwrap_or('?');
+        let name = RichText::new(format!("{initial}{}", id.number)).size(text_size::SMALL);
+        let name = name.color(team_colour(ui, id.team));
+        ui.label(if selection.0 == Some(*id) { name.underline() } else { name }).on_hover_text(id.to_string());
+    }
+    ui.end_row();
+}
+
+fn show_line(
+    ui: &mut egui::Ui,
+    overlay: Overlay,
+    overlays: &Overlays,
+    robots: &[RobotId],
+    commands: &mut MessageWriter<OverlayCommand>,
+) {
+    let shows = overlays.of_robots.get(&overlay).cloned().unwrap_or_default();
+    ui.label(overlay.name()).on_hover_text(overlay.description());
+    let mut switch = |ui: &mut egui::Ui, on: bool, command: OverlayCommand| {
+        if ui.checkbox(&mut on.clone(), "").changed() {
+            commands.write(command);
+        }
+    };
+    switch(ui, shows.all, OverlayCommand::ToggleAll(overlay));
+    switch(ui, shows.selected, OverlayCommand::ToggleSelected(overlay));
+    for id in robots {
+        switch(ui, shows.robots.contains(id), OverlayCommand::Toggle(overlay, *id));
+    }
+    ui.end_row();
+}

@@ -1,0 +1,274 @@
+//! The selected robot: what it sees, hears, is told, wants and believes.
+
+use bevy::ecs::query::QueryData;
+use bevy::prelude::*;
+use bevy_egui::egui::{self, Align2, CollapsingHeader, Grid};
+use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
+
+mod pictures;
+mod plots;
+mod state;
+mod wall;
+mod wording;
+
+use super::camera::{CameraSystems, Covered};
+use super::chronicle::Chronicle;
+use super::eyes::{EyesSystems, Watched};
+use super::keys::{Action, Shown, Switch};
+use super::overlays::OverlaySystems;
+use super::selection::{Choice, Selection};
+use super::theme::{MARGIN, ThemeSystems, band, bright, card, dim, panel, text_size};
+use super::timeline::Timeline;
+use crate::belief::Belief;
+use crate::communication::{Inbox, TeamMessage};
+use crate::cycle::CycleClock;
+use crate::geometry::Pose;
+use crate::referee::{Game, Penalty};
+use crate::robot::head::HeadAngles;
+use crate::robot::posture::Posture;
+use crate::robot::{RobotId, Roster, Velocity};
+use crate::sensing::camera::CameraSide;
+use crate::sensing::odometry::Odometry;
+use crate::sensing::sonar::SonarReading;
+use crate::sensing::vision::Percepts;
+use pictures::Pictures;
+pub use state::{BehaviourState, StateComponent};
+
+/// Width of the panel's contents, logical pixels.
+const WIDTH: f32 = 330.0;
+
+/// Shows the selected robot.
+pub struct RobotPanelPlugin;
+
+impl Plugin for RobotPanelPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<BehaviourState>()
+            .init_resource::<Pictures>()
+            .init_resource::<Opened>()
+            .add_systems(Update, cover_window.before(CameraSystems))
+            .add_systems(Update, (watch_cameras.before(EyesSystems), pictures::update_pictures.after(EyesSystems)))
+            .add_systems(PostUpdate, state::read_state.before(OverlaySystems))
+            .add_systems(
+                EguiPrimaryContextPass,
+                (
+                    show_hint.run_if(|selection: Res<Selection>| selection.0.is_none()),
+                    show_robot.run_if(|shown: Res<Shown>| shown.robot),
+                    pictures::draw_in_window,
+                    wall::show_wall.run_if(|shown: Res<Shown>| shown.cameras),
+                )
+                    .after(ThemeSystems),
+            );
+    }
+}
+
+/// Which of the panel's parts with images are open.
+#[derive(Resource, Clone, Copy, PartialEq, Eq, Debug)]
+struct Opened {
+    cameras: bool,
+}
+
+impl Default for Opened {
+    fn default() -> Self {
+        Self { cameras: true }
+    }
+}
+
+/// Says how much of the window is left for the match.
+fn cover_window(shown: Res<Shown>, selection: Res<Selection>, mut covered: ResMut<Covered>) {
+    /// Of the panel's contents from its edges, and of those from the window's, logical pixels.
+    const BORDERS: f32 = 24.0 + 2.0 * MARGIN;
+    let is_shown = shown.robot && selection.0.is_some();
+    let now = if is_shown { (WIDTH + BORDERS) * shown.panel_scale.factor() } else { 0.0 };
+    if covered.now != now {
+        covered.now = now;
+    }
+}
+
+/// Says which cameras are looked at.
+fn watch_cameras(
+    shown: Res<Shown>,
+    opened: Res<Opened>,
+    selection: Res<Selection>,
+    roster: Res<Roster>,
+    mut watched: ResMut<Watched>,
+) {
+    let selected = selection.0.filter(|_| shown.robot && opened.cameras);
+    let all = roster.iter().map(|(id, _)| id).filter(|_| shown.cameras);
+    let cameras = all.chain(selected).flat_map(|id| CameraSide::BOTH.map(|side| (id, side))).collect();
+    if watched.cameras != cameras {
+        watched.cameras = cameras;
+    }
+}
+
+fn show_hint(mut contexts: EguiContexts, shown: Res<Shown>) -> Result {
+    if shown.robot && !shown.help {
+        panel("hint", Align2::LEFT_TOP, [MARGIN, MARGIN]).show(contexts.ctx_mut()?, |ui| {
+            card(ui).show(ui, |ui| {
+                ui.label(dim("Click a robot to see what it sees, knows and wants. H: all keys."));
+            });
+        });
+    }
+    Ok(())
+}
+
+/// What is shown of a robot.
+#[derive(QueryData)]
+struct ShownRobot {
+    pose: &'static Pose,
+    velocity: &'static Velocity,
+    posture: &'static Posture,
+    penalty: &'static Penalty,
+    head: &'static HeadAngles,
+    odometry: &'static Odometry,
+    sonar: &'static SonarReading,
+    percepts: &'static Percepts,
+    inbox: &'static Inbox,
+    belief: Option<&'static Belief>,
+}
+
+fn show_robot(
+    mut contexts: EguiContexts,
+    selection: Res<Selection>,
+    roster: Res<Roster>,
+    robots: Query<ShownRobot>,
+    (clock, game, timeline): (Res<CycleClock>, Res<Game>, Res<Timeline>),
+    (chronicle, state, pictures): (Res<Chronicle>, Res<BehaviourState>, Res<Pictures>),
+    mut opened: ResMut<Opened>,
+    mut actions: MessageWriter<Action>,
+) -> Result {
+    let Some(id) = selection.0 else { return Ok(()) };
+    let Some(robot) = roster.get(id).and_then(|robot| robots.get(robot).ok()) else { return Ok(()) };
+    let context = contexts.ctx_mut()?;
+    let height = context.content_rect().height() - 2.0 * MARGIN - 130.0;
+    panel("robot", Align2::LEFT_TOP, [MARGIN, MARGIN]).show(context, |ui| {
+        // So many small words need a quiet ground.
+        card(ui).fill(ui.visuals().panel_fill.gamma_multiply(0.96)).show(ui, |ui| {
+            ui.set_width(WIDTH);
+            show_head(ui, id, &robot, &state, &clock, &mut actions);
+            egui::ScrollArea::vertical().max_height(height).min_scrolled_height(height).show(ui, |ui| {
+                ui.set_width(WIDTH);
+                let cameras = section(ui, "Cameras", true, |ui| {
+                    ui.horizontal(|ui| {
+                        ui.spacing_mut().item_spacing.x = 4.0;
+                        for side in CameraSide::BOTH {
+                            let width = (WIDTH - 4.0) / 2.0;
+                            pictures.show(ui, (id, side), Some(robot.percepts), width);
+                        }
+                    });
+                    ui.label(dim(wording::percepts(robot.percepts)).size(text_size::SMALL));
+                });
+                opened.set_if_neq(Opened { cameras });
+                section(ui, "Senses", true, |ui| show_senses(ui, &robot));
+                let sample = chronicle.robot(clock.cycle, id);
+                let intent = sample.and_then(|sample| sample.intent.as_ref());
+                section(ui, "Commands", true, |ui| match intent {
+                    Some(intent) => lines(ui, "commands", wording::commands(intent, clock.period())),
+                    None if timeline.is_replay() => drop(ui.label(dim("A trace has no commands."))),
+                    None => drop(ui.label(dim("Not known of this cycle."))),
+                });
+                section(ui, "Belief", true, |ui| match robot.belief {
+                    Some(belief) => {
+                        let error = sample.and_then(|sample| sample.error.as_ref());
+                        lines(ui, "belief", wording::belief(belief, error, game.own_end(id.team)));
+                    }
+                    None => drop(ui.label(dim("It keeps none."))),
+                });
+                section(ui, "Messages", false, |ui| {
+                    let said = intent.and_then(|intent| intent.say.as_ref());
+                    show_messages(ui, said, &robot.inbox.0, clock.cycle);
+                });
+                section(ui, "Behaviour", false, |ui| show_state(ui, &state, timeline.is_replay()));
+                section(ui, "Plots", false, |ui| plots::show(ui, &chronicle, id, clock.cycle, clock.period_s));
+            });
+        });
+    });
+    Ok(())
+}
+
+/// A part of the panel that can be closed; whether it is open.
+fn section(ui: &mut egui::Ui, name: &str, open: bool, show: impl FnOnce(&mut egui::Ui)) -> bool {
+    let header = CollapsingHeader::new(bright(name).size(text_size::IMPORTANT)).default_open(open);
+    header.show(ui, show).openness > 0.0
+}
+
+/// Lines of a name and a value.
+fn lines(ui: &mut egui::Ui, name: &str, lines: Vec<(String, String)>) {
+    Grid::new(name).num_columns(2).spacing([10.0, 2.0]).show(ui, |ui| {
+        for (name, value) in lines {
+            ui.label(dim(name).size(text_size::ENTRY));
+            ui.add(egui::Label::new(egui::RichText::new(value).size(text_size::ENTRY)).wrap());
+            ui.end_row();
+        }
+    });
+}
+
+fn show_head(
+    ui: &mut egui::Ui,
+    id: RobotId,
+    robot: &ShownRobotItem,
+    state: &BehaviourState,
+    clock: &CycleClock,
+    actions: &mut MessageWriter<Action>,
+) {
+    ui.horizontal(|ui| {
+        band(ui, id.team, egui::vec2(12.0, 18.0));
+        ui.label(bright(id.to_string()).size(text_size::TITLE));
+        ui.label(dim(state.name.as_deref().unwrap_or("no behaviour")).size(text_size::IMPORTANT));
+        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+            if ui.small_button("✖").on_hover_text("No robot (Esc)").clicked() {
+                actions.write(Action::Select(Choice::Nobody));
+            }
+            if ui.small_button("Overlays").on_hover_text("What is drawn on the pitch (O)").clicked() {
+                actions.write(Action::Toggle(Switch::Overlays));
+            }
+        });
+    });
+    let condition = wording::condition(robot.posture, robot.penalty, clock);
+    ui.label(dim(format!("{}   {}", wording::pose(*robot.pose), condition)).size(text_size::ENTRY));
+}
+
+fn show_senses(ui: &mut egui::Ui, robot: &ShownRobotItem) {
+    lines(
+        ui,
+        "senses",
+        vec![
+            ("Sonar".to_owned(), wording::sonar(*robot.sonar)),
+            ("Head".to_owned(), wording::head(robot.head.yaw, robot.head.pitch)),
+            ("Odometry".to_owned(), wording::pose(robot.odometry.0)),
+            ("Truly moves".to_owned(), wording::velocity(*robot.velocity)),
+        ],
+    );
+}
+
+fn show_messages(
+    ui: &mut egui::Ui,
+    said: Option<&TeamMessage>,
+    inbox: &[crate::communication::ReceivedMessage],
+    cycle: u64,
+) {
+    ui.label(dim("says").size(text_size::SMALL));
+    ui.label(said.map_or_else(|| "nothing".to_owned(), wording::message));
+    ui.label(dim("hears").size(text_size::SMALL));
+    if inbox.is_empty() {
+        ui.label("nothing");
+    }
+    for message in inbox {
+        let age = cycle.saturating_sub(message.sent_cycle);
+        let text = format!("{}, {age} cycles ago: {}", message.from, wording::message(&message.say));
+        ui.add(egui::Label::new(egui::RichText::new(text).size(text_size::ENTRY)).wrap());
+    }
+}
+
+fn show_state(ui: &mut egui::Ui, state: &BehaviourState, is_replay: bool) {
+    if is_replay {
+        ui.label(dim("A trace has no state of behaviours."));
+        return;
+    }
+    if state.components.is_empty() {
+        ui.label(dim("It keeps nothing in mind."));
+    }
+    for component in &state.components {
+        ui.label(bright(&component.name).size(text_size::ENTRY));
+        lines(ui, &component.name, component.fields.clone());
+    }
+}

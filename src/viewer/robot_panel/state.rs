@@ -1,0 +1,183 @@
+//! What a robot's behaviour keeps in mind, whatever types it has: by reflection.
+
+use bevy::ecs::component::ComponentInfo;
+use bevy::prelude::*;
+use bevy::reflect::{PartialReflect, ReflectRef, TypeRegistry};
+
+use crate::behaviour::BehaviourRegistry;
+use crate::behaviour::script::Script;
+use crate::belief::Belief;
+use crate::knowledge::Knowledge;
+use crate::robot::Roster;
+use crate::viewer::keys::Shown;
+use crate::viewer::selection::Selection;
+
+/// Longer values are cut, characters.
+const LONGEST_VALUE: usize = 120;
+
+/// What the selected robot's behaviour is called, and what it keeps in mind.
+#[derive(Resource, Clone, PartialEq, Debug, Default)]
+pub struct BehaviourState {
+    /// Its name; none of a robot that does nothing.
+    pub name: Option<String>,
+    /// Its components.
+    pub components: Vec<StateComponent>,
+}
+
+/// A component that a behaviour keeps its state in.
+#[derive(Clone, PartialEq, Debug)]
+pub struct StateComponent {
+    /// Its type.
+    pub name: String,
+    /// Its fields and their values; of a component that does not derive `Reflect`, why there is none.
+    pub fields: Vec<(String, String)>,
+}
+
+/// Reads the state of the selected robot's behaviour while it is shown.
+pub(super) fn read_state(world: &mut World) {
+    let shown = world.resource::<Shown>().robot;
+    let robot = world.resource::<Selection>().0.filter(|_| shown);
+    let robot = robot.and_then(|id| world.resource::<Roster>().get(id));
+    let state = robot.map(|robot| state_of(world, robot)).unwrap_or_default();
+    if *world.resource::<BehaviourState>() != state {
+        *world.resource_mut::<BehaviourState>() = state;
+    }
+}
+
+fn state_of(world: &World, robot: Entity) -> BehaviourState {
+    let Ok(entity) = world.get_entity(robot) else { return BehaviourState::default() };
+    let Some(registry) = world.get_resource::<AppTypeRegistry>() else { return BehaviourState::default() };
+    let (registry, behaviours) = (registry.read(), world.resource::<BehaviourRegistry>());
+    let mut state = BehaviourState { name: entity.contains::<Script>().then(|| "script".to_owned()), ..default() };
+    for id in entity.archetype().components() {
+        let Some(info) = world.components().get_info(*id) else { continue };
+        if let Some(name) = info.type_id().and_then(|id| behaviours.name_of_marker(id)) {
+            state.name = Some(name.to_owned());
+        }
+        if !belongs_to_behaviour(info, &registry) {
+            continue;
+        }
+        let reflected = info.type_id().and_then(|id| registry.get_type_data::<ReflectComponent>(id));
+        let fields = match reflected.and_then(|component| component.reflect(entity)) {
+            Some(value) => fields_of(value.as_partial_reflect()),
+            None if info.layout().size() == 0 => Vec::new(),
+            None => vec![(String::new(), "derive and register `Reflect` to see it here".to_owned())],
+        };
+        state.components.push(StateComponent { name: short_name(&info.name().to_string()), fields });
+    }
+    state.components.sort_by(|one, other| one.name.cmp(&other.name));
+    state
+}
+
+/// Whether a component is what a behaviour thinks: one that is marked so, or one of a program's own.
+fn belongs_to_behaviour(info: &ComponentInfo, registry: &TypeRegistry) -> bool {
+    let Some(type_id) = info.type_id() else { return false };
+    if type_id == core::any::TypeId::of::<Belief>() {
+        return false;
+    }
+    match Knowledge::of_type(registry, type_id) {
+        Some(knowledge) => knowledge == Knowledge::Belief,
+        None => {
+            let name = info.name().to_string();
+            !["naoisis::", "bevy_", "core::", "alloc::"].iter().any(|own| name.starts_with(own))
+        }
+    }
+}
+
+fn fields_of(value: &dyn PartialReflect) -> Vec<(String, String)> {
+    match value.reflect_ref() {
+        ReflectRef::Struct(fields) => fields
+            .iter_fields()
+            .enumerate()
+            .map(|(index, (_, field))| (fields.name_at(index).unwrap_or_default().to_owned(), words(field)))
+            .collect(),
+        ReflectRef::TupleStruct(fields) => fields.iter_fields().map(|field| (String::new(), words(field))).collect(),
+        _ => vec![(String::new(), words(value))],
+    }
+}
+
+/// A value on one line.
+fn words(value: &dyn PartialReflect) -> String {
+    let mut text = format!("{value:?}");
+    if let Some(some) = text.strip_prefix("Some(").and_then(|rest| rest.strip_suffix(')')) {
+        text = some.to_owned();
+    }
+    if text.chars().count() > LONGEST_VALUE {
+        text = text.chars().take(LONGEST_VALUE - 1).chain(['…']).collect();
+    }
+    text
+}
+
+/// A type's name without the modules that it is in.
+fn short_name(path: &str) -> String {
+    path.rsplit("::").next().unwrap_or(path).to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::behaviour::BehaviourApp;
+    use crate::prelude::{HeadCommand, RobotId, Scenario, Team};
+    use crate::simulation::{MatchApp, NaoisisPlugins};
+
+    #[derive(Component, Default, Reflect)]
+    #[reflect(Component, @Knowledge::Belief)]
+    #[require(Dreams)]
+    struct Dreamer;
+
+    #[derive(Component, Default, Reflect)]
+    #[reflect(Component, @Knowledge::Belief)]
+    struct Dreams {
+        count: u32,
+        of: Option<Vec2>,
+    }
+
+    fn dream(mut robots: Query<(&mut Dreams, &mut HeadCommand), With<Dreamer>>) {
+        for (mut dreams, mut head) in &mut robots {
+            dreams.count += 1;
+            dreams.of = Some(Vec2::X);
+            head.yaw += 0.01;
+        }
+    }
+
+    #[test]
+    fn the_components_of_a_behaviour_are_read_field_by_field() {
+        let mut app = App::new();
+        app.add_plugins((MinimalPlugins, NaoisisPlugins)).register_type::<Dreamer>().register_type::<Dreams>();
+        app.add_behaviour::<Dreamer, _>("dreamer", dream);
+        let scenario = r#"{ "rules": "free", "robots": [{ "number": 1, "behaviour": "dreamer" }] }"#;
+        app.start_match(&Scenario::from_json(scenario).unwrap()).unwrap().run_cycles(3);
+        app.init_resource::<Shown>().init_resource::<BehaviourState>();
+        app.insert_resource(Selection(Some(RobotId::new(Team::Blue, 1))));
+        read_state(app.world_mut());
+        let state = app.world().resource::<BehaviourState>();
+        assert_eq!(state.name.as_deref(), Some("dreamer"));
+        let names: Vec<&str> = state.components.iter().map(|component| component.name.as_str()).collect();
+        assert_eq!(names, ["Dreamer", "Dreams"]);
+        assert_eq!(state.components[1].fields[0], ("count".to_owned(), "3".to_owned()));
+        // Nobody is selected.
+        app.insert_resource(Selection(None));
+        read_state(app.world_mut());
+        assert_eq!(*app.world().resource::<BehaviourState>(), BehaviourState::default());
+    }
+
+    #[test]
+    fn built_in_behaviours_show_their_memory() {
+        let mut app = App::new();
+        app.add_plugins((MinimalPlugins, NaoisisPlugins));
+        app.start_match(&Scenario::named("match3v3").unwrap()).unwrap().run_cycles(3);
+        let robot = app.world().resource::<Roster>().get(RobotId::new(Team::Blue, 2)).unwrap();
+        let state = state_of(app.world(), robot);
+        assert_eq!(state.name.as_deref(), Some("striker"));
+        let memory = state.components.iter().find(|component| component.name == "PlayerMemory").unwrap();
+        assert!(memory.fields.iter().any(|(name, _)| name == "attacks"));
+        assert!(state.components.iter().all(|component| component.name != "Pose"), "no truth");
+    }
+
+    #[test]
+    fn long_values_are_cut_and_options_unwrapped() {
+        assert_eq!(words(&Some(3_u32)), "3");
+        assert_eq!(words(&"x".repeat(500)).chars().count(), LONGEST_VALUE);
+        assert_eq!(short_name("my_team::brain::Mind"), "Mind");
+    }
+}

@@ -1,0 +1,61 @@
+//! The cameras of all robots side by side.
+
+use bevy::prelude::*;
+use bevy_egui::EguiContexts;
+use bevy_egui::egui::{self, Align2, Grid};
+
+use super::pictures::Pictures;
+use crate::robot::{RobotId, Roster};
+use crate::sensing::camera::CameraSide;
+use crate::sensing::vision::Percepts;
+use crate::viewer::keys::Action;
+use crate::viewer::selection::Choice;
+use crate::viewer::theme::{MARGIN, band, card, dim, panel, text_size};
+
+/// Robots in a row.
+const IN_A_ROW: usize = 3;
+
+pub(super) fn show_wall(
+    mut contexts: EguiContexts,
+    roster: Res<Roster>,
+    robots: Query<&Percepts>,
+    pictures: Res<Pictures>,
+    mut actions: MessageWriter<Action>,
+) -> Result {
+    let context = contexts.ctx_mut()?;
+    // As large as the window lets them be beside the panel of the robot.
+    let room = context.content_rect().size();
+    let rows = roster.len().div_ceil(IN_A_ROW).max(1) as f32;
+    let by_width = (room.x - 400.0) / (2 * IN_A_ROW) as f32 - 8.0;
+    let by_height = ((room.y - 220.0) / rows - 26.0) / 0.75;
+    let width = by_width.min(by_height).clamp(60.0, 320.0);
+    panel("cameras", Align2::RIGHT_CENTER, [-MARGIN, 0.0]).show(context, |ui| {
+        card(ui).show(ui, |ui| {
+            Grid::new("cameras").spacing([8.0, 6.0]).show(ui, |ui| {
+                let all: Vec<(RobotId, Entity)> = roster.iter().collect();
+                for row in all.chunks(IN_A_ROW) {
+                    for (id, robot) in row {
+                        ui.vertical(|ui| {
+                            ui.horizontal(|ui| {
+                                band(ui, id.team, egui::vec2(8.0, 12.0));
+                                ui.label(dim(id.to_string()).size(text_size::SMALL));
+                            });
+                            ui.horizontal(|ui| {
+                                ui.spacing_mut().item_spacing.x = 2.0;
+                                for side in CameraSide::BOTH {
+                                    let percepts = robots.get(*robot).ok();
+                                    let image = pictures.show(ui, (*id, side), percepts, width);
+                                    if image.on_hover_text("Select").clicked() {
+                                        actions.write(Action::Select(Choice::Robot(*id)));
+                                    }
+                                }
+                            });
+                        });
+                    }
+                    ui.end_row();
+                }
+            });
+        });
+    });
+    Ok(())
+}

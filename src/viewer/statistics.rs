@@ -1,0 +1,246 @@
+//! What a frame costs: its time, the processor's part of it, draw calls and passes, and the images of robots' cameras.
+
+use bevy::core_pipeline::core_3d::{AlphaMask3d, Opaque3d, Transparent3d};
+use bevy::diagnostic::DiagnosticsStore;
+use bevy::pbr::Shadow;
+use bevy::prelude::*;
+use bevy::render::diagnostic::RenderDiagnosticsPlugin;
+use bevy::render::render_phase::{BinnedPhaseItem, SortedPhaseItem, ViewBinnedRenderPhases, ViewSortedRenderPhases};
+use bevy::render::renderer::RenderAdapterInfo;
+use bevy::render::{Render, RenderApp, RenderSystems};
+use bevy_egui::egui::{self, Align2, Grid};
+use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+use super::drive::Playback;
+use super::eyes::EyeImages;
+use super::keys::Shown;
+use super::selection::Selection;
+use super::theme::{MARGIN, ThemeSystems, bright, card, dim, panel, text_size};
+
+/// Numbers are means over about this time, s.
+const MEAN_OVER_S: f32 = 0.5;
+
+/// Measures frames, and shows what they cost.
+pub struct StatisticsPlugin;
+
+impl Plugin for StatisticsPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_plugins(RenderDiagnosticsPlugin)
+            .init_resource::<FrameStatistics>()
+            .init_resource::<FrameClock>()
+            .add_systems(First, begin_frame)
+            .add_systems(Last, end_frame)
+            .add_systems(
+                EguiPrimaryContextPass,
+                show_statistics.run_if(|shown: Res<Shown>| shown.statistics).after(ThemeSystems),
+            );
+        let counts = DrawCounts::default();
+        app.insert_resource(counts.clone());
+        if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
+            render_app
+                .insert_resource(counts)
+                .add_systems(Render, begin_rendering.before(RenderSystems::ExtractCommands))
+                .add_systems(Render, count_draws.in_set(RenderSystems::Render))
+                .add_systems(Render, end_rendering.after(RenderSystems::PostCleanup));
+        }
+    }
+}
+
+/// What frames cost of late.
+#[derive(Resource, Clone, Copy, PartialEq, Debug, Default)]
+pub struct FrameStatistics {
+    /// Frames a second.
+    pub frames_per_s: f32,
+    /// The processor's time for a frame in the match and the panels, s.
+    pub main_s: f32,
+    /// The time in which the frame before is drawn meanwhile, waiting for the display included, s.
+    pub rendering_s: f32,
+    /// Draw calls in a frame, the panels' apart.
+    pub draw_calls: u32,
+    /// Images of robots' cameras drawn in a second.
+    pub eye_images_per_s: f32,
+    /// From when the viewer was put together until the first picture of the match was drawn, s.
+    pub first_picture_s: Option<f32>,
+}
+
+/// What is being summed up.
+#[derive(Resource, Default)]
+struct FrameClock {
+    began: Option<Instant>,
+    since: Option<Instant>,
+    frames: u32,
+    main: Duration,
+    eye_images: u64,
+}
+
+/// What the renderer counts, on its own thread.
+#[derive(Resource, Clone)]
+struct DrawCounts(Arc<Counts>);
+
+impl Default for DrawCounts {
+    fn default() -> Self {
+        Self(Arc::new(Counts {
+            start: Instant::now(),
+            first_picture_ns: AtomicU64::default(),
+            draw_calls: AtomicU32::default(),
+            rendering_ns: AtomicU64::default(),
+        }))
+    }
+}
+
+struct Counts {
+    /// When the viewer was put together.
+    start: Instant,
+    /// How long the first picture took from then on, ns; 0 before.
+    first_picture_ns: AtomicU64,
+    draw_calls: AtomicU32,
+    /// Of all frames so far, ns.
+    rendering_ns: AtomicU64,
+}
+
+fn begin_frame(mut clock: ResMut<FrameClock>) {
+    clock.began = Some(Instant::now());
+}
+
+fn end_frame(
+    mut clock: ResMut<FrameClock>,
+    mut statistics: ResMut<FrameStatistics>,
+    counts: Res<DrawCounts>,
+    eyes: Res<EyeImages>,
+) {
+    let now = Instant::now();
+    let main = clock.began.map_or(Duration::ZERO, |began| now - began);
+    clock.main += main;
+    clock.frames += 1;
+    let since = *clock.since.get_or_insert(now);
+    let elapsed_s = (now - since).as_secs_f32();
+    if elapsed_s < MEAN_OVER_S {
+        return;
+    }
+    let frames = clock.frames as f32;
+    let rendering = Duration::from_nanos(counts.0.rendering_ns.swap(0, Ordering::Relaxed));
+    *statistics = FrameStatistics {
+        frames_per_s: frames / elapsed_s,
+        main_s: clock.main.as_secs_f32() / frames,
+        rendering_s: rendering.as_secs_f32() / frames,
+        draw_calls: counts.0.draw_calls.load(Ordering::Relaxed),
+        eye_images_per_s: (eyes.drawn - clock.eye_images) as f32 / elapsed_s,
+        first_picture_s: match counts.0.first_picture_ns.load(Ordering::Relaxed) {
+            0 => None,
+            nanoseconds => Some(Duration::from_nanos(nanoseconds).as_secs_f32()),
+        },
+    };
+    *clock = FrameClock { began: None, since: Some(now), frames: 0, main: Duration::ZERO, eye_images: eyes.drawn };
+}
+
+/// When the renderer began a frame.
+#[derive(Resource)]
+struct RenderingSince(Instant);
+
+fn begin_rendering(mut commands: Commands) {
+    commands.insert_resource(RenderingSince(Instant::now()));
+}
+
+fn end_rendering(since: Option<Res<RenderingSince>>, counts: Res<DrawCounts>) {
+    if let Some(since) = since {
+        let took = u64::try_from(since.0.elapsed().as_nanos()).unwrap_or_default();
+        counts.0.rendering_ns.fetch_add(took, Ordering::Relaxed);
+        if counts.0.draw_calls.load(Ordering::Relaxed) > 0 && counts.0.first_picture_ns.load(Ordering::Relaxed) == 0 {
+            let until_now = u64::try_from(counts.0.start.elapsed().as_nanos()).unwrap_or_default();
+            counts.0.first_picture_ns.store(until_now.max(1), Ordering::Relaxed);
+        }
+    }
+}
+
+fn count_draws(
+    counts: Res<DrawCounts>,
+    opaque: Res<ViewBinnedRenderPhases<Opaque3d>>,
+    masked: Res<ViewBinnedRenderPhases<AlphaMask3d>>,
+    shadows: Res<ViewBinnedRenderPhases<Shadow>>,
+    transparent: Res<ViewSortedRenderPhases<Transparent3d>>,
+) {
+    let draw_calls = binned(&opaque) + binned(&masked) + binned(&shadows) + sorted(&transparent);
+    counts.0.draw_calls.store(draw_calls as u32, Ordering::Relaxed);
+}
+
+/// What can be drawn together is one call.
+fn binned<Item: BinnedPhaseItem>(phases: &ViewBinnedRenderPhases<Item>) -> usize {
+    let of_phase = |phase: &bevy::render::render_phase::BinnedRenderPhase<Item>| {
+        let unbatchable: usize = phase.unbatchable_meshes.values().map(|bin| bin.entities.len()).sum();
+        let others: usize = phase.non_mesh_items.values().map(|bin| bin.entities.len()).sum();
+        phase.multidrawable_meshes.len() + phase.batchable_meshes.len() + unbatchable + others
+    };
+    phases.values().map(of_phase).sum()
+}
+
+fn sorted<Item: SortedPhaseItem>(phases: &ViewSortedRenderPhases<Item>) -> usize {
+    phases.values().map(|phase| phase.items.len()).sum()
+}
+
+fn show_statistics(
+    mut contexts: EguiContexts,
+    statistics: Res<FrameStatistics>,
+    diagnostics: Res<DiagnosticsStore>,
+    playback: Res<Playback>,
+    eyes: Res<EyeImages>,
+    adapter: Option<Res<RenderAdapterInfo>>,
+    figures: Query<(), With<Mesh3d>>,
+    shown: Res<Shown>,
+    selection: Res<Selection>,
+) -> Result {
+    let passes: Vec<(String, f64)> = passes(&diagnostics);
+    let adapter = adapter.map_or_else(String::new, |adapter| adapter.name.clone());
+    // Beside the robot's panel, above the controls.
+    let offset = if shown.robot && selection.0.is_some() { 380.0 } else { MARGIN };
+    panel("statistics", Align2::LEFT_BOTTOM, [offset, -64.0]).show(contexts.ctx_mut()?, |ui| {
+        card(ui).fill(ui.visuals().panel_fill.gamma_multiply(0.96)).show(ui, |ui| {
+            ui.label(bright("Costs of a frame").size(text_size::IMPORTANT));
+            Grid::new("statistics").num_columns(2).spacing([12.0, 1.0]).show(ui, |ui| {
+                let milliseconds = |seconds: f32| format!("{:.1} ms", 1000.0 * seconds);
+                line(ui, "frames", &format!("{:.1} /s", statistics.frames_per_s));
+                line(ui, "match and panels", &milliseconds(statistics.main_s));
+                line(ui, "drawing, meanwhile", &milliseconds(statistics.rendering_s));
+                line(ui, "draw calls", &format!("{}, of {} meshes", statistics.draw_calls, figures.iter().count()));
+                line(ui, "passes", &passes.len().to_string());
+                let images = format!(
+                    "{:.0} /s, the last {} in {:.1} ms; {} so far",
+                    statistics.eye_images_per_s,
+                    eyes.last_count,
+                    1000.0 * eyes.last_took.as_secs_f32(),
+                    eyes.drawn
+                );
+                line(ui, "robots' images", &images);
+                line(ui, "match", &format!("{:.2}× real time", playback.achieved));
+                let first = statistics.first_picture_s.map_or(String::new(), |first| format!("{first:.2} s"));
+                line(ui, "first picture after", &first);
+                line(ui, "adapter", &adapter);
+            });
+            for (name, milliseconds) in passes {
+                ui.label(dim(format!("{name}: {milliseconds:.2} ms of the processor")).size(text_size::SMALL));
+            }
+        });
+    });
+    Ok(())
+}
+
+fn line(ui: &mut egui::Ui, name: &str, value: &str) {
+    ui.label(dim(name).size(text_size::ENTRY));
+    ui.label(bright(value).size(text_size::ENTRY));
+    ui.end_row();
+}
+
+/// The passes of a frame and the processor's time in each, ms.
+fn passes(diagnostics: &DiagnosticsStore) -> Vec<(String, f64)> {
+    let mut passes: Vec<(String, f64)> = diagnostics
+        .iter()
+        .filter_map(|diagnostic| {
+            let name = diagnostic.path().as_str().strip_prefix("render/")?.strip_suffix("/elapsed_cpu")?;
+            Some((name.to_owned(), diagnostic.smoothed()?))
+        })
+        .collect();
+    passes.sort_by(|(one, _), (other, _)| one.cmp(other));
+    passes
+}
