@@ -199,6 +199,32 @@ fn a_batch_goes_on_where_it_was_and_reports_what_fails() {
 }
 
 #[test]
+fn all_pairs_of_teams_play_in_both_colours_and_go_on_where_they_were() {
+    let folder = tempfile::tempdir().unwrap();
+    let pairs = |teams: &str, matches: &str| {
+        let arguments = ["batch", "match3v3", "--duration", "1", "--csv", "pairs.csv", "--pairs", teams];
+        naoisis(folder.path(), &[&arguments[..], &["--matches", matches]].concat())
+    };
+    assert!(pairs("all", "2").status.success());
+    let output = pairs("all", "4");
+    let words = text(&output.stdout);
+    assert!(output.status.success() && words.contains("12 of 12 matches, 6 of them earlier"), "{words}");
+    assert!(words.contains("against passers") && words.contains("no difference that is sure"), "{words}");
+    let table = std::fs::read_to_string(folder.path().join("pairs.csv")).unwrap();
+    assert!(table.lines().next().unwrap().contains("teams.blue") && table.lines().count() == 13, "{table}");
+    for (teams, matches, wrong) in [
+        ("roles", "2", "two teams"),
+        ("roles,nobody", "2", "`nobody`"),
+        ("roles,roles", "2", "twice"),
+        ("all", "3", "even"),
+    ] {
+        let output = pairs(teams, matches);
+        assert_eq!(output.status.code(), Some(2));
+        assert!(text(&output.stderr).contains(wrong), "{}", text(&output.stderr));
+    }
+}
+
+#[test]
 fn frames_are_numbered_by_cycle_and_nothing_is_written_over() {
     let folder = tempfile::tempdir().unwrap();
     let scenario = r#"{ "rules": "free", "robots": [{ "number": 1 }], "cameras": { "width": 64, "height": 48 } }"#;

@@ -13,6 +13,7 @@ mod interventions;
 mod kicks;
 mod localisation;
 mod matches;
+mod pairs;
 mod referee_properties;
 #[cfg(feature = "gpu")]
 mod renderers;
