@@ -27,8 +27,10 @@ pub struct MemoryPlugin;
 
 impl Plugin for MemoryPlugin {
     fn build(&self, app: &mut App) {
-        app.add_systems(Startup, recall.run_if(resource_exists::<ViewerMemory>))
-            .add_systems(Last, remember.run_if(resource_exists::<ViewerMemory>.and(is_time.or(on_message::<AppExit>))));
+        app.add_systems(Startup, recall.run_if(resource_exists::<ViewerMemory>)).add_systems(
+            Last,
+            remember.run_if(resource_exists::<ViewerMemory>.and_then(is_time.or_else(on_message::<AppExit>))),
+        );
     }
 }
 
