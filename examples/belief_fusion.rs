@@ -9,6 +9,8 @@
 //! ```
 #![expect(clippy::print_stdout, reason = "an example says what it finds")]
 
+mod common;
+
 use bevy::prelude::*;
 use naoisis::belief::ball::{BallEstimate, BallModel};
 use naoisis::belief::robots::{RobotTrack, SonarModel, TrackModel, hear_robot, see_robot};
@@ -21,7 +23,18 @@ use naoisis::sensing::vision::Percepts;
 const WATCHER: RobotId = RobotId::new(Team::Blue, 2);
 const OPPONENT: RobotId = RobotId::new(Team::Pink, 2);
 
+/// 0.55 m ahead to the left, where the left sonar points; the head looks straight away from it, then at it.
+const OPPONENT_AT_THE_SIDE: &str = r#"{ "rules": "free", "ball": null,
+    "vision": { "noise": { "robots": { "false_positive_probability": 0 } } },
+    "robots": [
+      { "team": "blue", "number": 2, "pose": [0, 0, 0], "behaviour": { "script": [
+        { "from_s": 0.0, "head_deg": [-80, 0] }, { "from_s": 0.5, "head_deg": [19, 10] } ] } },
+      { "team": "pink", "number": 2, "pose": [0.52, 0.18, 180] } ] }"#;
+
 fn main() -> Result<(), Box<dyn core::error::Error>> {
+    if common::view(OPPONENT_AT_THE_SIDE, |_| {}, |_| {})? {
+        return Ok(());
+    }
     find_the_opponent()?;
     find_the_ball_together()
 }
@@ -33,18 +46,7 @@ fn find_the_opponent() -> Result<(), Box<dyn core::error::Error>> {
     for seed in 1..=RUNS {
         let mut app = App::new();
         app.add_plugins(NaoisisPlugins);
-        // 0.55 m ahead to the left, where the left sonar points; the head looks straight away from it, then at it.
-        app.start_match(&Scenario {
-            seed,
-            ..Scenario::from_json(
-                r#"{ "rules": "free", "ball": null,
-                     "vision": { "noise": { "robots": { "false_positive_probability": 0 } } },
-                     "robots": [
-                       { "team": "blue", "number": 2, "pose": [0, 0, 0], "behaviour": { "script": [
-                         { "from_s": 0.0, "head_deg": [-80, 0] }, { "from_s": 0.5, "head_deg": [19, 10] } ] } },
-                       { "team": "pink", "number": 2, "pose": [0.52, 0.18, 180] } ] }"#,
-            )?
-        })?;
+        app.start_match(&Scenario { seed, ..Scenario::from_json(OPPONENT_AT_THE_SIDE)? })?;
         let mut tracks: Vec<RobotTrack> = Vec::new();
         app.run_cycles(12);
         watch(&app, &mut tracks);

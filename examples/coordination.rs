@@ -10,6 +10,8 @@
 //! ```
 #![expect(clippy::print_stdout, reason = "an example says what it finds")]
 
+mod common;
+
 use bevy::prelude::*;
 use naoisis::behaviour::teams::looking;
 use naoisis::belief::{Belief, SimpleBelief};
@@ -74,17 +76,26 @@ fn bid(
     }
 }
 
-/// The shares of the time in which nobody, one and more than one went for the ball.
-fn shares(loss: f32) -> Result<[f64; 3], Box<dyn core::error::Error>> {
-    let mut app = App::new();
-    app.add_plugins(NaoisisPlugins).add_behaviour::<Bidder, _>("bidder", bid);
-    app.start_match(&Scenario::from_json(&format!(
+fn scenario(loss: f32) -> String {
+    format!(
         r#"{{ "rules": "free", "messages": {{ "loss": {loss} }}, "ball": {{ "position_m": [0.5, 0.5] }}, "robots": [
              {{ "number": 1, "pose": [-2, 1.2, 0], "behaviour": "bidder" }},
              {{ "number": 2, "pose": [-2, -1.2, 0], "behaviour": "bidder" }},
              {{ "number": 3, "pose": [2, 1.2, 180], "behaviour": "bidder" }},
              {{ "number": 4, "pose": [2, -1.2, 180], "behaviour": "bidder" }} ] }}"#,
-    ))?)?;
+    )
+}
+
+fn add_bidder(app: &mut App) {
+    app.add_behaviour::<Bidder, _>("bidder", bid);
+}
+
+/// The shares of the time in which nobody, one and more than one went for the ball.
+fn shares(loss: f32) -> Result<[f64; 3], Box<dyn core::error::Error>> {
+    let mut app = App::new();
+    app.add_plugins(NaoisisPlugins);
+    add_bidder(&mut app);
+    app.start_match(&Scenario::from_json(&scenario(loss))?)?;
     let mut stream = RandomStream::for_match(1, "places");
     let mut counts = [0_u32; 3];
     for _ in 0..ROUNDS {
@@ -103,6 +114,9 @@ fn shares(loss: f32) -> Result<[f64; 3], Box<dyn core::error::Error>> {
 }
 
 fn main() -> Result<(), Box<dyn core::error::Error>> {
+    if common::view(&scenario(0.0), add_bidder, |_| {})? {
+        return Ok(());
+    }
     println!("messages lost   nobody goes    one goes   several go");
     for loss in [0.0, 0.2, 0.5, 0.8, 0.9, 0.95, 1.0] {
         let [nobody, one, several] = shares(loss)?;

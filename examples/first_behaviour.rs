@@ -5,6 +5,8 @@
 
 #![expect(clippy::print_stdout, reason = "an example says what it finds")]
 
+mod common;
+
 use bevy::prelude::*;
 use naoisis::prelude::*;
 
@@ -39,14 +41,21 @@ fn kick_the_ball(
     }
 }
 
+const SCENARIO: &str = r#"{ "rules": "free", "ball": { "position_m": [0.8, 0.4] },
+    "robots": [{ "number": 1, "pose": [-0.5, 0, 120], "behaviour": "kicker" }] }"#;
+
+fn add_kicker(app: &mut App) {
+    app.add_behaviour::<Kicker, _>("kicker", kick_the_ball);
+}
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
+    if common::view(SCENARIO, add_kicker, |_| {})? {
+        return Ok(());
+    }
     let mut app = App::new();
     app.add_plugins(NaoisisPlugins);
-    app.add_behaviour::<Kicker, _>("kicker", kick_the_ball);
-    app.start_match(&Scenario::from_json(
-        r#"{ "rules": "free", "ball": { "position_m": [0.8, 0.4] },
-             "robots": [{ "number": 1, "pose": [-0.5, 0, 120], "behaviour": "kicker" }] }"#,
-    )?)?;
+    add_kicker(&mut app);
+    app.start_match(&Scenario::from_json(SCENARIO)?)?;
     for second in 1..=20 {
         app.run_cycles(30);
         let (robot, ball) = (RobotId::new(Team::Blue, 1), app.ball().unwrap_or_default().position);

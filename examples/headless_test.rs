@@ -5,6 +5,8 @@
 
 #![expect(clippy::print_stdout, reason = "an example says what it finds")]
 
+mod common;
+
 use bevy::prelude::*;
 use naoisis::prelude::*;
 
@@ -19,27 +21,42 @@ fn keep_away(mut robots: Query<(&SonarReading, &mut WalkCommand), With<Shy>>) {
     }
 }
 
+fn add_shy(app: &mut App) {
+    app.add_behaviour::<Shy, _>("shy", keep_away);
+}
+
+/// Somebody 40 cm before it.
+const VISITOR: &str = r#", { "team": "pink", "number": 1, "pose": [0.4, 0.15, 180] }"#;
+
+fn scenario(other: &str) -> String {
+    format!(
+        r#"{{ "rules": "free", "sonar": {{ "noise": "none" }},
+             "robots": [{{ "number": 1, "behaviour": "shy" }} {other}] }}"#
+    )
+}
+
 /// What the robot of a scenario has before it, and where it is two seconds later.
 fn place_after_two_seconds(other: &str) -> Vec2 {
     let mut app = App::new();
     app.add_plugins((MinimalPlugins, NaoisisPlugins));
-    app.add_behaviour::<Shy, _>("shy", keep_away);
-    let scenario = Scenario::from_json(&format!(
-        r#"{{ "rules": "free", "sonar": {{ "noise": "none" }},
-             "robots": [{{ "number": 1, "behaviour": "shy" }} {other}] }}"#
-    ));
+    add_shy(&mut app);
+    let scenario = Scenario::from_json(&scenario(other));
     app.start_match(&scenario.expect("the scenario is fine")).expect("it can be started");
     app.run_cycles(60);
     app.robot_pose(RobotId::new(Team::Blue, 1)).expect("the robot is there").position
 }
 
-fn main() {
+fn main() -> Result<(), Box<dyn core::error::Error>> {
+    if common::view(&scenario(VISITOR), add_shy, |_| {})? {
+        return Ok(());
+    }
     let alone = place_after_two_seconds("");
-    let visited = place_after_two_seconds(r#", { "team": "pink", "number": 1, "pose": [0.4, 0.15, 180] }"#);
+    let visited = place_after_two_seconds(VISITOR);
     println!("alone it stays at {alone}; with somebody 40 cm before it, it goes to {visited}");
     assert_eq!(alone, Vec2::ZERO);
     // Until the other is 0.5 m away.
     assert!((-0.2..-0.05).contains(&visited.x));
+    Ok(())
 }
 
 #[cfg(test)]
@@ -53,7 +70,7 @@ mod tests {
 
     #[test]
     fn it_walks_back_from_whoever_comes_near() {
-        let place = place_after_two_seconds(r#", { "team": "pink", "number": 1, "pose": [0.4, 0.15, 180] }"#);
+        let place = place_after_two_seconds(VISITOR);
         assert!((-0.2..-0.05).contains(&place.x), "{place}");
     }
 }

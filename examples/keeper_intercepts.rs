@@ -9,6 +9,8 @@
 //! ```
 #![expect(clippy::print_stdout, reason = "an example says what it finds")]
 
+mod common;
+
 use bevy::prelude::*;
 use naoisis::batch::statistics::share;
 use naoisis::belief::{Belief, SimpleBelief};
@@ -66,20 +68,16 @@ fn look_at_ball(belief: &Belief, head: &mut HeadCommand) {
     }
 }
 
-/// Whether a shot at a keeper of this kind is a goal. The same seed is the same shot.
-fn is_goal(keeper: &str, seed: u64) -> Result<bool, Box<dyn core::error::Error>> {
+/// A shot at a keeper of this kind. The same seed is the same shot.
+fn scenario(keeper: &str, seed: u64) -> String {
     let mut stream = RandomStream::for_match(seed, "shots");
     let from = Vec2::new(-0.8 + 0.8 * stream.uniform(), 2.4 * stream.uniform() - 1.2);
     let target = Vec2::new(-3.0, 1.2 * stream.uniform() - 0.6);
     let way = target - from;
     // It reaches the goal: v / 0.5 per second is how far a ball rolls.
     let velocity = way.normalize() * (0.5 * way.length() + 0.2 + 0.5 * stream.uniform());
-    let mut app = App::new();
-    app.add_plugins(NaoisisPlugins)
-        .add_behaviour::<Interceptor, _>("interceptor", intercept)
-        .add_behaviour::<Follower, _>("follower", follow);
     let start_y = guard(from);
-    app.start_match(&Scenario::from_json(&format!(
+    format!(
         r#"{{ "seed": {seed}, "ball": {{ "position_m": [{}, {}], "velocity_mps": [{}, {}] }},
              "robots": [{{ "number": 1, "pose": [{}, {start_y}, 0], "behaviour": "{keeper}" }}] }}"#,
         from.x,
@@ -87,11 +85,26 @@ fn is_goal(keeper: &str, seed: u64) -> Result<bool, Box<dyn core::error::Error>>
         velocity.x,
         velocity.y,
         DEPTH_M - 3.0,
-    ))?)?;
+    )
+}
+
+fn add_keepers(app: &mut App) {
+    app.add_behaviour::<Interceptor, _>("interceptor", intercept).add_behaviour::<Follower, _>("follower", follow);
+}
+
+/// Whether that shot is a goal.
+fn is_goal(keeper: &str, seed: u64) -> Result<bool, Box<dyn core::error::Error>> {
+    let mut app = App::new();
+    app.add_plugins(NaoisisPlugins);
+    add_keepers(&mut app);
+    app.start_match(&Scenario::from_json(&scenario(keeper, seed))?)?;
     Ok(app.run_until(30 * 10, |app| app.events().iter().any(|event| matches!(event, MatchEvent::Goal { .. }))))
 }
 
 fn main() -> Result<(), Box<dyn core::error::Error>> {
+    if common::view(&scenario("interceptor", 1), add_keepers, |_| {})? {
+        return Ok(());
+    }
     let shots = std::env::args().nth(1).map(|word| word.parse()).transpose()?.unwrap_or(300);
     println!("keeper                     saves, with the 95 % interval");
     for (keeper, what) in

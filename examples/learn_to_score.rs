@@ -5,9 +5,12 @@
 //! distribution, plays each on a few seeded situations, and moves the distribution to the best of them. The learned
 //! policy is saved as JSON, loaded again and played.
 //!
-//! Run with `cargo run --release --no-default-features --example learn_to_score [POLICY.json]`.
+//! Run with `cargo run --release --no-default-features --example learn_to_score [POLICY.json]`; with
+//! `POLICY.json --view`, and without `--no-default-features`, a policy that was learned before is played in a window.
 
 #![expect(clippy::print_stdout, reason = "an example says what it finds")]
+
+mod common;
 
 use bevy::math::ops;
 use bevy::prelude::*;
@@ -61,20 +64,40 @@ fn act(
     }
 }
 
-/// Plays a situation. One for a goal and up to one half more for a quick one; without a goal, a little for coming to the
-/// ball and for bringing it forward.
-fn play(weights: &[f32; WEIGHTS], situation: u64) -> f32 {
+/// A situation: ball and robot somewhere.
+fn scenario(situation: u64) -> (f32, String) {
     let mut dice = RandomStream::for_match(situation, "situation");
     let mut throw = |low: f32, high: f32| low + (high - low) * dice.uniform();
     let [ball_x, ball_y, x, y, turn] =
         [throw(-0.5, 2.0), throw(-1.2, 1.2), throw(-1.5, 0.5), throw(-1.5, 1.5), throw(-90.0, 90.0)];
-    let mut app = App::new();
-    app.add_plugins(NaoisisPlugins).add_behaviour::<Learner, _>("learner", act);
-    let scenario = Scenario::from_json(&format!(
+    let json = format!(
         r#"{{ "seed": {situation}, "rules": {{ "preset": "naoisis", "stalling": false }},
              "ball": {{ "position_m": [{ball_x}, {ball_y}] }},
              "robots": [{{ "number": 2, "pose": [{x}, {y}, {turn}], "behaviour": "learner" }}] }}"#
-    ));
+    );
+    (ball_x, json)
+}
+
+fn add_learner(app: &mut App) {
+    app.add_behaviour::<Learner, _>("learner", act);
+}
+
+/// Gives the robot its policy.
+fn teach(app: &mut App, weights: &[f32; WEIGHTS]) {
+    let mut learners = app.world_mut().query::<&mut Learner>();
+    for mut learner in learners.iter_mut(app.world_mut()) {
+        learner.0 = *weights;
+    }
+}
+
+/// Plays a situation. One for a goal and up to one half more for a quick one; without a goal, a little for coming to the
+/// ball and for bringing it forward.
+fn play(weights: &[f32; WEIGHTS], situation: u64) -> f32 {
+    let (ball_x, json) = scenario(situation);
+    let mut app = App::new();
+    app.add_plugins(NaoisisPlugins);
+    add_learner(&mut app);
+    let scenario = Scenario::from_json(&json);
     let started = scenario
         .map_err(|error| error.to_string())
         .and_then(|scenario| app.start_match(&scenario).map(|_| ()).map_err(|fault| fault.to_string()));
@@ -83,10 +106,7 @@ fn play(weights: &[f32; WEIGHTS], situation: u64) -> f32 {
         return 0.0;
     }
     let robot = RobotId::new(Team::Blue, 2);
-    let mut learners = app.world_mut().query::<&mut Learner>();
-    for mut learner in learners.iter_mut(app.world_mut()) {
-        learner.0 = *weights;
-    }
+    teach(&mut app, weights);
     let mut nearest = f32::MAX;
     let mut best_x = ball_x;
     let mut out = false;
@@ -134,7 +154,13 @@ fn score(policy: &[f32; WEIGHTS]) -> f32 {
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let path = std::env::args().nth(1).unwrap_or_else(|| "policy.json".to_owned());
+    let path = std::env::args().skip(1).find(|word| word != "--view").unwrap_or_else(|| "policy.json".to_owned());
+    let learned_before =
+        || -> Option<[f32; WEIGHTS]> { serde_json::from_str(&std::fs::read_to_string(&path).ok()?).ok() };
+    let play_it = |app: &mut App| teach(app, &learned_before().unwrap_or_default());
+    if common::view(&scenario(1).1, add_learner, play_it)? {
+        return Ok(());
+    }
     let mut dice = RandomStream::for_match(1, "policies");
     let (mut mean, mut spread) = ([0.0_f32; WEIGHTS], [1.0_f32; WEIGHTS]);
     let random: [f32; WEIGHTS] = core::array::from_fn(|_| dice.gaussian(1.0));

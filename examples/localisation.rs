@@ -5,6 +5,8 @@
 
 #![expect(clippy::print_stdout, reason = "an example says what it finds")]
 
+mod common;
+
 use bevy::math::{Vec2, ops};
 use bevy::prelude::*;
 use naoisis::batch::statistics::median;
@@ -21,7 +23,14 @@ const FOUND: [f32; 2] = [0.3, 15.0];
 /// Within this time it should, and go on to know for a second, s.
 const TIME_S: usize = 10;
 
-fn main() {
+fn main() -> Result<(), Box<dyn core::error::Error>> {
+    if common::view(
+        r#"{ "localisation": "particles", "teams": { "blue": "roles", "pink": "chasers" } }"#,
+        |_| {},
+        |_| {},
+    )? {
+        return Ok(());
+    }
     println!("filter      median error         found after {TIME_S} s   time to find, median");
     for localisation in ["kalman", "unscented", "particles"] {
         let [place, heading] = errors_in_matches(localisation);
@@ -32,6 +41,7 @@ fn main() {
             "{localisation:10}  {place:.3} m, {heading:.2} deg   {found:3} of {KIDNAPPINGS}           {time:.1} s"
         );
     }
+    Ok(())
 }
 
 /// A match from a scenario.

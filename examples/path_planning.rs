@@ -5,6 +5,8 @@
 
 #![expect(clippy::print_stdout, reason = "an example says what it finds")]
 
+mod common;
+
 use bevy::prelude::*;
 use naoisis::batch::statistics::mean;
 use naoisis::belief::{Belief, SimpleBelief};
@@ -123,8 +125,8 @@ mod grid {
     }
 }
 
-/// What came of a walk: how long it took, if it arrived, and how many collisions there were.
-fn walk(planner: Planner, seed: u64) -> Result<(Option<f64>, u32), Box<dyn std::error::Error>> {
+/// A walk among others who walk.
+fn scenario(seed: u64) -> String {
     // Four robots go up and down across the way, each at its own place and time.
     let crossing = |index: u64| {
         let x = -1.2 + 0.8 * index as f32;
@@ -143,13 +145,23 @@ fn walk(planner: Planner, seed: u64) -> Result<(Option<f64>, u32), Box<dyn std::
         )
     };
     let obstacles: Vec<String> = (0..4).map(crossing).collect();
-    let mut app = App::new();
-    app.add_plugins(NaoisisPlugins).add_behaviour::<Planner, _>("walker", walk_to_goal);
-    app.start_match(&Scenario::from_json(&format!(
+    format!(
         r#"{{ "seed": {seed}, "rules": "free", "ball": null,
              "robots": [{{ "number": 1, "pose": [-2.5, 0, 0], "behaviour": "walker" }}, {}] }}"#,
         obstacles.join(", ")
-    ))?)?;
+    )
+}
+
+fn add_walker(app: &mut App) {
+    app.add_behaviour::<Planner, _>("walker", walk_to_goal);
+}
+
+/// What came of a walk: how long it took, if it arrived, and how many collisions there were.
+fn walk(planner: Planner, seed: u64) -> Result<(Option<f64>, u32), Box<dyn std::error::Error>> {
+    let mut app = App::new();
+    app.add_plugins(NaoisisPlugins);
+    add_walker(&mut app);
+    app.start_match(&Scenario::from_json(&scenario(seed))?)?;
     let mut planners = app.world_mut().query::<&mut Planner>();
     planners.iter_mut(app.world_mut()).for_each(|mut chosen| *chosen = planner);
     let robot = RobotId::new(Team::Blue, 1);
@@ -162,6 +174,9 @@ fn walk(planner: Planner, seed: u64) -> Result<(Option<f64>, u32), Box<dyn std::
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
+    if common::view(&scenario(1), add_walker, |_| {})? {
+        return Ok(());
+    }
     println!(
         "{WALKS} walks of 4.9 m, which take 24.5 s without obstacles\nplanner    arrived  time, s        collisions"
     );

@@ -59,6 +59,7 @@ pub mod collision;
 pub mod communication;
 pub mod cycle;
 pub mod events;
+pub mod figures;
 pub mod geometry;
 pub mod guide;
 pub mod knowledge;

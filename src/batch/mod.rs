@@ -31,6 +31,7 @@ use std::sync::mpsc;
 use std::thread;
 
 pub mod observer;
+pub mod pairs;
 pub mod statistics;
 pub mod summary;
 pub mod table;

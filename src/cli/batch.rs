@@ -11,9 +11,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use super::{report, simulator};
+use crate::batch::pairs::{Pairing, Pairs};
 use crate::batch::summary::Summary;
 use crate::batch::table::{Table, TableError, VariantColumns};
 use crate::batch::{Batch, MatchRow, run_batch};
+use crate::behaviour::BehaviourRegistry;
 use crate::scenario::{Scenario, ScenarioError, ScenarioFile, Setting};
 use crate::simulation::MatchApp;
 
@@ -22,7 +24,7 @@ use crate::simulation::MatchApp;
 pub struct BatchArguments {
     /// A scenario file (.ron or .json), or the name of a built-in scenario (see `naoisis list scenarios`)
     pub scenario: String,
-    /// Matches to play, of each combination of settings
+    /// Matches to play, of each combination of settings; with --pairs, of each pair, half of them with changed sides
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
     pub matches: u32,
     /// Matches at the same time [default: one a core]
@@ -34,6 +36,9 @@ pub struct BatchArguments {
     /// Set a field of the scenario; with several values, play the batch with each: messages.loss=0,0.2,0.5
     #[arg(long, value_name = "PATH=VALUE[,VALUE...]", value_parser = Setting::sweep)]
     pub set: Vec<Vec<Setting>>,
+    /// Let each of these teams play each other, in both colours, and tell who beats whom; `all` are all there are
+    #[arg(long, value_name = "TEAM,TEAM[,TEAM...]", value_delimiter = ',')]
+    pub pairs: Vec<String>,
     /// Write a row a match; a file of the same batch that is there already is gone on with
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
@@ -45,9 +50,21 @@ pub struct BatchArguments {
     pub quiet: bool,
 }
 
+/// The settings of each variant, and what distinguishes them.
+struct Plan {
+    /// Settings that are the same for all pairs: each combination.
+    combinations: Vec<Vec<Setting>>,
+    /// The teams that play each other.
+    pairs: Option<Pairs>,
+}
+
 /// Runs the command.
 pub fn batch(arguments: &BatchArguments) -> ExitCode {
-    let (variants, columns) = match variants(arguments) {
+    let plan = match Plan::of(arguments) {
+        Ok(plan) => plan,
+        Err(message) => return report::usage_error(&message),
+    };
+    let (variants, columns) = match plan.variants(arguments) {
         Ok(variants) => variants,
         Err(error) => return report::scenario_error(&error),
     };
@@ -55,7 +72,7 @@ pub fn batch(arguments: &BatchArguments) -> ExitCode {
     let batch = Batch {
         first_seed: arguments.seed.unwrap_or_else(|| variants.first().map_or(1, |scenario| scenario.seed)),
         variants,
-        matches: arguments.matches as usize,
+        matches: arguments.matches as usize / plan.sides(),
         threads: arguments.threads.map_or(cores, usize::from),
     };
     let opened = match &arguments.csv {
@@ -92,7 +109,7 @@ pub fn batch(arguments: &BatchArguments) -> ExitCode {
         return report::failure(&format!("cannot write the table: {error}"));
     }
     if !arguments.quiet {
-        let text = text(&batch, &columns, &rows, earlier, wall_s);
+        let text = text(&plan, &batch, &columns, &rows, earlier, wall_s);
         if io::stdout().write_all(text.as_bytes()).is_err() {
             return ExitCode::SUCCESS;
         }
@@ -100,34 +117,92 @@ pub fn batch(arguments: &BatchArguments) -> ExitCode {
     if rows.iter().all(|row| row.outcome.is_valid()) { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
-/// The scenario with each combination of the settings, the last one changing fastest, and what distinguishes them. All
-/// can be started.
-fn variants(arguments: &BatchArguments) -> Result<(Vec<Scenario>, VariantColumns), ScenarioError> {
-    let file = ScenarioFile::find(&arguments.scenario)?;
-    let mut combinations: Vec<Vec<Setting>> = vec![Vec::new()];
-    for sweep in &arguments.set {
-        combinations = combinations
-            .iter()
-            .flat_map(|settings| {
-                sweep.iter().map(|setting| [settings.as_slice(), core::slice::from_ref(setting)].concat())
-            })
-            .collect();
-    }
-    let mut app = simulator();
-    let mut variants = Vec::new();
-    for settings in &combinations {
-        let mut file = file.with(settings)?;
-        if arguments.duration.is_some() {
-            file.scenario.duration_s = arguments.duration;
+impl Plan {
+    /// What the arguments ask for: every combination of the settings, the last one changing fastest.
+    fn of(arguments: &BatchArguments) -> Result<Self, String> {
+        let mut combinations: Vec<Vec<Setting>> = vec![Vec::new()];
+        for sweep in &arguments.set {
+            combinations = combinations
+                .iter()
+                .flat_map(|settings| {
+                    sweep.iter().map(|setting| [settings.as_slice(), core::slice::from_ref(setting)].concat())
+                })
+                .collect();
         }
-        app.start_match(&file.scenario).map_err(|fault| file.source.error(&fault))?;
-        variants.push(file.scenario);
+        let pairs = if arguments.pairs.is_empty() { None } else { Some(pairs(arguments)?) };
+        Ok(Self { combinations, pairs })
     }
-    let swept: Vec<usize> = (0..arguments.set.len()).filter(|&index| arguments.set[index].len() > 1).collect();
-    let names = swept.iter().filter_map(|&index| Some(arguments.set[index].first()?.path().to_string())).collect();
-    let values =
-        combinations.iter().map(|settings| swept.iter().map(|&index| settings[index].value()).collect()).collect();
-    Ok((variants, VariantColumns { names, values }))
+
+    /// Variants that share the matches which were asked for.
+    fn sides(&self) -> usize {
+        if self.pairs.is_some() { 2 } else { 1 }
+    }
+
+    /// The pairings that each combination is played with, in their order.
+    fn pairings(&self) -> Vec<Option<Pairing>> {
+        self.pairs.as_ref().map_or_else(|| vec![None], |pairs| pairs.pairings().map(Some).collect())
+    }
+
+    /// The scenario with each combination of the settings, and with each pairing of it, and what distinguishes them. All
+    /// can be started.
+    fn variants(&self, arguments: &BatchArguments) -> Result<(Vec<Scenario>, VariantColumns), ScenarioError> {
+        let swept: Vec<usize> = (0..arguments.set.len()).filter(|&index| arguments.set[index].len() > 1).collect();
+        let mut names: Vec<String> =
+            swept.iter().filter_map(|&index| Some(arguments.set[index].first()?.path().to_string())).collect();
+        if self.pairs.is_some() {
+            names.extend(["teams.blue", "teams.pink"].map(str::to_owned));
+        }
+        let (mut variants, mut values) = (Vec::new(), Vec::new());
+        let file = ScenarioFile::find(&arguments.scenario)?;
+        let mut app = simulator();
+        for settings in &self.combinations {
+            for pairing in self.pairings() {
+                let teams = match (&self.pairs, pairing) {
+                    (Some(pairs), Some(pairing)) => pairs.names(pairing).map(str::to_owned).to_vec(),
+                    _ => Vec::new(),
+                };
+                let teams_set = ["teams.blue", "teams.pink"].into_iter().zip(&teams).flat_map(|(path, team)| {
+                    // A team's name is a word, so that there is one setting.
+                    Setting::sweep(&format!("{path}={team}")).unwrap_or_default()
+                });
+                let mut file = file.with(&settings.iter().cloned().chain(teams_set).collect::<Vec<_>>())?;
+                if arguments.duration.is_some() {
+                    file.scenario.duration_s = arguments.duration;
+                }
+                app.start_match(&file.scenario).map_err(|fault| file.source.error(&fault))?;
+                variants.push(file.scenario);
+                values.push(swept.iter().map(|&index| settings[index].value()).chain(teams).collect());
+            }
+        }
+        Ok((variants, VariantColumns { names, values }))
+    }
+}
+
+/// The teams that play each other: two at least, each once.
+fn pairs(arguments: &BatchArguments) -> Result<Pairs, String> {
+    let app = simulator();
+    let registry = app.world().resource::<BehaviourRegistry>();
+    let known: Vec<&str> = registry.teams().map(|(name, _)| name).collect();
+    let teams = match arguments.pairs.as_slice() {
+        [all] if all == "all" => known.iter().map(|team| (*team).to_owned()).collect(),
+        teams => teams.to_vec(),
+    };
+    if let Some(team) = teams.iter().find(|team| !known.contains(&team.as_str())) {
+        return Err(format!("--pairs: there is no team `{team}`; expected some of {}", known.join(", ")));
+    }
+    if let Some((_, team)) = teams.iter().enumerate().find(|(index, team)| teams[..*index].contains(team)) {
+        return Err(format!("--pairs: the team `{team}` is there twice; expected each team once"));
+    }
+    if teams.len() < 2 {
+        return Err("--pairs: expected two teams at least, such as --pairs chasers,roles".to_owned());
+    }
+    if !arguments.matches.is_multiple_of(2) {
+        return Err(
+            "--matches: with --pairs, half of the matches are played with changed sides; expected an even number"
+                .to_owned(),
+        );
+    }
+    Ok(Pairs::of(teams))
 }
 
 /// A flag that the first interrupt sets: matches under way are finished. The second one ends the program at once.
@@ -170,20 +245,31 @@ fn progress_bar(matches: usize, earlier: usize, quiet: bool) -> ProgressBar {
     progress
 }
 
-fn text(batch: &Batch, columns: &VariantColumns, rows: &[MatchRow], earlier: usize, wall_s: f64) -> String {
+fn text(
+    plan: &Plan,
+    batch: &Batch,
+    columns: &VariantColumns,
+    rows: &[MatchRow],
+    earlier: usize,
+    wall_s: f64,
+) -> String {
     let mut text = String::new();
-    for variant in 0..batch.variants.len() {
-        let summary = Summary::of(rows.iter().filter(|row| row.variant == variant));
-        let values = columns.values.get(variant).into_iter().flatten();
-        let settings: Vec<String> =
-            columns.names.iter().zip(values).map(|(name, value)| format!("{name} = {value}")).collect();
+    let pairings = plan.pairings();
+    for combination in 0..plan.combinations.len() {
+        let variants = combination * pairings.len()..(combination + 1) * pairings.len();
+        let values = columns.values.get(variants.start).into_iter().flatten();
+        let swept = columns.names.iter().zip(values).filter(|(name, _)| plan.pairs.is_none() || !is_of_pairs(name));
+        let settings: Vec<String> = swept.map(|(name, value)| format!("{name} = {value}")).collect();
         if !settings.is_empty() {
             text += &format!("{}\n", settings.join(", "));
         }
-        let failed = if summary.failed > 0 { format!(", {} failed", summary.failed) } else { String::new() };
-        text += &format!("{:>24}  {}{failed}\n", "matches", summary.matches);
-        for (name, value) in summary.lines() {
-            text += &format!("{name:>24}  {value}\n");
+        let of_combination = rows.iter().filter(|row| variants.contains(&row.variant));
+        match &plan.pairs {
+            Some(pairs) => {
+                let rows = of_combination.filter_map(|row| Some((row, pairings[row.variant - variants.start]?)));
+                text += &pairs.table(rows).to_string();
+            }
+            None => text += &summary_text(&Summary::of(of_combination)),
         }
     }
     let played = &rows[earlier.min(rows.len())..];
@@ -199,6 +285,19 @@ fn text(batch: &Batch, columns: &VariantColumns, rows: &[MatchRow], earlier: usi
     );
     if batch.variants.len() > 1 || rows.len() > 1 {
         text += "Intervals are those of 95 % confidence.\n";
+    }
+    text
+}
+
+fn is_of_pairs(name: &str) -> bool {
+    matches!(name, "teams.blue" | "teams.pink")
+}
+
+fn summary_text(summary: &Summary) -> String {
+    let failed = if summary.failed > 0 { format!(", {} failed", summary.failed) } else { String::new() };
+    let mut text = format!("{:>24}  {}{failed}\n", "matches", summary.matches);
+    for (name, value) in summary.lines() {
+        text += &format!("{name:>24}  {value}\n");
     }
     text
 }

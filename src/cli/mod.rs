@@ -10,12 +10,14 @@ use crate::simulation::{MatchApp, NaoisisPlugins};
 mod batch;
 mod begin;
 mod check;
+mod figures;
 mod list;
 mod pictures;
 mod play;
 mod replay;
 mod report;
 mod run;
+mod vision;
 mod window;
 
 /// A behavioural simulator of NAO robot soccer.
@@ -38,8 +40,12 @@ enum Command {
     Batch(batch::BatchArguments),
     /// Check scenario files
     Check(check::CheckArguments),
+    /// Draw the paper's figures from the running system
+    Figures(figures::FiguresArguments),
     /// List what comes with the program
     List(list::ListArguments),
+    /// Measure image vision: what it finds in pictures of random scenes, against what is there
+    Vision(vision::VisionArguments),
 }
 
 /// Parses the command line and carries it out.
@@ -53,11 +59,13 @@ pub fn main() -> ExitCode {
             let mut app = simulator();
             check::check(&arguments, |scenario| app.start_match(scenario).map(|_| ()))
         }
+        Some(Command::Figures(arguments)) => figures::figures(&arguments),
         Some(Command::List(arguments)) => {
             let app = simulator();
             let teams = app.world().resource::<BehaviourRegistry>().teams();
             list::list(&arguments, teams.map(|(name, team)| (name.to_owned(), team.description.clone())))
         }
+        Some(Command::Vision(arguments)) => vision::vision(&arguments),
         None => play::play(&play::PlayArguments::default()),
     }
 }

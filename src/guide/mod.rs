@@ -20,6 +20,9 @@
 //! | `coordination` | who goes for the ball, and what losing messages does to that |
 //! | `path_planning` | a grid planner and a reactive one among moving robots |
 //! | `localisation` | two Kalman filters and a particle filter on the same seeds, and after a kidnapping |
+//! | `localisation_from_images` | where a robot is, from camera images alone |
+//! | `decision_making` | where to shoot, when nothing is certain |
+//! | `record_frames` | a sequence of PNG files from a program |
 //! | `learn_to_score` | a policy learned by the cross-entropy method, saved and played |
 //! | `watched_behaviour` | a behaviour of one's own in the window, with drawings |
 

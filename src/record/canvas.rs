@@ -32,9 +32,11 @@ pub enum Anchor {
     Right,
 }
 
-/// A picture under way. Places are pixels from the top left corner.
+/// A picture under way. Places are points from the top left corner: pixels, unless the canvas is [scaled](Canvas::scaled).
 pub struct Canvas {
     pixmap: Pixmap,
+    /// Pixels in a point.
+    scale: f32,
 }
 
 impl Canvas {
@@ -43,7 +45,18 @@ impl Canvas {
         let [width, height] = [width.clamp(1, MOST_PIXELS), height.clamp(1, MOST_PIXELS)];
         let Some(mut pixmap) = Pixmap::new(width, height) else { unreachable!("sizes are positive and small") };
         pixmap.fill(skia(colour, 1.0));
-        Canvas { pixmap }
+        Canvas { pixmap, scale: 1.0 }
+    }
+
+    /// An even area of this size in points, each of which is `scale` pixels wide and high: the same drawing in any size.
+    pub fn scaled(size: Vec2, scale: f32, colour: Colour) -> Canvas {
+        let [width, height] = (size * scale).round().to_array();
+        Canvas { scale, ..Canvas::new([width as u32, height as u32], colour) }
+    }
+
+    /// Pixels in a point.
+    pub fn scale(&self) -> f32 {
+        self.scale
     }
 
     /// Width and height, pixels.
@@ -65,10 +78,26 @@ impl Canvas {
             pixel[..3].copy_from_slice(rgb);
             pixel[3] = 255;
         }
+        let scale = scale * self.scale;
+        let at = at * self.scale;
         let quality = if scale == 1.0 { FilterQuality::Nearest } else { FilterQuality::Bicubic };
         let paint = PixmapPaint { quality, ..PixmapPaint::default() };
         let transform = Transform::from_translate(at.x, at.y).pre_scale(scale, scale);
         self.pixmap.draw_pixmap(0, 0, picture.as_ref(), &paint, transform, None);
+    }
+
+    /// Puts a picture with its top left corner at a place, pixel by pixel.
+    pub fn pixels(&mut self, image: &Image, at: Vec2) {
+        let [left, top] = (at * self.scale).round().to_array().map(|pixel| pixel as i64);
+        let [width, height] = self.size().map(i64::from);
+        let pixels = self.pixmap.data_mut();
+        for (index, rgb) in image.rgb.chunks_exact(3).enumerate() {
+            let (u, v) = (left + (index as i64 % i64::from(image.width)), top + index as i64 / i64::from(image.width));
+            if u >= 0 && v >= 0 && u < width && v < height {
+                let first = 4 * (v * width + u) as usize;
+                pixels[first..first + 3].copy_from_slice(rgb);
+            }
+        }
     }
 
     /// A line through places.
@@ -89,13 +118,17 @@ impl Canvas {
     fn stroke(&mut self, places: &[Vec2], colour: Colour, width: f32, dash: Option<StrokeDash>, close: bool) {
         let Some(path) = path(places, close) else { return };
         let stroke = Stroke { width, line_cap: LineCap::Round, dash, ..Stroke::default() };
-        self.pixmap.stroke_path(&path, &paint(colour, 1.0), &stroke, Transform::identity(), None);
+        self.pixmap.stroke_path(&path, &paint(colour, 1.0), &stroke, self.transform(), None);
     }
 
     /// Fills an area, covering what is behind by so much, from 0 to 1.
     pub fn fill(&mut self, places: &[Vec2], colour: Colour, cover: f32) {
         let Some(path) = path(places, true) else { return };
-        self.pixmap.fill_path(&path, &paint(colour, cover), FillRule::Winding, Transform::identity(), None);
+        self.pixmap.fill_path(&path, &paint(colour, cover), FillRule::Winding, self.transform(), None);
+    }
+
+    fn transform(&self) -> Transform {
+        Transform::from_scale(self.scale, self.scale)
     }
 
     /// Fills a rectangle by its top left corner and its size.
@@ -110,37 +143,51 @@ impl Canvas {
 
     /// A line with a head at its end.
     pub fn arrow(&mut self, from: Vec2, to: Vec2, colour: Colour, width: f32) {
-        let along = (to - from).normalize_or(Vec2::X);
-        let head = 3.5 * width;
-        self.line(&[from, to - along * head], colour, width);
-        let side = along.perp() * head * 0.7;
-        self.fill(&[to, to - along * 1.6 * head + side, to - along * 1.6 * head - side], colour, 1.0);
+        let [tip, left, right] = arrow_head(from, to, width);
+        self.line(&[from, (tip + (left + right) / 2.0) / 2.0], colour, width);
+        self.fill(&[tip, left, right], colour, 1.0);
     }
 
-    /// Words of this height, pixels, whose base line is at a place.
+    /// Words of this height whose base line is at a place.
     pub fn words(&mut self, words: &str, at: Vec2, height: f32, anchor: Anchor, colour: Colour) {
+        let at = at * self.scale;
+        self.write(words, height, anchor, colour, |along, down| at + Vec2::new(along, down));
+    }
+
+    /// Words of this height that are read from below upwards, whose base line is at a place.
+    pub fn words_upwards(&mut self, words: &str, at: Vec2, height: f32, anchor: Anchor, colour: Colour) {
+        let at = (at * self.scale).round();
+        self.write(words, height, anchor, colour, |along, down| at + Vec2::new(down, -along));
+    }
+
+    /// `place` says which pixel is so far along the words and below their base line, pixels.
+    fn write(&mut self, words: &str, height: f32, anchor: Anchor, colour: Colour, place: impl Fn(f32, f32) -> Vec2) {
         let Some(font) = FONT.as_ref() else { return };
+        let height = height * self.scale;
         let font = font.as_scaled(PxScale::from(height));
-        let width = width_of_words(words, height);
-        let mut pen = match anchor {
-            Anchor::Left => at,
-            Anchor::Middle => at - Vec2::X * width / 2.0,
-            Anchor::Right => at - Vec2::X * width,
+        let start = match anchor {
+            Anchor::Left => 0.0,
+            Anchor::Middle => -width_of_words(words, height) / 2.0,
+            Anchor::Right => -width_of_words(words, height),
         };
+        // Letters stand at fractions of a pixel, and the pixels of a letter at whole ones.
+        let origin = place(0.0, 0.0);
+        let fraction = if place(1.0, 0.0).x > origin.x { origin.fract() } else { Vec2::ZERO };
+        let mut pen = start;
         let [size_x, size_y] = self.size();
         let pixels = self.pixmap.data_mut();
         for letter in words.chars() {
             let glyph = font.scaled_glyph(letter);
             let advance = font.h_advance(glyph.id);
-            let placed = ab_glyph::Glyph { position: ab_glyph::point(pen.x, pen.y), ..glyph };
-            if let Some(outline) = font.outline_glyph(placed) {
+            let position = ab_glyph::point(pen + fraction.x, fraction.y);
+            if let Some(outline) = font.outline_glyph(ab_glyph::Glyph { position, ..glyph }) {
                 let corner = outline.px_bounds().min;
                 outline.draw(|x, y, cover| {
-                    let (x, y) = (corner.x as i64 + i64::from(x), corner.y as i64 + i64::from(y));
-                    if x < 0 || y < 0 || x >= i64::from(size_x) || y >= i64::from(size_y) {
+                    let pixel = place(corner.x + x as f32 - fraction.x, corner.y + y as f32 - fraction.y).round();
+                    if pixel.x < 0.0 || pixel.y < 0.0 || pixel.x >= size_x as f32 || pixel.y >= size_y as f32 {
                         return;
                     }
-                    let first = 4 * (y as usize * size_x as usize + x as usize);
+                    let first = 4 * (pixel.y as usize * size_x as usize + pixel.x as usize);
                     for (channel, ink) in pixels[first..first + 3].iter_mut().zip(colour.0) {
                         let mixed =
                             f32::from(*channel) + (f32::from(ink) - f32::from(*channel)) * cover.clamp(0.0, 1.0);
@@ -148,12 +195,19 @@ impl Canvas {
                     }
                 });
             }
-            pen.x += advance;
+            pen += advance;
         }
     }
 }
 
-/// Width of words of this height, pixels.
+/// The tip and the corners of the head of an arrow whose line is so wide.
+pub fn arrow_head(from: Vec2, to: Vec2, width: f32) -> [Vec2; 3] {
+    let along = 5.6 * width * (to - from).normalize_or(Vec2::X);
+    let side = 0.44 * along.perp();
+    [to, to - along + side, to - along - side]
+}
+
+/// Width of words of this height.
 pub fn width_of_words(words: &str, height: f32) -> f32 {
     let Some(font) = FONT.as_ref() else { return 0.0 };
     let font = font.as_scaled(PxScale::from(height));
@@ -223,6 +277,33 @@ mod tests {
         assert!(columns(Anchor::Right)[1] <= 100);
         let [first, last] = columns(Anchor::Middle);
         assert!(first.abs_diff(200 - last) <= 3, "{first} {last}");
+    }
+
+    #[test]
+    fn words_upwards_are_the_same_turned_to_the_left() {
+        let drawn = |upwards| {
+            let mut canvas = Canvas::new([100, 100], PAPER);
+            let draw = if upwards { Canvas::words_upwards } else { Canvas::words };
+            draw(&mut canvas, "Goal", Vec2::splat(50.0), 20.0, Anchor::Middle, INK);
+            canvas.into_image()
+        };
+        let [flat, upwards] = [false, true].map(drawn);
+        assert!(ink(&flat) > 100);
+        for (along, down) in (-40..40).flat_map(|along| (-30..30).map(move |down| (along, down))) {
+            let [one, other] = [(50 + along, 50 + down), (50 + down, 50 - along)].map(|(u, v)| (u as u32, v as u32));
+            assert_eq!(flat.colour(one.0, one.1), upwards.colour(other.0, other.1), "{along} {down}");
+        }
+    }
+
+    #[test]
+    fn a_scaled_canvas_has_the_same_drawing_in_another_size() {
+        let mut canvas = Canvas::scaled(Vec2::new(50.0, 40.0), 2.0, PAPER);
+        canvas.rectangle(Vec2::new(5.0, 10.0), Vec2::new(15.0, 5.0), INK, 1.0);
+        canvas.pixels(&Image { width: 1, height: 1, rgb: vec![255, 0, 0], ..Image::default() }, Vec2::new(40.0, 30.0));
+        let image = canvas.into_image();
+        assert_eq!([image.width, image.height], [100, 80]);
+        assert_eq!(ink(&image), 301);
+        assert_eq!(image.colour(80, 60), Some([255, 0, 0]));
     }
 
     #[test]

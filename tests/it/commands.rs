@@ -199,6 +199,32 @@ fn a_batch_goes_on_where_it_was_and_reports_what_fails() {
 }
 
 #[test]
+fn all_pairs_of_teams_play_in_both_colours_and_go_on_where_they_were() {
+    let folder = tempfile::tempdir().unwrap();
+    let pairs = |teams: &str, matches: &str| {
+        let arguments = ["batch", "match3v3", "--duration", "1", "--csv", "pairs.csv", "--pairs", teams];
+        naoisis(folder.path(), &[&arguments[..], &["--matches", matches]].concat())
+    };
+    assert!(pairs("all", "2").status.success());
+    let output = pairs("all", "4");
+    let words = text(&output.stdout);
+    assert!(output.status.success() && words.contains("12 of 12 matches, 6 of them earlier"), "{words}");
+    assert!(words.contains("against passers") && words.contains("no difference that is sure"), "{words}");
+    let table = std::fs::read_to_string(folder.path().join("pairs.csv")).unwrap();
+    assert!(table.lines().next().unwrap().contains("teams.blue") && table.lines().count() == 13, "{table}");
+    for (teams, matches, wrong) in [
+        ("roles", "2", "two teams"),
+        ("roles,nobody", "2", "`nobody`"),
+        ("roles,roles", "2", "twice"),
+        ("all", "3", "even"),
+    ] {
+        let output = pairs(teams, matches);
+        assert_eq!(output.status.code(), Some(2));
+        assert!(text(&output.stderr).contains(wrong), "{}", text(&output.stderr));
+    }
+}
+
+#[test]
 fn frames_are_numbered_by_cycle_and_nothing_is_written_over() {
     let folder = tempfile::tempdir().unwrap();
     let scenario = r#"{ "rules": "free", "robots": [{ "number": 1 }], "cameras": { "width": 64, "height": 48 } }"#;
@@ -271,4 +297,22 @@ fn a_video_and_a_contact_sheet_come_of_a_match_and_nothing_is_written_over() {
     }
     assert_eq!(std::fs::read(folder.path().join("match.mp4")).unwrap(), video);
     assert!(!folder.path().join("other.mp4").exists());
+}
+
+#[test]
+fn the_accuracy_of_image_vision_is_a_table_of_every_kind_of_thing() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = naoisis(folder.path(), &["vision", "--scenes", "4", "--seed", "3", "--design", "nao"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let table = text(&output.stdout);
+    assert!(table.starts_with("Nao robots: 8 images"), "{table}");
+    for kind in ["ball", "goal posts", "robots"] {
+        let row = table.lines().find(|line| line.starts_with(kind)).unwrap_or_else(|| panic!("{table}"));
+        let numbers: Vec<f32> = row[11..].split_whitespace().filter_map(|word| word.parse().ok()).collect();
+        let [visible, found, share, ..] = numbers[..] else { panic!("{row}") };
+        assert!(found <= visible && (visible == 0.0 || (share - 100.0 * found / visible).abs() < 0.06), "{row}");
+    }
+    let output = naoisis(folder.path(), &["vision", "--scenes", "0"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("--scenes"));
 }

@@ -7,11 +7,13 @@ mod built_in_scenarios;
 mod collisions;
 mod commands;
 mod determinism;
+mod figures;
 mod images;
 mod interventions;
 mod kicks;
 mod localisation;
 mod matches;
+mod pairs;
 mod referee_properties;
 #[cfg(feature = "gpu")]
 mod renderers;

@@ -36,16 +36,30 @@ pub fn attack(player: &Player, memory: &mut PlayerMemory) -> Decision {
     let Some(ball) = player.ball() else { return search(player, memory) };
     memory.lost_since_s = None;
     let aim = choose_aim(player, memory, ball.position_m);
-    if let Some(kick) = kick_if_ready(player, memory, ball, &aim) {
+    let rolls = ball.velocity_mps.length_squared() > ROLLING_BALL_MPS * ROLLING_BALL_MPS;
+    let meeting_place = if rolls { ball.position_m + ball.velocity_mps * LEAD_S } else { ball.position_m };
+    go_for(player, memory, ball, &aim, meeting_place)
+}
+
+/// Kicks the ball towards the aim, or goes to where it can: to where the ball will be met, m, team frame.
+pub fn go_for(
+    player: &Player,
+    memory: &mut PlayerMemory,
+    ball: &BallBelief,
+    aim: &Aim,
+    meeting_place: Vec2,
+) -> Decision {
+    if let Some(kick) = kick_if_ready(player, memory, ball, aim) {
         memory.kick = None;
         memory.at_ball_since_s = None;
         return Decision { kick: Some(kick), intention: "kick", ..default() };
     }
-    let (walk, target) = line_up(player, memory, ball, &aim);
+    let (walk, target) = line_up(player, memory, ball, aim, meeting_place);
     Decision { walk, target: Some(target), intention: "attack", ..default() }
 }
 
-fn choose_aim(player: &Player, memory: &mut PlayerMemory, ball: Vec2) -> Aim {
+/// Where the ball should go: at the own kick-off to the side, otherwise at the goal or towards it.
+pub fn choose_aim(player: &Player, memory: &mut PlayerMemory, ball: Vec2) -> Aim {
     let aim = if memory.kick_off_since_s.is_some() && player.status.kick_off_team == player.id.team {
         Aim::kick_off(ball, player.status.restarts.is_multiple_of(2))
     } else {
@@ -76,15 +90,19 @@ fn kick_if_ready(player: &Player, memory: &PlayerMemory, ball: &BallBelief, aim:
 }
 
 /// The step that brings the player to where it can kick the ball, and that place.
-fn line_up(player: &Player, memory: &mut PlayerMemory, ball: &BallBelief, aim: &Aim) -> (WalkCommand, Vec2) {
+fn line_up(
+    player: &Player,
+    memory: &mut PlayerMemory,
+    ball: &BallBelief,
+    aim: &Aim,
+    meeting_place: Vec2,
+) -> (WalkCommand, Vec2) {
     let distance_squared = player.position().distance_squared(ball.position_m);
     if distance_squared > AT_BALL_M * AT_BALL_M {
         memory.at_ball_since_s = None;
     } else if memory.at_ball_since_s.is_none() {
         memory.at_ball_since_s = Some(player.status.time_s);
     }
-    let rolls = ball.velocity_mps.length_squared() > ROLLING_BALL_MPS * ROLLING_BALL_MPS;
-    let meeting_place = if rolls { ball.position_m + ball.velocity_mps * LEAD_S } else { ball.position_m };
     let mut obstacles = player.obstacles();
     let plan = KickPlan::choose(meeting_place, aim, player.pose(), &obstacles, player.kicks, memory.kick);
     memory.kick = Some(plan.kick_type);

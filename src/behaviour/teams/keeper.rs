@@ -15,17 +15,28 @@ const GUARD_DISTANCE_M: f32 = 0.45;
 const LEAST_DEPTH_M: f32 = 0.2;
 /// A ball nearer to the goal than this is cleared, m.
 const CLEAR_DISTANCE_M: f32 = 1.1;
-/// Once it has left to clear the ball, it gives up only when that is further away than this, m.
-const GIVE_UP_DISTANCE_M: f32 = 1.4;
+/// Once it has left to clear the ball, it gives up only when that is further away than before by this, m.
+const GIVE_UP_M: f32 = 0.3;
 /// A ball that comes at this speed is a shot, m/s.
 const SHOT_SPEED_MPS: f32 = 0.2;
 
 /// Decides for a keeper.
 pub fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
+    keep(player, memory, GUARD_DISTANCE_M, CLEAR_DISTANCE_M, attack)
+}
+
+/// Keeps the goal from so far, m, and clears with `clear` what comes nearer than so far, m.
+pub fn keep(
+    player: &Player,
+    memory: &mut PlayerMemory,
+    guard_m: f32,
+    clear_m: f32,
+    clear: impl FnOnce(&Player, &mut PlayerMemory) -> Decision,
+) -> Decision {
     let goal = player.own_goal();
     let Some(ball) = player.ball() else {
         memory.attacks = false;
-        let place = goal + Vec2::new(GUARD_DISTANCE_M, 0.0);
+        let place = goal + Vec2::new(guard_m, 0.0);
         let walk = player.travel_to(place, Vec2::X, &player.obstacles());
         let head = Some(looking::search(player.status.time_s));
         return Decision { walk, target: Some(place), head, intention: "keep", ..default() };
@@ -40,17 +51,17 @@ pub fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
     }
     let alone = player.rules.illegal_defender && player.rules.defender_limit == DefenderLimit::KeeperOnly;
     let in_area = alone && player.pitch.in_penalty_area(End::NegativeX, position);
-    let clear_distance = if memory.attacks { GIVE_UP_DISTANCE_M } else { CLEAR_DISTANCE_M };
+    let clear_distance = if memory.attacks { clear_m + GIVE_UP_M } else { clear_m };
     let distance = position.distance(goal);
     let nearer_mate = player.belief.team_mates.iter().any(|mate| {
         mate.age_s < 1.0 && mate.position_m.distance(position) < 0.6 * player.position().distance(position)
     });
     memory.attacks = (in_area || distance < clear_distance && !nearer_mate) && velocity.length() < SHOT_SPEED_MPS;
     if memory.attacks {
-        return attack(player, memory);
+        return clear(player, memory);
     }
     memory.kick = None;
-    let place = guard_place(position, goal, player.pitch.goal.width_m / 2.0);
+    let place = guard_place(position, goal, player.pitch.goal.width_m / 2.0, guard_m);
     let facing = (position - player.position()).normalize_or(Vec2::X);
     let walk = player.travel_to(place, facing, &player.obstacles());
     Decision { walk, target: Some(place), intention: "keep", ..default() }
@@ -72,9 +83,9 @@ fn dive(player: &Player, ball: Vec2, velocity: Vec2, y: f32) -> Option<PostureRe
 }
 
 /// Between the ball and the middle of the goal.
-fn guard_place(ball: Vec2, goal: Vec2, half_width: f32) -> Vec2 {
+fn guard_place(ball: Vec2, goal: Vec2, half_width: f32, guard_m: f32) -> Vec2 {
     let towards_ball = (ball - goal).normalize_or(Vec2::X);
-    let place = goal + towards_ball * GUARD_DISTANCE_M;
+    let place = goal + towards_ball * guard_m;
     Vec2::new(place.x.max(goal.x + LEAST_DEPTH_M), place.y.clamp(0.15 - half_width, half_width - 0.15))
 }
 
@@ -95,10 +106,10 @@ mod tests {
     #[test]
     fn the_guard_stands_on_the_line_from_the_ball_to_the_goal() {
         let goal = Vec2::new(-3.0, 0.0);
-        let place = guard_place(Vec2::new(-1.0, 1.0), goal, 0.7);
+        let place = guard_place(Vec2::new(-1.0, 1.0), goal, 0.7, GUARD_DISTANCE_M);
         // Along (2, 1) / √5, 0.45 m from the goal.
         assert_abs_diff_eq!(place, goal + Vec2::new(0.4025, 0.2012), epsilon = 1e-3);
-        assert!(guard_place(Vec2::new(-2.9, 2.0), goal, 0.7).x >= -2.8);
+        assert!(guard_place(Vec2::new(-2.9, 2.0), goal, 0.7, GUARD_DISTANCE_M).x >= -2.8);
     }
 
     #[test]

@@ -127,7 +127,7 @@ impl Aim {
 }
 
 /// The least distance between the ball's path and what opponents can block, m.
-fn room_along(ball: Vec2, direction: Vec2, distance_m: f32, opponents: &[RobotBelief]) -> f32 {
+pub fn room_along(ball: Vec2, direction: Vec2, distance_m: f32, opponents: &[RobotBelief]) -> f32 {
     opponents
         .iter()
         .filter_map(|opponent| {

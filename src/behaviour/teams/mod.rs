@@ -1,5 +1,5 @@
-//! The built-in teams: `chasers`, of which everybody goes for the ball, and `roles`, with a keeper, a striker and
-//! supporters.
+//! The built-in teams: `chasers`, of which everybody goes for the ball; `roles`, with a keeper, a striker and
+//! supporters; and `passers`, who pass, and tell each other what they are about and what they see.
 //!
 //! They play on their [`Belief`], which the [simple estimator](crate::belief::simple) builds from what they sense, and on what
 //! they are told of the game. Each behaviour is a plain function from what a [`Player`] knows to a [`Decision`]; one system a
@@ -15,6 +15,8 @@ pub mod keeper;
 pub mod kicking;
 pub mod looking;
 pub mod obeying;
+pub mod passer;
+pub mod passing;
 pub mod player;
 pub mod roles;
 pub mod striker;
@@ -26,7 +28,7 @@ pub use player::{Decision, Player, PlayerMemory};
 use super::BehaviourApp;
 use super::drawings::{Drawings, Frame, Ink};
 use crate::belief::{Belief, SimpleBelief};
-use crate::communication::{Outbox, TeamMessage};
+use crate::communication::{Inbox, Outbox, TeamMessage};
 use crate::cycle::CycleClock;
 use crate::knowledge::Knowledge;
 use crate::pitch::Pitch;
@@ -51,10 +53,14 @@ impl Plugin for BuiltInTeamsPlugin {
             .register_type::<Keeper>()
             .register_type::<Striker>()
             .register_type::<Supporter>()
+            .register_type::<Passer>()
+            .register_type::<PassingKeeper>()
             .add_behaviour::<Chaser, _>("chaser", play::<Chaser>)
             .add_behaviour::<Keeper, _>("keeper", play::<Keeper>)
             .add_behaviour::<Striker, _>("striker", play::<Striker>)
             .add_behaviour::<Supporter, _>("supporter", play::<Supporter>)
+            .add_behaviour::<Passer, _>("passer", play::<Passer>)
+            .add_behaviour::<PassingKeeper, _>("passing_keeper", play::<PassingKeeper>)
             .add_team("chasers", "Everybody goes for the ball.", |_, _| "chaser")
             .add_team(
                 "roles",
@@ -64,6 +70,11 @@ impl Plugin for BuiltInTeamsPlugin {
                     0..=2 => "striker",
                     _ => "supporter",
                 },
+            )
+            .add_team(
+                "passers",
+                "A keeper, and players who pass, wait where a pass can reach them, and tell each other of both.",
+                |number, size| if number == 1 && size > 1 { "passing_keeper" } else { "passer" },
             );
     }
 }
@@ -98,6 +109,30 @@ pub struct Striker;
 #[reflect(Component, @Knowledge::Belief)]
 pub struct Supporter;
 
+/// Marks a robot that passes, and waits for passes.
+#[derive(Component, Clone, Copy, Default, Debug, Reflect)]
+#[require(Belief, SimpleBelief, PlayerMemory)]
+#[reflect(Component, @Knowledge::Belief)]
+pub struct Passer;
+
+/// Marks a keeper of a team that passes.
+#[derive(Component, Clone, Copy, Default, Debug, Reflect)]
+#[require(Belief, SimpleBelief, PlayerMemory)]
+#[reflect(Component, @Knowledge::Belief)]
+pub struct PassingKeeper;
+
+impl Role for PassingKeeper {
+    fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
+        passer::keep(player, memory)
+    }
+}
+
+impl Role for Passer {
+    fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
+        passer::decide(player, memory)
+    }
+}
+
 impl Role for Chaser {
     fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
         chaser::decide(player, memory)
@@ -128,6 +163,7 @@ impl Role for Supporter {
 struct PlayerQuery {
     id: &'static RobotId,
     belief: &'static Belief,
+    inbox: &'static Inbox,
     status: &'static GameStatus,
     body: &'static BodyStatus,
     sonar: &'static SonarReading,
@@ -153,6 +189,7 @@ fn play<R: Role>(
         let player = Player {
             id: *robot.id,
             belief: robot.belief,
+            heard: &robot.inbox.0,
             status: robot.status,
             body: *robot.body,
             sonar: *robot.sonar,
@@ -171,7 +208,7 @@ fn play<R: Role>(
         robot.kick.0 = decision.kick;
         robot.posture.0 = decision.posture.or_else(|| obeying::posture(&player));
         draw(&mut robot.drawings, &player, memory, &decision);
-        robot.outbox.0 = (!player.status.penalised).then(|| message(&player, decision.intention));
+        robot.outbox.0 = (!player.status.penalised).then(|| message(&player, &decision));
     }
 }
 
@@ -211,15 +248,15 @@ fn decide_in_game(
 }
 
 /// What the player tells its team-mates.
-fn message(player: &Player, intention: &'static str) -> TeamMessage {
+fn message(player: &Player, decision: &Decision) -> TeamMessage {
     /// A ball seen within this time is worth telling of, s.
     const FRESH_BALL_S: f32 = 0.5;
     let ball = player.ball().filter(|ball| ball.heard_from.is_none() && ball.age_s < FRESH_BALL_S);
     TeamMessage {
         pose: Some(player.pose()),
         ball_m: ball.map(|ball| ball.position_m),
-        robots_m: Vec::new(),
-        intention: Some(Cow::Borrowed(intention)),
-        payload: None,
+        robots_m: if decision.reports_opponents { player.fresh_opponents().collect() } else { Vec::new() },
+        intention: Some(Cow::Borrowed(decision.intention)),
+        payload: decision.pass.map(|pass| Cow::Owned(pass.to_string())),
     }
 }

@@ -3,8 +3,10 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::passing::Pass;
 use super::walking::{OBSTACLE_RANGE_M, Obstacles, POST_CLEARANCE_M, ROBOT_CLEARANCE_M, step_towards, way_around};
 use crate::belief::{BallBelief, Belief};
+use crate::communication::ReceivedMessage;
 use crate::geometry::{Pose, unit, unrotate};
 use crate::knowledge::Knowledge;
 use crate::pitch::Pitch;
@@ -24,6 +26,8 @@ pub struct Player<'a> {
     pub id: RobotId,
     /// What it thinks.
     pub belief: &'a Belief,
+    /// What its team-mates told it in this cycle.
+    pub heard: &'a [ReceivedMessage],
     /// What it is told of the game.
     pub status: &'a GameStatus,
     /// What its body is doing.
@@ -61,6 +65,10 @@ pub struct Decision {
     pub posture: Option<PostureRequest>,
     /// What it is about, in a word.
     pub intention: &'static str,
+    /// The pass that it announces to its team-mates.
+    pub pass: Option<Pass>,
+    /// Whether it tells its team-mates which opponents it sees.
+    pub reports_opponents: bool,
 }
 
 /// What a built-in player remembers from cycle to cycle.
@@ -89,6 +97,12 @@ pub struct PlayerMemory {
     pub glance_until_s: f32,
     /// When it looked around last, s.
     pub last_glance_s: f32,
+    /// The pass that a team-mate has announced to it, and when, s.
+    pub expected_pass: Option<(Pass, f32)>,
+    /// The place that it has chosen to wait for a pass at, m, team frame.
+    pub free_place: Option<Vec2>,
+    /// Opponents that team-mates tell of: who, where, m, team frame, and when, s.
+    pub told_opponents: Vec<(RobotId, Vec2, f32)>,
 }
 
 impl<'a> Player<'a> {
@@ -130,6 +144,14 @@ impl<'a> Player<'a> {
             .map(|opponent| opponent.position_m.distance_squared(place))
             .fold(f32::MAX, f32::min)
             .sqrt()
+    }
+
+    /// Where opponents are that were seen of late, m, team frame.
+    pub fn fresh_opponents(&self) -> impl Iterator<Item = Vec2> + use<'a> {
+        /// What was seen longer ago is not worth telling of, s.
+        const FRESH_S: f32 = 0.5;
+        let opponents = self.belief.opponents.iter();
+        opponents.filter(|opponent| opponent.age_s < FRESH_S).map(|opponent| opponent.position_m)
     }
 
     /// What is in the way: robots, posts, and what the sonars hear besides. The ball is not.
@@ -186,6 +208,7 @@ pub(super) mod tests {
     pub struct Situation {
         pub id: RobotId,
         pub belief: Belief,
+        pub heard: Vec<ReceivedMessage>,
         pub status: GameStatus,
         pub body: BodyStatus,
         pub sonar: SonarReading,
@@ -203,6 +226,7 @@ pub(super) mod tests {
             Self {
                 id: RobotId::new(Team::Blue, 2),
                 belief: Belief { ball: Some(BallBelief { position_m: ball, ..default() }), ..Belief::at(pose) },
+                heard: Vec::new(),
                 status: GameStatus { state: GameState::Playing, ..default() },
                 body: BodyStatus::Standing,
                 sonar: SonarReading::default(),
@@ -220,6 +244,7 @@ pub(super) mod tests {
             Player {
                 id: self.id,
                 belief: &self.belief,
+                heard: &self.heard,
                 status: &self.status,
                 body: self.body,
                 sonar: self.sonar,

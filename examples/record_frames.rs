@@ -1,0 +1,47 @@
+//! Record a frame sequence: PNG files of the field and of what one robot sees, drawn in software.
+//!
+//! The same as `naoisis run match3v3 --frames DIR`, from a program: between two cycles you may record what you like, and
+//! nothing of the match changes by it.
+//!
+//! Run with `cargo run --release --no-default-features --example record_frames [DIR]`; the folder must be new or empty.
+
+#![expect(clippy::print_stdout, reason = "an example says what it finds")]
+
+mod common;
+
+use bevy::prelude::*;
+use core::error::Error;
+use naoisis::prelude::*;
+use naoisis::record::frames::FrameRecorder;
+use naoisis::record::photographer::Photographer;
+use naoisis::record::picture::Picture;
+use naoisis::sensing::camera::CameraSide;
+use std::path::PathBuf;
+
+/// How long is recorded, and every how many cycles there is a frame: six a second.
+const DURATION_S: u64 = 5;
+const EVERY: u64 = 5;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    if common::view(r#"{ "teams": { "blue": "passers", "pink": "roles" } }"#, |_| {}, |_| {})? {
+        return Ok(());
+    }
+    let folder = PathBuf::from(std::env::args().nth(1).unwrap_or_else(|| "frames".to_owned()));
+    let striker = RobotId::new(Team::Blue, 2);
+    let mut app = App::new();
+    app.add_plugins(NaoisisPlugins);
+    app.start_match(&Scenario::named("match3v3")?)?;
+    let mut photographer = Photographer::default();
+    let pictures = vec![Picture::Field, Picture::Camera(striker, CameraSide::Top)];
+    let mut frames = FrameRecorder::create(&folder, EVERY, pictures)?;
+    for _ in 0..30 * DURATION_S {
+        app.run_cycles(1);
+        // Every cycle, also those without a frame: its legs step as the robot walks.
+        photographer.look(app.world_mut());
+        frames.record(app.world_mut(), &mut photographer);
+    }
+    let written = frames.finish()?;
+    println!("{written} frames of {DURATION_S} s in {}:", folder.display());
+    println!("  field/000005.png, ... and blue2_top/000005.png, ..., numbered by their cycles");
+    Ok(())
+}

@@ -1,0 +1,79 @@
+//! `naoisis figures`: the paper's figures, drawn from the running system.
+
+use clap::Args;
+use std::fs;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use super::report;
+use crate::figures::{FIGURES, Figure};
+use crate::record::encoder::{Layer, write_png};
+
+/// Arguments of `naoisis figures`.
+#[derive(Args, Debug, Clone)]
+pub struct FiguresArguments {
+    /// The folder to write PNG files into
+    #[arg(long, value_name = "DIR", default_value = "figures")]
+    pub out: PathBuf,
+    /// Draw these only: 3,5
+    #[arg(long, value_name = "NUMBERS", value_delimiter = ',', value_parser = clap::value_parser!(u8).range(1..=8))]
+    pub only: Vec<u8>,
+    /// Pixels to a point: at 1, a figure is 1600 pixels wide
+    #[arg(long, value_name = "S", default_value_t = 2.0, value_parser = scale, allow_negative_numbers = true)]
+    pub scale: f32,
+    /// Write over figures that are there already
+    #[arg(long)]
+    pub force: bool,
+    /// Print nothing but errors
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+/// The sizes that can be drawn: so that words can be read, and a picture fits into memory.
+fn scale(word: &str) -> Result<f32, String> {
+    match word.parse::<f32>() {
+        Ok(scale) if (0.1..=6.0).contains(&scale) => Ok(scale),
+        _ => Err("expected a number from 0.1 to 6".to_owned()),
+    }
+}
+
+/// Runs the command.
+pub fn figures(arguments: &FiguresArguments) -> ExitCode {
+    let chosen: Vec<(&Figure, PathBuf)> = FIGURES
+        .iter()
+        .filter(|figure| arguments.only.is_empty() || arguments.only.contains(&figure.number))
+        .map(|figure| (figure, arguments.out.join(figure.file_name())))
+        .collect();
+    if let Err(message) = prepare(&arguments.out, &chosen, arguments.force) {
+        return report::usage_error(&message);
+    }
+    for (figure, path) in chosen {
+        let image = match figure.draw(arguments.scale) {
+            Ok(image) => image,
+            Err(error) => return report::failure(&error.to_string()),
+        };
+        if let Err(error) = write_png(&path, Layer::Colours, &image) {
+            return report::failure(&format!("{}: {error}", path.display()));
+        }
+        if !arguments.quiet {
+            // Whoever closed standard output wants the figures all the same.
+            let _ = writeln!(io::stdout().lock(), "{}", path.display());
+        }
+    }
+    ExitCode::SUCCESS
+}
+
+/// Makes the folder. Everything that can be found out before the first figure is drawn, is.
+fn prepare(folder: &Path, chosen: &[(&Figure, PathBuf)], force: bool) -> Result<(), String> {
+    fs::create_dir_all(folder).map_err(|error| format!("--out: {}: {error}", folder.display()))?;
+    for (_, path) in chosen {
+        if path.exists() && !force {
+            return Err(format!(
+                "--out: {}: there is such a file already; expected another folder, or --force to write over it",
+                path.display()
+            ));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,235 @@
+//! Figure 7: what a robot believes of its opponent, in three stages: before it knows anything, by its camera, and by its
+//! sonar when the camera looks elsewhere.
+
+use bevy::math::Vec2;
+
+use super::FigureError;
+use super::axes::{Axes, Plan, caption, remark};
+use super::marks::{
+    self, ORANGE, SKY_BLUE, VERMILION, YELLOW, bright_arrow, bright_line, doubt, key, sd_along_and_across, sector,
+};
+use super::stage::{PINK, Stage};
+use crate::appearance::colours::Colour;
+use crate::appearance::scene::SceneDescription;
+use crate::belief::{Belief, RobotBelief, SimpleBelief, point_pitch_from_team, team_from_pitch};
+use crate::geometry::{Pose, to_degrees, to_radians};
+use crate::pitch::End;
+use crate::record::canvas::{Anchor, Canvas, GREY, INK, PAPER};
+use crate::robot::Roster;
+use crate::robot::head::HeadAngles;
+use crate::sensing::camera::image::Image;
+use crate::sensing::sonar::{SonarReading, SonarSettings};
+use crate::simulation::MatchApp;
+
+const SIZE: Vec2 = Vec2::new(1600.0, 1080.0);
+/// The robot on the right believes, the one on the left is its opponent.
+const SCENARIO: &str = r#"{ "rules": "free", "seed": 7, "ball": { "position_m": [0.2, -0.55] },
+    "robots": [
+        { "team": "blue", "number": 1, "pose": [-0.62, 0.16, -20.0] },
+        { "team": "pink", "number": 1, "pose": [0.85, -0.1, 172.0], "head_deg": [100.0, 0.0],
+          "behaviour": { "script": [
+            { "from_s": 1.0, "head_deg": [0.0, 5.0] },
+            { "from_s": 1.6, "until_s": 5.7, "walk": [0.006, 0.0, 0.0] },
+            { "from_s": 2.4, "head_deg": [95.0, 20.0] } ] } }] }"#;
+const CYCLES: usize = 190;
+
+/// What is so and what is believed at the end of a cycle.
+struct Moment {
+    time_s: f32,
+    scene: SceneDescription,
+    own: Pose,
+    opponent: Pose,
+    head: HeadAngles,
+    sonar: SonarReading,
+    belief: Belief,
+}
+
+impl Moment {
+    fn of(stage: &Stage) -> Moment {
+        let app = &stage.app;
+        Moment {
+            time_s: stage.time_s() as f32,
+            scene: stage.scene().clone(),
+            own: app.robot_pose(PINK).unwrap_or_default(),
+            opponent: app.robot_pose(super::stage::BLUE).unwrap_or_default(),
+            head: app.robot::<HeadAngles>(PINK).copied().unwrap_or_default(),
+            sonar: app.robot::<SonarReading>(PINK).copied().unwrap_or_default(),
+            belief: app.robot::<Belief>(PINK).cloned().unwrap_or_default(),
+        }
+    }
+
+    fn track(&self) -> Option<&RobotBelief> {
+        self.belief.opponents.first()
+    }
+
+    fn heard(&self) -> bool {
+        self.sonar.left.is_some() || self.sonar.right.is_some()
+    }
+
+    /// The standard deviations of the opponent's place along and across the line of sight, m.
+    fn sd(&self) -> Option<[f32; 2]> {
+        let track = self.track()?;
+        Some(sd_along_and_across(track.covariance, self.belief.pose.position, track.position_m))
+    }
+}
+
+/// Draws it.
+pub fn draw(scale: f32) -> Result<Image, FigureError> {
+    let mut stage = Stage::begin(SCENARIO)?;
+    let pink = stage.app.world().resource::<Roster>().get(PINK);
+    let own = team_from_pitch(stage.app.robot_pose(PINK).unwrap_or_default(), End::PositiveX);
+    let Some(pink) = pink else { return Err(missing("the robot does not play")) };
+    stage.app.world_mut().entity_mut(pink).insert((SimpleBelief::default(), Belief::at(own)));
+    let mut moments = vec![Moment::of(&stage)];
+    stage.play(CYCLES, |stage| moments.push(Moment::of(stage)));
+
+    let seen = moments.iter().position(|moment| moment.track().is_some());
+    let seen = seen.ok_or(missing("the opponent was not seen"))?;
+    let before_echo = |index: &usize| moments[*index + 1].heard() && moments[*index].track().is_some();
+    let remembered = (seen..moments.len() - 1).find(before_echo).ok_or(missing("the opponent was not heard"))?;
+    // The echo has been taken for what it says after a few cycles.
+    let heard = (remembered + 12).min(moments.len() - 1);
+    let nothing = seen.saturating_sub(24);
+
+    let mut canvas = Canvas::scaled(SIZE, scale, PAPER);
+    let panels = [
+        ("a", "No information yet", nothing, None),
+        ("b", "Seen by the camera", seen, None),
+        ("c", "Heard by the sonar", heard, Some(remembered)),
+    ];
+    for (column, (letter, words, index, earlier)) in panels.into_iter().enumerate() {
+        let at = Vec2::new(96.0 + 508.0 * column as f32, 56.0);
+        let moment = &moments[index];
+        let words = format!("{words}, {:.1} s", moment.time_s);
+        caption(&mut canvas, letter, &words, at - Vec2::Y * 16.0);
+        draw_stage(&mut canvas, at, moment, earlier.map(|earlier| &moments[earlier]), column == 0);
+    }
+    let beliefs = [
+        (YELLOW, "where the robot on the right thinks that its opponent is; 95 % ellipse"),
+        (VERMILION, "the same just before its sonar heard anything"),
+    ];
+    key(&mut canvas, &beliefs, Vec2::new(96.0, 596.0));
+    let others = [
+        (SKY_BLUE, "where it thinks that it is itself; 95 % ellipse"),
+        (ORANGE, "the distance that its sonars measure, and in grey, their sectors and the camera's view"),
+    ];
+    key(&mut canvas, &others, Vec2::new(820.0, 596.0));
+    draw_deviations(&mut canvas, &moments, [("a", nothing), ("b", seen), ("c", heard)]);
+    Ok(canvas.into_image())
+}
+
+fn missing(missing: &'static str) -> FigureError {
+    FigureError::Missing { figure: 7, missing }
+}
+
+/// A stage from above.
+fn draw_stage(canvas: &mut Canvas, at: Vec2, moment: &Moment, earlier: Option<&Moment>, is_first: bool) {
+    let plan = Plan::new(at, Vec2::new(452.0, 400.0), Vec2::new(0.18, 0.0), 213.0, false);
+    let mut picture = Canvas::scaled(plan.axes.size, canvas.scale(), PAPER);
+    let inner = Plan { axes: Axes { at: Vec2::ZERO, ..plan.axes }, ..plan };
+    inner.picture(&mut picture, &moment.scene);
+    // What the robot perceives with.
+    let fov = to_radians(23.9);
+    let view = inner.places(sector(moment.own, moment.head.yaw, fov, [0.08, 4.0]));
+    picture.fill(&view, PAPER, 0.13);
+    picture.outline(&view, GREY, 1.5);
+    let settings = SonarSettings::default();
+    for (heading, distance) in [(settings.heading, moment.sonar.left), (-settings.heading, moment.sonar.right)] {
+        let range = [settings.min_m, settings.max_m];
+        picture.outline(&inner.places(sector(moment.own, heading, settings.half_angle, range)), GREY, 1.2);
+        if let Some(distance) = distance {
+            let echo = inner.places(marks::arc(moment.own, heading, settings.half_angle, distance));
+            bright_line(&mut picture, &echo, ORANGE, 4.0);
+        }
+    }
+    // What it makes of that.
+    let own = moment.belief.pose_in_pitch(End::PositiveX);
+    let [xx, xy, yy, ..] = moment.belief.pose_covariance;
+    draw_pose(&mut picture, &inner, own);
+    bright_line(&mut picture, &closed(inner.places(doubt(own.position, [xx, xy, yy]))), SKY_BLUE, 2.5);
+    if let Some(track) = earlier.and_then(Moment::track) {
+        draw_track(&mut picture, &inner, track, VERMILION, 0.0);
+    }
+    match moment.track() {
+        Some(track) => {
+            draw_track(&mut picture, &inner, track, YELLOW, 0.25);
+            let error = point_pitch_from_team(track.position_m, End::PositiveX).distance(moment.opponent.position);
+            let sd = moment.sd().unwrap_or_default();
+            let words = format!(
+                "error {:.0} cm; along the line of sight \u{b1}{:.0} cm, across \u{b1}{:.0} cm",
+                100.0 * error,
+                100.0 * sd[0],
+                100.0 * sd[1]
+            );
+            remark(canvas, &words, at + Vec2::new(0.0, plan.axes.size.y + 76.0));
+        }
+        None => {
+            let words = format!("the head is turned by {:.0}\u{b0}: no opponent is known", to_degrees(moment.head.yaw));
+            remark(canvas, &words, at + Vec2::new(0.0, plan.axes.size.y + 76.0));
+        }
+    }
+    canvas.pixels(&picture.into_image(), at);
+    plan.axes.frame(canvas, [0.5; 2], ["x, m", if is_first { "y, m" } else { "" }]);
+}
+
+fn closed(mut places: Vec<Vec2>) -> Vec<Vec2> {
+    places.extend(places.first().copied());
+    places
+}
+
+/// A believed place in the team frame of the pink team, which defends +x, with its ellipse.
+fn draw_track(canvas: &mut Canvas, plan: &Plan, track: &RobotBelief, colour: Colour, cover: f32) {
+    // The covariance of a frame turned by half a turn is the same.
+    let place = point_pitch_from_team(track.position_m, End::PositiveX);
+    let ellipse = plan.places(doubt(place, track.covariance));
+    canvas.fill(&ellipse, colour, cover);
+    bright_line(canvas, &closed(ellipse), colour, 2.5);
+    let centre = plan.place(place);
+    for axis in [Vec2::X, Vec2::Y] {
+        bright_line(canvas, &[centre - 6.0 * axis, centre + 6.0 * axis], colour, 2.0);
+    }
+}
+
+/// A believed pose: where the robot stands, and where it faces.
+fn draw_pose(canvas: &mut Canvas, plan: &Plan, pose: Pose) {
+    let [from, to] = [Vec2::ZERO, Vec2::X * 0.26].map(|place| plan.place(pose.transform_point(place)));
+    bright_arrow(canvas, [from, to], SKY_BLUE, 2.5);
+}
+
+/// How much the opponent's place is in doubt over time.
+fn draw_deviations(canvas: &mut Canvas, moments: &[Moment], stages: [(&str, usize); 3]) {
+    let at = Vec2::new(96.0, 722.0);
+    let end_s = moments.last().map_or(1.0, |moment| moment.time_s);
+    let axes = Axes { at, size: Vec2::new(1464.0, 270.0), across: [0.0, end_s], up: [0.0, 0.5] };
+    axes.grid(canvas, [1.0, 0.1]);
+    for (letter, index) in stages {
+        let x = axes.place(Vec2::new(moments[index].time_s, 0.0)).x;
+        canvas.dashes(&[Vec2::new(x, at.y), Vec2::new(x, at.y + axes.size.y)], INK, 1.5);
+        canvas.words(&format!("({letter})"), Vec2::new(x + 6.0, at.y + 22.0), 19.0, Anchor::Left, INK);
+    }
+    let curve = |value: &dyn Fn(&Moment) -> Option<f32>| -> Vec<Vec2> {
+        moments
+            .iter()
+            .filter_map(|moment| Some(axes.place(Vec2::new(moment.time_s, value(moment)?.min(0.5)))))
+            .collect()
+    };
+    canvas.line(&curve(&|moment| Some(moment.sd()?[0])), VERMILION, 3.5);
+    canvas.line(&curve(&|moment| Some(moment.sd()?[1])), marks::BLUE, 3.5);
+    let error = |moment: &Moment| {
+        let place = point_pitch_from_team(moment.track()?.position_m, End::PositiveX);
+        Some(place.distance(moment.opponent.position))
+    };
+    canvas.line(&curve(&error), INK, 2.0);
+    axes.frame(canvas, [1.0, 0.1], ["time, s", "m"]);
+    caption(canvas, "d", "Doubt and error over time", at - Vec2::Y * 16.0);
+    for (index, (colour, words)) in [
+        (VERMILION, "standard deviation along the line of sight"),
+        (marks::BLUE, "standard deviation across it"),
+        (INK, "distance from the truth"),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        key(canvas, &[(colour, words)], Vec2::new(460.0 + 410.0 * index as f32, at.y - 22.0));
+    }
+}

@@ -1,0 +1,104 @@
+//! Figure 3: a scene, and what the bottom camera of a robot in it sees at several angles of its head.
+
+use bevy::math::{Vec2, Vec3};
+
+use super::FigureError;
+use super::axes::{caption, remark};
+use super::marks::bright_words;
+use super::stage::{self, BLUE, Stage, view_from, view_of_robot};
+use crate::appearance::view::View;
+use crate::geometry::to_degrees;
+use crate::record::canvas::{Anchor, Canvas, PAPER};
+use crate::robot::head::HeadAngles;
+use crate::sensing::camera::CameraSide;
+use crate::sensing::camera::image::Image;
+use crate::simulation::MatchApp;
+
+const SIZE: Vec2 = Vec2::new(1600.0, 1336.0);
+/// Yaw and pitch of the head in each view, degrees.
+const HEAD_DEG: [[f32; 2]; 8] = [
+    [55.0, -30.0],
+    [15.0, -30.0],
+    [-20.0, -30.0],
+    [-60.0, -30.0],
+    [45.0, -10.0],
+    [15.0, -10.0],
+    [-15.0, 0.0],
+    [-10.0, 25.0],
+];
+/// Time that the head has for each, s.
+const LOOK_S: f32 = 1.0;
+const SCENE: Vec2 = Vec2::new(1540.0, 560.0);
+const VIEW_WIDTH: f32 = 374.0;
+
+/// Draws it.
+pub fn draw(scale: f32) -> Result<Image, FigureError> {
+    let script: Vec<String> = HEAD_DEG
+        .iter()
+        .enumerate()
+        .map(|(index, [yaw, pitch])| {
+            format!(r#"{{ "from_s": {}, "head_deg": [{yaw}, {pitch}] }}"#, LOOK_S * index as f32)
+        })
+        .collect();
+    let scenario = format!(
+        r#"{{ "rules": "free", "ball": {{ "position_m": [0.351, -0.739] }},
+             "robots": [{{ "team": "blue", "number": 1, "pose": [0.0, -0.9, 35.0], "behaviour": {{ "script": [{}] }} }},
+                        {{ "team": "pink", "number": 1, "pose": [1.1, 0.35, -140.0] }}] }}"#,
+        script.join(", ")
+    );
+    let mut stage = Stage::begin(&scenario)?;
+    let mut canvas = Canvas::scaled(SIZE, scale, PAPER);
+    let origin = Vec2::new(30.0, 56.0);
+    caption(&mut canvas, "a", "The scene: the blue robot is on the halfway line", origin - Vec2::Y * 18.0);
+    let scene_view = view_from(Vec3::new(0.75, -3.9, 2.0), Vec3::new(1.12, -0.2, 0.05), 0.42, SCENE, scale);
+    canvas.pixels(&stage::draw(stage.scene(), &scene_view), origin);
+
+    for (index, letter) in ('b'..='i').enumerate() {
+        stage.play((30.0 * LOOK_S) as usize, |_| ());
+        let Some((view, _)) = view_of_robot(stage.scene(), BLUE, CameraSide::Bottom, VIEW_WIDTH, scale) else {
+            return Err(FigureError::Missing { figure: 3, missing: "the robot is not on the pitch" });
+        };
+        let (column, row) = ((index % 4) as f32, (index / 4) as f32);
+        let at = Vec2::new(30.0 + 388.7 * column, 694.0 + 332.0 * row);
+        let head = stage.app.robot::<HeadAngles>(BLUE).copied().unwrap_or_default();
+        let [yaw, pitch] = [head.yaw, head.pitch].map(|angle| degrees(to_degrees(angle)));
+        caption(&mut canvas, &letter.to_string(), &format!("yaw {yaw}, pitch {pitch}"), at - Vec2::Y * 14.0);
+        canvas.pixels(&stage::draw(stage.scene(), &view), at);
+        if let Some(pixel) = middle_on_the_ground(&view).and_then(|place| scene_view.project(place)) {
+            let place = origin + pixel / scale;
+            if place.cmpgt(origin).all() && place.cmplt(origin + SCENE).all() {
+                canvas.disc(place, 3.5, PAPER, 1.0);
+                bright_words(&mut canvas, &letter.to_string(), place + Vec2::new(0.0, -7.0), 22.0, Anchor::Middle);
+            }
+        }
+    }
+    remark(
+        &mut canvas,
+        "Letters in the scene: where the middle of each view is on the ground. The bottom camera looks 40\u{b0} further down than the head.",
+        origin + Vec2::new(0.0, SCENE.y + 26.0),
+    );
+    Ok(canvas.into_image())
+}
+
+/// Whole degrees.
+fn degrees(angle: f32) -> String {
+    format!("{}\u{b0}", super::axes::number(angle.round(), 1.0))
+}
+
+/// The place on the ground in the middle of a view.
+fn middle_on_the_ground(view: &View) -> Option<Vec3> {
+    (view.forward.z < -1e-3).then(|| view.eye - view.forward * (view.eye.z / view.forward.z))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_view_half_down_has_its_middle_as_far_away_as_the_eye_is_high() {
+        let view = View::looking_at(Vec3::new(1.0, 2.0, 0.5), Vec3::new(1.0, 2.5, 0.0), 0.5, [40, 30]);
+        assert!(middle_on_the_ground(&view).unwrap().abs_diff_eq(Vec3::new(1.0, 2.5, 0.0), 1e-5));
+        let level = View::looking_at(Vec3::Z, Vec3::new(1.0, 0.0, 1.0), 0.5, [40, 30]);
+        assert_eq!(middle_on_the_ground(&level), None);
+    }
+}

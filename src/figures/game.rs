@@ -1,0 +1,93 @@
+//! Figure 8: a match of one against one at a glance. Above the field, below what the pink robot sees.
+
+use bevy::math::Vec2;
+
+use super::FigureError;
+use super::marks::YELLOW;
+use super::stage::{self, PINK, Stage, pixels, supersampling, view_of_robot};
+use crate::appearance::scene::SceneDescription;
+use crate::appearance::view::View;
+use crate::events::MatchEvent;
+use crate::record::canvas::{Anchor, Canvas, GREY, INK, PAPER, ellipse};
+use crate::record::photographer::view_of_field;
+use crate::referee::GameState;
+use crate::robot::Team;
+use crate::sensing::camera::CameraSide;
+use crate::sensing::camera::image::Image;
+use crate::simulation::MatchApp;
+
+const SIZE: Vec2 = Vec2::new(1600.0, 1180.0);
+const COLUMNS: usize = 4;
+const MOMENTS: usize = 8;
+const WIDTH: f32 = 374.0;
+const FIELD_HEIGHT: f32 = 214.0;
+/// The longest wait for a goal, cycles.
+const MOST_CYCLES: usize = 6_000;
+const SCENARIO: &str = r#"{ "seed": 2, "rules": { "preset": "naoisis", "team_size": 1 },
+    "teams": { "blue": "chasers", "pink": "chasers" } }"#;
+
+/// What there is to see after a cycle of play.
+struct Moment {
+    time_s: f64,
+    scene: SceneDescription,
+}
+
+/// Draws it.
+pub fn draw(scale: f32) -> Result<Image, FigureError> {
+    let (moments, scorer) = first_goal()?;
+    let mut canvas = Canvas::scaled(SIZE, scale, PAPER);
+    let last = moments.len() - 1;
+    let begin_s = moments[0].time_s;
+    for place in 0..MOMENTS {
+        let moment = &moments[place * last / (MOMENTS - 1)];
+        let (column, row) = ((place % COLUMNS) as f32, (place / COLUMNS) as f32);
+        let at = Vec2::new(30.0 + 388.7 * column, 48.0 + 578.0 * row);
+        let words = match place {
+            0 => "kick-off".to_owned(),
+            7 => format!("{:.1} s: goal for {scorer}", moment.time_s - begin_s),
+            _ => format!("{:.1} s", moment.time_s - begin_s),
+        };
+        canvas.words(&words, at - Vec2::Y * 10.0, 21.0, Anchor::Left, INK);
+        let size = Vec2::new(WIDTH, FIELD_HEIGHT);
+        let size = pixels(size, scale);
+        let view = View { supersampling: supersampling(size), ..view_of_field(&moment.scene.pitch, size) };
+        canvas.pixels(&stage::draw(&moment.scene, &view), at);
+        if let Some(pixel) = moment.scene.ball.and_then(|(ball, radius)| view.project(ball.extend(radius))) {
+            // The ball is so small that nobody would find it.
+            let ring = ellipse(at + pixel / scale, Vec2::X * 9.0, Vec2::Y * 9.0);
+            canvas.outline(&ring, YELLOW, 2.0);
+        }
+        let below = at + Vec2::Y * (FIELD_HEIGHT + 4.0);
+        match view_of_robot(&moment.scene, PINK, CameraSide::Top, WIDTH, scale) {
+            Some((view, _)) => canvas.pixels(&stage::draw(&moment.scene, &view), below),
+            None => {
+                let size = Vec2::new(WIDTH, 0.75 * WIDTH);
+                canvas.rectangle(below, size, GREY, 0.25);
+                canvas.words("not on the pitch", below + size / 2.0, 18.0, Anchor::Middle, INK);
+            }
+        }
+    }
+    Ok(canvas.into_image())
+}
+
+/// The cycles from the kick-off until the ball is in a goal, and who scored.
+fn first_goal() -> Result<(Vec<Moment>, Team), FigureError> {
+    let mut stage = Stage::begin(SCENARIO)?;
+    let mut moments: Vec<Moment> = Vec::new();
+    for _ in 0..MOST_CYCLES {
+        stage.play(1, |_| ());
+        let goal = stage.app.events().iter().find_map(|event| match event {
+            MatchEvent::Goal { team, .. } => Some(*team),
+            _ => None,
+        });
+        if let Some(team) = goal
+            && !moments.is_empty()
+        {
+            return Ok((moments, team));
+        }
+        if stage.app.game().state == GameState::Playing {
+            moments.push(Moment { time_s: stage.time_s(), scene: stage.scene().clone() });
+        }
+    }
+    Err(FigureError::Missing { figure: 8, missing: "no goal was scored" })
+}

@@ -1,0 +1,80 @@
+//! The paper's eight figures, drawn from the running system.
+//!
+//! Each figure plays its own scenario with a fixed seed, looks at what happened, and draws it: nothing in them is made up.
+//! They are drawn in software, so that they are the same, bit by bit, on every run, and need neither display nor graphics
+//! card. Sizes in a figure are points; a point is as many pixels as [`draw`](Figure::draw) is told.
+
+use crate::record::encoder::RecordError;
+use crate::scenario::{ScenarioError, ScenarioFault};
+use crate::sensing::camera::image::Image;
+
+pub mod axes;
+mod beliefs;
+mod cameras;
+mod collision;
+mod field;
+mod game;
+mod kicks;
+pub mod marks;
+mod robots;
+mod sonar;
+pub mod stage;
+
+/// Why a figure is not drawn.
+#[derive(Debug, thiserror::Error)]
+pub enum FigureError {
+    /// Its scenario is wrong.
+    #[error(transparent)]
+    Scenario(#[from] ScenarioError),
+    /// Its scenario cannot be started.
+    #[error(transparent)]
+    Start(#[from] ScenarioFault),
+    /// It cannot be written.
+    #[error(transparent)]
+    Record(#[from] RecordError),
+    /// What it should show did not happen.
+    #[error("figure {figure} has nothing to show: {missing}")]
+    Missing {
+        /// The figure.
+        figure: u8,
+        /// What did not happen.
+        missing: &'static str,
+    },
+}
+
+/// One of the paper's figures.
+#[derive(Clone, Copy, Debug)]
+pub struct Figure {
+    /// Its number in the paper.
+    pub number: u8,
+    /// What it shows, in a word.
+    pub name: &'static str,
+    draw: fn(f32) -> Result<Image, FigureError>,
+}
+
+/// All figures, in the paper's order.
+pub const FIGURES: [Figure; 8] = [
+    Figure { number: 1, name: "field", draw: field::draw },
+    Figure { number: 2, name: "robots", draw: robots::draw },
+    Figure { number: 3, name: "cameras", draw: cameras::draw },
+    Figure { number: 4, name: "sonar", draw: sonar::draw },
+    Figure { number: 5, name: "kicks", draw: kicks::draw },
+    Figure { number: 6, name: "collision", draw: collision::draw },
+    Figure { number: 7, name: "belief", draw: beliefs::draw },
+    Figure { number: 8, name: "match", draw: game::draw },
+];
+
+impl Figure {
+    /// The name of its file.
+    pub fn file_name(&self) -> String {
+        format!("figure_{}_{}.png", self.number, self.name)
+    }
+
+    /// Draws it, with so many pixels to a point.
+    ///
+    /// # Errors
+    /// When its match cannot be played.
+    pub fn draw(&self, scale: f32) -> Result<Image, FigureError> {
+        (self.draw)(scale)
+    }
+}

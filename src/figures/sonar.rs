@@ -1,0 +1,170 @@
+//! Figure 4: the sectors of a robot's sonars, and what they detect.
+
+use bevy::math::Vec2;
+
+use super::FigureError;
+use super::axes::{Plan, caption, remark};
+use super::marks::{ORANGE, SKY_BLUE, arc, bright_words, measure, sector};
+use super::stage::{BLUE, Stage};
+use crate::appearance::colours::Colour;
+use crate::geometry::{Pose, to_degrees, unit};
+use crate::record::canvas::{Anchor, Canvas, INK, PAPER};
+use crate::sensing::camera::image::Image;
+use crate::sensing::sonar::{SonarReading, SonarSettings};
+use crate::simulation::MatchApp;
+
+/// Where the robot stands: nothing is painted on the ground around it.
+const PLACE: Vec2 = Vec2::new(1.2, 1.3);
+const SIZE: Vec2 = Vec2::new(1600.0, 1010.0);
+/// Colours of the left and the right sonar.
+const COLOURS: [Colour; 2] = [SKY_BLUE, ORANGE];
+
+/// Something to detect: words, and the scenario's fields for it.
+const SITUATIONS: [(&str, &str); 4] = [
+    ("A robot ahead", r#""robots": [OWN, { "team": "pink", "number": 1, "pose": [1.78, 1.30, 160.0] }]"#),
+    ("A post on the left", r#""robots": [OWN], "posts": [{ "position_m": [1.62, 1.54] }]"#),
+    (
+        "Two robots",
+        r#""robots": [OWN, { "team": "pink", "number": 1, "pose": [1.56, 1.08, 120.0] },
+                      { "team": "pink", "number": 2, "pose": [1.80, 1.56, -135.0] }]"#,
+    ),
+    (
+        "Beside both sectors, or too far",
+        r#""robots": [OWN, { "team": "pink", "number": 1, "pose": [1.32, 1.70, -60.0] }],
+        "posts": [{ "position_m": [2.08, 1.3] }]"#,
+    ),
+];
+
+/// Draws it.
+pub fn draw(scale: f32) -> Result<Image, FigureError> {
+    let mut canvas = Canvas::scaled(SIZE, scale, PAPER);
+    let own = own_sectors(&mut canvas)?;
+    for (index, ((words, robots), letter)) in SITUATIONS.into_iter().zip('c'..).enumerate() {
+        let at = Vec2::new(790.0 + 402.0 * (index % 2) as f32, 72.0 + 500.0 * (index / 2) as f32);
+        let stage = situation(robots)?;
+        let plan = Plan::new(at, Vec2::new(376.0, 376.0), PLACE + Vec2::X * 0.35, 345.0, true);
+        let plan = plan.counted_from(PLACE);
+        plan.picture(&mut canvas, stage.scene());
+        let reading = stage.app.robot::<SonarReading>(BLUE).copied().unwrap_or_default();
+        draw_sectors(&mut canvas, &plan, &own, reading);
+        plan.outline(&mut canvas);
+        plan.ruler(&mut canvas, 0.25, "25 cm");
+        caption(&mut canvas, &letter.to_string(), words, at - Vec2::Y * 16.0);
+        let text = format!("left: {}    right: {}", metres(reading.left), metres(reading.right));
+        canvas.words(&text, at + Vec2::new(0.0, 376.0 + 28.0), 20.0, Anchor::Left, INK);
+    }
+    Ok(canvas.into_image())
+}
+
+fn metres(distance: Option<f32>) -> String {
+    distance.map_or("nothing".to_owned(), |distance| format!("{distance:.2} m"))
+}
+
+/// The first cycle of a situation, with sonars without noise.
+fn situation(robots: &str) -> Result<Stage, FigureError> {
+    let own = r#"{ "team": "blue", "number": 1, "pose": [1.2, 1.3, 0.0] }"#;
+    let scenario = format!(
+        r#"{{ "rules": "free", "ball": null, "sonar": {{ "noise": "none" }}, {} }}"#,
+        robots.replace("OWN", own)
+    );
+    let mut stage = Stage::begin(&scenario)?;
+    stage.play(1, |_| ());
+    Ok(stage)
+}
+
+/// The sectors of both sonars, and in each the distance that it measured, wherever in the sector that may be.
+fn draw_sectors(canvas: &mut Canvas, plan: &Plan, settings: &SonarSettings, reading: SonarReading) {
+    let pose = Pose::new(PLACE.x, PLACE.y, 0.0);
+    let range = [settings.min_m, settings.max_m];
+    for (index, (heading, distance)) in sonars(settings, reading).into_iter().enumerate() {
+        let outline = plan.places(sector(pose, heading, settings.half_angle, range));
+        canvas.fill(&outline, COLOURS[index], 0.30);
+        canvas.outline(&outline, COLOURS[index], 2.0);
+        if let Some(distance) = distance {
+            let echo = plan.places(arc(pose, heading, settings.half_angle, distance));
+            canvas.line(&echo, INK, 8.0);
+            canvas.line(&echo, COLOURS[index], 5.0);
+        }
+    }
+}
+
+/// Direction and reading of the left and of the right sonar.
+fn sonars(settings: &SonarSettings, reading: SonarReading) -> [(f32, Option<f32>); 2] {
+    [(settings.heading, reading.left), (-settings.heading, reading.right)]
+}
+
+/// The large panel with the sectors alone and their measures, and the table of the sonars. Returns their settings.
+fn own_sectors(canvas: &mut Canvas) -> Result<SonarSettings, FigureError> {
+    let stage = situation(r#""robots": [OWN]"#)?;
+    let settings = stage.app.robot::<SonarSettings>(BLUE).copied().unwrap_or_default();
+    let plan = Plan::new(Vec2::new(100.0, 72.0), Vec2::new(620.0, 560.0), PLACE + Vec2::X * 0.36, 590.0, true);
+    let plan = plan.counted_from(PLACE);
+    plan.picture(canvas, stage.scene());
+    draw_sectors(canvas, &plan, &settings, SonarReading::default());
+    let from_robot = |distance: f32, angle: f32| plan.place(PLACE + distance * unit(angle));
+    for (heading, colour) in [(settings.heading, COLOURS[0]), (-settings.heading, COLOURS[1])] {
+        canvas.dashes(&[from_robot(0.0, 0.0), from_robot(settings.max_m + 0.06, heading)], colour, 2.0);
+    }
+    canvas.dashes(&[from_robot(0.0, 0.0), from_robot(settings.max_m + 0.03, 0.0)], PAPER, 1.5);
+    // The direction of the left sonar, and the opening of the right one.
+    let pose = Pose::new(PLACE.x, PLACE.y, 0.0);
+    let half = settings.heading / 2.0;
+    canvas.line(&plan.places(arc(pose, half, half, 0.56)), PAPER, 2.0);
+    let opening = plan.places(arc(pose, -settings.heading, settings.half_angle, 0.45));
+    canvas.line(&opening, PAPER, 2.0);
+    let degrees = |angle: f32| format!("{}\u{b0}", (100.0 * to_degrees(angle)).round() / 100.0);
+    bright_words(canvas, &degrees(settings.heading), from_robot(0.60, half) + Vec2::Y * 6.0, 20.0, Anchor::Middle);
+    let words = format!("\u{b1}{}", degrees(settings.half_angle));
+    bright_words(canvas, &words, from_robot(0.49, -settings.heading) + Vec2::Y * 6.0, 20.0, Anchor::Middle);
+    // Their range, beside them.
+    let left_edge = settings.heading + settings.half_angle;
+    let beside = unit(left_edge).perp() * 0.05;
+    let along = |distance: f32| plan.place(PLACE + distance * unit(left_edge) + beside);
+    measure(canvas, [along(0.0), along(settings.min_m)], "", PAPER, None);
+    measure(canvas, [along(settings.min_m), along(settings.max_m)], "", PAPER, None);
+    for (from, to, metres) in [(0.0, settings.min_m, settings.min_m), (settings.min_m, settings.max_m, settings.max_m)]
+    {
+        let at = (along(from) + along(to)) / 2.0 + Vec2::new(if from == 0.0 { -70.0 } else { -56.0 }, 0.0);
+        let words = if from == 0.0 { format!("{metres:.2} m") } else { format!("to {metres:.2} m") };
+        bright_words(canvas, &words, at, 20.0, Anchor::Middle);
+    }
+    plan.frame(canvas, 0.1);
+    caption(canvas, "a", "The sectors of both sonars, from above", Vec2::new(100.0, 56.0));
+    table(canvas, &settings);
+    Ok(settings)
+}
+
+fn table(canvas: &mut Canvas, settings: &SonarSettings) {
+    let top = 736.0;
+    caption(canvas, "b", "Specification", Vec2::new(100.0, top));
+    let columns = [100.0, 220.0, 350.0, 470.0, 620.0];
+    let row = |canvas: &mut Canvas, y: f32, cells: [String; 5], colour: Colour| {
+        for (x, cell) in columns.iter().zip(cells) {
+            canvas.words(&cell, Vec2::new(*x, y), 19.0, Anchor::Left, colour);
+        }
+    };
+    let line = |canvas: &mut Canvas, y: f32| canvas.line(&[Vec2::new(100.0, y), Vec2::new(730.0, y)], INK, 1.5);
+    line(canvas, top + 20.0);
+    row(canvas, top + 46.0, ["Sonar", "Direction", "Height", "Opening", "Range"].map(str::to_owned), INK);
+    line(canvas, top + 60.0);
+    let round = |angle: f32| super::axes::number((100.0 * to_degrees(angle)).round() / 100.0, 0.01);
+    for (index, (name, heading)) in [("left", settings.heading), ("right", -settings.heading)].into_iter().enumerate() {
+        let y = top + 88.0 + 30.0 * index as f32;
+        let cells = [
+            name.to_owned(),
+            format!("{}\u{b0}", round(heading)),
+            format!("{:.2} m", settings.height_m),
+            format!("\u{b1}{:.0}\u{b0}", to_degrees(settings.half_angle)),
+            format!("{:.2}\u{2013}{:.2} m", settings.min_m, settings.max_m),
+        ];
+        row(canvas, y, cells, INK);
+    }
+    line(canvas, top + 134.0);
+    let words = [
+        "Bold arcs: the measured distance. A sonar does not tell the direction",
+        "within its sector. The ball is too low to be heard.",
+    ];
+    for (row, words) in words.into_iter().enumerate() {
+        remark(canvas, words, Vec2::new(100.0, top + 176.0 + 26.0 * row as f32));
+    }
+}

@@ -1,0 +1,46 @@
+//! Teams against each other: each beats the one before.
+
+use naoisis::batch::pairs::{PairTable, Pairing, Pairs};
+use naoisis::batch::{Batch, MatchRow, run_batch};
+use naoisis::prelude::*;
+use std::sync::atomic::AtomicBool;
+
+use crate::support::headless_app;
+
+/// Plays every two of the teams against each other, in both colours, so many times with seeds from 1 on.
+fn played(teams: &[&str], times: usize, duration_s: Option<f32>) -> PairTable {
+    let pairs = Pairs::of(teams.iter().map(|team| (*team).to_owned()).collect());
+    let pairings: Vec<_> = pairs.pairings().collect();
+    let scenario = |pairing: &Pairing| {
+        let [blue, pink] = pairs.names(*pairing);
+        let json = format!(r#"{{ "teams": {{ "blue": "{blue}", "pink": "{pink}" }} }}"#);
+        Scenario { duration_s, ..Scenario::from_json(&json).unwrap() }
+    };
+    let variants = pairings.iter().map(scenario).collect();
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let batch = Batch { variants, matches: times, first_seed: 1, threads };
+    let mut rows: Vec<MatchRow> = Vec::new();
+    run_batch(&batch, 0, headless_app, &AtomicBool::new(false), |row| rows.push(row));
+    pairs.table(rows.iter().map(|row| (row, pairings[row.variant])))
+}
+
+#[test]
+fn both_teams_of_a_pair_see_the_same_matches() {
+    let table = played(&["roles", "chasers"], 2, Some(20.0));
+    let (one, other) = (table.summary("roles", "chasers").unwrap(), table.summary("chasers", "roles").unwrap());
+    assert_eq!((one.matches, one.failed), (4, 0));
+    assert_eq!(one.goals, other.goals_against);
+    assert_eq!(table.summary("roles", "passers"), None);
+}
+
+/// 200 whole matches of each pair, which take minutes even in a release build.
+#[test]
+#[cfg_attr(debug_assertions, ignore = "400 whole matches: cargo test --release --no-default-features --test it pairs")]
+fn passers_beat_roles_and_roles_beat_chasers_with_95_percent_confidence() {
+    for [better, other] in [["passers", "roles"], ["roles", "chasers"]] {
+        let table = played(&[better, other], 100, None);
+        let summary = table.summary(better, other).unwrap();
+        assert_eq!((summary.matches, summary.failed), (200, 0));
+        assert_eq!(summary.is_first_better(), Some(true), "{table}");
+    }
+}
