@@ -255,3 +255,93 @@ fn fidelity_name(fidelity: Fidelity) -> &'static str {
         Fidelity::Image => "image",
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simulation::{MatchApp, NaoisisPlugins};
+    use crate::viewer::drive::DrivePlugin;
+    use crate::viewer::event_log::EventLogPlugin;
+    use bevy::time::TimeUpdateStrategy;
+    use core::time::Duration;
+    use std::fs::{self, File};
+
+    fn app() -> App {
+        let mut app = App::new();
+        app.add_plugins((MinimalPlugins, NaoisisPlugins, EventLogPlugin, DrivePlugin, MatchPanelPlugin));
+        app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_millis(100)));
+        app.start_match(&Scenario::named("match3v3").unwrap()).unwrap();
+        app.update();
+        app
+    }
+
+    fn send(app: &mut App, command: MatchCommand) {
+        app.world_mut().write_message(command);
+        app.update();
+    }
+
+    fn problem(app: &App) -> Option<&str> {
+        app.world().resource::<Playback>().problem.as_deref()
+    }
+
+    #[test]
+    fn a_match_goes_on_with_other_settings_and_what_cannot_change_is_said() {
+        let mut app = app();
+        app.update();
+        let cycle = app.cycle();
+        let mut changed = app.world().resource::<Scenario>().clone();
+        changed.messages.loss = 0.5;
+        send(&mut app, MatchCommand::Change(Box::new(changed.clone())));
+        assert!(app.cycle() > cycle, "it went on");
+        assert_eq!(app.world().resource::<crate::communication::MessageSettings>().loss, 0.5);
+        changed.cycle_s *= 2.0;
+        send(&mut app, MatchCommand::Change(Box::new(changed)));
+        assert!(problem(&app).unwrap().contains("cycle_s"));
+    }
+
+    #[test]
+    fn other_teams_begin_another_match() {
+        let mut app = app();
+        app.update();
+        let teams = TeamsSpec { blue: "chasers".to_owned(), pink: "chasers".to_owned() };
+        send(&mut app, MatchCommand::Teams(teams.clone()));
+        assert!(app.cycle() <= 3);
+        assert_eq!(app.world().resource::<Scenario>().teams, Some(teams));
+        send(&mut app, MatchCommand::Teams(TeamsSpec { blue: "nobody".to_owned(), pink: "chasers".to_owned() }));
+        assert!(problem(&app).unwrap().contains("nobody"));
+    }
+
+    #[test]
+    fn a_file_that_changes_begins_again_and_a_wrong_one_changes_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("test.json");
+        let mut age = 100;
+        let mut write = |text: &str| {
+            fs::write(&path, text).unwrap();
+            // Files written within a tick of the file system's clock have the same time.
+            age -= 10;
+            let time = SystemTime::now() - Duration::from_secs(age);
+            File::options().write(true).open(&path).unwrap().set_modified(time).unwrap();
+        };
+        write(r#"{ "seed": 5, "robots": [{ "number": 1 }] }"#);
+        let mut app = app();
+        send(&mut app, MatchCommand::Open(path.clone()));
+        let seed = |app: &App| app.world().resource::<Scenario>().seed;
+        assert_eq!(seed(&app), 5);
+        let frames = |app: &mut App| (0..10).for_each(|_| app.update());
+        write(r#"{ "seed": 6, "robots": [{ "number": 1 }] }"#);
+        frames(&mut app);
+        assert_eq!((seed(&app), problem(&app)), (6, None));
+        let cycle = app.cycle();
+        write(r#"{ "sed": 6 }"#);
+        frames(&mut app);
+        assert!(problem(&app).unwrap().contains("sed"), "{:?}", problem(&app));
+        assert!(app.cycle() > cycle);
+        // A built-in scenario is not begun again for it.
+        app.world_mut().write_message(ViewerCommand::Load("match3v3"));
+        frames(&mut app);
+        write(r#"{ "seed": 8 }"#);
+        frames(&mut app);
+        assert_eq!(app.world().resource::<Scenario>().name, "match3v3");
+    }
+}

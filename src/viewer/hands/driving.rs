@@ -183,9 +183,16 @@ fn head_command(wish: &Wish, angles: HeadAngles, limits: &HeadLimits, period: f3
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use approx::assert_abs_diff_eq;
+
+    /// Drives in an app that has no window.
+    pub fn add_without_panels(app: &mut App) {
+        app.init_resource::<Driving>()
+            .add_systems(Update, (leave, read_driver).chain())
+            .add_systems(Cycle, drive.in_set(CycleSystems::Decide).after(DecideSystems::Behave));
+    }
 
     #[test]
     fn keys_that_contradict_each_other_cancel_and_diagonals_are_no_faster() {

@@ -251,3 +251,85 @@ fn draw_intentions(hands: Res<Hands>, interventions: Res<Interventions>, balls: 
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::robot::Team;
+    use crate::scenario::Scenario;
+    use crate::simulation::{MatchApp, NaoisisPlugins};
+    use crate::viewer::camera::ViewPreset;
+    use crate::viewer::drive::DrivePlugin;
+    use crate::viewer::event_log::EventLogPlugin;
+    use crate::viewer::selection::Choice;
+    use crate::viewer::timeline::TimelineCommand;
+    use bevy::input::InputPlugin;
+    use bevy::time::TimeUpdateStrategy;
+    use core::time::Duration;
+    use driving::Driving;
+
+    const BLUE2: RobotId = RobotId::new(Team::Blue, 2);
+
+    /// A match at a cycle a frame, without a window.
+    fn app() -> App {
+        let mut app = App::new();
+        app.add_plugins((MinimalPlugins, InputPlugin, NaoisisPlugins, EventLogPlugin, DrivePlugin));
+        app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_micros(33_334)))
+            .init_resource::<Notice>()
+            .insert_resource(Selection(Some(BLUE2)))
+            .add_message::<HandAction>()
+            .add_message::<Choice>()
+            .add_message::<ViewPreset>()
+            .add_systems(Update, obey);
+        driving::tests::add_without_panels(&mut app);
+        app.start_match(&Scenario::named("match3v3").unwrap()).unwrap();
+        app.update();
+        app
+    }
+
+    fn act(app: &mut App, action: HandAction) {
+        app.world_mut().write_message(action);
+        for _ in 0..4 {
+            app.update();
+        }
+    }
+
+    #[test]
+    fn a_robot_is_penalised_and_returns() {
+        let mut app = app();
+        act(&mut app, HandAction::PenaliseOrReturn);
+        assert!(app.robot::<Penalty>(BLUE2).unwrap().is_active());
+        act(&mut app, HandAction::PenaliseOrReturn);
+        assert!(!app.robot::<Penalty>(BLUE2).unwrap().is_active());
+    }
+
+    #[test]
+    fn the_past_is_not_changed() {
+        let mut app = app();
+        act(&mut app, HandAction::Whistle);
+        assert_eq!(*app.world().resource::<Notice>(), Notice::default());
+        app.world_mut().write_message(crate::viewer::ViewerCommand::TogglePause);
+        app.world_mut().write_message(TimelineCommand::GoTo(0));
+        app.update();
+        act(&mut app, HandAction::PenaliseOrReturn);
+        assert!(app.world().resource::<Interventions>().queue.is_empty());
+        assert!(app.world().resource::<Notice>().text.starts_with("The past cannot be changed"));
+    }
+
+    #[test]
+    fn a_driven_robot_goes_where_the_keys_say() {
+        let mut app = app();
+        let before = app.robot_pose(BLUE2).unwrap();
+        act(&mut app, HandAction::Drive);
+        app.world_mut().resource_mut::<ButtonInput<KeyCode>>().press(KeyCode::KeyQ);
+        let begun = app.cycle();
+        while app.cycle() < begun + 30 {
+            app.update();
+        }
+        // A second of 90 degrees a second; the first cycles were still the behaviour's.
+        let turned = app.robot_pose(BLUE2).unwrap().heading - before.heading;
+        assert!((turned.to_degrees() - 90.0).abs() < 15.0, "{}", turned.to_degrees());
+        act(&mut app, HandAction::Drive);
+        assert_eq!(app.world().resource::<Driving>().robot, None);
+    }
+}

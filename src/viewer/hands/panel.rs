@@ -14,6 +14,10 @@ use crate::viewer::selection::Selection;
 use crate::viewer::theme::{MARGIN, ThemeSystems, bright, card, dim, panel, text_size};
 use crate::viewer::timeline::Timeline;
 
+/// In windows of this width, logical pixels, there is room beside the controls; otherwise it is above them and the timeline.
+const BESIDE_CONTROLS: f32 = 1270.0;
+/// How far above, logical pixels.
+const ABOVE_CONTROLS: f32 = 100.0;
 /// How far above the lower edge of the window the words are, logical pixels.
 const NOTICE_ABOVE: f32 = 110.0;
 
@@ -42,7 +46,9 @@ fn show_buttons(
     mut actions: MessageWriter<Action>,
 ) -> Result {
     let serves = selection.0.and_then(|id| penalties.get(roster.get(id)?).ok()).is_some_and(Penalty::is_active);
-    panel("hands", Align2::LEFT_BOTTOM, [MARGIN, -MARGIN]).show(contexts.ctx_mut()?, |ui| {
+    let context = contexts.ctx_mut()?;
+    let above = if context.content_rect().width() < BESIDE_CONTROLS { ABOVE_CONTROLS } else { 0.0 };
+    panel("hands", Align2::LEFT_BOTTOM, [MARGIN, -MARGIN - above]).show(context, |ui| {
         card(ui).show(ui, |ui| {
             ui.horizontal(|ui| {
                 let record = if filming.is_on() { "⏹ Stop" } else { "⏺ Record" };
@@ -90,7 +96,8 @@ fn show_notice(mut contexts: EguiContexts, time: Res<Time<Real>>, mut notice: Re
     }
     notice.left_s -= time.delta_secs();
     panel("notice", Align2::CENTER_BOTTOM, [0.0, -NOTICE_ABOVE]).show(contexts.ctx_mut()?, |ui| {
-        card(ui).show(ui, |ui| ui.label(bright(&notice.text).size(text_size::IMPORTANT)));
+        let words = egui::Label::new(bright(&notice.text).size(text_size::IMPORTANT)).extend();
+        card(ui).show(ui, |ui| ui.add(words));
     });
     Ok(())
 }
