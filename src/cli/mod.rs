@@ -17,6 +17,7 @@ mod play;
 mod replay;
 mod report;
 mod run;
+mod vision;
 mod window;
 
 /// A behavioural simulator of NAO robot soccer.
@@ -43,6 +44,8 @@ enum Command {
     Figures(figures::FiguresArguments),
     /// List what comes with the program
     List(list::ListArguments),
+    /// Measure image vision: what it finds in pictures of random scenes, against what is there
+    Vision(vision::VisionArguments),
 }
 
 /// Parses the command line and carries it out.
@@ -62,6 +65,7 @@ pub fn main() -> ExitCode {
             let teams = app.world().resource::<BehaviourRegistry>().teams();
             list::list(&arguments, teams.map(|(name, team)| (name.to_owned(), team.description.clone())))
         }
+        Some(Command::Vision(arguments)) => vision::vision(&arguments),
         None => play::play(&play::PlayArguments::default()),
     }
 }

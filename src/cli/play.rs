@@ -129,6 +129,7 @@ pub(super) fn display() -> Result<(), &'static str> {
 fn watch(name: &str, file: &ScenarioFile, arguments: &PlayArguments) -> ExitCode {
     use super::window;
     use crate::simulation::MatchApp;
+    use crate::viewer::match_panel::ScenarioSource;
     use crate::viewer::memory::ViewerMemory;
 
     let mut app = match window::open(&arguments.window) {
@@ -140,6 +141,9 @@ fn watch(name: &str, file: &ScenarioFile, arguments: &PlayArguments) -> ExitCode
     }
     // The next time may be in another folder.
     let path = std::path::Path::new(name).canonicalize();
+    if let Ok(path) = &path {
+        app.insert_resource(ScenarioSource::of(path));
+    }
     let name = path.ok().and_then(|path| path.to_str().map(str::to_owned)).unwrap_or_else(|| name.to_owned());
     app.world_mut().resource_mut::<ViewerMemory>().note_scenario(&name);
     window::show(app)

@@ -5,6 +5,7 @@ pub mod album;
 pub mod beliefs;
 pub mod canvas;
 pub mod encoder;
+pub mod film;
 pub mod frames;
 pub mod history;
 pub mod photographer;

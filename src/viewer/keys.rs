@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::camera::{CameraSystems, ViewPreset};
 use super::drive::ViewerCommand;
+use super::film::ToggleFilm;
 use super::hands::HandAction;
 use super::hands::driving::Driving;
 use super::selection::{Choice, SelectionSystems};
@@ -54,6 +55,8 @@ pub enum Action {
     ScalePanels(i8),
     /// Writes a picture of the window to the current folder.
     Screenshot,
+    /// Begins or ends a video of the window in the current folder.
+    Film,
 }
 
 /// What can be shown or hidden.
@@ -61,6 +64,8 @@ pub enum Action {
 pub enum Switch {
     /// The list of keys.
     Help,
+    /// What is played, and with which settings.
+    Game,
     /// The list of events.
     Events,
     /// Names above the robots.
@@ -110,6 +115,8 @@ impl Default for PanelScale {
 pub struct Shown {
     /// The list of keys.
     pub help: bool,
+    /// What is played, and with which settings.
+    pub game: bool,
     /// The list of events.
     pub events: bool,
     /// Names above the robots.
@@ -134,6 +141,7 @@ impl Default for Shown {
     fn default() -> Self {
         Self {
             help: false,
+            game: false,
             events: true,
             labels: true,
             fine_drawing: true,
@@ -152,6 +160,7 @@ impl Shown {
     pub fn of_mut(&mut self, switch: Switch) -> &mut bool {
         match switch {
             Switch::Help => &mut self.help,
+            Switch::Game => &mut self.game,
             Switch::Events => &mut self.events,
             Switch::Labels => &mut self.labels,
             Switch::FineDrawing => &mut self.fine_drawing,
@@ -232,6 +241,8 @@ pub const BINDINGS: &[Binding] = &[
     binding(KeyCode::NumpadAdd, "+ on the key pad", "Larger panels", Action::ScalePanels(1)),
     binding(KeyCode::Minus, "−", "Smaller panels", Action::ScalePanels(-1)),
     binding(KeyCode::NumpadSubtract, "− on the key pad", "Smaller panels", Action::ScalePanels(-1)),
+    binding(KeyCode::KeyM, "M", "Scenario, teams, settings", Action::Toggle(Switch::Game)),
+    binding(KeyCode::F8, "F8", "Record a video", Action::Film),
     binding(KeyCode::KeyH, "H", "This help", Action::Toggle(Switch::Help)),
     binding(KeyCode::F10, "F10", "What a frame costs", Action::Toggle(Switch::Statistics)),
     binding(KeyCode::F12, "F12", "Save a picture", Action::Screenshot),
@@ -292,6 +303,7 @@ fn carry_out(
     mut moments: MessageWriter<TimelineCommand>,
     mut views: MessageWriter<ViewPreset>,
     mut choices: MessageWriter<Choice>,
+    mut films: MessageWriter<ToggleFilm>,
     mut hand_actions: MessageWriter<HandAction>,
     mut shown: ResMut<Shown>,
     clock: Res<CycleClock>,
@@ -318,6 +330,9 @@ fn carry_out(
             Action::Toggle(switch) => {
                 let switch = shown.of_mut(switch);
                 *switch = !*switch;
+            }
+            Action::Film => {
+                films.write(ToggleFilm);
             }
             Action::Screenshot => {
                 let path = format!("naoisis-{:06}.png", clock.cycle);

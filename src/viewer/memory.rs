@@ -28,7 +28,7 @@ pub struct MemoryPlugin;
 impl Plugin for MemoryPlugin {
     fn build(&self, app: &mut App) {
         app.add_systems(Startup, recall.run_if(resource_exists::<ViewerMemory>))
-            .add_systems(Last, remember.run_if(resource_exists::<ViewerMemory>.and(is_time.or(on_message::<AppExit>))));
+            .add_systems(Last, remember.run_if(resource_exists::<ViewerMemory>).run_if(is_time));
     }
 }
 
@@ -126,8 +126,9 @@ fn recall(
     }
 }
 
-fn is_time(time: Res<Time<Real>>, mut last_s: Local<f32>) -> bool {
-    let is_time = time.elapsed_secs() - *last_s > INTERVAL_S;
+/// Now and then, and at the end.
+fn is_time(time: Res<Time<Real>>, exits: MessageReader<AppExit>, mut last_s: Local<f32>) -> bool {
+    let is_time = !exits.is_empty() || time.elapsed_secs() - *last_s > INTERVAL_S;
     if is_time {
         *last_s = time.elapsed_secs();
     }

@@ -36,6 +36,9 @@
 //! | [`selection`] | which robot the user looks at |
 //! | [`statistics`] | what a frame costs |
 //! | [`memory`] | what is remembered from one time to the next |
+//! | [`match_panel`] | scenario, teams, settings; a scenario's file is watched |
+//! | [`film`] | a video of the window |
+//! | `first_frame` | how long the start takes |
 //! | [`report_state`] | what is shown, as JSON lines |
 //! | [`theme`] | dark and light panels |
 //! | `labels` | names above the robots, words of the overlays |
@@ -57,10 +60,13 @@ mod events_panel;
 pub mod eyes;
 mod field;
 mod figure;
+pub mod film;
+mod first_frame;
 mod gait;
 pub mod hands;
 pub mod keys;
 mod labels;
+pub mod match_panel;
 pub mod memory;
 pub mod overlays;
 mod palette;
@@ -100,8 +106,9 @@ impl PluginGroup for ViewerPlugins {
             })
             // Otherwise the parts of the scene pop in one by one while their pipelines are compiled.
             .set(RenderPlugin { synchronous_pipeline_compilation: true, ..default() })
-            .set(LogPlugin { filter: "warn,winit=error,bevy_egui=error".to_owned(), ..default() })
+            .set(LogPlugin { filter: "warn,naoisis=info,winit=error,bevy_egui=error".to_owned(), ..default() })
             .add(EguiPlugin::default())
+            .add(first_frame::FirstFramePlugin::default())
             .add(drive::DrivePlugin)
             .add(event_log::EventLogPlugin)
             .add(chronicle::ChroniclePlugin)
@@ -120,6 +127,8 @@ impl PluginGroup for ViewerPlugins {
             .add(overlays::OverlaysPlugin)
             .add(panels::PanelsPlugin)
             .add(timeline::TimelineBarPlugin)
+            .add(match_panel::MatchPanelPlugin)
+            .add(film::FilmPlugin)
             .add(events_panel::EventsPanelPlugin)
             .add(eyes::EyesPlugin)
             .add(robot_panel::RobotPanelPlugin)

@@ -6,6 +6,7 @@
 //! |---|---|
 //! | `frame` | frames since the start of the program |
 //! | `window`, `pointer` | width and height of the window, and where the mouse is in it, logical pixels |
+//! | `shift` | whether Shift is held down |
 //! | `held` | whether the mouse has hold of a robot or the ball |
 //! | `scenario`, `seed` | what is played |
 //! | `cycle`, `shown_cycle` | of the match; of the moment that is shown, if that is the past |
@@ -13,6 +14,7 @@
 //! | `state`, `score` | of the game |
 //! | `ball`, `robots` | of each the `pose` (m, m, degrees), the place in the window (`pixel`, if it is there), whether it is penalised |
 //! | `selected`, `driven` | robots |
+//! | `filming` | whether a video of the window is being recorded |
 //! | `shown` | the switches of the panels |
 //! | `overlays` | how many overlays are switched on |
 //! | `problem`, `notice` | what the user is told |
@@ -27,6 +29,7 @@ use std::path::Path;
 
 use super::camera::ViewerCamera;
 use super::drive::{Playback, is_over};
+use super::film::Filming;
 use super::hands::driving::Driving;
 use super::hands::{Hands, Notice};
 use super::keys::Shown;
@@ -97,6 +100,7 @@ struct Reported<'w, 's> {
     timeline: Res<'w, Timeline>,
     selection: Res<'w, Selection>,
     hands: Res<'w, Hands>,
+    filming: Res<'w, Filming>,
     driving: Res<'w, Driving>,
     shown: Res<'w, Shown>,
     overlays: Res<'w, Overlays>,
@@ -106,6 +110,7 @@ struct Reported<'w, 's> {
     balls: Query<'w, 's, &'static Transform, With<Ball>>,
     cameras: Query<'w, 's, (&'static Camera, &'static GlobalTransform), With<ViewerCamera>>,
     windows: Query<'w, 's, &'static Window>,
+    keys: Res<'w, ButtonInput<KeyCode>>,
 }
 
 fn report(reported: Reported, frame: Res<FrameCount>, mut report: ResMut<StateReport>, mut commands: Commands) {
@@ -132,6 +137,7 @@ impl Reported<'_, '_> {
         json!({
             "window": window,
             "pointer": pointer.map(|pointer| [pointer.x, pointer.y]),
+            "shift": self.keys.any_pressed([KeyCode::ShiftLeft, KeyCode::ShiftRight]),
             "held": self.hands.hold_anything(),
             "scenario": self.scenario.as_ref().map(|scenario| &scenario.name),
             "seed": self.scenario.as_ref().map(|scenario| scenario.seed),
@@ -148,6 +154,7 @@ impl Reported<'_, '_> {
             "selected": self.selection.0,
             "driven": self.driving.robot,
             "shown": *self.shown,
+            "filming": self.filming.is_on(),
             "overlays": self.overlays.of_robots.values().filter(|shows| shows.all || shows.selected).count(),
             "problem": self.playback.problem,
             "notice": (self.notice.left_s > 0.0).then_some(&self.notice.text),

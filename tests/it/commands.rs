@@ -272,3 +272,21 @@ fn a_video_and_a_contact_sheet_come_of_a_match_and_nothing_is_written_over() {
     assert_eq!(std::fs::read(folder.path().join("match.mp4")).unwrap(), video);
     assert!(!folder.path().join("other.mp4").exists());
 }
+
+#[test]
+fn the_accuracy_of_image_vision_is_a_table_of_every_kind_of_thing() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = naoisis(folder.path(), &["vision", "--scenes", "4", "--seed", "3", "--design", "nao"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let table = text(&output.stdout);
+    assert!(table.starts_with("Nao robots: 8 images"), "{table}");
+    for kind in ["ball", "goal posts", "robots"] {
+        let row = table.lines().find(|line| line.starts_with(kind)).unwrap_or_else(|| panic!("{table}"));
+        let numbers: Vec<f32> = row[11..].split_whitespace().filter_map(|word| word.parse().ok()).collect();
+        let [visible, found, share, ..] = numbers[..] else { panic!("{row}") };
+        assert!(found <= visible && (visible == 0.0 || (share - 100.0 * found / visible).abs() < 0.06), "{row}");
+    }
+    let output = naoisis(folder.path(), &["vision", "--scenes", "0"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("--scenes"));
+}

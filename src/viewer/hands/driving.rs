@@ -6,7 +6,6 @@
 use bevy::prelude::*;
 use bevy_egui::input::egui_wants_any_keyboard_input;
 
-use super::Notice;
 use crate::behaviour::DecideSystems;
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
 use crate::robot::head::{HeadAngles, HeadCommand, HeadLimits};
@@ -63,7 +62,8 @@ pub const KEYS: &[(&str, &str)] = &[
     ("Q E", "Turn"),
     ("I J K L", "Turn the head"),
     ("U", "Look ahead"),
-    ("1 2 3 4", "Kick: left, right, left to the side, right to the side"),
+    ("1 2", "Kick straight, left or right foot"),
+    ("3 4", "Kick to the side"),
     ("Esc", "Leave"),
 ];
 
@@ -112,7 +112,6 @@ pub(super) fn toggle(world: &mut World) {
     *world.resource_mut::<Driving>() = Driving { robot: Some(robot), ..default() };
     world.write_message(Choice::Robot(robot));
     world.write_message(ViewPreset::Eyes(CameraSide::Top));
-    world.resource_mut::<Notice>().tell(format!("You drive {robot}: W A S D walk, Q E turn, 1 to 4 kick, Esc leaves"));
 }
 
 fn stop(world: &mut World) {

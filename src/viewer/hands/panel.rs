@@ -1,20 +1,24 @@
 //! The buttons of what can be done by hand.
 
 use bevy::prelude::*;
-use bevy_egui::egui::{self, Align2, Frame};
+use bevy_egui::egui::{self, Align2};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 use super::driving::{self, Driving};
 use super::{HandAction, Notice};
 use crate::referee::Penalty;
 use crate::robot::Roster;
-use crate::viewer::keys::Action;
+use crate::viewer::film::{Filming, ToggleFilm};
+use crate::viewer::keys::{Action, Shown};
 use crate::viewer::selection::Selection;
 use crate::viewer::theme::{MARGIN, ThemeSystems, bright, card, dim, panel, text_size};
 use crate::viewer::timeline::Timeline;
 
 /// How far above the lower edge of the window the words are, logical pixels.
 const NOTICE_ABOVE: f32 = 110.0;
+
+/// How far below the upper edge the keys of the driver are, logical pixels.
+const DRIVER_BELOW: f32 = 84.0;
 
 /// Shows the buttons, and what is told.
 pub(super) struct HandsPanelPlugin;
@@ -32,14 +36,26 @@ fn show_buttons(
     penalties: Query<&Penalty>,
     driving: Res<Driving>,
     timeline: Res<Timeline>,
+    filming: Res<Filming>,
+    mut shown: ResMut<Shown>,
+    mut films: MessageWriter<ToggleFilm>,
     mut actions: MessageWriter<Action>,
 ) -> Result {
-    if timeline.is_replay() {
-        return Ok(());
-    }
     let serves = selection.0.and_then(|id| penalties.get(roster.get(id)?).ok()).is_some_and(Penalty::is_active);
     panel("hands", Align2::LEFT_BOTTOM, [MARGIN, -MARGIN]).show(contexts.ctx_mut()?, |ui| {
         card(ui).show(ui, |ui| {
+            ui.horizontal(|ui| {
+                let record = if filming.is_on() { "⏹ Stop" } else { "⏺ Record" };
+                if ui.button(record).on_hover_text("F8: a video of the window").clicked() {
+                    films.write(ToggleFilm);
+                }
+                if ui.button("Match").on_hover_text("M: scenario, teams, settings").clicked() {
+                    shown.game = !shown.game;
+                }
+            });
+            if timeline.is_replay() {
+                return;
+            }
             let mut button = |ui: &mut egui::Ui, enabled: bool, text: String, hint: &str, action: HandAction| {
                 if ui.add_enabled(enabled, egui::Button::new(text)).on_hover_text(hint).clicked() {
                     actions.write(Action::Hand(action));
@@ -82,18 +98,18 @@ fn show_notice(mut contexts: EguiContexts, time: Res<Time<Real>>, mut notice: Re
 /// What drives, while someone drives.
 fn show_driver(mut contexts: EguiContexts, driving: Res<Driving>) -> Result {
     let Some(robot) = driving.robot else { return Ok(()) };
-    let offset = [0.0, 90.0];
-    panel("driver", Align2::CENTER_TOP, offset).interactable(false).show(contexts.ctx_mut()?, |ui| {
-        Frame::NONE.show(ui, |ui| {
-            card(ui).show(ui, |ui| {
+    panel("driver", Align2::CENTER_TOP, [0.0, DRIVER_BELOW]).interactable(false).show(contexts.ctx_mut()?, |ui| {
+        card(ui).show(ui, |ui| {
+            ui.label(bright(format!("You drive {robot}")));
+            // Two lines, so that the panels at both sides stay free.
+            for line in driving::KEYS.chunks(driving::KEYS.len().div_ceil(2)) {
                 ui.horizontal(|ui| {
-                    ui.label(bright(format!("You drive {robot}")));
-                    for (keys, what) in driving::KEYS {
+                    for (keys, what) in line {
                         ui.label(bright(*keys));
                         ui.label(dim(*what));
                     }
                 });
-            });
+            }
         });
     });
     Ok(())

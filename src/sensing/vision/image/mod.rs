@@ -13,6 +13,8 @@
 //! A thing that both cameras see is one percept: by its foot or its lower edge where one of them sees that. What the lower
 //! camera sees is nearer, and so better known.
 //!
+//! Of a near post of which the image shows one side and neither foot nor top, the distance is a guess between bounds.
+//!
 //! Goals that are white have no colour to go by: their posts are not found. Nor are penalty crosses.
 
 pub mod accuracy;

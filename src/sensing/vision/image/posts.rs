@@ -11,8 +11,10 @@ use crate::sensing::vision::GoalPostPercept;
 /// Fewer rows are no post.
 const LEAST_ROWS: u32 = 4;
 
-/// Strips that are narrower on average are no posts, pixels.
+/// Strips that are narrower on average are no posts, pixels; unless the side of the image cuts off a part of them.
 const LEAST_WIDTH: f32 = 1.5;
+/// Rows of a strip that is cut off to less than that.
+const LEAST_ROWS_OF_NARROW: u32 = 12;
 
 /// A strip without a foot must be so many times as high as wide.
 const LEAST_SLENDERNESS: f32 = 1.3;
@@ -21,6 +23,21 @@ const LEAST_SLENDERNESS: f32 = 1.3;
 const WIDE: f32 = 20.0;
 /// It must be so many times as high as wide.
 const LEAST_SLENDERNESS_OF_WIDE: f32 = 0.6;
+
+/// Where a post of which one side is seen can be further away than this, its place is not guessed, m.
+const GREATEST_DISTANCE_BY_SIDE_M: f32 = 1.5;
+/// Such strips that are narrower may be anything, pixels.
+const LEAST_WIDTH_BY_SIDE: u16 = 6;
+
+/// A strip whose middle moves by more columns a row is a bar that is seen at a slant.
+const SLANT: f32 = 0.6;
+/// Where it moves by less again, the post begins that carries the bar.
+const END_OF_SLANT: f32 = 0.45;
+/// Weight of a row in that movement.
+const WEIGHT_OF_ROW: f32 = 0.2;
+
+/// Rows of a strip that are looked at for a robot beside it.
+const ROWS_BESIDE: u16 = 8;
 
 /// The distance of a post cannot be told from its top when that is nearer than this to the height of the lens, m.
 const LEAST_HEIGHT_DIFFERENCE_M: f32 = 0.1;
@@ -39,17 +56,39 @@ struct Strip {
     /// Rows in which it does not reach the left or right edge of the image, and its pixels in those.
     whole_rows: u32,
     whole_pixels: u32,
+    widest: u16,
+    /// By how many columns a row its middle moves, in the last rows, and whether that is a bar's.
+    movement: f32,
+    is_slanting: bool,
 }
 
 impl Strip {
     fn new(class: ColourClass, run: Run) -> Self {
-        Self { class, first: run, last: run, rows: 0, pixels: 0, whole_rows: 0, whole_pixels: 0 }
+        Self {
+            class,
+            first: run,
+            last: run,
+            rows: 0,
+            pixels: 0,
+            whole_rows: 0,
+            whole_pixels: 0,
+            widest: 0,
+            movement: 0.0,
+            is_slanting: false,
+        }
     }
 
     fn add(&mut self, run: Run, image_width: u16) {
+        self.movement += WEIGHT_OF_ROW * (run.middle() - self.last.middle() - self.movement);
+        if self.movement.abs() > SLANT {
+            self.is_slanting = true;
+        } else if self.is_slanting && self.movement.abs() < END_OF_SLANT {
+            *self = Self::new(self.class, run);
+        }
         self.last = run;
         self.rows += 1;
         self.pixels += u32::from(run.width());
+        self.widest = self.widest.max(run.width());
         if run.from > 0 && run.to < image_width {
             self.whole_rows += 1;
             self.whole_pixels += u32::from(run.width());
@@ -113,7 +152,10 @@ impl Look<'_> {
             }
         }
         round_off(strips);
-        strips.retain(|strip| strip.rows >= LEAST_ROWS && strip.mean_width() >= LEAST_WIDTH);
+        strips.retain(|strip| {
+            let is_cut_off = strip.whole_width().is_none() && strip.rows >= LEAST_ROWS_OF_NARROW;
+            strip.rows >= LEAST_ROWS && (strip.mean_width() >= LEAST_WIDTH || is_cut_off)
+        });
     }
 
     /// Whether a strip's foot is seen, its pixel, and its place.
@@ -125,7 +167,7 @@ impl Look<'_> {
         {
             return Some((true, self.view.clamp_to_image(foot), place));
         }
-        let place = self.by_top(strip).or_else(|| self.by_width(strip))?;
+        let place = self.by_top(strip).or_else(|| self.by_width(strip)).or_else(|| self.by_side(strip))?;
         Some((false, self.view.project_anywhere(place.extend(0.0)), place))
     }
 
@@ -141,7 +183,8 @@ impl Look<'_> {
             Some(width) => width < 1.4 * expected + 1.0 && (!has_foot || width > 0.65 * expected - 1.0),
             None => strip.mean_width() < 1.5 * expected + 1.0,
         };
-        let is_high = strip.rows as f32 > 0.4 * expected;
+        // Of a post that stands at the upper edge of the image only the foot may be in it.
+        let is_high = strip.rows as f32 > 0.4 * expected || (has_foot && strip.first.row == 0);
         (is_as_wide && is_high && self.is_upright(strip, place)).then_some(place)
     }
 
@@ -206,6 +249,59 @@ impl Look<'_> {
         may_stand.then_some(place)
     }
 
+    /// About where a post stands of which the edge of the image leaves one side: nearer than where it would be as narrow as
+    /// what is seen of it, and than where its foot or its top would be in the image.
+    fn by_side(&self, strip: &Strip) -> Option<Vec2> {
+        if strip.whole_width().is_some() || strip.widest < LEAST_WIDTH_BY_SIDE {
+            return None;
+        }
+        let last_column = self.width() as u16;
+        let is_cut_left = strip.first.from == 0 || strip.last.from == 0;
+        let is_cut_right = strip.first.to == last_column || strip.last.to == last_column;
+        let (is_cut_above, is_cut_below) = (strip.first.row == 0, usize::from(strip.last.row) + 1 == self.height());
+        if !is_cut_below && strip.rows < 2 * u32::from(strip.widest) {
+            return None;
+        }
+        // The side that is seen, and in which direction the post's middle is from there, to the left.
+        let (side, leftwards): (fn(&Run) -> u16, f32) = match (is_cut_left, is_cut_right) {
+            (true, false) => (|run| run.to, 1.0),
+            (false, true) => (|run| run.from, -1.0),
+            (true, true) => (|run| u16::midpoint(run.from, run.to), 0.0),
+            (false, false) => return None,
+        };
+        let row = f32::from(strip.first.row + strip.last.row + 1) / 2.0;
+        let column = f32::from(u16::midpoint(side(&strip.first), side(&strip.last)));
+        let ray = self.view.ray(Vec2::new(column, row));
+        let lens = self.view.lens.truncate();
+        let as_wide = self.view.intrinsics.focal_length * 2.0 * self.known.post_radius / f32::from(strip.widest);
+        let mut furthest = (ray.truncate() * as_wide).length();
+        let mut limit = |is_cut: bool, run: &Run, row: f32, height: f32| {
+            if is_cut && let Some(place) = self.place(Vec2::new(f32::from(side(run)), row), height) {
+                furthest = furthest.min(place.distance(lens));
+            }
+        };
+        limit(is_cut_below, &strip.last, self.height() as f32, 0.0);
+        limit(is_cut_above && self.known.post_height > self.view.lens.z, &strip.first, 0.0, self.known.post_height);
+        if furthest > GREATEST_DISTANCE_BY_SIDE_M {
+            return None;
+        }
+        // Half of the ground up to there is nearer than that.
+        let direction = ray.truncate().normalize_or_zero();
+        let place_of_side = lens + direction * (furthest * core::f32::consts::FRAC_1_SQRT_2);
+        let place = place_of_side + direction.perp() * (leftwards * self.known.post_radius);
+        // The side runs as an upright edge there does.
+        let runs = f32::from(side(&strip.last)) - f32::from(side(&strip.first));
+        let expected = self.slope_of_upright(place_of_side, row) * (strip.rows as f32 - 1.0);
+        ((runs - expected).abs() < 0.1 * strip.rows as f32 + 2.0).then_some(place)
+    }
+
+    /// Columns for each row downwards that an upright edge at this place has in the image, where it crosses a row.
+    fn slope_of_upright(&self, place: Vec2, row: f32) -> f32 {
+        let height = self.height_at(place, row);
+        let [low, high] = [height - 0.01, height + 0.01].map(|height| self.view.project_anywhere(place.extend(height)));
+        if low.y - high.y > 0.01 { (low.x - high.x) / (low.y - high.y) } else { 0.0 }
+    }
+
     /// Whether a strip ends above where a post at this place does, or where the image does.
     fn ends_at_top(&self, strip: &Strip, place: Vec2) -> bool {
         let Some(above) = self.rows_above(strip) else { return true };
@@ -224,16 +320,19 @@ impl Look<'_> {
         (above < from).then_some(above)
     }
 
-    /// Whether a robot may hide a side of a strip.
+    /// Whether a robot may hide a side of a strip: there is white beside it in most of its rows. Of a net only strings are.
     fn is_beside_white(&self, strip: &Strip) -> bool {
-        let row = usize::from(u16::midpoint(strip.first.row, strip.last.row));
-        let column = (strip.first.middle() + strip.last.middle()) / 2.0;
-        let class_at = |column: f32| {
-            let column = (column.max(0.0) as usize).min(self.width() - 1);
-            self.class(column, row)
-        };
         let reach = strip.mean_width() / 2.0 + 2.0;
-        [column - reach, column + reach].into_iter().any(|column| class_at(column) == ColourClass::White)
+        let (top, rows) = (strip.first.row, strip.last.row - strip.first.row);
+        let is_white = |share: f32, off: f32| {
+            let column = strip.first.middle() + share * (strip.last.middle() - strip.first.middle()) + off;
+            let column = (column.max(0.0) as usize).min(self.width() - 1);
+            self.class(column, usize::from(top) + (share * f32::from(rows)) as usize) == ColourClass::White
+        };
+        [-reach, reach].into_iter().any(|off| {
+            let shares = (0..ROWS_BESIDE).map(|index| (f32::from(index) + 0.5) / f32::from(ROWS_BESIDE));
+            2 * shares.filter(|share| is_white(*share, off)).count() >= usize::from(ROWS_BESIDE)
+        })
     }
 
     /// Whether the carpet is below a strip, or a line and then the carpet.

@@ -144,13 +144,16 @@ fn in_random_scenes_nearly_everything_visible_is_found_at_its_distance() {
     for design in RobotDesign::BOTH {
         let mut stream = RandomStream::for_match(7, "scenes of a test");
         let mut uniform = || stream.uniform();
-        let accuracy = accuracy::measure(60, Conditions { design, ..Conditions::default() }, &mut uniform);
-        // Of 500 scenes, 99 % of the balls and robots are found, and 88 % of the posts; of 60, a few more may be missing.
-        for (class, least) in [(&accuracy.ball, 0.95), (&accuracy.goal_posts, 0.8), (&accuracy.robots, 0.93)] {
-            assert!(class.visible > 20 && class.found_share() >= least, "{accuracy}");
+        let accuracy = accuracy::measure(250, Conditions { design, ..Conditions::default() }, &mut uniform);
+        for class in [&accuracy.ball, &accuracy.goal_posts, &accuracy.robots] {
+            assert!(class.found_share() >= 0.95, "{accuracy}");
+            // Half of the directions are known to a degree.
+            assert!(class.bearing_errors[class.bearing_errors.len() / 2] < to_radians(1.0), "{accuracy}");
+            assert!(class.visible > 100, "{accuracy}");
             assert!(class.near_median() < 0.05, "{accuracy}");
         }
+        // Of 500 images: parts of a waistband that a robot in front divides count as more than one.
         let false_detections = accuracy.ball.false_detections + accuracy.goal_posts.false_detections;
-        assert!(false_detections + accuracy.robots.false_detections <= 3, "{accuracy}");
+        assert!(false_detections <= 2 && accuracy.robots.false_detections <= 10, "{accuracy}");
     }
 }

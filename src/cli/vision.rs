@@ -1,0 +1,55 @@
+//! `naoisis vision`: how well image vision sees, as a table.
+
+use clap::{Args, ValueEnum};
+use std::io::{self, Write};
+use std::process::ExitCode;
+
+use crate::appearance::robot::RobotDesign;
+use crate::random::RandomStream;
+use crate::sensing::vision::image::accuracy::{self, Conditions};
+
+/// Arguments of `naoisis vision`.
+#[derive(Args, Debug, Clone)]
+pub struct VisionArguments {
+    /// Random scenes, each seen by both cameras of a robot
+    #[arg(long, default_value_t = 500, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    scenes: u32,
+    /// Seed of the scenes
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// How the robots look [default: a table for each]
+    #[arg(long, value_enum)]
+    design: Option<Design>,
+    /// Let bodies cast shadows
+    #[arg(long)]
+    shadows: bool,
+}
+
+/// How robots look.
+#[derive(ValueEnum, Clone, Copy, PartialEq, Eq, Debug)]
+enum Design {
+    /// Few boxes
+    Simple,
+    /// Like a NAO
+    Nao,
+}
+
+/// Draws the scenes, looks at them and prints what was found of what is there.
+pub fn vision(arguments: &VisionArguments) -> ExitCode {
+    let designs = match arguments.design {
+        Some(Design::Simple) => &[RobotDesign::Simple][..],
+        Some(Design::Nao) => &[RobotDesign::Nao],
+        None => &RobotDesign::BOTH,
+    };
+    for &design in designs {
+        // Both designs stand in the same scenes.
+        let mut stream = RandomStream::for_match(arguments.seed, "accuracy of image vision");
+        let conditions = Conditions { design, shadows: arguments.shadows, ..Conditions::default() };
+        let table = accuracy::measure(arguments.scenes as usize, conditions, &mut || stream.uniform());
+        // Whoever closed standard output has seen enough.
+        if writeln!(io::stdout(), "{design:?} robots: {table}").is_err() {
+            break;
+        }
+    }
+    ExitCode::SUCCESS
+}

@@ -1,0 +1,133 @@
+//! A video of pictures that come when they come, such as those of a window: it plays at the pace at which they came.
+
+use bevy::prelude::Resource;
+use std::path::{Path, PathBuf};
+
+use super::encoder::{EncoderThreads, RecordError};
+use super::video::{EXTENSION, create_new};
+use crate::sensing::camera::image::Image;
+
+/// Time between the pictures of a film, s.
+pub const FRAME_S: f64 = 1.0 / 30.0;
+/// Where nothing comes for longer, the film goes on as if it had been so many pictures.
+const LONGEST_GAP: u64 = 150;
+
+/// A film that is being written.
+#[derive(Resource, Debug)]
+pub struct Film {
+    path: PathBuf,
+    encoder: EncoderThreads<Image>,
+    size: Option<[u32; 2]>,
+    last: Option<Image>,
+    written: u64,
+}
+
+impl Film {
+    /// A new film.
+    ///
+    /// # Errors
+    /// When there is such a file already, its name does not end in `.mp4`, or it cannot be written.
+    pub fn create(path: &Path) -> Result<Self, RecordError> {
+        let file = create_new(path, EXTENSION)?;
+        let encoder = EncoderThreads::for_video(path, file, FRAME_S);
+        Ok(Self { path: path.to_owned(), encoder, size: None, last: None, written: 0 })
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Shows a picture from this moment on, s since the film's start. The one before is shown until then; pictures that
+    /// come faster than the film's are left out. Says whether it fits: all must be as large as the first.
+    pub fn add(&mut self, at_s: f64, image: Image) -> bool {
+        let image = with_even_sides(image);
+        let size = [image.width, image.height];
+        if *self.size.get_or_insert(size) != size {
+            return false;
+        }
+        for _ in 0..missing(self.written, at_s) {
+            let picture = self.last.as_ref().unwrap_or(&image).clone();
+            self.send(picture);
+        }
+        self.last = Some(image);
+        true
+    }
+
+    fn send(&mut self, image: Image) {
+        if self.encoder.send(image) {
+            self.written += 1;
+        }
+    }
+
+    /// Whether writing has failed: nothing more is written then.
+    pub fn has_failed(&self) -> bool {
+        self.encoder.has_failed()
+    }
+
+    /// Waits for the last pictures. How many there are.
+    ///
+    /// # Errors
+    /// The first error that occurred while writing; what was written before can be played.
+    pub fn finish(mut self) -> Result<u64, RecordError> {
+        if let Some(last) = self.last.take() {
+            self.send(last);
+        }
+        self.encoder.finish().map(|()| self.written)
+    }
+}
+
+/// How many pictures belong between those that are written and a moment.
+fn missing(written: u64, at_s: f64) -> u64 {
+    // Half a picture for rounding, so that a steady stream loses none.
+    let due = (at_s / FRAME_S + 0.5).floor().max(0.0) as u64;
+    due.saturating_sub(written).min(LONGEST_GAP)
+}
+
+/// The picture without its last row and column where their number is odd: the encoder wants pairs.
+fn with_even_sides(image: Image) -> Image {
+    let [width, height] = [image.width & !1, image.height & !1];
+    if [width, height] == [image.width, image.height] {
+        return image;
+    }
+    let row = 3 * image.width as usize;
+    let rgb = image.rgb.chunks(row).take(height as usize).flat_map(|line| &line[..3 * width as usize]).copied();
+    Image { width, height, rgb: rgb.collect(), ..Image::default() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn picture(width: u32, height: u32) -> Image {
+        let rgb = (0..3 * width * height).map(|value| value as u8).collect();
+        Image { width, height, rgb, ..Image::default() }
+    }
+
+    #[test]
+    fn a_film_has_thirty_pictures_a_second_whenever_they_come() {
+        assert_eq!(missing(0, 0.0), 0);
+        assert_eq!(missing(10, 0.5), 5);
+        assert_eq!(missing(20, 0.5), 0, "ahead");
+        assert_eq!(missing(0, 1e6), LONGEST_GAP);
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("film.mp4");
+        let mut film = Film::create(&path).unwrap();
+        for at_s in [0.0, 0.02, 0.5, 1.0] {
+            assert!(film.add(at_s, picture(64, 48)));
+        }
+        assert!(!film.add(1.5, picture(48, 64)), "another size does not fit");
+        // A second and the last one.
+        assert_eq!(film.finish().unwrap(), 31);
+        let written = std::fs::read(&path).unwrap();
+        assert_eq!(&written[4..8], b"ftyp");
+        assert!(matches!(Film::create(&path), Err(RecordError::Exists(_))));
+    }
+
+    #[test]
+    fn odd_rows_and_columns_are_left_out() {
+        let even = with_even_sides(picture(3, 3));
+        assert_eq!((even.width, even.height), (2, 2));
+        assert_eq!(even.rgb, [0, 1, 2, 3, 4, 5, 9, 10, 11, 12, 13, 14]);
+    }
+}

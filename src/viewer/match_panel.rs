@@ -1,0 +1,257 @@
+//! What is played: scenario, teams, noise, losses and speeds, changed while it runs; a scenario's file is watched, and its
+//! match begins again when the file changes.
+
+use bevy::prelude::*;
+use bevy_egui::egui::{self, Align2, ComboBox, Grid, Slider};
+use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use super::drive::{self, Playback, ViewerCommand};
+use super::keys::{Action, Shown, Switch};
+use super::theme::{ThemeSystems, bright, card, dim, panel, text_size};
+use super::timeline::Timeline;
+use crate::ball::Rolling;
+use crate::behaviour::BehaviourRegistry;
+use crate::scenario::{LIBRARY, Scenario, ScenarioFile, TeamsSpec};
+use crate::sensing::fidelity::{Fidelities, Fidelity};
+use crate::simulation;
+
+/// How often a scenario's file is looked at, s.
+const LOOK_EVERY_S: f32 = 0.5;
+/// The scenario in which two teams are lined up, where the present one has none.
+const TEAM_MATCH: &str = "match3v3";
+
+/// Shows and changes what is played.
+pub struct MatchPanelPlugin;
+
+impl Plugin for MatchPanelPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<ScenarioSource>()
+            .add_message::<MatchCommand>()
+            .add_systems(First, (forget_file, obey).chain())
+            .add_systems(Update, watch_file)
+            .add_systems(EguiPrimaryContextPass, show_panel.run_if(|shown: Res<Shown>| shown.game).after(ThemeSystems));
+    }
+}
+
+/// Another match, or other settings of this one.
+#[derive(Message, Clone, PartialEq, Debug)]
+pub enum MatchCommand {
+    /// A match between two teams, by name.
+    Teams(TeamsSpec),
+    /// The scenario of this file, or built-in one, from the start.
+    Open(PathBuf),
+    /// This match goes on with the settings of this scenario.
+    Change(Box<Scenario>),
+}
+
+/// The file that the scenario is from, if any.
+#[derive(Resource, Clone, PartialEq, Eq, Debug, Default)]
+pub struct ScenarioSource {
+    file: Option<PathBuf>,
+    modified: Option<SystemTime>,
+}
+
+impl ScenarioSource {
+    /// From now on this file is watched.
+    pub fn of(file: &Path) -> Self {
+        Self { file: Some(file.to_owned()), modified: modified(file) }
+    }
+}
+
+fn modified(file: &Path) -> Option<SystemTime> {
+    file.metadata().and_then(|metadata| metadata.modified()).ok()
+}
+
+/// A built-in scenario has no file.
+fn forget_file(mut commands: MessageReader<ViewerCommand>, mut source: ResMut<ScenarioSource>) {
+    if commands.read().any(|command| matches!(command, ViewerCommand::Load(_))) {
+        *source = ScenarioSource::default();
+    }
+}
+
+/// Begins the match again when its file has changed. One that cannot be read changes nothing, and is said.
+fn watch_file(
+    time: Res<Time<Real>>,
+    mut since_s: Local<f32>,
+    mut source: ResMut<ScenarioSource>,
+    mut commands: MessageWriter<MatchCommand>,
+) {
+    *since_s += time.delta_secs();
+    if *since_s < LOOK_EVERY_S {
+        return;
+    }
+    *since_s = 0.0;
+    let Some(file) = source.file.clone() else { return };
+    let now = modified(&file);
+    // While it is being replaced there is no such file.
+    if now.is_some() && now != source.modified {
+        source.modified = now;
+        commands.write(MatchCommand::Open(file));
+    }
+}
+
+fn obey(world: &mut World) {
+    let commands: Vec<MatchCommand> = world.resource_mut::<Messages<MatchCommand>>().drain().collect();
+    for command in commands {
+        let result = match command {
+            MatchCommand::Teams(teams) => play_teams(world, teams),
+            MatchCommand::Open(path) => open(world, &path),
+            MatchCommand::Change(scenario) => {
+                simulation::change_settings(world, &scenario).map_err(|fault| fault.to_string())
+            }
+        };
+        if let Err(message) = result {
+            world.resource_mut::<Playback>().problem = Some(message);
+        }
+    }
+}
+
+fn play_teams(world: &mut World, teams: TeamsSpec) -> Result<(), String> {
+    let present = world.get_resource::<Scenario>().filter(|scenario| scenario.teams.is_some()).cloned();
+    let scenario = match present {
+        Some(scenario) => scenario,
+        None => ScenarioFile::named(TEAM_MATCH).map_err(|error| error.to_string())?.scenario,
+    };
+    drive::start(world, &Scenario { teams: Some(teams), ..scenario });
+    Ok(())
+}
+
+fn open(world: &mut World, path: &Path) -> Result<(), String> {
+    let name = path.to_string_lossy();
+    // Whatever is wrong with it, the file is watched: it may be right the next time.
+    world.insert_resource(if path.exists() { ScenarioSource::of(path) } else { ScenarioSource::default() });
+    let file = ScenarioFile::find(&name).map_err(|error| error.headline())?;
+    drive::start(world, &file.scenario);
+    Ok(())
+}
+
+/// What the panel keeps from frame to frame.
+#[derive(Default)]
+struct Typed {
+    path: String,
+}
+
+fn show_panel(
+    mut contexts: EguiContexts,
+    mut typed: Local<Typed>,
+    scenario: Option<Res<Scenario>>,
+    registry: Res<BehaviourRegistry>,
+    source: Res<ScenarioSource>,
+    timeline: Res<Timeline>,
+    mut actions: MessageWriter<Action>,
+    mut viewer_commands: MessageWriter<ViewerCommand>,
+    mut commands: MessageWriter<MatchCommand>,
+) -> Result {
+    let Some(scenario) = scenario else { return Ok(()) };
+    panel("match", Align2::CENTER_CENTER, [0.0, 0.0]).show(contexts.ctx_mut()?, |ui| {
+        card(ui).fill(ui.visuals().panel_fill).show(ui, |ui| {
+            ui.label(bright("The match").size(text_size::TITLE));
+            Grid::new("what is played").num_columns(2).spacing([16.0, 6.0]).show(ui, |ui| {
+                ui.label("Scenario");
+                ComboBox::from_id_salt("built-in scenario").selected_text(&scenario.name).show_ui(ui, |ui| {
+                    for entry in LIBRARY {
+                        if ui.selectable_label(entry.name == scenario.name, entry.name).clicked() {
+                            viewer_commands.write(ViewerCommand::Load(entry.name));
+                        }
+                    }
+                });
+                ui.end_row();
+                ui.label("File");
+                ui.horizontal(|ui| {
+                    ui.add(egui::TextEdit::singleline(&mut typed.path).hint_text("scenario.json").desired_width(220.0));
+                    if ui.button("Open").clicked() && !typed.path.trim().is_empty() {
+                        commands.write(MatchCommand::Open(typed.path.trim().into()));
+                    }
+                });
+                ui.end_row();
+                ui.label("");
+                ui.label(dim(match &source.file {
+                    Some(file) => format!("{} begins again when the file changes", file.display()),
+                    None => "built in".to_owned(),
+                }));
+                ui.end_row();
+                let teams = scenario.teams.clone().unwrap_or_default();
+                let mut chosen = teams.clone();
+                for (label, name) in [("Blue", &mut chosen.blue), ("Pink", &mut chosen.pink)] {
+                    ui.label(label);
+                    ComboBox::from_id_salt(label).selected_text(name.as_str()).show_ui(ui, |ui| {
+                        for (team, recipe) in registry.teams() {
+                            ui.selectable_value(name, team.to_owned(), team).on_hover_text(&recipe.description);
+                        }
+                    });
+                    ui.end_row();
+                }
+                if chosen != teams {
+                    commands.write(MatchCommand::Teams(chosen));
+                }
+            });
+            if !timeline.is_replay() {
+                ui.separator();
+                ui.label(bright("While it runs"));
+                let mut changed = scenario.clone();
+                show_settings(ui, &mut changed);
+                if changed != *scenario {
+                    commands.write(MatchCommand::Change(Box::new(changed)));
+                }
+            }
+            if ui.button("Close").clicked() {
+                actions.write(Action::Toggle(Switch::Game));
+            }
+        });
+    });
+    Ok(())
+}
+
+/// The settings that can change in the middle of a match.
+fn show_settings(ui: &mut egui::Ui, scenario: &mut Scenario) {
+    Grid::new("settings").num_columns(2).spacing([16.0, 6.0]).show(ui, |ui| {
+        ui.label("Sensors").on_hover_text("What robots perceive: perfectly, within their limits, or with noise");
+        let now = scenario.fidelity.vision.unwrap_or_default();
+        let mut fidelity = now;
+        ComboBox::from_id_salt("fidelity").selected_text(fidelity_name(now)).show_ui(ui, |ui| {
+            for choice in [Fidelity::Truth, Fidelity::Ideal, Fidelity::Noisy, Fidelity::Image] {
+                ui.selectable_value(&mut fidelity, choice, fidelity_name(choice));
+            }
+        });
+        if fidelity != now {
+            scenario.fidelity = Fidelities::all(fidelity);
+        }
+        ui.end_row();
+        let mut slider = |label: &str, hint: &str, slider: Slider| {
+            ui.label(label).on_hover_text(hint);
+            ui.add(slider);
+            ui.end_row();
+        };
+        let messages = &mut scenario.messages;
+        slider("Messages lost", "The share of messages that do not arrive", Slider::new(&mut messages.loss, 0.0..=1.0));
+        let delay = Slider::new(&mut messages.delay_cycles, 1..=90).suffix(" cycles");
+        slider("Message delay", "From sending to arrival", delay);
+        let motion = &mut scenario.motion;
+        let speed = Slider::new(&mut motion.max_linear_mps, 0.05..=1.0).suffix(" m/s");
+        slider("Walking speed", "The greatest, of robots without one of their own", speed);
+        let mut turn_deg = motion.max_angular.to_degrees();
+        slider("Turning speed", "The greatest", Slider::new(&mut turn_deg, 10.0..=360.0).suffix("°/s"));
+        if (turn_deg - motion.max_angular.to_degrees()).abs() > 1e-3 {
+            motion.max_angular = turn_deg.to_radians();
+        }
+        let error = &mut motion.error_sd;
+        let walk = Slider::new(&mut error.dx_m, 0.0..=0.01).suffix(" m").fixed_decimals(4);
+        slider("Walking error", "Spread in each cycle", walk);
+        if let Some(ball) = &mut scenario.ball
+            && let Rolling::ExponentialPerS(drag) = &mut ball.rolling
+        {
+            slider("Drag of the ball", "How fast it slows down", Slider::new(drag, 0.05..=2.0).suffix(" /s"));
+        }
+    });
+}
+
+fn fidelity_name(fidelity: Fidelity) -> &'static str {
+    match fidelity {
+        Fidelity::Truth => "truth",
+        Fidelity::Ideal => "ideal",
+        Fidelity::Noisy => "noisy",
+        Fidelity::Image => "image",
+    }
+}
