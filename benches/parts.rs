@@ -153,7 +153,7 @@ fn memory_of_a_match(name: &str) {
 }
 
 fn scaling_of_a_batch(name: &str) {
-    let scenario = Scenario { duration_s: Some(BATCH_MATCH_S), ..Scenario::named(name).unwrap() };
+    let scenario = Scenario { duration_s: Some(BATCH_MATCH_S as f32), ..Scenario::named(name).unwrap() };
     let seconds = |threads: usize| {
         let batch = Batch { variants: vec![scenario.clone()], matches: BATCH_MATCHES, first_seed: 1, threads };
         (0..ROUNDS)
