@@ -7,12 +7,13 @@ use bevy::math::ops;
 use bevy::prelude::*;
 use std::collections::BTreeMap;
 
-use crate::appearance::gait::Gait;
+use crate::appearance::gait::{Gait, swings};
 use crate::appearance::posing::JointAngles;
 use crate::appearance::scene::{SceneDescription, SceneRobot, world_from_body};
 use crate::appearance::view::View;
 use crate::ball::{Ball, BallPhysics};
 use crate::cycle::CycleClock;
+use crate::events::{CycleEvents, MatchEvent};
 use crate::geometry::Pose;
 use crate::pitch::{Pitch, Post};
 use crate::referee::Penalty;
@@ -45,6 +46,14 @@ impl Photographer {
         let scene = &mut self.scene;
         scene.pitch.clone_from(world.resource::<Pitch>());
         scene.robots.clear();
+        for event in world.resource::<CycleEvents>().iter() {
+            if let MatchEvent::Kick { robot, kick_type, result, reason, .. } = event
+                && swings(*result, *reason)
+            {
+                let started_s = world.resource::<CycleClock>().start_time_s();
+                self.gaits.entry(*robot).or_default().kick = Some((*kick_type, started_s));
+            }
+        }
         for (id, entity) in world.resource::<Roster>().iter() {
             if world.get::<Penalty>(entity).is_some_and(Penalty::is_active) {
                 continue;
