@@ -2,7 +2,7 @@
 //! window.
 //!
 //! It is a Bevy app of its own with nothing but the renderer in it. A picture is asked for and returned at once, so that it
-//! belongs to the cycle that asked for it: the scene is put on the [`stage`], one camera a picture draws into a texture, and
+//! belongs to the cycle that asked for it: the scene is put on the stage, one camera a picture draws into a texture, and
 //! the textures are read back before [`GpuRenderer::draw`] returns. The cameras see the stage and nothing else: what a viewer
 //! draws over a match is in another world.
 //!
