@@ -18,7 +18,7 @@ use naoisis::prelude::*;
 use naoisis::random::RandomStream;
 
 /// Situations that both are tried in.
-const SITUATIONS: u64 = 200;
+const SITUATIONS: u64 = 1000;
 /// Draws for each direction, and directions.
 const DRAWS: usize = 100;
 const DIRECTIONS: usize = 15;
