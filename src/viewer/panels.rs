@@ -154,23 +154,18 @@ fn status(playback: &Playback, clock: &CycleClock, scenario: Option<&Scenario>) 
 }
 
 fn show_help(mut contexts: EguiContexts, mut actions: MessageWriter<Action>) -> Result {
-    panel("help", Align2::CENTER_CENTER, [0.0, 0.0]).show(contexts.ctx_mut()?, |ui| {
+    /// Width of the list, and what of the window's height it leaves to everything else, logical pixels.
+    const WIDTH: f32 = 620.0;
+    const AROUND: f32 = 150.0;
+
+    let context = contexts.ctx_mut()?;
+    let height = (context.content_rect().height() - AROUND).max(100.0);
+    panel("help", Align2::CENTER_CENTER, [0.0, 0.0]).show(context, |ui| {
         card(ui).fill(ui.visuals().panel_fill).inner_margin(Margin::same(18)).show(ui, |ui| {
+            ui.set_width(WIDTH);
             ui.label(bright("Keys").size(text_size::TITLE).strong());
             ui.add_space(6.0);
-            egui::Grid::new("keys").num_columns(4).spacing([24.0, 5.0]).show(ui, |ui| {
-                let lines: Vec<_> = keys::help().collect();
-                // Two columns of lines.
-                let (left, right) = lines.split_at(lines.len().div_ceil(2));
-                for (index, (name, description)) in left.iter().enumerate() {
-                    let second = right.get(index).copied().unwrap_or_default();
-                    for (name, description) in [(*name, *description), second] {
-                        ui.label(bright(name));
-                        ui.label(dim(description));
-                    }
-                    ui.end_row();
-                }
-            });
+            egui::ScrollArea::vertical().max_height(height).min_scrolled_height(height).show(ui, show_keys);
             ui.add_space(6.0);
             if ui.button("Close").clicked() {
                 actions.write(Action::Toggle(Switch::Help));
@@ -178,6 +173,22 @@ fn show_help(mut contexts: EguiContexts, mut actions: MessageWriter<Action>) -> 
         });
     });
     Ok(())
+}
+
+fn show_keys(ui: &mut egui::Ui) {
+    egui::Grid::new("keys").num_columns(4).spacing([24.0, 5.0]).show(ui, |ui| {
+        let lines: Vec<_> = keys::help().collect();
+        // Two columns of lines.
+        let (left, right) = lines.split_at(lines.len().div_ceil(2));
+        for (index, (name, description)) in left.iter().enumerate() {
+            let second = right.get(index).copied().unwrap_or_default();
+            for (name, description) in [(*name, *description), second] {
+                ui.label(bright(name));
+                ui.label(dim(description));
+            }
+            ui.end_row();
+        }
+    });
 }
 
 /// The team's name in the scenario, or its colour.
