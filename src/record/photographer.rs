@@ -7,13 +7,12 @@ use bevy::math::ops;
 use bevy::prelude::*;
 use std::collections::BTreeMap;
 
-use crate::appearance::gait::{Gait, swings};
+use crate::appearance::gait::Gait;
 use crate::appearance::posing::JointAngles;
 use crate::appearance::scene::{SceneDescription, SceneRobot, world_from_body};
 use crate::appearance::view::View;
 use crate::ball::{Ball, BallPhysics};
 use crate::cycle::CycleClock;
-use crate::events::{CycleEvents, MatchEvent};
 use crate::geometry::Pose;
 use crate::pitch::{Pitch, Post};
 use crate::referee::Penalty;
@@ -46,14 +45,6 @@ impl Photographer {
         let scene = &mut self.scene;
         scene.pitch.clone_from(world.resource::<Pitch>());
         scene.robots.clear();
-        for event in world.resource::<CycleEvents>().iter() {
-            if let MatchEvent::Kick { robot, kick_type, result, reason, .. } = event
-                && swings(*result, *reason)
-            {
-                let started_s = world.resource::<CycleClock>().start_time_s();
-                self.gaits.entry(*robot).or_default().kick = Some((*kick_type, started_s));
-            }
-        }
         for (id, entity) in world.resource::<Roster>().iter() {
             if world.get::<Penalty>(entity).is_some_and(Penalty::is_active) {
                 continue;
@@ -61,6 +52,7 @@ impl Photographer {
             let Some(pose) = world.get::<Pose>(entity).copied() else { continue };
             let head = world.get::<HeadAngles>(entity).copied().unwrap_or_default();
             let gait = self.gaits.entry(id).or_default();
+            gait.kick = world.get::<Gait>(entity).and_then(|gait| gait.kick);
             gait.follow(pose, world.get::<Velocity>(entity).copied().unwrap_or_default(), now_s);
             let joints: JointAngles = gait.joints(id, head);
             let posture = world.get::<Posture>(entity).copied().unwrap_or_default();
@@ -180,6 +172,26 @@ pub fn view_of_field(pitch: &Pitch, size: [u32; 2]) -> View {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scenario::Scenario;
+    use crate::simulation::{MatchApp, NaoisisPlugins};
+
+    #[test]
+    fn a_leg_swings_in_pictures_of_a_kick() {
+        let mut app = App::new();
+        app.add_plugins(NaoisisPlugins);
+        let scenario = r#"{ "rules": "free", "ball": { "position_m": [0.15, -0.05] }, "robots": [{ "number": 1,
+            "behaviour": { "script": [{ "from_s": 0.1, "kick": { "type": "right_straight", "speed": 1.0 } }] } }] }"#;
+        app.start_match(&Scenario::from_json(scenario).unwrap()).unwrap();
+        let mut photographer = Photographer::default();
+        let mut hips = Vec::new();
+        for _ in 0..8 {
+            app.run_cycles(1);
+            photographer.look(app.world_mut());
+            hips.push(photographer.scene().robots[0].joints.legs[1].hip);
+        }
+        // It stands still before, and its right leg is far in front when the ball is struck.
+        assert!(hips[0].abs() < 0.01 && hips.iter().any(|hip| *hip > 0.3), "{hips:?}");
+    }
 
     #[test]
     fn the_whole_pitch_is_in_the_picture() {

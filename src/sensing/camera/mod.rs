@@ -5,7 +5,7 @@
 //! geometry of both is the [`model`]. What is recognised in them is the [vision](crate::sensing::vision)'s matter,
 //! which need not have an image rendered.
 //!
-//! **Images** ([`CameraImages`]) are rendered on request (`"render": "software"`), and for robots that see by them
+//! **Images** ([`CameraImages`]) are rendered on request (`"render": "software"` or `"gpu"`), and for robots that see by them
 //! (`"source": "image"`): of either design of robots, in every cycle or every few, with changing light, noise and blur
 //! ([`noise`]), and for learning with what each pixel is and how far away. A robot does not see itself. One that is off the
 //! pitch or lies has no images.
@@ -44,7 +44,7 @@ pub mod software;
 use image::Image;
 use noise::ImageNoise;
 
-/// Fills every robot's [`CameraImages`] where they are rendered by software.
+/// Fills every robot's [`CameraImages`] where they are rendered.
 pub struct CameraPlugin;
 
 impl Plugin for CameraPlugin {
