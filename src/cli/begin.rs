@@ -6,6 +6,7 @@ use std::process::ExitCode;
 
 use super::report;
 use super::run::RunArguments;
+use crate::cycle::CycleClock;
 use crate::scenario::{Format, Scenario, ScenarioFile};
 use crate::simulation::snapshot::EXTENSION;
 use crate::simulation::{MatchApp, Snapshot, change_settings};
@@ -80,5 +81,15 @@ fn go_on(app: &mut App, arguments: &RunArguments) -> Result<(), ExitCode> {
     let mut scenario = app.world().resource::<Scenario>().clone();
     change_from_command_line(&mut scenario, arguments)?;
     change_settings(app.world_mut(), &scenario).map_err(|fault| usage_error(&fault.to_string()))?;
-    Ok(())
+    let clock = app.world().resource::<CycleClock>();
+    match scenario.last_cycle() {
+        // How long a match lasts is saved with it.
+        Some(last) if last <= clock.cycle => Err(usage_error(&format!(
+            "{}: the match is over, all of its {:.1} s are played; expected a later end, such as --duration {:.0}",
+            path.display(),
+            clock.end_time_s(),
+            2.0 * clock.end_time_s().max(1.0),
+        ))),
+        _ => Ok(()),
+    }
 }
