@@ -14,6 +14,7 @@ use crate::knowledge::Knowledge;
 use crate::pitch::End;
 use crate::robot::RobotId;
 
+mod association;
 pub mod ball;
 pub mod error;
 pub mod landmarks;
