@@ -17,6 +17,7 @@ use crate::robot::RobotId;
 mod association;
 pub mod ball;
 pub mod error;
+mod guesses;
 pub mod landmarks;
 pub mod line_sighting;
 pub mod localisation;
