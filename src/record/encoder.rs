@@ -124,13 +124,13 @@ impl EncoderThreads<PngWork> {
     }
 }
 
-impl EncoderThreads<Image> {
+impl EncoderThreads<Arc<Image>> {
     /// Writes pictures into a video with so many seconds between them.
     pub(super) fn for_video(path: &Path, file: File, frame_s: f64) -> Self {
         let (path, file) = (path.to_owned(), Arc::new(file));
         Self::start(1, move |work| {
             let mut video: Option<VideoFile> = None;
-            work.carry_out(|image: Image| {
+            work.carry_out(|image: Arc<Image>| {
                 let video = match &mut video {
                     Some(video) => video,
                     none => none.insert(VideoFile::new(&path, Arc::clone(&file), &image, frame_s)?),
@@ -157,7 +157,7 @@ mod tests {
         let threads = EncoderThreads::for_video(&path, File::create(&path).unwrap(), 0.1);
         for index in 0..25u8 {
             let image = Image { width: 33, height: 16, rgb: vec![10 * index; 3 * 33 * 16], ..default() };
-            assert!(threads.send(image));
+            assert!(threads.send(Arc::new(image)));
         }
         threads.finish().unwrap();
         let bytes = fs::read(&path).unwrap();
