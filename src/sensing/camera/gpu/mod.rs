@@ -106,7 +106,7 @@ pub struct GpuRenderer {
 /// A camera of Bevy's, its texture, and where this is read back to.
 struct Camera3 {
     entity: Entity,
-    target: Handle<bevy::image::Image>,
+    target: Handle<Image>,
     size: UVec2,
     buffer: Option<Buffer>,
 }
@@ -222,7 +222,7 @@ impl GpuRenderer {
         let world = self.apps.main.world_mut();
         let is_new = self.cameras.get(number).is_none_or(|camera| camera.size != size);
         if is_new {
-            let target = world.resource_mut::<Assets<bevy::image::Image>>().add(texture(size));
+            let target = world.resource_mut::<Assets<Image>>().add(texture(size));
             let entity = world
                 .spawn((Camera3d::default(), RenderTarget::from(target.clone()), Tonemapping::None, Msaa::Off))
                 .id();
