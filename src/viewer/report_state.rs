@@ -12,7 +12,7 @@
 //! | `cycle`, `shown_cycle` | of the match; of the moment that is shown, if that is the past |
 //! | `paused`, `speed`, `replay`, `over` | how it is shown |
 //! | `state`, `score` | of the game |
-//! | `ball`, `robots` | of each the `pose` (m, m, degrees), the place in the window (`pixel`, if it is there), whether it is penalised |
+//! | `ball`, `robots` | of each the `pose` (m, m, degrees), the place in the window (`pixel`, if it is there); of robots whether they are `penalised`, and the `head` (yaw, pitch, degrees) |
 //! | `selected`, `driven` | robots |
 //! | `filming` | whether a video of the window is being recorded |
 //! | `shown` | the switches of the panels |
@@ -45,6 +45,7 @@ use crate::ball::Ball;
 use crate::cycle::CycleClock;
 use crate::geometry::to_degrees;
 use crate::referee::{Game, Penalty};
+use crate::robot::head::HeadAngles;
 use crate::robot::{RobotId, Roster};
 use crate::scenario::Scenario;
 
@@ -110,7 +111,7 @@ struct Reported<'w, 's> {
     overlays: Res<'w, Overlays>,
     notice: Res<'w, Notice>,
     roster: Res<'w, Roster>,
-    robots: Query<'w, 's, (&'static RobotId, &'static Transform, &'static Penalty)>,
+    robots: Query<'w, 's, (&'static RobotId, &'static Transform, &'static Penalty, &'static HeadAngles)>,
     balls: Query<'w, 's, &'static Transform, With<Ball>>,
     cameras: Query<'w, 's, (&'static Camera, &'static GlobalTransform), With<ViewerCamera>>,
     windows: Query<'w, 's, &'static Window>,
@@ -134,9 +135,10 @@ impl Reported<'_, '_> {
             .roster
             .iter()
             .filter_map(|(_, entity)| self.robots.get(entity).ok())
-            .map(|(id, place, penalty)| {
+            .map(|(id, place, penalty, head)| {
                 let mut robot = self.thing(place, CHEST_M);
                 robot["penalised"] = penalty.is_active().into();
+                robot["head"] = json!([to_degrees(head.yaw), to_degrees(head.pitch)]);
                 (id.to_string(), robot)
             })
             .collect();

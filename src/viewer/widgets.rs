@@ -3,7 +3,7 @@
 //! They are those of the tree that egui makes for screen readers. It is made only when the viewer's state is reported.
 
 use bevy::prelude::*;
-use bevy_egui::egui::accesskit::{Action, Node, NodeId, Toggled, TreeUpdate};
+use bevy_egui::egui::accesskit::{Action, Node, NodeId, Role, Toggled, TreeUpdate};
 use bevy_egui::{EguiContext, EguiOutput};
 use core::cmp::Ordering;
 use serde::Serialize;
@@ -61,7 +61,8 @@ fn widgets_of(tree: &TreeUpdate, scale: f64) -> Vec<Widget> {
     let nodes: BTreeMap<NodeId, &Node> = tree.nodes.iter().map(|(id, node)| (*id, node)).collect();
     let name_of = |node: &Node| {
         let beside = || node.labelled_by().iter().find_map(|id| nodes.get(id)?.value());
-        node.label().filter(|words| !words.is_empty()).or_else(beside).map(str::to_owned)
+        let words = if node.role() == Role::Label { node.value() } else { node.label() };
+        words.filter(|words| !words.is_empty()).or_else(beside).map(str::to_owned)
     };
     let is_operable = |node: &Node| !node.is_disabled() && node.supports_action(Action::Click);
     let widget_of = |node: &Node| {
@@ -70,7 +71,7 @@ fn widgets_of(tree: &TreeUpdate, scale: f64) -> Vec<Widget> {
         Some(Widget {
             name: name_of(node)?,
             value: toggled
-                .or_else(|| node.value().map(str::to_owned))
+                .or_else(|| node.value().filter(|_| node.role() != Role::Label).map(str::to_owned))
                 .or_else(|| node.numeric_value().map(|value| value.to_string())),
             edges: [bounds.x0, bounds.y0, bounds.x1, bounds.y1].map(|edge| edge * scale),
         })
@@ -85,7 +86,7 @@ fn widgets_of(tree: &TreeUpdate, scale: f64) -> Vec<Widget> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bevy_egui::egui::{self, Button, ComboBox, RawInput, Slider};
+    use bevy_egui::egui::{self, Button, ComboBox, Label, RawInput, Sense, Slider};
 
     fn shown(show: impl FnMut(&mut egui::Ui)) -> Vec<Widget> {
         let context = egui::Context::default();
@@ -103,13 +104,14 @@ mod tests {
         let (mut on, mut share) = (true, 0.25);
         let widgets = shown(|ui| {
             ui.label("not a thing to press");
+            ui.add(Label::new("whistle").sense(Sense::click()));
             let _pressed = ui.button("Open");
             ui.checkbox(&mut on, "Areas");
             ui.add_enabled(false, Button::new("Close"));
             let label = ui.label("Lost").id;
             ui.add(Slider::new(&mut share, 0.0..=1.0)).labelled_by(label);
         });
-        let expected = [("Open", None), ("Areas", Some("true")), ("Lost", Some("0.25"))];
+        let expected = [("whistle", None), ("Open", None), ("Areas", Some("true")), ("Lost", Some("0.25"))];
         assert_eq!(names_and_values(&widgets), expected);
     }
 
