@@ -25,7 +25,7 @@ pub struct PlayArguments {
     #[arg(long, value_name = "TEAM")]
     pub pink: Option<String>,
     /// Seed of all random numbers, instead of the scenario's
-    #[arg(long)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub seed: Option<u64>,
     /// The window.
     #[command(flatten)]
