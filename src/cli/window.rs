@@ -2,6 +2,7 @@
 
 use clap::Args;
 use std::path::PathBuf;
+#[cfg(feature = "viewer")]
 use std::time::Instant;
 
 /// Arguments of the commands that open a window.
@@ -11,14 +12,17 @@ pub struct WindowArguments {
     #[arg(long, value_name = "FILE")]
     pub report_state: Option<PathBuf>,
     /// When the program began.
+    #[cfg(feature = "viewer")]
     #[arg(skip)]
     pub began: Began,
 }
 
 /// When the program began, as soon as the command line is looked at.
+#[cfg(feature = "viewer")]
 #[derive(Debug, Clone, Copy)]
 pub struct Began(pub Instant);
 
+#[cfg(feature = "viewer")]
 impl Default for Began {
     fn default() -> Self {
         Self(Instant::now())
