@@ -44,10 +44,7 @@ fn change_from_command_line(scenario: &mut Scenario, arguments: &RunArguments) -
         scenario.seed = seed;
     }
     if let Some(duration_s) = arguments.duration {
-        scenario.duration_s = Some(duration_s);
-        if let Err(fault) = scenario.validate() {
-            return Err(report::usage_error(&format!("--duration: {}; expected {}", fault.message, fault.expected)));
-        }
+        set_duration(scenario, duration_s)?;
     }
     if let Some(cameras) = arguments.cameras {
         scenario.cameras.render = cameras.into();
@@ -56,6 +53,17 @@ fn change_from_command_line(scenario: &mut Scenario, arguments: &RunArguments) -
         }
     }
     Ok(())
+}
+
+/// Stops the match after a time, s.
+///
+/// # Errors
+/// The exit status of what is wrong, which is said already.
+pub fn set_duration(scenario: &mut Scenario, duration_s: f32) -> Result<(), ExitCode> {
+    scenario.duration_s = Some(duration_s);
+    scenario
+        .validate()
+        .map_err(|fault| report::usage_error(&format!("--duration: {}; expected {}", fault.message, fault.expected)))
 }
 
 /// Goes on with a saved match, with other settings if the command line has some.
