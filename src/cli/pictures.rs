@@ -40,6 +40,11 @@ impl PictureArguments {
         if self.every.is_some() && !moving {
             return Err("--every: expected --frames DIR or --video FILE with it".to_owned());
         }
+        for (index, picture) in self.views.iter().enumerate() {
+            if self.views[..index].contains(picture) {
+                return Err(format!("--views: {picture} is there twice; expected different views"));
+            }
+        }
         if !self.views.is_empty() && !moving && self.sheet.is_none() {
             return Err("--views: expected --frames DIR, --video FILE or --sheet FILE with it".to_owned());
         }
