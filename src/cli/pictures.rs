@@ -65,14 +65,7 @@ impl PictureArguments {
         let every = self.every.unwrap_or(1);
         let cycle_s = world.resource::<CycleClock>().period_s;
         let mut album = Album::default();
-        if let Some(folder) = &self.frames {
-            let frames = FrameRecorder::create(folder, every, self.views.clone());
-            album.frames = Some(frames.map_err(|error| format!("--frames: {error}"))?);
-        }
-        if let Some(path) = &self.video {
-            let video = VideoRecorder::create(path, every, self.views.clone(), cycle_s);
-            album.video = Some(video.map_err(|error| format!("--video: {error}"))?);
-        }
+        // The video's file is made last: a command that fails before leaves nothing behind.
         if let Some(path) = &self.sheet {
             let camera = self.views.iter().find_map(|picture| match picture {
                 Picture::Camera(robot, side) => Some((*robot, *side)),
@@ -84,6 +77,14 @@ impl PictureArguments {
             };
             let sheet = SheetRecorder::create(path, robot, side);
             album.sheet = Some(sheet.map_err(|error| format!("--sheet: {error}"))?);
+        }
+        if let Some(folder) = &self.frames {
+            let frames = FrameRecorder::create(folder, every, self.views.clone());
+            album.frames = Some(frames.map_err(|error| format!("--frames: {error}"))?);
+        }
+        if let Some(path) = &self.video {
+            let video = VideoRecorder::create(path, every, self.views.clone(), cycle_s);
+            album.video = Some(video.map_err(|error| format!("--video: {error}"))?);
         }
         if !album.is_empty() {
             album.record(world);

@@ -112,7 +112,8 @@ pub fn run_scenario(file: &ScenarioFile, arguments: &RunArguments) -> ExitCode {
 fn run_match(arguments: &RunArguments, begin: impl FnOnce(&mut App) -> Result<(), ExitCode>) -> ExitCode {
     let mut app = App::new();
     app.add_plugins((
-        LogPlugin { level: Level::WARN, filter: "warn".to_owned(), ..default() },
+        // That there is no adapter is said by whoever asks for one.
+        LogPlugin { level: Level::WARN, filter: "warn,wgpu_hal::vulkan::instance=off".to_owned(), ..default() },
         NaoisisPlugins,
         TracePlugin,
     ));
@@ -127,6 +128,10 @@ fn run_match(arguments: &RunArguments, begin: impl FnOnce(&mut App) -> Result<()
     let flag = Arc::clone(&interrupted);
     if let Err(error) = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed)) {
         return report::failure(&format!("cannot watch for interrupts: {error}"));
+    }
+    // Of what is recorded, only a trace and beliefs are written over files that are there: so they come last.
+    if let Err(message) = arguments.pictures.begin(app.world_mut()) {
+        return report::usage_error(&message);
     }
     match open_trace(arguments) {
         Ok(None) => {}
@@ -146,9 +151,6 @@ fn run_match(arguments: &RunArguments, begin: impl FnOnce(&mut App) -> Result<()
                 return report::usage_error(&format!("cannot write the beliefs to {}: {error}", path.display()));
             }
         };
-    }
-    if let Err(message) = arguments.pictures.begin(app.world_mut()) {
-        return report::usage_error(&message);
     }
     if arguments.explain {
         print_beside_trace(arguments, &title(&scenario));

@@ -32,6 +32,9 @@ pub enum RecordError {
     /// Something is there already.
     #[error("{0}: there is such a file already; expected a new name")]
     Exists(PathBuf),
+    /// A file is there.
+    #[error("{0}: this is a file; expected a folder, new or empty")]
+    NotAFolder(PathBuf),
     /// Its name does not say what it is.
     #[error("{path}: expected a file name that ends in .{extension}")]
     Extension {
@@ -71,7 +74,7 @@ pub enum Layer {
     Colours,
     /// What each pixel is: the number of its [`Label`] as an index into a palette in which they can be told apart.
     Labels,
-    /// How far away each pixel is, in millimetres of 16 bits, and 65535 where that is too far or nothing is there.
+    /// How far away each pixel is, in millimetres of 16 bits: 65535 where that is more, 0 for the sky.
     Depth,
 }
 
@@ -193,7 +196,10 @@ impl EncoderThreads<Image> {
                 };
                 video.add(&image)
             });
-            if let Some(Err(error)) = video.map(VideoFile::finish) {
+            // After a failure, what is still to be written has lost what it follows.
+            if !has_failed(&work.failure)
+                && let Some(Err(error)) = video.map(VideoFile::finish)
+            {
                 fail(&work.failure, error);
             }
         })
@@ -231,7 +237,7 @@ fn encode_png(file: File, layer: Layer, image: &Image) -> io::Result<()> {
         Layer::Depth => {
             encoder.set_color(png::ColorType::Grayscale);
             encoder.set_depth(png::BitDepth::Sixteen);
-            // The conversion saturates, also for the infinite depth of the sky.
+            // The conversion saturates.
             millimetres =
                 image.depth_m.iter().flat_map(|depth_m| ((1e3 * depth_m).round() as u16).to_be_bytes()).collect();
             &millimetres
@@ -272,6 +278,8 @@ const QUANTISER: u8 = 22;
 struct VideoFile {
     path: PathBuf,
     file: Arc<File>,
+    /// What is written of it, bytes: whole fragments.
+    length: u64,
     encoder: Encoder,
     muxer: Option<FragmentedMuxer>,
     frame_s: f64,
@@ -294,7 +302,7 @@ impl VideoFile {
             .map_err(|error| RecordError::Encoding { path: path.to_owned(), message: format!("{error:?}") })?;
         let plane = |share: usize| vec![0; width * height / share];
         let frame = YuvFrame { width, height, y: plane(1), u: plane(4), v: plane(4) };
-        Ok(Self { path: path.to_owned(), file, encoder, muxer: None, frame_s, count: 0, frame })
+        Ok(Self { path: path.to_owned(), file, length: 0, encoder, muxer: None, frame_s, count: 0, frame })
     }
 
     fn add(&mut self, image: &Image) -> Result<(), RecordError> {
@@ -314,7 +322,7 @@ impl VideoFile {
                 }
                 let mut muxer = FragmentedMuxer::new(settings)
                     .map_err(|error| RecordError::Encoding { path: self.path.clone(), message: error.to_string() })?;
-                (&*self.file).write_all(&muxer.init_segment()).map_err(RecordError::io(&self.path))?;
+                append(&self.file, &mut self.length, &muxer.init_segment()).map_err(RecordError::io(&self.path))?;
                 none.insert(muxer)
             }
         };
@@ -326,17 +334,27 @@ impl VideoFile {
         if muxer.ready_to_flush()
             && let Some(fragment) = muxer.flush_segment()
         {
-            (&*self.file).write_all(&fragment).map_err(RecordError::io(&self.path))?;
+            append(&self.file, &mut self.length, &fragment).map_err(RecordError::io(&self.path))?;
         }
         Ok(())
     }
 
     fn finish(mut self) -> Result<(), RecordError> {
         if let Some(fragment) = self.muxer.as_mut().and_then(FragmentedMuxer::flush_segment) {
-            (&*self.file).write_all(&fragment).map_err(RecordError::io(&self.path))?;
+            append(&self.file, &mut self.length, &fragment).map_err(RecordError::io(&self.path))?;
         }
         Ok(())
     }
+}
+
+/// Adds to a file that is so long. What can be written of it only in part is taken back: no player likes half a fragment.
+fn append(mut file: &File, length: &mut u64, bytes: &[u8]) -> io::Result<()> {
+    file.write_all(bytes).inspect_err(|_| {
+        // If not even that can be done, the first error says enough.
+        let _ = file.set_len(*length);
+    })?;
+    *length += bytes.len() as u64;
+    Ok(())
 }
 
 /// To brightness and colour differences of limited range (ITU-R BT.601), the latter at half the resolution.

@@ -34,6 +34,9 @@ impl FrameRecorder {
     /// # Errors
     /// When the folder cannot be made or is not empty.
     pub fn create(folder: &Path, every: u64, pictures: Vec<Picture>) -> Result<Self, RecordError> {
+        if folder.is_file() {
+            return Err(RecordError::NotAFolder(folder.to_owned()));
+        }
         fs::create_dir_all(folder).map_err(RecordError::io(folder))?;
         if fs::read_dir(folder).map_err(RecordError::io(folder))?.next().is_some() {
             return Err(RecordError::NotEmpty(folder.to_owned()));
@@ -136,6 +139,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         fs::write(folder.path().join("diary.txt"), "dear diary").unwrap();
         assert!(matches!(FrameRecorder::create(folder.path(), 1, vec![]), Err(RecordError::NotEmpty(_))));
+        let file = folder.path().join("diary.txt");
+        assert!(matches!(FrameRecorder::create(&file, 1, vec![]), Err(RecordError::NotAFolder(_))));
         let new = folder.path().join("new/folder");
         assert!(FrameRecorder::create(&new, 1, vec![]).is_ok());
         assert_eq!(fs::read_dir(new).unwrap().count(), 0);
