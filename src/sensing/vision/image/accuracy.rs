@@ -125,7 +125,7 @@ pub struct Accuracy {
     pub goal_posts: ClassAccuracy,
     /// Robots.
     pub robots: ClassAccuracy,
-    /// Penalty crosses that no edge of the image cuts off.
+    /// Penalty crosses of which all is seen.
     pub penalty_crosses: ClassAccuracy,
 }
 
@@ -134,7 +134,7 @@ impl fmt::Display for Accuracy {
         writeln!(
             formatter,
             "{} images, {:.0} a second on one core; visible: at least {LEAST_PIXELS} pixels (of a robot: of its waistband; of a \
-             cross: all of it up to what hides it)",
+             cross: all of it)",
             self.images,
             self.images as f64 / self.looking_s.max(1e-9)
         )?;
@@ -254,11 +254,12 @@ impl Accuracy {
         let size = scene.pitch.penalty_mark_size_m;
         let [one, other, _] = scene.pitch.marks();
         let all = [one, other].map(in_robot);
+        // The middle and the ends of both bars are seen.
         let is_whole = |cross: &Vec2| {
-            let corners = [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)];
-            corners.into_iter().all(|(x, y)| {
-                let pixel = view.project((*cross + Vec2::new(x, y) * (0.5 * size)).extend(0.0));
-                pixel.is_some_and(|pixel| pixel.cmpge(Vec2::ONE).all() && pixel.cmple(view.intrinsics.size - 1.0).all())
+            [Vec2::ZERO, Vec2::X, -Vec2::X, Vec2::Y, -Vec2::Y].into_iter().all(|end| {
+                let pixel =
+                    view.project((*cross + end * (0.45 * size)).extend(0.0)).filter(|p| p.cmpge(Vec2::ZERO).all());
+                pixel.is_some_and(|pixel| image.label(pixel.x as u32, pixel.y as u32) == Some(Label::Line))
             })
         };
         let whole = [one, other].into_iter().filter(is_whole).map(|cross| {
