@@ -17,8 +17,8 @@ const SPREAD: core::ops::Range<f32> = 0.5..1.8;
 const LEAST_GREEN: f32 = 0.9;
 /// No cross is broader, as a share of the length of its bars: from corner to opposite corner, and what edges add.
 const BROADEST: f32 = 1.3;
-/// Of a robot this far to the side, m, arms and feet may be seen before the carpet.
-const BESIDE_ROBOT_M: f32 = 0.25;
+/// To both sides of a robot, this far from its middle, its arms may be seen before the carpet, m.
+const BESIDE_ROBOT_M: f32 = 0.18;
 
 /// The white pixels of a spot.
 #[derive(Default)]
@@ -50,7 +50,7 @@ impl Look<'_> {
         let before = found.len();
         let mut last = None;
         for point in points {
-            // Most points are in the middle of a line that goes on to one of the sides.
+            // Several points are on one cross.
             let is_known = |&[left, top, width, height]: &[usize; 4]| {
                 let [u, v] = [point.pixel.x as usize, point.pixel.y as usize];
                 (left..left + width).contains(&u) && (top..top + height).contains(&v)
@@ -181,9 +181,9 @@ impl Look<'_> {
     }
 }
 
-/// Whether a place is about behind a robot, or at its feet.
+/// Whether a place is behind a robot, where it is hidden or just beside what is seen of the robot.
 fn is_beside(robot: Vec2, place: Vec2) -> bool {
     let direction = robot.normalize_or(Vec2::X);
-    direction.dot(place) > robot.length() - BESIDE_ROBOT_M
+    direction.dot(place) > robot.length()
         && direction.perp_dot(place / place.length().max(0.1)).abs() * robot.length() < BESIDE_ROBOT_M
 }
