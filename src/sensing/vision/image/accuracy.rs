@@ -254,23 +254,30 @@ impl Accuracy {
         let size = scene.pitch.penalty_mark_size_m;
         let [one, other, _] = scene.pitch.marks();
         let all = [one, other].map(in_robot);
-        // The middle and the ends of both bars are seen.
-        let is_whole = |cross: &Vec2| {
-            [Vec2::ZERO, Vec2::X, -Vec2::X, Vec2::Y, -Vec2::Y].into_iter().all(|end| {
-                let pixel =
-                    view.project((*cross + end * (0.45 * size)).extend(0.0)).filter(|p| p.cmpge(Vec2::ZERO).all());
-                pixel.is_some_and(|pixel| image.label(pixel.x as u32, pixel.y as u32) == Some(Label::Line))
-            })
-        };
-        let whole = [one, other].into_iter().filter(is_whole).map(|cross| {
+        let [long, wide] = [0.5 * size, 0.5 * scene.pitch.line_width_m.min(size)];
+        let whole = [one, other].into_iter().filter_map(|cross| {
+            // What two bars cover, which share a square.
+            let area = |x: f32, y: f32| {
+                area_in_image(view, [(x, y), (-x, y), (-x, -y), (x, -y)].map(|c| cross + Vec2::from(c)))
+            };
+            let expected = area(long, wide)? + area(wide, long)? - area(wide, wide)?;
             let is_its = |point: &Vec3| point.truncate().distance(cross) < size;
-            (in_robot(cross), pixels.of(Label::Line).filter(is_its).count())
+            let count = pixels.of(Label::Line).filter(is_its).count();
+            (count as f32 > 0.9 * expected).then(|| (in_robot(cross), count))
         });
         let visible: Vec<_> = whole.collect();
         let of_kind = findings.landmarks.iter().filter(|mark| mark.kind == LandmarkKind::PenaltyCross);
         let seen: Vec<Vec2> = of_kind.map(|mark| mark.position_m).collect();
         self.penalty_crosses.judge(&seen, &visible, &all);
     }
+}
+
+/// The area of a quadrilateral on the ground in an image, pixels²; none unless all of it is in the image.
+fn area_in_image(view: &View, corners: [Vec2; 4]) -> Option<f32> {
+    let is_inside = |pixel: &Vec2| pixel.cmpge(Vec2::ONE).all() && pixel.cmple(view.intrinsics.size - 1.0).all();
+    let pixel = |corner: Vec2| view.project(corner.extend(0.0)).filter(is_inside);
+    let [a, b, c, d] = [pixel(corners[0])?, pixel(corners[1])?, pixel(corners[2])?, pixel(corners[3])?];
+    Some((c - a).perp_dot(d - b).abs() / 2.0)
 }
 
 /// The points that an image's pixels show, with their labels.
