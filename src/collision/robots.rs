@@ -6,8 +6,9 @@
 
 use bevy::prelude::*;
 
+use super::bodies::for_each_overlap;
+pub use super::bodies::{Cylinder, RobotBody, Touched};
 use crate::geometry::{Pose, wrap_angle};
-use crate::robot::body::BodyBox;
 
 /// The longest way that any point of a torso goes between two looks, m: a quarter of its thickness.
 const LONGEST_STEP: f32 = 0.02;
@@ -17,42 +18,6 @@ const MOST_STEPS: f32 = 256.0;
 const PUSH_ROUNDS: usize = 8;
 /// Gap that is left between bodies that were pushed apart, m.
 const GAP: f32 = 1e-5;
-
-/// A robot as far as collisions are concerned.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct RobotBody {
-    /// Where it was at the start of the cycle.
-    pub start: Pose,
-    /// Where it wants to be at the end; after [`resolve_robots`], where it will be.
-    pub end: Pose,
-    /// Its torso.
-    pub torso: BodyBox,
-}
-
-impl RobotBody {
-    /// Whether it wants to move at all.
-    pub fn is_moving(&self) -> bool {
-        self.start != self.end
-    }
-}
-
-/// An upright cylinder on the ground.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Cylinder {
-    /// Centre, m.
-    pub centre: Vec2,
-    /// Radius, m.
-    pub radius: f32,
-}
-
-/// What a robot touched.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Touched {
-    /// The robot with this index.
-    Robot(usize),
-    /// The cylinder with this index.
-    Cylinder(usize),
-}
 
 /// A contact of a robot.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -143,37 +108,6 @@ fn advanced(robot: &RobotBody, current: Pose, share: f32) -> Pose {
     }
 }
 
-/// Calls `visit` with every overlap of the torsos at `poses`: index, what it overlaps, how.
-fn for_each_overlap(
-    robots: &[RobotBody],
-    cylinders: &[Cylinder],
-    poses: &[Pose],
-    mut visit: impl FnMut(usize, Touched, super::footprints::Overlap),
-) {
-    for (index, robot) in robots.iter().enumerate() {
-        let pose = poses[index];
-        let reach = robot.torso.reach();
-        let near = |point: Vec2, other_reach: f32| {
-            let distance = reach + other_reach;
-            pose.position.distance_squared(point) < distance * distance
-        };
-        for (other, other_robot) in robots.iter().enumerate().skip(index + 1) {
-            if near(poses[other].position, other_robot.torso.reach())
-                && let Some(overlap) = robot.torso.footprint(pose).overlap(&other_robot.torso.footprint(poses[other]))
-            {
-                visit(index, Touched::Robot(other), overlap);
-            }
-        }
-        for (other, cylinder) in cylinders.iter().enumerate() {
-            if near(cylinder.centre, cylinder.radius)
-                && let Some(overlap) = robot.torso.footprint(pose).overlap_disc(cylinder.centre, cylinder.radius)
-            {
-                visit(index, Touched::Cylinder(other), overlap);
-            }
-        }
-    }
-}
-
 /// Pushes overlapping torsos apart, all at once, a few times over.
 fn push_apart(
     robots: &[RobotBody],
@@ -249,21 +183,7 @@ fn hold_back(robots: &[RobotBody], cylinders: &[Cylinder], workspace: &mut Works
     let Workspace { current, wanted, held, .. } = workspace;
     held.clear();
     held.resize(robots.len(), false);
-    loop {
-        let mut anew = false;
-        for_each_overlap(robots, cylinders, wanted, |robot, touched, _| {
-            let other = match touched {
-                Touched::Robot(other) => Some(other),
-                Touched::Cylinder(_) => None,
-            };
-            for index in [Some(robot), other].into_iter().flatten() {
-                anew |= !held[index];
-                held[index] = true;
-            }
-        });
-        if !anew {
-            return;
-        }
+    while hold_overlapping(robots, cylinders, wanted, held) {
         for (index, pose) in wanted.iter_mut().enumerate() {
             if held[index] {
                 *pose = current[index];
@@ -281,21 +201,26 @@ pub fn hold_back_from_end(robots: &mut [RobotBody], cylinders: &[Cylinder], held
             }
         }
         let poses: Vec<Pose> = robots.iter().map(|robot| robot.end).collect();
-        let mut anew = false;
-        for_each_overlap(robots, cylinders, &poses, |robot, touched, _| {
-            let other = match touched {
-                Touched::Robot(other) => Some(other),
-                Touched::Cylinder(_) => None,
-            };
-            for index in [Some(robot), other].into_iter().flatten() {
-                anew |= !held[index];
-                held[index] = true;
-            }
-        });
-        if !anew {
+        if !hold_overlapping(robots, cylinders, &poses, held) {
             return;
         }
     }
+}
+
+/// Marks whoever overlaps something at `poses` as held. Whether anybody was not before.
+fn hold_overlapping(robots: &[RobotBody], cylinders: &[Cylinder], poses: &[Pose], held: &mut [bool]) -> bool {
+    let mut anew = false;
+    for_each_overlap(robots, cylinders, poses, |robot, touched, _| {
+        let other = match touched {
+            Touched::Robot(other) => Some(other),
+            Touched::Cylinder(_) => None,
+        };
+        for index in [Some(robot), other].into_iter().flatten() {
+            anew |= !held[index];
+            held[index] = true;
+        }
+    });
+    anew
 }
 
 #[cfg(test)]
