@@ -93,3 +93,22 @@ impl PictureArguments {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn options_for_pictures_need_pictures_and_each_view_is_named_once() {
+        let frames = Some(PathBuf::from("frames"));
+        let views = |words: &[&str]| words.iter().map(|word| word.parse().unwrap()).collect::<Vec<Picture>>();
+        let fine = PictureArguments { frames, views: views(&["field", "blue1.top"]), every: Some(2), ..default() };
+        assert_eq!(fine.check(), Ok(()));
+        let twice = PictureArguments { views: views(&["blue1.top", "field", "blue1.top"]), ..fine.clone() };
+        assert!(twice.check().unwrap_err().starts_with("--views: blue1.top is there twice"));
+        let only_sheet = PictureArguments { frames: None, sheet: fine.frames.clone(), ..fine.clone() };
+        assert!(only_sheet.check().unwrap_err().starts_with("--every"));
+        let nothing = PictureArguments { frames: None, every: None, ..fine };
+        assert!(nothing.check().unwrap_err().starts_with("--views"));
+    }
+}

@@ -28,8 +28,8 @@ use crate::sensing::camera::CameraRendering;
 use crate::simulation::snapshot::EXTENSION;
 use crate::simulation::{NaoisisPlugins, Snapshot, resolved};
 
-/// Cycles between two looks at the progress bar.
-const CYCLES_PER_PROGRESS: u64 = 512;
+/// Cycles between two looks at the progress bar: so few that it moves where pictures take their time.
+const CYCLES_PER_PROGRESS: u64 = 16;
 
 /// What `--cameras` may say.
 #[derive(ValueEnum, Clone, Copy, PartialEq, Eq, Debug)]
