@@ -9,6 +9,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::colour_description;
 use super::error::RecordError;
 use crate::sensing::camera::image::Image;
 
@@ -56,6 +57,7 @@ impl VideoFile {
             .encoder
             .try_encode(&self.frame)
             .map_err(|error| RecordError::Encoding { path: self.path.clone(), message: format!("{error:?}") })?;
+        let unit = colour_description::add_to(unit);
         let muxer = match &mut self.muxer {
             Some(muxer) => muxer,
             none => {
