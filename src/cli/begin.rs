@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use super::report;
 use super::run::RunArguments;
 use crate::cycle::CycleClock;
-use crate::scenario::{Format, Scenario, ScenarioFile};
+use crate::scenario::{FieldPath, Format, Scenario, ScenarioFile};
 use crate::simulation::snapshot::EXTENSION;
 use crate::simulation::{MatchApp, Snapshot, change_settings};
 
@@ -35,7 +35,12 @@ pub fn begin(app: &mut App, arguments: &RunArguments) -> Result<(), ExitCode> {
 pub fn begin_with(app: &mut App, file: &ScenarioFile, arguments: &RunArguments) -> Result<(), ExitCode> {
     let mut file = file.with(&arguments.set).map_err(|error| report::scenario_error(&error))?;
     change_from_command_line(&mut file.scenario, arguments)?;
-    app.start_match(&file.scenario).map_err(|fault| report::scenario_error(&file.source.error(&fault)))?;
+    app.start_match(&file.scenario).map_err(|fault| match arguments.cameras {
+        Some(_) if fault.path == FieldPath::from("cameras").field("render") => {
+            report::usage_error(&format!("--cameras: {}; expected {}", fault.message, fault.expected))
+        }
+        _ => report::scenario_error(&file.source.error(&fault)),
+    })?;
     Ok(())
 }
 

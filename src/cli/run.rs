@@ -27,8 +27,8 @@ use crate::scenario::{Scenario, ScenarioFile, Setting};
 use crate::sensing::camera::CameraRendering;
 use crate::simulation::{NaoisisPlugins, Snapshot, resolved};
 
-/// Cycles between two looks at the progress bar.
-const CYCLES_PER_PROGRESS: u64 = 512;
+/// Cycles between two looks at the progress bar: so few that it moves where pictures take their time.
+const CYCLES_PER_PROGRESS: u64 = 16;
 
 /// What `--cameras` may say.
 #[derive(ValueEnum, Clone, Copy, PartialEq, Eq, Debug)]
@@ -111,7 +111,8 @@ pub fn run_scenario(file: &ScenarioFile, arguments: &RunArguments) -> ExitCode {
 fn run_match(arguments: &RunArguments, begin: impl FnOnce(&mut App) -> Result<(), ExitCode>) -> ExitCode {
     let mut app = App::new();
     app.add_plugins((
-        LogPlugin { level: Level::WARN, filter: "warn".to_owned(), ..default() },
+        // That there is no adapter is said by whoever asks for one.
+        LogPlugin { level: Level::WARN, filter: "warn,wgpu_hal::vulkan::instance=off".to_owned(), ..default() },
         NaoisisPlugins,
         TracePlugin,
     ));
@@ -129,6 +130,10 @@ fn run_match(arguments: &RunArguments, begin: impl FnOnce(&mut App) -> Result<()
     let flag = Arc::clone(&interrupted);
     if let Err(error) = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed)) {
         return report::failure(&format!("cannot watch for interrupts: {error}"));
+    }
+    // Of what is recorded, only a trace and beliefs are written over files that are there: so they come last.
+    if let Err(message) = arguments.pictures.begin(app.world_mut()) {
+        return report::usage_error(&message);
     }
     match open_trace(arguments) {
         Ok(None) => {}
@@ -148,9 +153,6 @@ fn run_match(arguments: &RunArguments, begin: impl FnOnce(&mut App) -> Result<()
                 return report::usage_error(&format!("cannot write the beliefs to {}: {error}", path.display()));
             }
         };
-    }
-    if let Err(message) = arguments.pictures.begin(app.world_mut()) {
-        return report::usage_error(&message);
     }
     if arguments.explain {
         print_beside_trace(arguments, &title(&scenario));
