@@ -27,12 +27,19 @@ pub struct RobotBody {
     pub end: Pose,
     /// Its torso.
     pub torso: BodyBox,
+    /// How far it can go in the cycle, m: nobody is shoved faster than that. Its own step is never too long.
+    pub most_way: f32,
 }
 
 impl RobotBody {
     /// Whether it wants to move at all.
     pub fn is_moving(&self) -> bool {
         self.start != self.end
+    }
+
+    /// How far it may be from where it was after this share of the cycle, m.
+    fn most_way(&self, share: f32) -> f32 {
+        (self.most_way.max(self.start.position.distance(self.end.position)) + GAP) * share
     }
 }
 
@@ -79,6 +86,7 @@ pub struct Workspace {
     current: Vec<Pose>,
     wanted: Vec<Pose>,
     push: Vec<Vec2>,
+    spent: Vec<bool>,
     held: Vec<bool>,
 }
 
@@ -174,7 +182,8 @@ fn for_each_overlap(
     }
 }
 
-/// Pushes overlapping torsos apart, all at once, a few times over.
+/// Pushes overlapping torsos apart, all at once, a few times over. Who has been pushed as far as it can go is `spent`,
+/// and gives up no more: the other has to.
 fn push_apart(
     robots: &[RobotBody],
     cylinders: &[Cylinder],
@@ -182,7 +191,9 @@ fn push_apart(
     contacts: &mut Vec<RobotContact>,
     share: f32,
 ) {
-    let Workspace { wanted, push, .. } = workspace;
+    let Workspace { current, wanted, push, spent, .. } = workspace;
+    spent.clear();
+    spent.resize(robots.len(), false);
     for _ in 0..PUSH_ROUNDS {
         push.clear();
         push.resize(robots.len(), Vec2::ZERO);
@@ -211,7 +222,11 @@ fn push_apart(
             match touched {
                 Touched::Cylinder(_) => push[robot] -= overlap.normal * distance,
                 Touched::Robot(other) => {
-                    let (own, others) = shares(&robots[robot], &robots[other], overlap.normal, share);
+                    let (own, others) = match (spent[robot], spent[other]) {
+                        (true, false) if robots[other].is_moving() => (0.0, 1.0),
+                        (false, true) if robots[robot].is_moving() => (1.0, 0.0),
+                        _ => shares(&robots[robot], &robots[other], overlap.normal, share),
+                    };
                     push[robot] -= overlap.normal * (distance * own);
                     push[other] += overlap.normal * (distance * others);
                 }
@@ -221,8 +236,14 @@ fn push_apart(
             return;
         }
         for (index, pose) in wanted.iter_mut().enumerate() {
-            if robots[index].is_moving() {
-                pose.position += push[index];
+            if !robots[index].is_moving() || push[index] == Vec2::ZERO {
+                continue;
+            }
+            pose.position += push[index];
+            let (from, most) = (current[index].position, robots[index].most_way(share));
+            if pose.position.distance_squared(from) > most * most {
+                pose.position = from + (pose.position - from).clamp_length_max(most);
+                spent[index] = true;
             }
         }
     }
@@ -308,7 +329,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn robot(start: Pose, end: Pose) -> RobotBody {
-        RobotBody { start, end, torso: BodyBounds::default().torso }
+        RobotBody { start, end, torso: BodyBounds::default().torso, most_way: 0.0 }
     }
 
     fn resolve(robots: &mut [RobotBody], cylinders: &[Cylinder]) -> Vec<RobotContact> {
@@ -341,6 +362,37 @@ mod tests {
         // Gap 1 cm, advances 1.5 cm and 0.5 cm: overlap 1 cm, given up 0.75 and 0.25 cm.
         assert_abs_diff_eq!(robots[0].end.position.x, 0.0075, epsilon = 1e-4);
         assert_abs_diff_eq!(robots[1].end.position.x, 0.1075, epsilon = 1e-4);
+    }
+
+    #[test]
+    fn nobody_is_shoved_faster_than_it_walks() {
+        // The first turns in place by 0.2 rad; the tip of its torso, 15 cm to the left, goes 3 cm ahead, towards the
+        // side of the second, who walks 1 mm away from it, and could go 5 mm.
+        let turning = robot(Pose::new(0.0, 0.0, 0.0), Pose::new(0.0, 0.0, -0.2));
+        let walking = robot(Pose::new(0.11, 0.15, PI), Pose::new(0.11, 0.151, PI));
+        for order in [[0, 1], [1, 0]] {
+            let mut robots = order.map(|index| [turning, RobotBody { most_way: 0.005, ..walking }][index]);
+            let contacts = resolve(&mut robots, &[]);
+            assert_eq!(contacts.len(), 1);
+            for body in robots {
+                let (way, most) = (body.start.position.distance(body.end.position), body.most_way.max(0.001));
+                assert!(way <= most + 2.0 * GAP, "{way}");
+            }
+        }
+    }
+
+    #[test]
+    fn who_can_give_up_no_more_leaves_the_rest_to_the_other() {
+        // Both turn towards each other by 0.1 rad, which brings their fronts together by 1.5 cm at the tips. The first
+        // cannot be shoved at all, the second by 3 cm: it goes back by all of it, and both have turned.
+        let first = robot(Pose::new(0.0, 0.0, 0.0), Pose::new(0.0, 0.0, 0.1));
+        let second = robot(Pose::new(0.101, 0.0, PI), Pose::new(0.101, 0.0, PI - 0.1));
+        let mut robots = [first, RobotBody { most_way: 0.03, ..second }];
+        resolve(&mut robots, &[]);
+        assert_abs_diff_eq!(robots[0].end.position, Vec2::ZERO, epsilon = 2.0 * GAP);
+        assert_abs_diff_eq!(robots[0].end.heading, 0.1, epsilon = 1e-6);
+        assert!(robots[1].end.position.x > 0.102, "{:?}", robots[1].end);
+        assert_abs_diff_eq!(robots[1].end.heading, PI - 0.1, epsilon = 1e-6);
     }
 
     #[test]
@@ -395,6 +447,8 @@ mod tests {
             resolve(&mut robots, &cylinders);
             resolve(&mut reversed, &cylinders);
             for (index, body) in robots.iter().enumerate() {
+                let way = body.start.position.distance(body.end.position);
+                prop_assert!(way <= body.most_way(1.0) + 1e-6, "shoved by {way}");
                 let torso = body.torso.footprint(body.end);
                 prop_assert!(torso.overlap_disc(cylinders[0].centre, cylinders[0].radius).is_none());
                 for other in &robots[index + 1..] {
