@@ -161,10 +161,7 @@ impl Scratch {
         &mut self,
         roster: &Roster,
         posts: &Query<(&Pose, &Post), (Without<RobotId>, Without<Ball>)>,
-        robots: Query<
-            (&Pose, &PreviousPose, &BodyBounds, &MotionLimits, &Penalty, &Posture, &Velocity),
-            With<RobotId>,
-        >,
+        robots: Query<(&Pose, &PreviousPose, &BodyBounds, &MotionLimits, &Penalty, &Posture, &Velocity), With<RobotId>>,
         dive_reach_m: f32,
         duration: f32,
     ) {
