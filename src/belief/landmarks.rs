@@ -189,3 +189,17 @@ pub(super) fn sighting_of_post(post: &GoalPostPercept, image: Vec2, model: &Land
     let distance_factor = if foot_in_image { 1.0 } else { HIDDEN_FOOT_FACTOR };
     Sighting { distance_factor, ..Sighting::new(post.position_m, model.goal_post_angle_sd) }
 }
+
+/// What the measured place of a junction, a cross or the centre circle is worth.
+pub(super) fn sighting_of_mark(mark: &LandmarkPercept, model: &LandmarkModel) -> Sighting {
+    let is_circle = mark.kind == LandmarkKind::CentreCircle;
+    Sighting::new(mark.position_m, if is_circle { model.goal_post_angle_sd } else { model.mark_angle_sd })
+}
+
+/// The left and the right post of a goal, if no others are seen: of two of one colour, it is beyond doubt which is which.
+pub(super) fn seen_goal(posts: &[GoalPostPercept]) -> Option<[&GoalPostPercept; 2]> {
+    let [first, second] = posts else { return None };
+    let is_first_left = first.position_m.perp_dot(second.position_m) < 0.0;
+    let goal = if is_first_left { [first, second] } else { [second, first] };
+    (first.colour == second.colour).then_some(goal)
+}

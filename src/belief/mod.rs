@@ -14,8 +14,10 @@ use crate::knowledge::Knowledge;
 use crate::pitch::End;
 use crate::robot::RobotId;
 
+mod association;
 pub mod ball;
 pub mod error;
+mod guesses;
 pub mod landmarks;
 pub mod line_sighting;
 pub mod localisation;

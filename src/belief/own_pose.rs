@@ -3,13 +3,15 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::landmarks::{LandmarkModel, Landmarks, Look, halfway_pose, sighting_of_post, waiting_pose};
+use super::association::{Innovations, clearly_nearest};
+use super::landmarks::{
+    LandmarkModel, Landmarks, Look, halfway_pose, seen_goal, sighting_of_mark, sighting_of_post, waiting_pose,
+};
 use super::line_sighting::SeenLine;
 use super::localisation::{Innovation, PoseEstimate, StepError, pose_from_two};
 use super::sighting::Sighting;
-use super::unscented::{self, SigmaPoints};
-use crate::geometry::{Pose, unrotate};
-use crate::pitch::LineSegment;
+use super::unscented;
+use crate::geometry::Pose;
 use crate::sensing::vision::{GoalPostPercept, LandmarkKind, LandmarkPercept};
 
 /// The doubt about the pose of a robot that was placed for a kick-off, m and radians.
@@ -20,8 +22,6 @@ pub(super) const RETURNED_SD: [f32; 2] = [0.4, 0.1];
 const LOST_SD: [f32; 2] = [0.3, 0.2];
 /// Marks of the right kind further away from where one is seen than this do not come into question, m.
 const CANDIDATE_RANGE_M: f32 = 1.5;
-/// What is seen is taken for a landmark only if every other is less likely by so much: squared Mahalanobis distance.
-const AMBIGUITY: f32 = 6.0;
 /// Marks on the ground that are used in a cycle.
 const MARKS_PER_CYCLE: usize = 3;
 /// Stretches of lines that are used in a cycle.
@@ -38,30 +38,6 @@ pub enum KalmanFilter {
     Extended,
     /// By poses around its mean.
     Unscented,
-}
-
-/// What things that are seen say about an estimate.
-enum Innovations {
-    Extended(PoseEstimate, Vec2),
-    Unscented(SigmaPoints),
-}
-
-impl Innovations {
-    fn of_point(&self, place: Vec2, sighting: &Sighting) -> Innovation {
-        match self {
-            Innovations::Extended(estimate, forward) => estimate.innovation(*forward, place, sighting),
-            Innovations::Unscented(points) => {
-                points.innovation(|pose| sighting.residual(unrotate(pose.forward(), place - pose.position)))
-            }
-        }
-    }
-
-    fn of_line(&self, line: &LineSegment, seen: &SeenLine) -> Innovation {
-        match self {
-            Innovations::Extended(estimate, forward) => estimate.innovation_of_line(*forward, line, seen),
-            Innovations::Unscented(points) => points.innovation(|pose| seen.residual(line, pose)),
-        }
-    }
 }
 
 /// Where the robot thinks that it is.
@@ -116,10 +92,7 @@ impl OwnPose {
     }
 
     fn innovations(&self) -> Innovations {
-        match self.filter {
-            KalmanFilter::Extended => Innovations::Extended(self.estimate, self.estimate.pose.forward()),
-            KalmanFilter::Unscented => Innovations::Unscented(SigmaPoints::of(&self.estimate)),
-        }
+        Innovations::about(&self.estimate, self.filter)
     }
 
     /// Corrects the pose by what is seen of the pitch. Returns whether the robot has lost its way: it has seen more out of
@@ -130,9 +103,9 @@ impl OwnPose {
         if self.sides.is_some() {
             self.choose_side(look);
         }
-        match posts.as_slice() {
-            [first, second] if first.colour == second.colour => self.see_goal(first, second, look),
-            posts => {
+        match seen_goal(posts) {
+            Some(goal) => self.see_goal(goal, look),
+            None => {
                 for post in posts {
                     let candidates = look.landmarks.posts(post.colour, look.own_end);
                     let sighting = sighting_of_post(post, look.image, model);
@@ -155,11 +128,8 @@ impl OwnPose {
         lost
     }
 
-    /// Two posts of one colour are a goal: which of them is the left one is beyond doubt.
-    fn see_goal(&mut self, first: &GoalPostPercept, second: &GoalPostPercept, look: &Look) {
+    fn see_goal(&mut self, [left, right]: [&GoalPostPercept; 2], look: &Look) {
         let model = look.model;
-        let is_first_left = first.position_m.perp_dot(second.position_m) < 0.0;
-        let [left, right] = if is_first_left { [first, second] } else { [second, first] };
         let sightings = [left, right].map(|post| sighting_of_post(post, look.image, model));
         let innovations = self.innovations();
         // Where both goals have the same colour, it is the likelier one.
@@ -199,14 +169,11 @@ impl OwnPose {
     fn see_mark(&mut self, mark: &LandmarkPercept, landmarks: &Landmarks, model: &LandmarkModel) {
         let seen = self.estimate.pose.transform_point(mark.position_m);
         let near = |place: &Vec2| place.distance_squared(seen) < CANDIDATE_RANGE_M * CANDIDATE_RANGE_M;
-        let sighting = Sighting::new(mark.position_m, model.mark_angle_sd);
+        let sighting = sighting_of_mark(mark, model);
         let association = match mark.kind {
             LandmarkKind::Junction { shape } => self.associate(&sighting, landmarks.junctions(shape).filter(near)),
             LandmarkKind::PenaltyCross => self.associate(&sighting, landmarks.crosses().filter(near)),
-            LandmarkKind::CentreCircle => {
-                let sighting = Sighting::new(mark.position_m, model.goal_post_angle_sd);
-                self.associate(&sighting, [Vec2::ZERO])
-            }
+            LandmarkKind::CentreCircle => self.associate(&sighting, [Vec2::ZERO]),
             LandmarkKind::Line { .. } => None,
         };
         self.judge(association, model);
@@ -268,24 +235,6 @@ impl OwnPose {
             }
         }
     }
-}
-
-/// The likeliest explanation of what is seen, if every other is clearly less likely.
-fn clearly_nearest(explanations: impl Iterator<Item = Innovation>) -> Option<Innovation> {
-    let mut best: Option<Innovation> = None;
-    let mut second = f32::MAX;
-    for innovation in explanations {
-        match &best {
-            Some(nearest) if nearest.distance_squared <= innovation.distance_squared => {
-                second = second.min(innovation.distance_squared);
-            }
-            nearest => {
-                second = nearest.as_ref().map_or(second, |nearest| nearest.distance_squared);
-                best = Some(innovation);
-            }
-        }
-    }
-    best.filter(|best| second - best.distance_squared > AMBIGUITY)
 }
 
 #[cfg(test)]

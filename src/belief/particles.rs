@@ -12,7 +12,8 @@ use bevy::math::ops;
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::landmarks::{Landmarks, Look, sighting_of_post};
+use super::guesses::{Particle, draw_by_weight, likeliest_idea, normalise, spread};
+use super::landmarks::{Landmarks, Look, seen_goal, sighting_of_mark, sighting_of_post};
 use super::line_sighting::SeenLine;
 use super::localisation::{PoseEstimate, StepError, pose_from_two};
 use super::sighting::{Residual, Sighting};
@@ -36,8 +37,6 @@ const OUTLIER: f32 = 12.0;
 const MEMORY: [f32; 2] = [0.01, 0.15];
 /// The greatest share of guesses that are drawn anew in a look.
 const MOST_NEW: f32 = 0.3;
-/// Guesses within this of the best one, m and radians, are the same idea.
-const SAME_IDEA: (f32, f32) = (0.5, 0.5);
 /// The doubt of a robot that has lost its way about where it thought that it was, m and radians.
 const LOST_SD: [f32; 2] = [0.5, 0.4];
 /// How likely what is seen is for a robot that knows where it is, for a thing.
@@ -47,13 +46,6 @@ const SURE_LOOKS: u32 = 8;
 const SURE: f32 = 0.15;
 /// A look that makes what is seen so likely on average for a thing confirms the pose.
 const CONFIRMING: f32 = 0.1;
-
-/// A guess.
-#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
-struct Particle {
-    pose: Pose,
-    weight: f32,
-}
 
 /// The robot's own pose as many guesses.
 #[derive(Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
@@ -172,14 +164,11 @@ impl ParticleFilter {
                 distance += nearest(&sighting, posts.map(expected));
             }
             for mark in look.marks(MARKS_PER_LOOK) {
-                let sighting = Sighting::new(mark.position_m, model.mark_angle_sd);
+                let sighting = sighting_of_mark(mark, model);
                 distance += match mark.kind {
                     LandmarkKind::Junction { shape } => nearest(&sighting, landmarks.junctions(shape).map(expected)),
                     LandmarkKind::PenaltyCross => nearest(&sighting, landmarks.crosses().map(expected)),
-                    LandmarkKind::CentreCircle => {
-                        let sighting = Sighting::new(mark.position_m, model.goal_post_angle_sd);
-                        nearest(&sighting, core::iter::once(expected(Vec2::ZERO)))
-                    }
+                    LandmarkKind::CentreCircle => nearest(&sighting, core::iter::once(expected(Vec2::ZERO))),
                     LandmarkKind::Line { .. } => 0.0,
                 };
             }
@@ -202,85 +191,24 @@ impl ParticleFilter {
         *short = if *short == 0.0 { mean } else { *short + MEMORY[1] * (mean - *short) };
         let lost = (1.0 - *short / long.max(1e-6)).clamp(0.0, MOST_NEW);
         self.draw_again(lost, &percepts.goal_posts, landmarks, own_end);
-        self.conclude();
+        if let Some(estimate) = likeliest_idea(&self.particles) {
+            self.estimate = estimate;
+        }
     }
 
     /// Draws guesses by their weights where these differ much, and a share of them anew from the goal that is seen.
     fn draw_again(&mut self, new_share: f32, posts: &[GoalPostPercept], landmarks: &Landmarks, own_end: End) {
-        let total: f32 = self.particles.iter().map(|particle| particle.weight).sum();
-        if total <= f32::MIN_POSITIVE {
-            self.particles.iter_mut().for_each(|particle| particle.weight = 1.0 / COUNT as f32);
-        } else {
-            self.particles.iter_mut().for_each(|particle| particle.weight /= total);
-        }
-        let effective = 1.0 / self.particles.iter().map(|particle| particle.weight * particle.weight).sum::<f32>();
+        let effective = normalise(&mut self.particles);
         let anew = (new_share * COUNT as f32) as usize;
         if effective > 0.5 * COUNT as f32 && anew == 0 {
             return;
         }
-        // Systematic resampling: one throw of the dice for all.
-        let old = core::mem::take(&mut self.particles);
-        let mut at = self.stream.uniform() / COUNT as f32;
-        let (mut index, mut reached) = (0, old[0].weight);
-        for _ in 0..COUNT {
-            while reached < at && index + 1 < old.len() {
-                index += 1;
-                reached += old[index].weight;
-            }
-            self.particles.push(Particle { weight: 1.0 / COUNT as f32, ..old[index] });
-            at += 1.0 / COUNT as f32;
-        }
+        draw_by_weight(&mut self.particles, &mut self.stream);
         for slot in 0..anew {
             if let Some(pose) = pose_from_posts(posts, landmarks, own_end, &mut self.stream) {
                 self.particles[slot * COUNT / anew.max(1)].pose = pose;
             }
         }
-    }
-
-    /// The idea that has the greatest weight.
-    fn conclude(&mut self) {
-        let near = |one: &Pose, other: &Pose| {
-            one.position.distance_squared(other.position) < SAME_IDEA.0 * SAME_IDEA.0
-                && wrap_angle(one.heading - other.heading).abs() < SAME_IDEA.1
-        };
-        // Candidates are a few guesses, evenly taken from the list, in which neighbours are often alike.
-        let weight_around = |pose: &Pose| {
-            self.particles.iter().filter(|other| near(&other.pose, pose)).map(|other| other.weight).sum::<f32>()
-        };
-        let candidates = self.particles.iter().step_by(5).map(|particle| particle.pose);
-        let best = candidates.map(|pose| (weight_around(&pose), pose)).max_by(|(a, _), (b, _)| a.total_cmp(b));
-        let Some((weight, centre)) = best else { return };
-        let (mut place, mut heading) = (Vec2::ZERO, 0.0);
-        let members = || self.particles.iter().filter(|particle| near(&particle.pose, &centre));
-        for particle in members() {
-            place += particle.weight * (particle.pose.position - centre.position);
-            heading += particle.weight * wrap_angle(particle.pose.heading - centre.heading);
-        }
-        let pose =
-            Pose { position: centre.position + place / weight, heading: wrap_angle(centre.heading + heading / weight) };
-        let mut covariance = Mat3::from_diagonal(Vec3::new(1e-4, 1e-4, 1e-5));
-        for particle in members() {
-            let turned = wrap_angle(particle.pose.heading - pose.heading);
-            let difference = (particle.pose.position - pose.position).extend(turned);
-            let share = particle.weight / weight;
-            covariance += Mat3::from_cols(
-                difference * (difference.x * share),
-                difference * (difference.y * share),
-                difference * (difference.z * share),
-            );
-        }
-        // Ideas elsewhere are doubt about this one.
-        let doubt = (1.0 - weight).max(0.0);
-        let elsewhere = Mat3::from_diagonal(Vec3::new(doubt, doubt, 0.3 * doubt));
-        self.estimate = PoseEstimate { pose, covariance: covariance + elsewhere };
-    }
-}
-
-/// A pose with an error.
-fn spread(pose: Pose, place_sd: f32, heading_sd: f32, stream: &mut RandomStream) -> Pose {
-    Pose {
-        position: pose.position + Vec2::new(stream.gaussian(place_sd), stream.gaussian(place_sd)),
-        heading: wrap_angle(pose.heading + stream.gaussian(heading_sd)),
     }
 }
 
@@ -307,14 +235,12 @@ fn pose_from_posts(
     own_end: End,
     stream: &mut RandomStream,
 ) -> Option<Pose> {
-    let pose = match seen {
-        [first, second] if first.colour == second.colour => {
-            let is_first_left = first.position_m.perp_dot(second.position_m) < 0.0;
-            let [left, right] = if is_first_left { [first, second] } else { [second, first] };
+    let pose = match (seen_goal(seen), seen) {
+        (Some([left, right]), _) => {
             let places = landmarks.goal(left.colour, own_end)?;
             spread(pose_from_two(places, [left.position_m, right.position_m]), 0.15, 0.06, stream)
         }
-        [post, ..] => {
+        (None, [post, ..]) => {
             let places: Vec<Vec2> = landmarks.posts(post.colour, own_end).collect();
             let place = *places.get((stream.uniform() * places.len() as f32) as usize)?;
             // Somewhere around it, towards the pitch.
@@ -324,7 +250,7 @@ fn pose_from_posts(
             let heading = wrap_angle(angle_of(place - position) - angle_of(post.position_m));
             Pose { position, heading }
         }
-        [] => return None,
+        (None, []) => return None,
     };
     landmarks.is_on_carpet(pose.position).then_some(pose)
 }
@@ -388,8 +314,7 @@ mod tests {
         for _ in 0..100 {
             filter.move_by(Pose::new(0.01, 0.0, 0.0), 1.0 / 30.0, &StepError::default());
         }
-        filter.conclude();
-        let estimate = filter.estimate();
+        let estimate = likeliest_idea(&filter.particles).unwrap();
         assert_abs_diff_eq!(estimate.pose.position, unit(0.3), epsilon = 0.06);
         // After 1 m the place varies by 0.02 m², and by the heading's 0.005 rad² over the way.
         assert!((0.008..0.05).contains(&estimate.covariance.x_axis.x), "{:?}", estimate.covariance);

@@ -2,6 +2,7 @@
 
 use clap::Args;
 use std::path::PathBuf;
+use std::time::Instant;
 
 /// Arguments of the commands that open a window.
 #[derive(Args, Debug, Clone, Default)]
@@ -9,6 +10,19 @@ pub struct WindowArguments {
     /// Write what the window shows, as JSON lines, for tests that drive it from outside
     #[arg(long, value_name = "FILE")]
     pub report_state: Option<PathBuf>,
+    /// When the program began.
+    #[arg(skip)]
+    pub began: Began,
+}
+
+/// When the program began, as soon as the command line is looked at.
+#[derive(Debug, Clone, Copy)]
+pub struct Began(pub Instant);
+
+impl Default for Began {
+    fn default() -> Self {
+        Self(Instant::now())
+    }
 }
 
 /// An app with a window, in which no match is played yet.
@@ -19,15 +33,18 @@ pub struct WindowArguments {
 pub(super) fn open(arguments: &WindowArguments) -> Result<bevy::app::App, String> {
     use crate::simulation::NaoisisPlugins;
     use crate::viewer::ViewerPlugins;
+    use crate::viewer::first_frame::FirstFramePlugin;
     use crate::viewer::memory::ViewerMemory;
     use crate::viewer::report_state::StateReport;
+    use bevy::app::PluginGroup;
 
     let report = match &arguments.report_state {
         Some(path) => Some(StateReport::create(path).map_err(|error| format!("{}: {error}", path.display()))?),
         None => None,
     };
     let mut app = bevy::app::App::new();
-    app.add_plugins((ViewerPlugins, NaoisisPlugins)).insert_resource(ViewerMemory::of_user());
+    let viewer = ViewerPlugins.set(FirstFramePlugin { began: arguments.began.0 });
+    app.add_plugins((viewer, NaoisisPlugins)).insert_resource(ViewerMemory::of_user());
     if let Some(report) = report {
         app.insert_resource(report);
     }

@@ -8,6 +8,7 @@ use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
 pub mod ball;
+mod bodies;
 pub mod footprints;
 pub mod robots;
 

@@ -1,13 +1,14 @@
 //! Collisions of robots with each other and with posts, resolved for all at once.
 //!
 //! A robot that runs into something gives up of its own advance, and slides along. Two that run into each other give
-//! up in proportion to how fast each advanced; a static robot keeps its place. Nothing depends on the order in which
-//! robots are given.
+//! up in proportion to how fast each advanced; a static robot keeps its place, and nobody is shoved faster than it can
+//! walk. Nothing depends on the order in which robots are given.
 
 use bevy::prelude::*;
 
+use super::bodies::for_each_overlap;
+pub use super::bodies::{Cylinder, RobotBody, Touched};
 use crate::geometry::{Pose, wrap_angle};
-use crate::robot::body::BodyBox;
 
 /// The longest way that any point of a torso goes between two looks, m: a quarter of its thickness.
 const LONGEST_STEP: f32 = 0.02;
@@ -17,49 +18,6 @@ const MOST_STEPS: f32 = 256.0;
 const PUSH_ROUNDS: usize = 8;
 /// Gap that is left between bodies that were pushed apart, m.
 const GAP: f32 = 1e-5;
-
-/// A robot as far as collisions are concerned.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct RobotBody {
-    /// Where it was at the start of the cycle.
-    pub start: Pose,
-    /// Where it wants to be at the end; after [`resolve_robots`], where it will be.
-    pub end: Pose,
-    /// Its torso.
-    pub torso: BodyBox,
-    /// How far it can go in the cycle, m: nobody is shoved faster than that. Its own step is never too long.
-    pub most_way: f32,
-}
-
-impl RobotBody {
-    /// Whether it wants to move at all.
-    pub fn is_moving(&self) -> bool {
-        self.start != self.end
-    }
-
-    /// How far it may be from where it was after this share of the cycle, m.
-    fn most_way(&self, share: f32) -> f32 {
-        (self.most_way.max(self.start.position.distance(self.end.position)) + GAP) * share
-    }
-}
-
-/// An upright cylinder on the ground.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Cylinder {
-    /// Centre, m.
-    pub centre: Vec2,
-    /// Radius, m.
-    pub radius: f32,
-}
-
-/// What a robot touched.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Touched {
-    /// The robot with this index.
-    Robot(usize),
-    /// The cylinder with this index.
-    Cylinder(usize),
-}
 
 /// A contact of a robot.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -151,35 +109,9 @@ fn advanced(robot: &RobotBody, current: Pose, share: f32) -> Pose {
     }
 }
 
-/// Calls `visit` with every overlap of the torsos at `poses`: index, what it overlaps, how.
-fn for_each_overlap(
-    robots: &[RobotBody],
-    cylinders: &[Cylinder],
-    poses: &[Pose],
-    mut visit: impl FnMut(usize, Touched, super::footprints::Overlap),
-) {
-    for (index, robot) in robots.iter().enumerate() {
-        let pose = poses[index];
-        let reach = robot.torso.reach();
-        let near = |point: Vec2, other_reach: f32| {
-            let distance = reach + other_reach;
-            pose.position.distance_squared(point) < distance * distance
-        };
-        for (other, other_robot) in robots.iter().enumerate().skip(index + 1) {
-            if near(poses[other].position, other_robot.torso.reach())
-                && let Some(overlap) = robot.torso.footprint(pose).overlap(&other_robot.torso.footprint(poses[other]))
-            {
-                visit(index, Touched::Robot(other), overlap);
-            }
-        }
-        for (other, cylinder) in cylinders.iter().enumerate() {
-            if near(cylinder.centre, cylinder.radius)
-                && let Some(overlap) = robot.torso.footprint(pose).overlap_disc(cylinder.centre, cylinder.radius)
-            {
-                visit(index, Touched::Cylinder(other), overlap);
-            }
-        }
-    }
+/// How far a robot may get in this share of the cycle, m.
+fn most_way(robot: &RobotBody, share: f32) -> f32 {
+    (robot.most_way.max(robot.start.position.distance(robot.end.position)) + GAP) * share
 }
 
 /// Pushes overlapping torsos apart, all at once, a few times over. Who has been pushed as far as it can go is `spent`,
@@ -240,7 +172,7 @@ fn push_apart(
                 continue;
             }
             pose.position += push[index];
-            let (from, most) = (current[index].position, robots[index].most_way(share));
+            let (from, most) = (current[index].position, most_way(&robots[index], share));
             if pose.position.distance_squared(from) > most * most {
                 pose.position = from + (pose.position - from).clamp_length_max(most);
                 spent[index] = true;
@@ -270,21 +202,7 @@ fn hold_back(robots: &[RobotBody], cylinders: &[Cylinder], workspace: &mut Works
     let Workspace { current, wanted, held, .. } = workspace;
     held.clear();
     held.resize(robots.len(), false);
-    loop {
-        let mut anew = false;
-        for_each_overlap(robots, cylinders, wanted, |robot, touched, _| {
-            let other = match touched {
-                Touched::Robot(other) => Some(other),
-                Touched::Cylinder(_) => None,
-            };
-            for index in [Some(robot), other].into_iter().flatten() {
-                anew |= !held[index];
-                held[index] = true;
-            }
-        });
-        if !anew {
-            return;
-        }
+    while hold_overlapping(robots, cylinders, wanted, held) {
         for (index, pose) in wanted.iter_mut().enumerate() {
             if held[index] {
                 *pose = current[index];
@@ -302,21 +220,26 @@ pub fn hold_back_from_end(robots: &mut [RobotBody], cylinders: &[Cylinder], held
             }
         }
         let poses: Vec<Pose> = robots.iter().map(|robot| robot.end).collect();
-        let mut anew = false;
-        for_each_overlap(robots, cylinders, &poses, |robot, touched, _| {
-            let other = match touched {
-                Touched::Robot(other) => Some(other),
-                Touched::Cylinder(_) => None,
-            };
-            for index in [Some(robot), other].into_iter().flatten() {
-                anew |= !held[index];
-                held[index] = true;
-            }
-        });
-        if !anew {
+        if !hold_overlapping(robots, cylinders, &poses, held) {
             return;
         }
     }
+}
+
+/// Marks whoever overlaps something at `poses` as held. Whether anybody was not before.
+fn hold_overlapping(robots: &[RobotBody], cylinders: &[Cylinder], poses: &[Pose], held: &mut [bool]) -> bool {
+    let mut anew = false;
+    for_each_overlap(robots, cylinders, poses, |robot, touched, _| {
+        let other = match touched {
+            Touched::Robot(other) => Some(other),
+            Touched::Cylinder(_) => None,
+        };
+        for index in [Some(robot), other].into_iter().flatten() {
+            anew |= !held[index];
+            held[index] = true;
+        }
+    });
+    anew
 }
 
 #[cfg(test)]
@@ -444,11 +367,12 @@ mod tests {
                 }
             }
             let mut reversed: Vec<RobotBody> = robots.iter().rev().copied().collect();
+            let most: Vec<f32> = robots.iter().map(|robot| most_way(robot, 1.0)).collect();
             resolve(&mut robots, &cylinders);
             resolve(&mut reversed, &cylinders);
             for (index, body) in robots.iter().enumerate() {
                 let way = body.start.position.distance(body.end.position);
-                prop_assert!(way <= body.most_way(1.0) + 1e-6, "shoved by {way}");
+                prop_assert!(way <= most[index] + 1e-6, "shoved by {way}");
                 let torso = body.torso.footprint(body.end);
                 prop_assert!(torso.overlap_disc(cylinders[0].centre, cylinders[0].radius).is_none());
                 for other in &robots[index + 1..] {

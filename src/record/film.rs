@@ -1,9 +1,13 @@
-//! A video of pictures that come when they come, such as those of a window: it plays at the pace at which they came.
+//! A film of pictures that come when they come, such as those of a window: it plays at the pace at which they came. It is
+//! a video, or a folder of PNG files.
 
 use bevy::prelude::Resource;
+use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use super::encoder::{EncoderThreads, RecordError};
+use super::encoder::{EncoderThreads, Layer, PngWork, RecordError};
 use super::video::{EXTENSION, create_new};
 use crate::sensing::camera::image::Image;
 
@@ -16,24 +20,46 @@ const LONGEST_GAP: u64 = 150;
 #[derive(Resource, Debug)]
 pub struct Film {
     path: PathBuf,
-    encoder: EncoderThreads<Image>,
+    encoders: Encoders,
     size: Option<[u32; 2]>,
-    last: Option<Image>,
+    last: Option<Arc<Image>>,
     written: u64,
 }
 
+/// Who writes it.
+#[derive(Debug)]
+enum Encoders {
+    Video(EncoderThreads<Arc<Image>>),
+    Frames(EncoderThreads<PngWork>),
+}
+
 impl Film {
-    /// A new film.
+    /// A new video.
     ///
     /// # Errors
     /// When there is such a file already, its name does not end in `.mp4`, or it cannot be written.
-    pub fn create(path: &Path) -> Result<Self, RecordError> {
+    pub fn create_video(path: &Path) -> Result<Self, RecordError> {
         let file = create_new(path, EXTENSION)?;
-        let encoder = EncoderThreads::for_video(path, file, FRAME_S);
-        Ok(Self { path: path.to_owned(), encoder, size: None, last: None, written: 0 })
+        Ok(Self::of(path, Encoders::Video(EncoderThreads::for_video(path, file, FRAME_S))))
     }
 
-    /// The file.
+    /// A new folder of PNG files, `000000.png` and so on, a picture every [`FRAME_S`].
+    ///
+    /// # Errors
+    /// When there is such a folder or file already, or it cannot be made.
+    pub fn create_frames(folder: &Path) -> Result<Self, RecordError> {
+        match fs::create_dir(folder) {
+            Ok(()) => Ok(Self::of(folder, Encoders::Frames(EncoderThreads::for_png()))),
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Err(RecordError::Exists(folder.to_owned())),
+            Err(error) => Err(RecordError::Io { path: folder.to_owned(), error }),
+        }
+    }
+
+    fn of(path: &Path, encoders: Encoders) -> Self {
+        Self { path: path.to_owned(), encoders, size: None, last: None, written: 0 }
+    }
+
+    /// The file, or the folder.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -46,34 +72,46 @@ impl Film {
         if *self.size.get_or_insert(size) != size {
             return false;
         }
+        let image = Arc::new(image);
         for _ in 0..missing(self.written, at_s) {
-            let picture = self.last.as_ref().unwrap_or(&image).clone();
+            let picture = Arc::clone(self.last.as_ref().unwrap_or(&image));
             self.send(picture);
         }
         self.last = Some(image);
         true
     }
 
-    fn send(&mut self, image: Image) {
-        if self.encoder.send(image) {
-            self.written += 1;
-        }
+    fn send(&mut self, image: Arc<Image>) {
+        let is_sent = match &self.encoders {
+            Encoders::Video(encoder) => encoder.send(image),
+            Encoders::Frames(encoders) => {
+                encoders.send((self.path.join(format!("{:06}.png", self.written)), Layer::Colours, image))
+            }
+        };
+        self.written += u64::from(is_sent);
     }
 
     /// Whether writing has failed: nothing more is written then.
     pub fn has_failed(&self) -> bool {
-        self.encoder.has_failed()
+        match &self.encoders {
+            Encoders::Video(encoder) => encoder.has_failed(),
+            Encoders::Frames(encoders) => encoders.has_failed(),
+        }
     }
 
     /// Waits for the last pictures. How many there are.
     ///
     /// # Errors
-    /// The first error that occurred while writing; what was written before can be played.
+    /// The first error that occurred while writing; what was written before is whole.
     pub fn finish(mut self) -> Result<u64, RecordError> {
         if let Some(last) = self.last.take() {
             self.send(last);
         }
-        self.encoder.finish().map(|()| self.written)
+        match self.encoders {
+            Encoders::Video(encoder) => encoder.finish(),
+            Encoders::Frames(encoders) => encoders.finish(),
+        }?;
+        Ok(self.written)
     }
 }
 
@@ -112,16 +150,32 @@ mod tests {
         assert_eq!(missing(0, 1e6), LONGEST_GAP);
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("film.mp4");
-        let mut film = Film::create(&path).unwrap();
+        let mut film = Film::create_video(&path).unwrap();
         for at_s in [0.0, 0.02, 0.5, 1.0] {
             assert!(film.add(at_s, picture(64, 48)));
         }
         assert!(!film.add(1.5, picture(48, 64)), "another size does not fit");
         // A second and the last one.
         assert_eq!(film.finish().unwrap(), 31);
-        let written = std::fs::read(&path).unwrap();
+        let written = fs::read(&path).unwrap();
         assert_eq!(&written[4..8], b"ftyp");
-        assert!(matches!(Film::create(&path), Err(RecordError::Exists(_))));
+        assert!(matches!(Film::create_video(&path), Err(RecordError::Exists(_))));
+    }
+
+    #[test]
+    fn a_film_can_be_a_folder_of_pictures() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("film");
+        let mut film = Film::create_frames(&path).unwrap();
+        for at_s in [0.0, 0.02, 0.1] {
+            assert!(film.add(at_s, picture(8, 6)));
+        }
+        // 0.1 s are three pictures of a thirtieth, and there is the last one.
+        assert_eq!(film.finish().unwrap(), 4);
+        let mut names: Vec<_> = fs::read_dir(&path).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+        names.sort();
+        assert_eq!(names, ["000000.png", "000001.png", "000002.png", "000003.png"]);
+        assert!(matches!(Film::create_frames(&path), Err(RecordError::Exists(_))));
     }
 
     #[test]

@@ -4,13 +4,17 @@
 pub mod album;
 pub mod beliefs;
 pub mod canvas;
+mod cycle_record;
 pub mod encoder;
+mod error;
 pub mod film;
 pub mod frames;
 pub mod history;
 pub mod photographer;
 pub mod picture;
+mod png_file;
 pub mod read;
 pub mod sheet;
 pub mod trace;
 pub mod video;
+mod video_file;

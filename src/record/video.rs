@@ -4,6 +4,7 @@ use bevy::math::Vec2;
 use bevy::prelude::World;
 use std::fs::File;
 use std::path::Path;
+use std::sync::Arc;
 
 use super::canvas::{Anchor, Canvas, PAPER};
 use super::encoder::{EncoderThreads, RecordError};
@@ -25,7 +26,7 @@ const TILE: [u32; 2] = [360, 270];
 pub struct VideoRecorder {
     every: u64,
     pictures: Vec<Picture>,
-    encoder: EncoderThreads<Image>,
+    encoder: EncoderThreads<Arc<Image>>,
     written: u64,
 }
 
@@ -55,7 +56,7 @@ impl VideoRecorder {
             self.pictures.iter().map(|picture| (*picture, picture.take(photographer, world))).collect();
         let score = world.resource::<Game>().score;
         let words = format!("{:.1} s    blue {} : {} pink", clock.end_time_s(), score.blue, score.pink);
-        if self.encoder.send(side_by_side(&pictures, &words)) {
+        if self.encoder.send(Arc::new(side_by_side(&pictures, &words))) {
             self.written += 1;
         }
     }

@@ -7,14 +7,10 @@ use super::game::{Game, GameState};
 use super::game_stuck::Remedy;
 use super::memory::RefereeMemory;
 use super::penalty::PenaltyReason;
-use super::rules::BallOutRestart;
-use super::set_play::{self, SetPlayKind};
+use super::set_play;
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
-use super::{
-    ball_holding, ball_out, boundary, collision, fallen, game_stuck, goal, illegal_defender, inactive, indirect_goal,
-    kick_off_shot, leaving_field, stalling,
-};
-use crate::events::{DisallowedGoal, MatchEvent};
+use super::{ball_holding, collision, fallen, game_stuck, illegal_defender, inactive, leaving_field, stalling};
+use crate::events::MatchEvent;
 use crate::robot::Team;
 
 /// What the referee decided in a cycle.
@@ -70,7 +66,7 @@ pub(super) struct Referee<'a, 'b> {
 
 /// Why play is stopped.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum Stoppage {
+pub(super) enum Stoppage {
     /// For a kick-off of this team, or a drop ball.
     KickOff(Option<Team>),
     /// For good.
@@ -179,62 +175,6 @@ impl Referee<'_, '_> {
             })
     }
 
-    /// Goals and outs, unless the ball has just been put down.
-    fn judge_ball(&mut self) -> Option<Stoppage> {
-        let ball = self.seen.ball.as_ref().filter(|_| self.decisions.ball.is_none())?;
-        let crossing = boundary::crossing(ball, self.seen.pitch)?;
-        if let Some(goal) = goal::judge(self.seen, &crossing) {
-            return self.award_goal(&goal, &crossing);
-        }
-        let out = ball_out::judge(self.seen, &crossing)?;
-        self.decisions.events.push(MatchEvent::BallOut {
-            line: out.line,
-            position_m: out.position,
-            last_touch: out.last_touch,
-            evidence: ball_out::evidence(self.seen, &out),
-        });
-        match self.seen.rules.ball_out_restart {
-            BallOutRestart::KickOff => Some(Stoppage::KickOff(Some(out.restart_team))),
-            BallOutRestart::ThrowIn => {
-                let place = self.put_ball(ball_out::throw_in_place(self.seen, &out));
-                self.decisions.events.push(MatchEvent::ThrowIn { team: out.restart_team, position_m: place });
-                None
-            }
-            BallOutRestart::FreeKick => {
-                let (kind, place) = set_play::for_ball_out(self.seen, &out);
-                self.begin_free_kick(kind, out.restart_team, place);
-                None
-            }
-        }
-    }
-
-    /// A goal counts, unless it was shot in a way that cannot score.
-    fn award_goal(&mut self, goal: &goal::Goal, crossing: &boundary::Crossing) -> Option<Stoppage> {
-        let opponent = goal.team.opponent();
-        if let Some(evidence) = kick_off_shot::judge(self.seen, self.memory.kick_off.as_ref(), goal.team, crossing) {
-            let reason = DisallowedGoal::KickOffShot;
-            self.decisions.events.push(MatchEvent::GoalDisallowed { team: goal.team, reason, evidence });
-            return Some(Stoppage::KickOff(Some(opponent)));
-        }
-        if let Some(evidence) = indirect_goal::judge(self.seen, &self.memory.plays, goal.team, crossing) {
-            let reason = DisallowedGoal::NotIndirect;
-            self.decisions.events.push(MatchEvent::GoalDisallowed { team: goal.team, reason, evidence });
-            let place = set_play::goal_kick_place(self.seen, opponent, crossing.position.y);
-            self.begin_free_kick(SetPlayKind::GoalKick, opponent, place);
-            return None;
-        }
-        let score = &mut self.decisions.game.score;
-        *score.of_mut(goal.team) += 1;
-        self.decisions.events.push(MatchEvent::Goal {
-            team: goal.team,
-            scorer: goal.scorer,
-            own_goal: goal.is_own_goal(),
-            evidence: goal::evidence(self.seen, goal, crossing),
-        });
-        let decided = self.seen.rules.mercy_goals.is_some_and(|most| score.blue.abs_diff(score.pink) >= most);
-        Some(if decided { Stoppage::Mercy } else { Stoppage::KickOff(Some(opponent)) })
-    }
-
     fn judge_stuck(&mut self) -> Option<Stoppage> {
         if !self.seen.rules.game_stuck {
             return None;
@@ -272,90 +212,10 @@ mod tests {
     use super::super::rules::Rules;
     use super::super::testing::Situation;
     use super::*;
-    use crate::events::BoundaryLine;
-    use crate::geometry::Pose;
     use crate::robot::RobotId;
-    use approx::assert_abs_diff_eq;
 
     const BLUE2: RobotId = RobotId::new(Team::Blue, 2);
     const PINK2: RobotId = RobotId::new(Team::Pink, 2);
-
-    #[test]
-    fn a_goal_counts_and_the_other_team_kicks_off() {
-        let decided = Situation::three_a_side().touched_by(BLUE2).ball_rolled([2.9, 0.2], [3.2, 0.2]).decide();
-        assert_eq!(decided.game.score.blue, 1);
-        assert!(matches!(
-            decided.events[..],
-            [
-                MatchEvent::Goal { team: Team::Blue, scorer: Some(BLUE2), own_goal: false, .. },
-                MatchEvent::KickOff { team: Team::Pink },
-            ]
-        ));
-        assert_eq!((decided.ball, decided.game.restarts), (Some(Vec2::ZERO), 1));
-    }
-
-    #[test]
-    fn an_own_goal_counts_for_the_other_team_and_after_the_change_of_sides_the_goals_are_the_other_ones() {
-        let own = Situation::three_a_side().touched_by(PINK2).ball_rolled([2.9, 0.2], [3.2, 0.2]).decide();
-        assert!(matches!(own.events[0], MatchEvent::Goal { team: Team::Blue, own_goal: true, .. }));
-        let mut second_half = Situation::three_a_side().touched_by(PINK2).ball_rolled([2.9, 0.2], [3.2, 0.2]);
-        second_half.game.blue_end = second_half.game.blue_end.opposite();
-        assert_eq!(second_half.decide().game.score.pink, 1);
-    }
-
-    #[test]
-    fn no_goal_and_no_out_before_the_whole_ball_is_past_the_line() {
-        assert!(Situation::three_a_side().ball_rolled([2.9, 0.2], [3.054, 0.2]).decide().events.is_empty());
-        assert!(Situation::three_a_side().ball_rolled([2.0, 1.9], [2.1, 2.054]).decide().events.is_empty());
-    }
-
-    #[test]
-    fn after_an_out_the_team_that_did_not_touch_the_ball_kicks_off() {
-        let decided = Situation::three_a_side().touched_by(BLUE2).ball_rolled([1.0, 1.9], [1.0, 2.1]).decide();
-        assert!(matches!(decided.events[0], MatchEvent::BallOut { line: BoundaryLine::Side, .. }));
-        assert_eq!(decided.events[1], MatchEvent::KickOff { team: Team::Pink });
-        // Nobody touched it: the team in whose half it went out.
-        let unknown = Situation::three_a_side().ball_rolled([-1.0, 1.9], [-1.0, 2.1]).decide();
-        assert_eq!(unknown.events[1], MatchEvent::KickOff { team: Team::Blue });
-    }
-
-    /// Where the ball is thrown in when blue's number 2, at x = `robot_x`, touched it last.
-    fn thrown_in(robot_x: f32, from: [f32; 2], to: [f32; 2]) -> Vec2 {
-        let mut situation = Situation::three_a_side().touched_by(BLUE2).ball_rolled(from, to);
-        situation.rules.ball_out_restart = BallOutRestart::ThrowIn;
-        situation.memory.last_touch.as_mut().unwrap().robot_position.x = robot_x;
-        let decided = situation.decide();
-        assert_eq!((&decided.robots, decided.game.restarts), (&situation.robots, 0));
-        decided.ball.unwrap()
-    }
-
-    #[test]
-    fn over_the_side_line_the_ball_is_thrown_in_a_metre_back_from_the_out_or_the_robot() {
-        // Back is -x for blue. Out at x = 1: 1 - 1 = 0; robot at 0.5: 0.5 - 1 = -0.5 is farther back.
-        assert_abs_diff_eq!(thrown_in(0.9, [1.0, 1.9], [1.0, 2.1]), Vec2::new(-0.1, 1.6), epsilon = 1e-5);
-        assert_abs_diff_eq!(thrown_in(1.5, [1.0, -1.9], [1.0, -2.1]), Vec2::new(0.0, -1.6), epsilon = 1e-5);
-        // Not beyond the end of the throw-in line, 2 m from the halfway line.
-        assert_abs_diff_eq!(thrown_in(-2.0, [-1.5, 1.9], [-1.5, 2.1]), Vec2::new(-2.0, 1.6), epsilon = 1e-5);
-    }
-
-    #[test]
-    fn over_the_goal_lines_the_ball_is_thrown_in_at_the_end_of_the_line_or_at_the_halfway_line() {
-        assert_abs_diff_eq!(thrown_in(-2.5, [-2.9, 1.0], [-3.1, 1.0]), Vec2::new(-2.0, 1.6), epsilon = 1e-5);
-        assert_abs_diff_eq!(thrown_in(2.0, [2.9, -1.0], [3.1, -1.0]), Vec2::new(0.0, -1.6), epsilon = 1e-5);
-        assert_abs_diff_eq!(thrown_in(0.4, [2.9, 1.0], [3.1, 1.0]), Vec2::new(-0.6, 1.6), epsilon = 1e-5);
-    }
-
-    #[test]
-    fn the_thrown_in_ball_does_not_land_in_a_robot() {
-        let mut situation = Situation::three_a_side().touched_by(BLUE2).ball_rolled([1.0, 1.9], [1.0, 2.1]);
-        situation.rules.ball_out_restart = BallOutRestart::ThrowIn;
-        situation.robots[1].pose = Pose::new(-0.2, 1.6, 0.0);
-        situation.memory.last_touch.as_mut().unwrap().robot_position.x = 1.0;
-        let place = situation.decide().ball.unwrap();
-        assert!(place.distance(Vec2::new(0.0, 1.6)) < 0.5);
-        let base = situation.robots[1].bounds.base.footprint(situation.robots[1].pose);
-        assert!(base.signed_distance(place).0 > 0.03);
-    }
 
     #[test]
     fn sides_change_at_half_time_and_the_match_ends_after_the_last_half() {

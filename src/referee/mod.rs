@@ -49,6 +49,7 @@ pub mod ball_holding;
 pub mod ball_out;
 pub mod boundary;
 pub mod collision;
+mod crossings;
 pub mod decide;
 pub mod evidence;
 pub mod fallen;

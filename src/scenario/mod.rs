@@ -17,6 +17,7 @@ mod load;
 mod outline;
 mod presets;
 mod read;
+mod scanner;
 mod setting;
 mod shape;
 mod types;

@@ -1,4 +1,4 @@
-//! The record button: a video of what the window shows, panels and all.
+//! The record button: a video, or a folder of PNG files, of what the window shows, panels and all.
 
 use bevy::prelude::*;
 use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured};
@@ -27,9 +27,14 @@ impl Plugin for FilmPlugin {
     }
 }
 
-/// Begins a film of what is shown, or ends it.
+/// Begins a film of what is shown, or ends the one that is being taken.
 #[derive(Message, Clone, Copy, PartialEq, Eq, Debug)]
-pub struct ToggleFilm;
+pub enum ToggleFilm {
+    /// A video.
+    Video,
+    /// A folder of PNG files.
+    Frames,
+}
 
 /// The film that is being taken, and those that are still being written.
 #[derive(Resource, Debug, Default)]
@@ -62,12 +67,12 @@ fn toggle(
     mut filming: ResMut<Filming>,
     mut notice: ResMut<Notice>,
 ) {
-    for _ in toggles.read() {
+    for kind in toggles.read() {
         if filming.is_on() {
             filming.end();
             continue;
         }
-        match create(clock.cycle) {
+        match create(*kind, clock.cycle) {
             Ok(film) => {
                 notice.tell(format!("Recording {}", film.path().display()));
                 filming.film = Some((film, time.elapsed_secs_f64()));
@@ -79,12 +84,16 @@ fn toggle(
 }
 
 /// A film in the current folder, under a name that is free.
-fn create(cycle: u64) -> Result<Film, RecordError> {
+fn create(kind: ToggleFilm, cycle: u64) -> Result<Film, RecordError> {
     let mut attempt = 1;
     loop {
         let suffix = if attempt == 1 { String::new() } else { format!("-{attempt}") };
-        let path = PathBuf::from(format!("naoisis-{cycle:06}{suffix}.mp4"));
-        match Film::create(&path) {
+        let name = format!("naoisis-{cycle:06}{suffix}");
+        let film = match kind {
+            ToggleFilm::Video => Film::create_video(&PathBuf::from(name + ".mp4")),
+            ToggleFilm::Frames => Film::create_frames(&PathBuf::from(name)),
+        };
+        match film {
             Err(RecordError::Exists(_)) if attempt < MOST_OF_ONE_NAME => attempt += 1,
             film => return film,
         }

@@ -4,9 +4,10 @@ use bevy::diagnostic::FrameCount;
 use bevy::prelude::*;
 use std::time::Instant;
 
-/// Says how long it took from its creation to the first frame, which is next to all of a program's start.
+/// Says how long it took from the start to the first frame.
 pub struct FirstFramePlugin {
-    began: Instant,
+    /// The start: when the plugin was made, or earlier, if the program says so.
+    pub began: Instant,
 }
 
 impl Default for FirstFramePlugin {

@@ -55,8 +55,8 @@ pub enum Action {
     ScalePanels(i8),
     /// Writes a picture of the window to the current folder.
     Screenshot,
-    /// Begins or ends a video of the window in the current folder.
-    Film,
+    /// Begins or ends a film of the window in the current folder.
+    Film(ToggleFilm),
 }
 
 /// What can be shown or hidden.
@@ -242,7 +242,8 @@ pub const BINDINGS: &[Binding] = &[
     binding(KeyCode::Minus, "−", "Smaller panels", Action::ScalePanels(-1)),
     binding(KeyCode::NumpadSubtract, "− on the key pad", "Smaller panels", Action::ScalePanels(-1)),
     binding(KeyCode::KeyM, "M", "Scenario, teams, settings", Action::Toggle(Switch::Game)),
-    binding(KeyCode::F8, "F8", "Record a video", Action::Film),
+    binding(KeyCode::F8, "F8", "Record a video", Action::Film(ToggleFilm::Video)),
+    with_shift(binding(KeyCode::F8, "Shift F8", "Record PNG files", Action::Film(ToggleFilm::Frames))),
     binding(KeyCode::KeyH, "H", "This help", Action::Toggle(Switch::Help)),
     binding(KeyCode::F10, "F10", "What a frame costs", Action::Toggle(Switch::Statistics)),
     binding(KeyCode::F12, "F12", "Save a picture", Action::Screenshot),
@@ -331,8 +332,8 @@ fn carry_out(
                 let switch = shown.of_mut(switch);
                 *switch = !*switch;
             }
-            Action::Film => {
-                films.write(ToggleFilm);
+            Action::Film(film) => {
+                films.write(film);
             }
             Action::Screenshot => {
                 let path = format!("naoisis-{:06}.png", clock.cycle);

@@ -95,6 +95,7 @@ fn watch_file(
 fn obey(world: &mut World) {
     let commands: Vec<MatchCommand> = world.resource_mut::<Messages<MatchCommand>>().drain().collect();
     for command in commands {
+        let is_start = !matches!(command, MatchCommand::Change(_));
         let result = match command {
             MatchCommand::Teams(teams) => play_teams(world, teams),
             MatchCommand::Open(path) => open(world, &path),
@@ -102,8 +103,9 @@ fn obey(world: &mut World) {
                 simulation::change_settings(world, &scenario).map_err(|fault| fault.to_string())
             }
         };
-        if let Err(message) = result {
-            world.resource_mut::<Playback>().problem = Some(message);
+        // Other settings do not mend what was wrong before.
+        if is_start || result.is_err() {
+            world.resource_mut::<Playback>().problem = result.err();
         }
     }
 }
@@ -114,8 +116,7 @@ fn play_teams(world: &mut World, teams: TeamsSpec) -> Result<(), String> {
         Some(scenario) => scenario,
         None => ScenarioFile::named(TEAM_MATCH).map_err(|error| error.to_string())?.scenario,
     };
-    drive::start(world, &Scenario { teams: Some(teams), ..scenario });
-    Ok(())
+    drive::start(world, &Scenario { teams: Some(teams), ..scenario }).map_err(|fault| fault.to_string())
 }
 
 fn open(world: &mut World, path: &Path) -> Result<(), String> {
@@ -123,8 +124,7 @@ fn open(world: &mut World, path: &Path) -> Result<(), String> {
     // Whatever is wrong with it, the file is watched: it may be right the next time.
     world.insert_resource(if path.exists() { ScenarioSource::of(path) } else { ScenarioSource::default() });
     let file = ScenarioFile::find(&name).map_err(|error| error.headline())?;
-    drive::start(world, &file.scenario);
-    Ok(())
+    drive::start(world, &file.scenario).map_err(|fault| file.source.error(&fault).headline())
 }
 
 /// What the panel keeps from frame to frame.
@@ -149,18 +149,22 @@ fn show_panel(
         card(ui).fill(ui.visuals().panel_fill).show(ui, |ui| {
             ui.label(bright("The match").size(text_size::TITLE));
             Grid::new("what is played").num_columns(2).spacing([16.0, 6.0]).show(ui, |ui| {
-                ui.label("Scenario");
-                ComboBox::from_id_salt("built-in scenario").selected_text(&scenario.name).show_ui(ui, |ui| {
+                let label = ui.label("Scenario").id;
+                let list = ComboBox::from_id_salt("built-in scenario").selected_text(&scenario.name);
+                list.show_ui(ui, |ui| {
                     for entry in LIBRARY {
                         if ui.selectable_label(entry.name == scenario.name, entry.name).clicked() {
                             viewer_commands.write(ViewerCommand::Load(entry.name));
                         }
                     }
-                });
+                })
+                .response
+                .labelled_by(label);
                 ui.end_row();
-                ui.label("File");
+                let label = ui.label("File").id;
                 ui.horizontal(|ui| {
-                    ui.add(egui::TextEdit::singleline(&mut typed.path).hint_text("scenario.json").desired_width(220.0));
+                    let text = egui::TextEdit::singleline(&mut typed.path);
+                    ui.add(text.hint_text("scenario.json").desired_width(220.0)).labelled_by(label);
                     if ui.button("Open").clicked() && !typed.path.trim().is_empty() {
                         commands.write(MatchCommand::Open(typed.path.trim().into()));
                     }
@@ -174,13 +178,16 @@ fn show_panel(
                 ui.end_row();
                 let teams = scenario.teams.clone().unwrap_or_default();
                 let mut chosen = teams.clone();
-                for (label, name) in [("Blue", &mut chosen.blue), ("Pink", &mut chosen.pink)] {
-                    ui.label(label);
-                    ComboBox::from_id_salt(label).selected_text(name.as_str()).show_ui(ui, |ui| {
+                for (side, name) in [("Blue", &mut chosen.blue), ("Pink", &mut chosen.pink)] {
+                    let label = ui.label(side).id;
+                    let list = ComboBox::from_id_salt(side).selected_text(name.as_str());
+                    list.show_ui(ui, |ui| {
                         for (team, recipe) in registry.teams() {
                             ui.selectable_value(name, team.to_owned(), team).on_hover_text(&recipe.description);
                         }
-                    });
+                    })
+                    .response
+                    .labelled_by(label);
                     ui.end_row();
                 }
                 if chosen != teams {
@@ -207,21 +214,25 @@ fn show_panel(
 /// The settings that can change in the middle of a match.
 fn show_settings(ui: &mut egui::Ui, scenario: &mut Scenario) {
     Grid::new("settings").num_columns(2).spacing([16.0, 6.0]).show(ui, |ui| {
-        ui.label("Sensors").on_hover_text("What robots perceive: perfectly, within their limits, or with noise");
+        let hint = "What robots perceive: perfectly, within their limits, or with noise";
+        let label = ui.label("Sensors").on_hover_text(hint).id;
         let now = scenario.fidelity.vision.unwrap_or_default();
         let mut fidelity = now;
-        ComboBox::from_id_salt("fidelity").selected_text(fidelity_name(now)).show_ui(ui, |ui| {
+        let list = ComboBox::from_id_salt("fidelity").selected_text(fidelity_name(now));
+        list.show_ui(ui, |ui| {
             for choice in [Fidelity::Truth, Fidelity::Ideal, Fidelity::Noisy, Fidelity::Image] {
                 ui.selectable_value(&mut fidelity, choice, fidelity_name(choice));
             }
-        });
+        })
+        .response
+        .labelled_by(label);
         if fidelity != now {
             scenario.fidelity = Fidelities::all(fidelity);
         }
         ui.end_row();
         let mut slider = |label: &str, hint: &str, slider: Slider| {
-            ui.label(label).on_hover_text(hint);
-            ui.add(slider);
+            let label = ui.label(label).on_hover_text(hint).id;
+            ui.add(slider).labelled_by(label);
             ui.end_row();
         };
         let messages = &mut scenario.messages;

@@ -38,18 +38,20 @@
 //! | [`memory`] | what is remembered from one time to the next |
 //! | [`match_panel`] | scenario, teams, settings; a scenario's file is watched |
 //! | [`film`] | a video of the window |
-//! | `first_frame` | how long the start takes |
+//! | [`first_frame`] | how long the start takes |
 //! | [`report_state`] | what is shown, as JSON lines |
+//! | [`widgets`] | the buttons and boxes of the panels, by name |
 //! | [`theme`] | dark and light panels |
 //! | `labels` | names above the robots, words of the overlays |
 //! | [`event_log`] | what happened in the match |
 
 use bevy::app::PluginGroupBuilder;
-use bevy::log::LogPlugin;
+use bevy::log::{BoxedFmtLayer, LogPlugin, tracing_subscriber};
 use bevy::prelude::*;
 use bevy::render::RenderPlugin;
 use bevy::window::WindowResolution;
 use bevy_egui::EguiPlugin;
+use std::io::{self, IsTerminal};
 
 pub mod camera;
 pub mod chronicle;
@@ -61,7 +63,7 @@ pub mod eyes;
 mod field;
 mod figure;
 pub mod film;
-mod first_frame;
+pub mod first_frame;
 mod gait;
 pub mod hands;
 pub mod keys;
@@ -80,6 +82,7 @@ pub mod stage;
 pub mod statistics;
 pub mod theme;
 pub mod timeline;
+pub mod widgets;
 
 pub use drive::{Speed, ViewerCommand};
 pub use timeline::{Timeline, TimelineCommand};
@@ -106,7 +109,11 @@ impl PluginGroup for ViewerPlugins {
             })
             // Otherwise the parts of the scene pop in one by one while their pipelines are compiled.
             .set(RenderPlugin { synchronous_pipeline_compilation: true, ..default() })
-            .set(LogPlugin { filter: "warn,naoisis=info,winit=error,bevy_egui=error".to_owned(), ..default() })
+            .set(LogPlugin {
+                filter: "warn,naoisis=info,winit=error,bevy_egui=error".to_owned(),
+                fmt_layer: plain_unless_in_a_terminal,
+                ..default()
+            })
             .add(EguiPlugin::default())
             .add(first_frame::FirstFramePlugin::default())
             .add(drive::DrivePlugin)
@@ -134,6 +141,15 @@ impl PluginGroup for ViewerPlugins {
             .add(robot_panel::RobotPanelPlugin)
             .add(statistics::StatisticsPlugin)
             .add(memory::MemoryPlugin)
+            .add(widgets::WidgetsPlugin)
             .add(report_state::ReportStatePlugin)
     }
+}
+
+/// Messages without colours, where standard error is a file or a pipe; Bevy's own otherwise.
+fn plain_unless_in_a_terminal(_app: &mut App) -> Option<BoxedFmtLayer> {
+    if io::stderr().is_terminal() {
+        return None;
+    }
+    Some(Box::new(tracing_subscriber::fmt::Layer::default().with_ansi(false).with_writer(io::stderr)))
 }

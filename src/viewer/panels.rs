@@ -1,7 +1,7 @@
 //! Score, clock and state, controls, help.
 
 use bevy::prelude::*;
-use bevy_egui::egui::{self, Align2, Margin, RichText};
+use bevy_egui::egui::{self, Align2, Margin, RichText, WidgetInfo, WidgetType};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 use super::drive::{Playback, Speed, ViewerCommand, is_over};
@@ -119,27 +119,39 @@ fn show_controls(
 }
 
 fn choose_speed(ui: &mut egui::Ui, playback: &Playback, mut choose: impl FnMut(Speed)) {
-    egui::ComboBox::from_id_salt("speed").width(58.0).selected_text(bright(playback.speed.to_string())).show_ui(
-        ui,
-        |ui| {
-            for speed in Speed::ALL {
-                if ui.selectable_label(speed == playback.speed, speed.to_string()).clicked() {
-                    choose(speed);
-                }
+    let text = playback.speed.to_string();
+    let list = egui::ComboBox::from_id_salt("speed").width(58.0).selected_text(bright(&text));
+    let shown = list.show_ui(ui, |ui| {
+        for speed in Speed::ALL {
+            if ui.selectable_label(speed == playback.speed, speed.to_string()).clicked() {
+                choose(speed);
             }
-        },
-    );
+        }
+    });
+    named(shown.response, "Speed", &text).on_hover_text("Simulated seconds a second");
 }
 
 fn choose_scenario(ui: &mut egui::Ui, scenario: Option<&Scenario>, mut choose: impl FnMut(&'static str)) {
     let current = scenario.map(|scenario| scenario.name.as_str()).unwrap_or_default();
-    egui::ComboBox::from_id_salt("scenario").width(150.0).selected_text(bright(current)).show_ui(ui, |ui| {
+    let list = egui::ComboBox::from_id_salt("scenario").width(150.0).selected_text(bright(current));
+    let shown = list.show_ui(ui, |ui| {
         for entry in LIBRARY {
             if ui.selectable_label(entry.name == current, entry.name).clicked() {
                 choose(entry.name);
             }
         }
     });
+    named(shown.response, "Another scenario", current).on_hover_text("Another scenario, from the start");
+}
+
+/// A list has a name, for those who cannot see what is around it.
+fn named(response: egui::Response, name: &str, value: &str) -> egui::Response {
+    response.widget_info(|| {
+        let mut info = WidgetInfo::labeled(WidgetType::ComboBox, true, name);
+        info.current_text_value = Some(value.to_owned());
+        info
+    });
+    response
 }
 
 /// Where the match is and how fast it goes.

@@ -8,16 +8,18 @@
 //! | `window`, `pointer` | width and height of the window, and where the mouse is in it, logical pixels |
 //! | `shift` | whether Shift is held down |
 //! | `held` | whether the mouse has hold of a robot or the ball |
-//! | `scenario`, `seed` | what is played |
+//! | `scenario`, `seed`, `teams` | what is played, and by whom |
 //! | `cycle`, `shown_cycle` | of the match; of the moment that is shown, if that is the past |
 //! | `paused`, `speed`, `replay`, `over` | how it is shown |
 //! | `state`, `score` | of the game |
-//! | `ball`, `robots` | of each the `pose` (m, m, degrees), the place in the window (`pixel`, if it is there), whether it is penalised |
+//! | `ball`, `robots` | of each the `pose` (m, m, degrees), the place in the window (`pixel`, if it is there); of robots whether they are `penalised`, and the `head` (yaw, pitch, degrees) |
 //! | `selected`, `driven` | robots |
 //! | `filming` | whether a video of the window is being recorded |
 //! | `shown` | the switches of the panels |
 //! | `overlays` | how many overlays are switched on |
 //! | `problem`, `notice` | what the user is told |
+//! | `event` | the event of the list that is looked at |
+//! | `widgets` | what can be operated in the panels: `name`, `value`, `edges` (left, upper, right, lower, logical pixels) |
 
 use bevy::diagnostic::FrameCount;
 use bevy::ecs::system::SystemParam;
@@ -29,6 +31,7 @@ use std::path::Path;
 
 use super::camera::ViewerCamera;
 use super::drive::{Playback, is_over};
+use super::events_panel::ShownEvent;
 use super::film::Filming;
 use super::hands::driving::Driving;
 use super::hands::{Hands, Notice};
@@ -37,10 +40,12 @@ use super::overlays::Overlays;
 use super::selection::Selection;
 use super::stage::{pose_of, world_from_pitch};
 use super::timeline::Timeline;
+use super::widgets::{Widgets, WidgetsSystems};
 use crate::ball::Ball;
 use crate::cycle::CycleClock;
 use crate::geometry::to_degrees;
 use crate::referee::{Game, Penalty};
+use crate::robot::head::HeadAngles;
 use crate::robot::{RobotId, Roster};
 use crate::scenario::Scenario;
 
@@ -52,7 +57,7 @@ pub struct ReportStatePlugin;
 
 impl Plugin for ReportStatePlugin {
     fn build(&self, app: &mut App) {
-        app.add_systems(Last, report.run_if(resource_exists::<StateReport>));
+        app.add_systems(Last, report.after(WidgetsSystems).run_if(resource_exists::<StateReport>));
     }
 }
 
@@ -106,11 +111,13 @@ struct Reported<'w, 's> {
     overlays: Res<'w, Overlays>,
     notice: Res<'w, Notice>,
     roster: Res<'w, Roster>,
-    robots: Query<'w, 's, (&'static RobotId, &'static Transform, &'static Penalty)>,
+    robots: Query<'w, 's, (&'static RobotId, &'static Transform, &'static Penalty, &'static HeadAngles)>,
     balls: Query<'w, 's, &'static Transform, With<Ball>>,
     cameras: Query<'w, 's, (&'static Camera, &'static GlobalTransform), With<ViewerCamera>>,
     windows: Query<'w, 's, &'static Window>,
     keys: Res<'w, ButtonInput<KeyCode>>,
+    event: Res<'w, ShownEvent>,
+    widgets: Res<'w, Widgets>,
 }
 
 fn report(reported: Reported, frame: Res<FrameCount>, mut report: ResMut<StateReport>, mut commands: Commands) {
@@ -128,9 +135,10 @@ impl Reported<'_, '_> {
             .roster
             .iter()
             .filter_map(|(_, entity)| self.robots.get(entity).ok())
-            .map(|(id, place, penalty)| {
+            .map(|(id, place, penalty, head)| {
                 let mut robot = self.thing(place, CHEST_M);
                 robot["penalised"] = penalty.is_active().into();
+                robot["head"] = json!([to_degrees(head.yaw), to_degrees(head.pitch)]);
                 (id.to_string(), robot)
             })
             .collect();
@@ -141,6 +149,7 @@ impl Reported<'_, '_> {
             "held": self.hands.hold_anything(),
             "scenario": self.scenario.as_ref().map(|scenario| &scenario.name),
             "seed": self.scenario.as_ref().map(|scenario| scenario.seed),
+            "teams": self.scenario.as_ref().and_then(|scenario| scenario.teams.as_ref()),
             "cycle": self.clock.cycle,
             "shown_cycle": self.timeline.cursor(),
             "paused": self.playback.paused,
@@ -158,6 +167,8 @@ impl Reported<'_, '_> {
             "overlays": self.overlays.of_robots.values().filter(|shows| shows.all || shows.selected).count(),
             "problem": self.playback.problem,
             "notice": (self.notice.left_s > 0.0).then_some(&self.notice.text),
+            "event": self.event.0.as_ref().map(|(entry, _)| &entry.text),
+            "widgets": self.widgets.0,
         })
     }
 

@@ -37,7 +37,7 @@ impl Plugin for ThemePlugin {
     fn build(&self, app: &mut App) {
         app.add_systems(
             EguiPrimaryContextPass,
-            (set_looks.run_if(run_once), choose_theme.run_if(resource_changed::<Shown>), load_letters.run_if(run_once))
+            (set_looks.run_if(run_once), choose_theme.run_if(resource_changed::<Shown>), load_letters)
                 .chain()
                 .in_set(ThemeSystems),
         );
@@ -80,7 +80,7 @@ fn choose_theme(mut contexts: EguiContexts, shown: Res<Shown>) -> Result {
     Ok(())
 }
 
-/// A letter is missing in the first frame that has it; this is that frame, for all of them.
+/// A letter is missing in the first frame that has it; so each frame has all of them, since they are forgotten at times.
 fn load_letters(mut contexts: EguiContexts) -> Result {
     let ctx = contexts.ctx_mut()?;
     let letters: String = (' '..='~').chain("×−–±²°…▶⏸⏭⟲🎲⛔▾▸✔✖".chars()).collect();

@@ -1,6 +1,7 @@
 //! Each type of collision, as it plays out in a match.
 
 use approx::assert_abs_diff_eq;
+use bevy::prelude::App;
 use naoisis::events::{CollisionPartner, CollisionType};
 use naoisis::prelude::*;
 
@@ -18,15 +19,19 @@ fn collisions(events: &[(u64, MatchEvent)]) -> Vec<(Option<RobotId>, CollisionPa
     found
 }
 
+/// Two robots, 60 cm apart, that walk at each other, and a ball, m.
+fn robots_walking_at_each_other(ball: [f32; 2]) -> App {
+    let walking = r#""behaviour": { "script": [{ "until_s": 9.0, "walk": [0.005, 0.0, 0.0] }] }"#;
+    match_of(&format!(
+        r#"{{ "rules": "free", "ball": {{ "position_m": {ball:?} }}, "robots": [
+             {{ "number": 1, "pose": [-0.3, 0.0, 0.0], {walking} }},
+             {{ "team": "pink", "number": 1, "pose": [0.3, 0.0, 180.0], {walking} }}] }}"#
+    ))
+}
+
 #[test]
 fn two_moving_robots_stop_face_to_face() {
-    let mut app = match_of(
-        r#"{ "rules": "free", "ball": { "position_m": [0.0, 1.0] }, "robots": [
-             { "number": 1, "pose": [-0.3, 0.0, 0.0],
-               "behaviour": { "script": [{ "until_s": 9.0, "walk": [0.005, 0.0, 0.0] }] } },
-             { "team": "pink", "number": 1, "pose": [0.3, 0.0, 180.0],
-               "behaviour": { "script": [{ "until_s": 9.0, "walk": [0.005, 0.0, 0.0] }] } }] }"#,
-    );
+    let mut app = robots_walking_at_each_other([0.0, 1.0]);
     let events = collect_events(&mut app, 150);
     assert_eq!(collisions(&events), [(Some(blue(1)), CollisionPartner::Robot(pink(1)), CollisionType::MovingRobots)]);
     // Torsos reach 5 cm ahead: they meet at the middle, each 5 cm from it.
@@ -117,13 +122,7 @@ fn a_ball_bounces_off_a_goal_post_and_off_an_extra_post() {
 
 #[test]
 fn a_ball_between_two_robots_holds_them_apart() {
-    let mut app = match_of(
-        r#"{ "rules": "free", "ball": { "position_m": [0.0, 0.0] }, "robots": [
-             { "number": 1, "pose": [-0.3, 0.0, 0.0],
-               "behaviour": { "script": [{ "until_s": 9.0, "walk": [0.005, 0.0, 0.0] }] } },
-             { "team": "pink", "number": 1, "pose": [0.3, 0.0, 180.0],
-               "behaviour": { "script": [{ "until_s": 9.0, "walk": [0.005, 0.0, 0.0] }] } }] }"#,
-    );
+    let mut app = robots_walking_at_each_other([0.0, 0.0]);
     let events = collect_events(&mut app, 200);
     assert!(!collisions(&events).is_empty());
     let gap = app.robot_pose(pink(1)).unwrap().position.x - app.robot_pose(blue(1)).unwrap().position.x;

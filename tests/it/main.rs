@@ -18,6 +18,7 @@ mod referee_properties;
 #[cfg(feature = "gpu")]
 mod renderers;
 mod rule_cases;
+mod scenario_errors;
 mod scenario_files;
 mod sensing;
 mod situation;

@@ -62,6 +62,17 @@ fn shot(scene: &SceneDescription, index: usize) -> Shot {
     Shot { view, design, layers: Layers::ALL, image: Image::default() }
 }
 
+/// A picture of the graphics card, and the same in software.
+fn draw_by_both(gpu: &mut GpuRenderer, scene: &SceneDescription, index: usize) -> (Shot, Image) {
+    let mut shot = shot(scene, index);
+    gpu.draw(scene, &mut [&mut shot]).expect("a picture");
+    let mut prepared = PreparedScene::default();
+    prepared.prepare(scene, Detail { design: shot.design, ..Detail::default() });
+    let mut image = Image::default();
+    Renderer::default().draw(&prepared, &shot.view, Layers::ALL, &mut image);
+    (shot, image)
+}
+
 /// Whether a pixel and those around it are all of one label.
 fn is_inside(image: &Image, u: u32, v: u32) -> bool {
     let label = image.label(u, v);
@@ -76,12 +87,7 @@ fn both_renderers_show_the_same() {
     let (mut inside, mut same, mut coloured_alike, mut farther) = (0, 0, 0, 0);
     for index in 0..SCENES {
         let scene = random_scene(&mut dice);
-        let mut shot = shot(&scene, index);
-        gpu.draw(&scene, &mut [&mut shot]).expect("a picture");
-        let mut prepared = PreparedScene::default();
-        prepared.prepare(&scene, Detail { design: shot.design, ..Detail::default() });
-        let mut image = Image::default();
-        Renderer::default().draw(&prepared, &shot.view, Layers::ALL, &mut image);
+        let (shot, image) = draw_by_both(&mut gpu, &scene, index);
         assert_eq!([image.width, image.height], [shot.image.width, shot.image.height]);
         for v in 0..image.height {
             for u in 0..image.width {
@@ -117,12 +123,7 @@ fn the_pixel_of_a_point_shows_what_is_there() {
     let mut seen = 0;
     for index in 0..SCENES {
         let scene = random_scene(&mut dice);
-        let mut shot = shot(&scene, index);
-        gpu.draw(&scene, &mut [&mut shot]).expect("a picture");
-        let mut prepared = PreparedScene::default();
-        prepared.prepare(&scene, Detail { design: shot.design, ..Detail::default() });
-        let mut image = Image::default();
-        Renderer::default().draw(&prepared, &shot.view, Layers::ALL, &mut image);
+        let (shot, image) = draw_by_both(&mut gpu, &scene, index);
         // The middles of ball, waistbands and posts: label, place, and what it is thick.
         let mut points = Vec::new();
         points.extend(scene.ball.map(|(at, radius)| (Label::Ball, at.extend(radius), radius)));

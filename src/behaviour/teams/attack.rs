@@ -2,7 +2,8 @@
 
 use bevy::prelude::*;
 
-use super::kicking::{Aim, BallAtFeet, KickPlan, any_kick, kick_now};
+use super::aiming::Aim;
+use super::kicking::{BallAtFeet, KickPlan, any_kick, kick_now};
 use super::looking;
 use super::player::{Decision, Player, PlayerMemory};
 use super::walking::{BALL_CLEARANCE_M, approach};

@@ -9,6 +9,7 @@ use bevy::ecs::query::QueryData;
 use bevy::prelude::*;
 use std::borrow::Cow;
 
+pub mod aiming;
 pub mod attack;
 pub mod chaser;
 pub mod keeper;

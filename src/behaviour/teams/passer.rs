@@ -8,8 +8,8 @@
 
 use bevy::prelude::*;
 
+use super::aiming::Aim;
 use super::attack::{choose_aim, go_for, search};
-use super::kicking::Aim;
 use super::obeying::is_for_the_keeper_only;
 use super::passing::{Pass, freedom, lane, meet, rolled, shot_value};
 use super::player::{Decision, Player, PlayerMemory};

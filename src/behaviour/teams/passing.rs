@@ -6,7 +6,7 @@ use core::fmt;
 use core::str::FromStr;
 use serde::{Deserialize, Serialize};
 
-use super::kicking::room_along;
+use super::aiming::room_along;
 use crate::belief::RobotBelief;
 use crate::pitch::Pitch;
 

@@ -15,7 +15,7 @@ use crate::robot::{RobotId, Roster};
 use crate::sensing::camera::CameraSide;
 use crate::viewer::camera::ViewPreset;
 use crate::viewer::keys::KeysSystems;
-use crate::viewer::selection::{Choice, Selection};
+use crate::viewer::selection::Selection;
 
 /// How fast the head follows the keys, of the speed that its joints reach: slow enough to aim.
 const HEAD_SHARE: f32 = 0.3;
@@ -28,7 +28,7 @@ impl Plugin for DrivingPlugin {
         app.init_resource::<Driving>()
             .add_systems(
                 Update,
-                (leave, read_driver.run_if(not(egui_wants_any_keyboard_input))).chain().after(KeysSystems),
+                (change_robot, read_driver.run_if(not(egui_wants_any_keyboard_input))).chain().after(KeysSystems),
             )
             .add_systems(Cycle, drive.in_set(CycleSystems::Decide).after(DecideSystems::Behave));
     }
@@ -64,6 +64,7 @@ pub const KEYS: &[(&str, &str)] = &[
     ("U", "Look ahead"),
     ("1 2", "Kick straight, left or right foot"),
     ("3 4", "Kick to the side"),
+    ("Tab", "Another robot"),
     ("Esc", "Leave"),
 ];
 
@@ -110,7 +111,7 @@ pub(super) fn toggle(world: &mut World) {
     let chosen = world.resource::<Selection>().0;
     let Some(robot) = chosen.or_else(|| world.resource::<Roster>().iter().next().map(|(id, _)| id)) else { return };
     *world.resource_mut::<Driving>() = Driving { robot: Some(robot), ..default() };
-    world.write_message(Choice::Robot(robot));
+    world.resource_mut::<Selection>().0 = Some(robot);
     world.write_message(ViewPreset::Eyes(CameraSide::Top));
 }
 
@@ -119,12 +120,17 @@ fn stop(world: &mut World) {
     world.write_message(ViewPreset::Broadcast);
 }
 
-/// The driver leaves, or another match lacks the robot.
-fn leave(world: &mut World) {
+/// The driver leaves, or changes to another robot by selecting it, or another match lacks the robot.
+fn change_robot(world: &mut World) {
     let Some(robot) = world.resource::<Driving>().robot else { return };
     let leaves = world.resource::<ButtonInput<KeyCode>>().just_pressed(KeyCode::Escape);
-    if leaves || world.resource::<Roster>().get(robot).is_none() {
-        stop(world);
+    match world.resource::<Selection>().0 {
+        Some(selected) if !leaves && world.resource::<Roster>().get(selected).is_some() => {
+            if selected != robot {
+                *world.resource_mut::<Driving>() = Driving { robot: Some(selected), ..default() };
+            }
+        }
+        _ => stop(world),
     }
 }
 
@@ -190,7 +196,7 @@ pub(super) mod tests {
     /// Drives in an app that has no window.
     pub fn add_without_panels(app: &mut App) {
         app.init_resource::<Driving>()
-            .add_systems(Update, (leave, read_driver).chain())
+            .add_systems(Update, (change_robot, read_driver).chain())
             .add_systems(Cycle, drive.in_set(CycleSystems::Decide).after(DecideSystems::Behave));
     }
 

@@ -329,6 +329,11 @@ mod tests {
         // A second of 90 degrees a second; the first cycles were still the behaviour's.
         let turned = app.robot_pose(BLUE2).unwrap().heading - before.heading;
         assert!((turned.to_degrees() - 90.0).abs() < 15.0, "{}", turned.to_degrees());
+        // Whoever selects another robot drives that one.
+        let blue3 = RobotId::new(Team::Blue, 3);
+        app.world_mut().resource_mut::<Selection>().0 = Some(blue3);
+        app.update();
+        assert_eq!(app.world().resource::<Driving>().robot, Some(blue3));
         act(&mut app, HandAction::Drive);
         assert_eq!(app.world().resource::<Driving>().robot, None);
     }

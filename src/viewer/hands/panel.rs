@@ -52,8 +52,10 @@ fn show_buttons(
         card(ui).show(ui, |ui| {
             ui.horizontal(|ui| {
                 let record = if filming.is_on() { "⏹ Stop" } else { "⏺ Record" };
-                if ui.button(record).on_hover_text("F8: a video of the window").clicked() {
-                    films.write(ToggleFilm);
+                let hint = "F8: a video of the window; with Shift, a folder of PNG files";
+                if ui.button(record).on_hover_text(hint).clicked() {
+                    let is_shift = ui.input(|input| input.modifiers.shift);
+                    films.write(if is_shift { ToggleFilm::Frames } else { ToggleFilm::Video });
                 }
                 if ui.button("Match").on_hover_text("M: scenario, teams, settings").clicked() {
                     shown.game = !shown.game;

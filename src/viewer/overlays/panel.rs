@@ -1,7 +1,7 @@
 //! The switches of the overlays.
 
 use bevy::prelude::*;
-use bevy_egui::egui::{self, Align2, RichText};
+use bevy_egui::egui::{self, Align2, RichText, WidgetInfo, WidgetType};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 use super::{Overlay, OverlayCommand, Overlays};
@@ -86,15 +86,18 @@ fn show_line(
 ) {
     let shows = overlays.of_robots.get(&overlay).cloned().unwrap_or_default();
     ui.label(overlay.name()).on_hover_text(overlay.description());
-    let mut switch = |ui: &mut egui::Ui, on: bool, command: OverlayCommand| {
-        if ui.checkbox(&mut on.clone(), "").changed() {
+    let mut switch = |ui: &mut egui::Ui, on: bool, whose: &str, command: OverlayCommand| {
+        let response = ui.checkbox(&mut on.clone(), "");
+        let name = format!("{}: {whose}", overlay.name());
+        response.widget_info(|| WidgetInfo::selected(WidgetType::Checkbox, true, on, &name));
+        if response.on_hover_text(name).changed() {
             commands.write(command);
         }
     };
-    switch(ui, shows.all, OverlayCommand::ToggleAll(overlay));
-    switch(ui, shows.selected, OverlayCommand::ToggleSelected(overlay));
+    switch(ui, shows.all, "all robots", OverlayCommand::ToggleAll(overlay));
+    switch(ui, shows.selected, "the selected robot", OverlayCommand::ToggleSelected(overlay));
     for id in robots {
-        switch(ui, shows.robots.contains(id), OverlayCommand::Toggle(overlay, *id));
+        switch(ui, shows.robots.contains(id), &id.to_string(), OverlayCommand::Toggle(overlay, *id));
     }
     ui.end_row();
 }

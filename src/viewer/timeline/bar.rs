@@ -1,7 +1,7 @@
 //! The bar below the match: where it is, what happened when, and where to go.
 
 use bevy::prelude::*;
-use bevy_egui::egui::{self, Align2, Color32, Pos2, Sense, Stroke};
+use bevy_egui::egui::{self, Align2, Color32, Pos2, Sense, Stroke, WidgetInfo};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 use super::{Timeline, TimelineCommand};
@@ -44,6 +44,7 @@ fn show_bar(
                 let time = |cycle: f64| minutes((cycle * clock.period_s) as f32);
                 ui.label(if timeline.is_past() { bright(time(now)) } else { dim(time(now)) });
                 let (response, painter) = ui.allocate_painter(egui::vec2(width, HEIGHT), Sense::click_and_drag());
+                response.widget_info(|| WidgetInfo::slider(true, now, "Timeline"));
                 let rect = response.rect;
                 let x = |cycle: f64| rect.left() + share(cycle, first, last) * rect.width();
                 let line = |from: f32, to: f32, stroke: Stroke| {

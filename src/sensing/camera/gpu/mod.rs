@@ -11,7 +11,6 @@
 //! and between adapters too, so a match that is played by these images is the same again on the same machine only.
 
 use bevy::app::{SubApp, SubApps};
-use bevy::asset::RenderAssetUsages;
 use bevy::camera::{ClearColorConfig, PerspectiveProjection, RenderTarget};
 use bevy::core_pipeline::tonemapping::Tonemapping;
 use bevy::math::{Affine3A, Mat3};
@@ -20,25 +19,21 @@ use bevy::platform::cell::SyncCell;
 use bevy::prelude::*;
 use bevy::render::RenderApp;
 use bevy::render::RenderPlugin;
-use bevy::render::render_asset::RenderAssets;
-use bevy::render::render_resource::{
-    Buffer, BufferDescriptor, BufferUsages, CommandEncoderDescriptor, Extent3d, MapMode, PipelineCache,
-    TexelCopyBufferInfo, TexelCopyBufferLayout, TextureDimension, TextureFormat, TextureUsages,
-};
-use bevy::render::renderer::{RenderAdapterInfo, RenderDevice, RenderQueue};
+use bevy::render::render_resource::{Buffer, PipelineCache};
+use bevy::render::renderer::{RenderAdapterInfo, RenderDevice};
 use bevy::render::settings::{RenderCreation, WgpuSettings};
-use bevy::render::texture::GpuImage;
 
 mod material;
+mod read_back;
 mod stage;
 
-use super::image::{Image, Layers};
 use super::shot::Shot;
 use super::software::NEAR;
 use crate::appearance::scene::SceneDescription;
 use crate::appearance::view::View;
 use crate::appearance::{Label, colours};
-use material::{MOST_DEPTH_M, SceneMaterialPlugin};
+use material::SceneMaterialPlugin;
+use read_back::{read_back, take_colours, take_depth, texture};
 use stage::{Showing, Stage};
 
 /// The camera does not look further than this, m.
@@ -111,7 +106,7 @@ pub struct GpuRenderer {
 /// A camera of Bevy's, its texture, and where this is read back to.
 struct Camera3 {
     entity: Entity,
-    target: Handle<bevy::image::Image>,
+    target: Handle<Image>,
     size: UVec2,
     buffer: Option<Buffer>,
 }
@@ -203,7 +198,7 @@ impl GpuRenderer {
         if is_new {
             self.warm_up()?;
         }
-        let samples = self.read_back(exposures.len())?;
+        let samples = read_back(render_world(&mut self.apps)?, &mut self.cameras[..exposures.len()])?;
         for ((index, showing), samples) in exposures.iter().zip(&samples) {
             let shot = &mut shots[*index];
             if showing.depth {
@@ -227,7 +222,7 @@ impl GpuRenderer {
         let world = self.apps.main.world_mut();
         let is_new = self.cameras.get(number).is_none_or(|camera| camera.size != size);
         if is_new {
-            let target = world.resource_mut::<Assets<bevy::image::Image>>().add(texture(size));
+            let target = world.resource_mut::<Assets<Image>>().add(texture(size));
             let entity = world
                 .spawn((Camera3d::default(), RenderTarget::from(target.clone()), Tonemapping::None, Msaa::Off))
                 .id();
@@ -280,64 +275,6 @@ impl GpuRenderer {
         }
         Err(GpuError::Failed("its shaders do not get ready".to_owned()))
     }
-
-    /// The pixels of the first cameras' textures, four bytes each, without gaps.
-    fn read_back(&mut self, count: usize) -> Result<Vec<Vec<u8>>, GpuError> {
-        let render = render_world(&mut self.apps)?;
-        let device = render.resource::<RenderDevice>().clone();
-        let queue = render.resource::<RenderQueue>().clone();
-        let images = render.resource::<RenderAssets<GpuImage>>();
-        let mut encoder = device.create_command_encoder(&CommandEncoderDescriptor { label: Some("read back") });
-        for camera in &mut self.cameras[..count] {
-            let Some(image) = images.get(&camera.target) else {
-                return Err(GpuError::Failed("a texture is not there".to_owned()));
-            };
-            let stride = RenderDevice::align_copy_bytes_per_row(4 * camera.size.x as usize) as u32;
-            let buffer = camera.buffer.get_or_insert_with(|| {
-                device.create_buffer(&BufferDescriptor {
-                    label: Some("picture"),
-                    size: u64::from(stride) * u64::from(camera.size.y),
-                    usage: BufferUsages::COPY_DST | BufferUsages::MAP_READ,
-                    mapped_at_creation: false,
-                })
-            });
-            encoder.copy_texture_to_buffer(
-                image.texture.as_image_copy(),
-                TexelCopyBufferInfo {
-                    buffer,
-                    layout: TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(stride), rows_per_image: None },
-                },
-                Extent3d { width: camera.size.x, height: camera.size.y, depth_or_array_layers: 1 },
-            );
-        }
-        queue.submit([encoder.finish()]);
-        let buffers: Vec<&Buffer> = self.cameras[..count].iter().filter_map(|camera| camera.buffer.as_ref()).collect();
-        let (sender, results) = std::sync::mpsc::channel();
-        for buffer in &buffers {
-            let sender = sender.clone();
-            buffer.slice(..).map_async(MapMode::Read, move |result| {
-                let _ = sender.send(result);
-            });
-        }
-        device.poll(wgpu::PollType::wait_indefinitely()).map_err(|error| GpuError::Failed(error.to_string()))?;
-        for result in results.try_iter() {
-            result.map_err(|error| GpuError::Failed(error.to_string()))?;
-        }
-        let mut pictures = Vec::with_capacity(count);
-        for (camera, buffer) in self.cameras.iter().zip(buffers) {
-            let row = 4 * camera.size.x as usize;
-            let stride = RenderDevice::align_copy_bytes_per_row(row);
-            let mapped = buffer.slice(..).get_mapped_range();
-            let mut picture = Vec::with_capacity(row * camera.size.y as usize);
-            for line in mapped.chunks_exact(stride) {
-                picture.extend_from_slice(&line[..row]);
-            }
-            drop(mapped);
-            buffer.unmap();
-            pictures.push(picture);
-        }
-        Ok(pictures)
-    }
 }
 
 fn render_world(apps: &mut SubApps) -> Result<&mut World, GpuError> {
@@ -346,64 +283,9 @@ fn render_world(apps: &mut SubApps) -> Result<&mut World, GpuError> {
     render.map(SubApp::world_mut).ok_or(GpuError::NoAdapter)
 }
 
-fn texture(size: UVec2) -> bevy::image::Image {
-    let extent = Extent3d { width: size.x, height: size.y, depth_or_array_layers: 1 };
-    let usages = RenderAssetUsages::RENDER_WORLD;
-    let format = TextureFormat::Rgba8UnormSrgb;
-    let mut image = bevy::image::Image::new_uninit(extent, TextureDimension::D2, format, usages);
-    image.texture_descriptor.usage =
-        TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_SRC | TextureUsages::RENDER_ATTACHMENT;
-    image
-}
-
 /// The colour of the sky, linear, with its label.
 fn sky() -> [f32; 4] {
     let [red, green, blue] = colours::SKY.0;
     let [red, green, blue, _] = LinearRgba::from(Color::srgb_u8(red, green, blue)).to_f32_array();
     [red, green, blue, f32::from(Label::Sky as u8) / 255.0]
-}
-
-/// Fills an image's colours and, if wanted, labels.
-fn take_colours(samples: &[u8], view: &View, layers: Layers, image: &mut Image) {
-    let [width, height] = view.size();
-    let count = view.supersampling.max(1) as usize;
-    (image.width, image.height) = (width as u32, height as u32);
-    image.rgb.clear();
-    image.labels.clear();
-    image.depth_m.clear();
-    let sample = |column: usize, row: usize| {
-        let first = 4 * (row * width * count + column);
-        &samples[first..first + 4]
-    };
-    for row in 0..height {
-        for column in 0..width {
-            let mut sums = [(count * count / 2) as u32; 3];
-            for down in 0..count {
-                for right in 0..count {
-                    let sample = sample(column * count + right, row * count + down);
-                    for (sum, channel) in sums.iter_mut().zip(sample) {
-                        *sum += u32::from(*channel);
-                    }
-                }
-            }
-            image.rgb.extend(sums.map(|sum| (sum / (count * count) as u32) as u8));
-            if layers.labels {
-                // Of several samples, the middle one.
-                image.labels.push(sample(column * count + count / 2, row * count + count / 2)[3]);
-            }
-        }
-    }
-}
-
-/// Fills an image's distances.
-fn take_depth(samples: &[u8], view: &View, image: &mut Image) {
-    let [width, height] = view.size();
-    let count = view.supersampling.max(1) as usize;
-    for row in 0..height {
-        for column in 0..width {
-            let first = 4 * ((row * count + count / 2) * width * count + column * count + count / 2);
-            let steps = u32::from_le_bytes([samples[first], samples[first + 1], samples[first + 2], 0]);
-            image.depth_m.push(steps as f32 / 16_777_215.0 * MOST_DEPTH_M);
-        }
-    }
 }

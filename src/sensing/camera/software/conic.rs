@@ -4,19 +4,24 @@
 /// down.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Conic {
-    pub(super) a: f64,
-    pub(super) b: f64,
-    pub(super) c: f64,
-    pub(super) d: f64,
-    pub(super) e: f64,
-    pub(super) f: f64,
+    a: f64,
+    b: f64,
+    c: f64,
+    d: f64,
+    e: f64,
+    f: f64,
 }
 
 impl Conic {
     /// The area of the rays x = p + u q + v r (each in some frame of three dimensions) for which xᵀ diag(1, 1, -k) x is not
     /// positive, with the third axis scaled by the square root of k.
     pub(super) fn of_cone(p: [f64; 3], q: [f64; 3], r: [f64; 3], k: f64) -> Self {
-        let form = |x: [f64; 3], y: [f64; 3]| x[0] * y[0] + x[1] * y[1] - k * x[2] * y[2];
+        Self::of_form([p, q, r], |x, y| x[0] * y[0] + x[1] * y[1] - k * x[2] * y[2])
+    }
+
+    /// The area of the rays x = p + u q + v r for which a symmetric form of x and x is not positive.
+    #[inline]
+    pub(super) fn of_form<V: Copy>([p, q, r]: [V; 3], form: impl Fn(V, V) -> f64) -> Self {
         Self {
             a: form(q, q),
             b: 2.0 * form(q, r),

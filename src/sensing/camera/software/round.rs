@@ -29,15 +29,9 @@ pub(super) fn draw(frame: &mut Frame, round: &Round) {
     let wide = |vector: Vec3| vector.as_dvec3();
     let [eye_wide, right_wide, down_wide, forward_wide] = [eye, right, down, forward].map(wide);
     let outside_wide = eye_wide.length_squared() - 1.0;
-    let form = |x: bevy::math::DVec3, y: bevy::math::DVec3| outside_wide * x.dot(y) - eye_wide.dot(x) * eye_wide.dot(y);
-    let conic = Conic {
-        a: form(right_wide, right_wide),
-        b: 2.0 * form(right_wide, down_wide),
-        c: form(down_wide, down_wide),
-        d: 2.0 * form(forward_wide, right_wide),
-        e: 2.0 * form(forward_wide, down_wide),
-        f: form(forward_wide, forward_wide),
-    };
+    let conic = Conic::of_form([forward_wide, right_wide, down_wide], |x, y| {
+        outside_wide * x.dot(y) - eye_wide.dot(x) * eye_wide.dot(y)
+    });
     let focal_length = f64::from(frame.focal_length);
     let [centre_u, centre_v] = frame.centre.map(f64::from);
     let [top, bottom] = conic.rows().map(|slope| (slope * focal_length + centre_v) as f32);

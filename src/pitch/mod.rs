@@ -4,11 +4,14 @@
 //! the 2010 rule book (6 x 4 m), `spl2025` that of 2025 (9 x 6 m).
 
 use bevy::prelude::*;
-use core::f32::consts::TAU;
 use serde::{Deserialize, Serialize};
 
-use crate::geometry::unit;
+mod goals;
+mod markings;
+
 use crate::knowledge::Knowledge;
+pub use goals::GoalPost;
+pub use markings::{JunctionShape, LineJunction, LineSegment};
 
 /// Registers the pitch's types.
 pub struct PitchPlugin;
@@ -157,21 +160,6 @@ impl End {
     }
 }
 
-/// A goal post: a vertical cylinder on the ground.
-#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
-pub struct GoalPost {
-    /// Centre on the ground, m, pitch frame.
-    pub position: Vec2,
-    /// Radius, m.
-    pub radius: f32,
-    /// Height, m.
-    pub height: f32,
-    /// Which goal it belongs to.
-    pub end: End,
-    /// Its colour.
-    pub colour: GoalColour,
-}
-
 /// A post as a thing on the pitch: a vertical cylinder that stands where its [`Pose`](crate::geometry::Pose) is.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Truth)]
@@ -183,42 +171,6 @@ pub struct Post {
     /// The colour of the goal that it belongs to; none for an extra post, which is no goal post but stands in the
     /// way all the same.
     pub colour: Option<GoalColour>,
-}
-
-impl From<GoalPost> for Post {
-    fn from(post: GoalPost) -> Self {
-        Self { radius: post.radius, height: post.height, colour: Some(post.colour) }
-    }
-}
-
-/// A straight piece of line marking, at the centre of the line.
-#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
-pub struct LineSegment {
-    /// One end, m, pitch frame.
-    pub start: Vec2,
-    /// The other end, m, pitch frame.
-    pub end: Vec2,
-}
-
-/// The shape in which lines meet.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Reflect, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum JunctionShape {
-    /// Two lines end in each other: a corner.
-    L,
-    /// A line ends on another.
-    T,
-    /// Two lines cross.
-    X,
-}
-
-/// Where lines meet.
-#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
-pub struct LineJunction {
-    /// Where, m, pitch frame.
-    pub position: Vec2,
-    /// In which shape.
-    pub shape: JunctionShape,
 }
 
 impl Pitch {
@@ -242,116 +194,12 @@ impl Pitch {
         Vec2::new(self.half_length(), self.half_width()) + self.line_width_m / 2.0
     }
 
-    /// The x coordinate of the goal posts' centres, m: their rear is flush with the outer edge of the goal line.
-    pub fn goal_post_x(&self) -> f32 {
-        self.half_length() + self.line_width_m / 2.0 - self.goal.post_diameter_m / 2.0
-    }
-
     /// The colour of the goal at this end.
     pub fn goal_colour(&self, end: End) -> GoalColour {
         match end {
             End::NegativeX => self.goal.negative_x_colour,
             End::PositiveX => self.goal.positive_x_colour,
         }
-    }
-
-    /// The four goal posts: the goal at -x first, in each the post at -y first.
-    pub fn goal_posts(&self) -> [GoalPost; 4] {
-        let post = |end: End, side: f32| GoalPost {
-            position: Vec2::new(end.sign() * self.goal_post_x(), side * self.goal.width_m / 2.0),
-            radius: self.goal.post_diameter_m / 2.0,
-            height: self.goal.height_m,
-            end,
-            colour: self.goal_colour(end),
-        };
-        [post(End::NegativeX, -1.0), post(End::NegativeX, 1.0), post(End::PositiveX, -1.0), post(End::PositiveX, 1.0)]
-    }
-
-    /// The bars on the ground that carry the nets: for each goal its two sides and its rear. Their radius is half
-    /// the crossbar's diameter. See [`GoalDimensions::ground_bars`].
-    pub fn ground_bars(&self) -> [LineSegment; 6] {
-        let bars = |end: End| {
-            let front = end.sign() * self.goal_post_x();
-            let rear = end.sign() * (self.goal_post_x() + self.goal.depth_m);
-            let half_width = self.goal.width_m / 2.0;
-            let segment = |x1, y1, x2, y2| LineSegment { start: Vec2::new(x1, y1), end: Vec2::new(x2, y2) };
-            [
-                segment(front, -half_width, rear, -half_width),
-                segment(front, half_width, rear, half_width),
-                segment(rear, -half_width, rear, half_width),
-            ]
-        };
-        let [a, b, c] = bars(End::NegativeX);
-        let [d, e, f] = bars(End::PositiveX);
-        [a, b, c, d, e, f]
-    }
-
-    /// The straight line markings, penalty crosses and centre circle apart.
-    pub fn line_segments(&self) -> Vec<LineSegment> {
-        let (x, y) = (self.half_length(), self.half_width());
-        let segment = |x1, y1, x2, y2| LineSegment { start: Vec2::new(x1, y1), end: Vec2::new(x2, y2) };
-        let mut segments = vec![
-            segment(-x, -y, x, -y),
-            segment(-x, y, x, y),
-            segment(-x, -y, -x, y),
-            segment(x, -y, x, y),
-            segment(0.0, -y, 0.0, y),
-        ];
-        for end in End::BOTH {
-            for area in self.areas() {
-                let (goal_line, front) = (end.sign() * x, end.sign() * (x - area.depth_m));
-                let side = area.width_m / 2.0;
-                segments.push(segment(goal_line, -side, front, -side));
-                segments.push(segment(goal_line, side, front, side));
-                segments.push(segment(front, -side, front, side));
-            }
-        }
-        segments
-    }
-
-    /// The centres of the two penalty crosses and of the centre mark, in that order.
-    pub fn marks(&self) -> [Vec2; 3] {
-        let x = self.half_length() - self.penalty_mark_distance_m;
-        [Vec2::new(-x, 0.0), Vec2::new(x, 0.0), Vec2::ZERO]
-    }
-
-    /// Where lines meet: corners, ends and crossings, those with the centre circle included.
-    pub fn line_junctions(&self) -> Vec<LineJunction> {
-        let (x, y) = (self.half_length(), self.half_width());
-        let mut junctions = Vec::new();
-        let mut push = |x: f32, y: f32, shape| {
-            junctions.push(LineJunction { position: Vec2::new(x, y), shape });
-        };
-        for side in [-1.0, 1.0] {
-            push(0.0, side * y, JunctionShape::T);
-            push(0.0, side * self.centre_circle_diameter_m / 2.0, JunctionShape::X);
-            for end in End::BOTH {
-                push(end.sign() * x, side * y, JunctionShape::L);
-                for area in self.areas() {
-                    push(end.sign() * x, side * area.width_m / 2.0, JunctionShape::T);
-                    push(end.sign() * (x - area.depth_m), side * area.width_m / 2.0, JunctionShape::L);
-                }
-            }
-        }
-        junctions
-    }
-
-    /// `count` points on the centre circle's line, for drawing.
-    pub fn centre_circle_points(&self, count: usize) -> impl Iterator<Item = Vec2> {
-        let radius = self.centre_circle_diameter_m / 2.0;
-        (0..count).map(move |index| radius * unit(TAU * index as f32 / count as f32))
-    }
-
-    /// Whether a point is inside the penalty area at this end, lines included.
-    pub fn in_penalty_area(&self, end: End, point: Vec2) -> bool {
-        let depth = self.half_length() + self.line_width_m / 2.0 - end.sign() * point.x;
-        let half_line = self.line_width_m / 2.0;
-        (0.0..=self.penalty_area.depth_m + self.line_width_m).contains(&depth)
-            && point.y.abs() <= self.penalty_area.width_m / 2.0 + half_line
-    }
-
-    fn areas(&self) -> impl Iterator<Item = AreaDimensions> + use<> {
-        core::iter::once(self.penalty_area).chain(self.goal_area)
     }
 }
 
@@ -419,27 +267,5 @@ mod tests {
         assert_eq!(pitch.line_segments().len(), 11);
         // 4 corners, 2 + 4 T, 2 X at the circle, 4 corners of the penalty areas.
         assert_eq!(pitch.line_junctions().len(), 16);
-    }
-
-    #[test]
-    fn every_junction_lies_on_a_line() {
-        let pitch = Pitch { goal_area: Some(AreaDimensions { depth_m: 0.3, width_m: 1.8 }), ..Pitch::default() };
-        for junction in pitch.line_junctions() {
-            let on_line = pitch.line_segments().iter().any(|line| {
-                let direction = (line.end - line.start).normalize();
-                let offset = junction.position - line.start;
-                direction.perp_dot(offset).abs() < 1e-5
-                    && (-1e-5..=line.start.distance(line.end) + 1e-5).contains(&direction.dot(offset))
-            });
-            assert!(on_line, "{junction:?}");
-        }
-    }
-
-    #[test]
-    fn the_penalty_area_includes_its_lines() {
-        let pitch = Pitch::default();
-        assert!(pitch.in_penalty_area(End::NegativeX, Vec2::new(-2.376, 0.0)));
-        assert!(!pitch.in_penalty_area(End::NegativeX, Vec2::new(-2.374, 0.0)));
-        assert!(!pitch.in_penalty_area(End::PositiveX, Vec2::new(-2.9, 0.0)));
     }
 }

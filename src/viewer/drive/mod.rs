@@ -6,9 +6,12 @@
 
 use bevy::prelude::*;
 use bevy::time::TimeSystems;
-use core::fmt;
 use core::time::Duration;
 use std::time::Instant;
+
+mod speed;
+#[cfg(test)]
+mod tests;
 
 use super::event_log::EventLog;
 use super::memory::ViewerMemory;
@@ -16,8 +19,9 @@ use super::timeline::{self, Timeline, TimelinePlugin, TimelineSystems};
 use crate::cycle::{CycleClock, try_run_cycle};
 use crate::record::history::History;
 use crate::referee::{Game, GameState};
-use crate::scenario::{Scenario, ScenarioFile};
+use crate::scenario::{Scenario, ScenarioFault, ScenarioFile};
 use crate::simulation;
+pub use speed::Speed;
 
 /// The part of a frame that is spent on cycles when they go as fast as possible.
 const BUDGET: Duration = Duration::from_millis(12);
@@ -66,45 +70,6 @@ pub enum ViewerCommand {
     RestartWithNextSeed,
     /// The built-in scenario of this name, from the start.
     Load(&'static str),
-}
-
-/// How fast the match is shown.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub enum Speed {
-    /// This many simulated seconds a second.
-    Times(f64),
-    /// As fast as it goes.
-    Unlimited,
-}
-
-impl Speed {
-    /// The speeds to choose from, in order.
-    pub const ALL: [Speed; 9] = [
-        Speed::Times(0.1),
-        Speed::Times(0.25),
-        Speed::Times(0.5),
-        Speed::Times(1.0),
-        Speed::Times(2.0),
-        Speed::Times(4.0),
-        Speed::Times(8.0),
-        Speed::Times(16.0),
-        Speed::Unlimited,
-    ];
-
-    /// The next of [`Speed::ALL`] in a direction, if there is one.
-    fn neighbour(self, steps: isize) -> Speed {
-        let index = Speed::ALL.iter().position(|speed| *speed == self).unwrap_or(3);
-        index.checked_add_signed(steps).and_then(|index| Speed::ALL.get(index)).copied().unwrap_or(self)
-    }
-}
-
-impl fmt::Display for Speed {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Speed::Times(factor) => write!(formatter, "{factor}×"),
-            Speed::Unlimited => formatter.write_str("max"),
-        }
-    }
 }
 
 /// How the match is being shown.
@@ -189,17 +154,21 @@ fn obey_commands(world: &mut World) {
             ViewerCommand::SetSpeed(wanted) => set_speed(world, |_| wanted),
             ViewerCommand::Restart => restart(world, 0),
             ViewerCommand::RestartWithNextSeed => restart(world, 1),
-            ViewerCommand::Load(name) => match ScenarioFile::named(name) {
-                Ok(file) => {
-                    start(world, &file.scenario);
-                    if let Some(mut memory) = world.get_resource_mut::<ViewerMemory>() {
-                        memory.note_scenario(name);
-                    }
-                }
-                Err(error) => world.resource_mut::<Playback>().problem = Some(error.to_string()),
-            },
+            ViewerCommand::Load(name) => {
+                let result = load(world, name);
+                world.resource_mut::<Playback>().problem = result.err();
+            }
         }
     }
+}
+
+fn load(world: &mut World, name: &str) -> Result<(), String> {
+    let file = ScenarioFile::named(name).map_err(|error| error.to_string())?;
+    start(world, &file.scenario).map_err(|fault| fault.to_string())?;
+    if let Some(mut memory) = world.get_resource_mut::<ViewerMemory>() {
+        memory.note_scenario(name);
+    }
+    Ok(())
 }
 
 fn set_speed(world: &mut World, choose: impl FnOnce(Speed) -> Speed) {
@@ -226,19 +195,21 @@ fn restart(world: &mut World, seed_step: u64) {
     }
     let Some(mut scenario) = world.get_resource::<Scenario>().cloned() else { return };
     scenario.seed = scenario.seed.wrapping_add(seed_step);
-    start(world, &scenario);
+    let result = start(world, &scenario);
+    world.resource_mut::<Playback>().problem = result.err().map(|fault| fault.to_string());
 }
 
-/// Starts a match in place of the present one, or says why not.
-pub(super) fn start(world: &mut World, scenario: &Scenario) {
-    let problem = simulation::start_match(world, scenario).err().map(|fault| fault.to_string());
-    if problem.is_none() {
-        timeline::forget(world);
-        world.resource_mut::<EventLog>().clear();
-        world.resource_mut::<Playback>().failed = false;
-        *world.resource_mut::<DisplayFraction>() = DisplayFraction(1.0);
-    }
-    world.resource_mut::<Playback>().problem = problem;
+/// Starts a match in place of the present one.
+///
+/// # Errors
+/// What is wrong with the scenario; the present match goes on then.
+pub(super) fn start(world: &mut World, scenario: &Scenario) -> Result<(), ScenarioFault> {
+    simulation::start_match(world, scenario)?;
+    timeline::forget(world);
+    world.resource_mut::<EventLog>().clear();
+    world.resource_mut::<Playback>().failed = false;
+    *world.resource_mut::<DisplayFraction>() = DisplayFraction(1.0);
+    Ok(())
 }
 
 /// Makes Bevy's clocks those of the match and of the wanted speed.
@@ -321,128 +292,5 @@ fn measure_speed(time: Res<Time<Real>>, clock: Res<CycleClock>, mut playback: Re
     if elapsed_s >= MEASURED_OVER_S {
         playback.achieved = (cycles * clock.period_s) as f32 / elapsed_s;
         playback.measured = (0.0, 0.0);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::event_log::EventLogPlugin;
-    use super::*;
-    use crate::robot::{RobotId, Team};
-    use crate::simulation::{MatchApp, NaoisisPlugins};
-    use bevy::time::TimeUpdateStrategy;
-
-    /// A ball that rolls and a robot that watches it, 1/30 s a cycle, shown at 60 frames/s.
-    fn app() -> App {
-        let scenario = Scenario::from_json(
-            r#"{ "rules": "free", "seed": 7, "duration_s": 4.0, "ball": { "velocity_mps": [1.0, 0.0] },
-                 "robots": [{ "number": 1, "pose": [-2.0, 0.0, 0.0] }] }"#,
-        );
-        let mut app = App::new();
-        app.add_plugins((MinimalPlugins, NaoisisPlugins, EventLogPlugin, DrivePlugin));
-        app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_micros(16_667)));
-        app.start_match(&scenario.expect("a scenario")).expect("a match");
-        // The first frame only starts the clock.
-        app.update();
-        app
-    }
-
-    fn frames(app: &mut App, count: usize) -> u64 {
-        let before = app.cycle();
-        for _ in 0..count {
-            app.update();
-        }
-        app.cycle() - before
-    }
-
-    #[test]
-    fn the_match_keeps_the_time_of_the_clock() {
-        // 30 frames of 1/60 s and a bit are half a second: 15 cycles of 1/30 s.
-        assert_eq!(frames(&mut app(), 30), 15);
-    }
-
-    #[test]
-    fn speeds_scale_the_number_of_cycles() {
-        for (speed, expected) in [(0.1, 1), (0.5, 7), (2.0, 30), (4.0, 60)] {
-            let mut app = app();
-            app.world_mut().write_message(ViewerCommand::SetSpeed(Speed::Times(speed)));
-            assert_eq!(frames(&mut app, 30), expected, "at {speed} times");
-        }
-    }
-
-    #[test]
-    fn a_pause_stops_and_a_step_is_one_cycle() {
-        let mut app = app();
-        app.world_mut().write_message(ViewerCommand::TogglePause);
-        assert_eq!(frames(&mut app, 30), 0);
-        app.world_mut().write_message(ViewerCommand::Step);
-        assert_eq!(frames(&mut app, 30), 1);
-        assert_eq!(*app.world().resource::<DisplayFraction>(), DisplayFraction(1.0));
-        app.world_mut().write_message(ViewerCommand::TogglePause);
-        assert_eq!(frames(&mut app, 30), 15);
-    }
-
-    #[test]
-    fn the_match_ends_where_the_scenario_ends() {
-        let mut app = app();
-        app.world_mut().write_message(ViewerCommand::SetSpeed(Speed::Unlimited));
-        for _ in 0..10_000 {
-            app.update();
-        }
-        assert_eq!(app.cycle(), 120);
-    }
-
-    #[test]
-    fn a_restart_plays_the_same_match_again_and_the_next_seed_another() {
-        let mut app = app();
-        frames(&mut app, 40);
-        let ball = app.ball();
-        app.world_mut().write_message(ViewerCommand::Restart);
-        app.update();
-        assert!(app.cycle() <= 1);
-        app.run_until(60, |app| app.cycle() == 20);
-        assert_eq!(app.ball(), ball);
-        app.world_mut().write_message(ViewerCommand::RestartWithNextSeed);
-        app.update();
-        assert_eq!(app.world().resource::<Scenario>().seed, 8);
-        assert!(app.robot_pose(RobotId::new(Team::Blue, 1)).is_some());
-    }
-
-    #[test]
-    fn another_scenario_can_be_loaded() {
-        let mut app = app();
-        frames(&mut app, 10);
-        app.world_mut().write_message(ViewerCommand::Load("match3v3"));
-        app.update();
-        assert_eq!(app.world().resource::<Scenario>().name, "match3v3");
-        assert!(app.robot_pose(RobotId::new(Team::Pink, 3)).is_some());
-        // What cannot be loaded changes nothing, and is said.
-        app.world_mut().write_message(ViewerCommand::Load("nothing"));
-        app.update();
-        assert_eq!(app.world().resource::<Scenario>().name, "match3v3");
-        assert!(app.world().resource::<Playback>().problem.is_some());
-    }
-
-    #[test]
-    fn changing_speeds_do_not_change_the_match() {
-        let mut watched = app();
-        for (speed, count) in [(0.25, 20), (16.0, 3), (1.0, 10), (0.5, 7)] {
-            watched.world_mut().write_message(ViewerCommand::SetSpeed(Speed::Times(speed)));
-            frames(&mut watched, count);
-        }
-        let cycle = watched.cycle();
-        assert!(cycle > 20);
-        let mut headless = app();
-        headless.run_until(1000, |app| app.cycle() == cycle);
-        assert_eq!(watched.ball(), headless.ball());
-        assert_eq!(watched.ball_velocity(), headless.ball_velocity());
-    }
-
-    #[test]
-    fn speeds_are_in_order_and_stop_at_the_ends() {
-        assert_eq!(Speed::Times(1.0).neighbour(1), Speed::Times(2.0));
-        assert_eq!(Speed::Times(1.0).neighbour(-1), Speed::Times(0.5));
-        assert_eq!(Speed::Unlimited.neighbour(1), Speed::Unlimited);
-        assert_eq!(Speed::ALL[0].neighbour(-1), Speed::ALL[0]);
     }
 }

@@ -1,9 +1,11 @@
-//! The vision against hand-computed places, and its errors against their statistics.
+//! The vision against hand-computed places.
+
+mod errors;
 
 use super::*;
 use crate::geometry::{to_radians, unit};
 use crate::robot::motion::ExecutedStep;
-use crate::sensing::sonar::{SonarNoise, SonarReading, SonarSettings};
+use crate::sensing::sonar::SonarSettings;
 use crate::sensing::testing::{sense, sensing_app, set, spawn_ball, spawn_post, spawn_robot};
 use approx::assert_abs_diff_eq;
 
@@ -256,164 +258,6 @@ fn truth_is_everything_wherever_the_robot_looks() {
     // 11 lines, 16 junctions, 2 crosses, 1 circle.
     assert_eq!(percepts.landmarks.len(), 30);
     assert!(percepts.landmarks.iter().all(|percept| percept.pixel.is_finite()));
-}
-
-/// Percepts of the ball, 2 m ahead of the lens, in many cycles with this noise.
-fn noisy_balls(noise: VisionNoise, cycles: usize) -> Vec<Option<BallPercept>> {
-    let mut app = sensing_app();
-    let robot = spawn_robot(&mut app, Team::Blue, 1, [0.0, 0.0, 0.0], LEVEL);
-    set(&mut app, robot, VisionSettings { noise, ..default() });
-    spawn_ball(&mut app, 2.0539, 0.0);
-    (0..cycles).map(|_| sense::<Percepts>(&mut app, robot).ball).collect()
-}
-
-fn mean_and_deviation(values: impl Iterator<Item = f32> + Clone) -> (f64, f64) {
-    let count = values.clone().count() as f64;
-    let mean = values.clone().map(f64::from).sum::<f64>() / count;
-    (mean, (values.map(|value| (f64::from(value) - mean).powi(2)).sum::<f64>() / count).sqrt())
-}
-
-#[test]
-fn pixels_spread_as_asked_for_and_places_follow() {
-    let noise = VisionNoise { ball: ClassNoise { pixel_sd: 1.5, ..default() }, ..VisionNoise::none() };
-    let balls = noisy_balls(noise, 5000);
-    // Standard errors: mean 1.5 / sqrt(5000) = 0.0212, deviation 1.5 / sqrt(10000) = 0.015. Four of them: 99.99 %.
-    for (axis, expected) in [(0, 160.0), (1, 211.50)] {
-        let (mean, deviation) = mean_and_deviation(balls.iter().flatten().map(|ball| ball.pixel[axis]));
-        assert!((mean - expected).abs() < 4.0 * 0.0212 + 0.01, "{mean}");
-        assert!((deviation - 1.5).abs() < 4.0 * 0.015, "{deviation}");
-    }
-    // The place is that of the pixel: x - 0.0539 = 360.81 * 0.5072 / (v - 120).
-    for ball in balls.iter().flatten() {
-        let expected = 0.0539 + 360.81 * 0.5072 / (ball.pixel.y - 120.0);
-        assert_abs_diff_eq!(ball.position_m.x, expected, epsilon = 1e-3);
-    }
-}
-
-#[test]
-fn an_error_of_the_head_angles_shifts_the_pixels_and_the_robot_does_not_know() {
-    let noise = VisionNoise { head_angle_sd: to_radians(1.0), ..VisionNoise::none() };
-    let balls = noisy_balls(noise, 5000);
-    // A degree of yaw moves a point at the middle of the image by f tan 1° = 6.298 px sideways, times its distance
-    // along the ground over its depth, 1. Standard error of the deviation 1 %, four of them: 99.99 %.
-    let (_, deviation) = mean_and_deviation(balls.iter().flatten().map(|ball| ball.pixel.x));
-    assert!((deviation - 6.298).abs() < 0.05 * 6.298, "{deviation}");
-    // So the bearing of the place errs by a degree: 2.0539 m * tan 1° = 0.0359 m.
-    let (_, deviation) =
-        mean_and_deviation(balls.iter().flatten().map(|ball| ball.position_m.y / ball.position_m.x * 2.0539));
-    assert!((deviation - 0.0359).abs() < 0.05 * 0.0359, "{deviation}");
-}
-
-#[test]
-fn balls_are_missed_as_often_as_asked_for() {
-    let cycles = 4000;
-    // Binomial: 1200 ± sqrt(4000 * 0.3 * 0.7) = 29; four of them: 99.99 %.
-    for (miss_probability, least, most) in [(0.0, 0, 0), (0.3, 1084, 1316), (1.0, cycles, cycles)] {
-        let noise = VisionNoise { ball: ClassNoise { miss_probability, ..default() }, ..VisionNoise::none() };
-        let missed = noisy_balls(noise, cycles).iter().filter(|ball| ball.is_none()).count();
-        assert!((least..=most).contains(&missed), "{missed} missed");
-    }
-}
-
-#[test]
-fn false_detections_come_as_often_as_asked_for_and_lie_in_the_image() {
-    let mut app = sensing_app();
-    let robot = spawn_robot(&mut app, Team::Blue, 1, [0.0, 0.0, 0.0], [0.0, 15.0]);
-    let class = ClassNoise { false_positive_probability: 0.1, max_distance_m: Some(4.0), ..default() };
-    let noise = VisionNoise { ball: class, goal_posts: class, robots: class, ..VisionNoise::none() };
-    set(&mut app, robot, VisionSettings { noise, ..default() });
-    let mut counts = [0; 3];
-    let cycles = 4000;
-    for _ in 0..cycles {
-        let percepts = sense::<Percepts>(&mut app, robot);
-        let imagined = [
-            percepts.ball.map(|ball| (ball.pixel, ball.position_m)),
-            percepts.goal_posts.first().map(|post| (post.pixel, post.position_m)),
-            percepts.robots.first().map(|robot| (robot.pixel, robot.position_m)),
-        ];
-        for (count, imagined) in counts.iter_mut().zip(imagined) {
-            *count += i32::from(imagined.is_some());
-            if let Some((pixel, place)) = imagined {
-                assert!(pixel.x >= 0.0 && pixel.x < 320.0 && pixel.y >= 0.0 && pixel.y < 240.0);
-                assert!(place.length() <= 4.0);
-            }
-        }
-    }
-    // Binomial: 400 ± sqrt(4000 * 0.1 * 0.9) = 19; four of them: 99.99 %.
-    assert!(counts.iter().all(|count| (324..=476).contains(count)), "{counts:?}");
-}
-
-#[test]
-fn each_class_ends_at_its_greatest_distance() {
-    let mut app = sensing_app();
-    let robot = spawn_robot(&mut app, Team::Blue, 1, [-3.0, 0.0, 0.0], LEVEL);
-    let class = ClassNoise { max_distance_m: Some(2.5), ..default() };
-    let noise = VisionNoise {
-        ball: class,
-        goal_posts: class,
-        robots: class,
-        lines: class,
-        junctions: class,
-        penalty_crosses: class,
-        centre_circle: class,
-        head_angle_sd: 0.0,
-    };
-    set(&mut app, robot, VisionSettings { noise, ..default() });
-    let ball = spawn_ball(&mut app, -0.51, 0.0);
-    let other = spawn_robot(&mut app, Team::Pink, 1, [-0.55, 0.3, 0.0], LEVEL);
-    let percepts = sense::<Percepts>(&mut app, robot);
-    assert!(percepts.ball.is_some() && percepts.robots.len() == 1);
-    for entity in [ball, other] {
-        set(&mut app, entity, Pose::new(-0.49, 0.2, 0.0));
-    }
-    let percepts = sense::<Percepts>(&mut app, robot);
-    assert!(percepts.ball.is_none() && percepts.robots.is_empty());
-    for landmark in &percepts.landmarks {
-        assert!(landmark.position_m.length() < 2.501, "{landmark:?}");
-    }
-}
-
-#[test]
-fn the_settings_of_one_robot_leave_the_others_readings_as_they_are() {
-    let run = |settings: VisionSettings, sonar: SonarSettings| {
-        let mut app = sensing_app();
-        let robots =
-            [(Team::Blue, 1, 0.0), (Team::Blue, 2, 120.0), (Team::Pink, 1, 240.0)].map(|(team, number, deg)| {
-                let place = 0.3 * unit(to_radians(deg));
-                let robot = spawn_robot(&mut app, team, number, [place.x, place.y, deg + 150.0], [0.0, 10.0]);
-                set(&mut app, robot, VisionSettings::default());
-                set(&mut app, robot, SonarSettings::default());
-                robot
-            });
-        spawn_ball(&mut app, 0.0, 0.0);
-        set(&mut app, robots[0], settings);
-        set(&mut app, robots[0], sonar);
-        (0..50)
-            .map(|_| {
-                let first = sense::<Percepts>(&mut app, robots[0]);
-                let others = [1, 2].map(|index| {
-                    let robot = app.world().entity(robots[index]);
-                    (robot.get::<Percepts>().cloned(), robot.get::<SonarReading>().copied())
-                });
-                (first, others)
-            })
-            .collect::<Vec<_>>()
-    };
-    let noisy = run(VisionSettings::default(), SonarSettings::default());
-    let exact = run(
-        VisionSettings { noise: VisionNoise::none(), ..default() },
-        SonarSettings { noise: SonarNoise::None, ..default() },
-    );
-    let truth = run(VisionSettings { source: VisionSource::Truth, ..default() }, SonarSettings::default());
-    assert!(noisy.iter().any(|(_, others)| others.iter().any(|(percepts, sonar)| {
-        percepts.as_ref().is_some_and(|percepts| percepts.ball.is_some())
-            && sonar.is_some_and(|sonar| sonar.left.is_some() || sonar.right.is_some())
-    })));
-    for (index, (first, others)) in noisy.iter().enumerate() {
-        assert_eq!(others, &exact[index].1);
-        assert_eq!(others, &truth[index].1);
-        assert_ne!(first, &exact[index].0);
-    }
 }
 
 #[test]

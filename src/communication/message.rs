@@ -1,0 +1,52 @@
+//! What a message says, and how much that is on the air.
+
+use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
+
+use crate::geometry::{Pose, file_units};
+
+/// The structure that a robot shares with its team-mates. Every part is optional. Places are in the frame that the
+/// team agrees on; the built-in teams use the team frame.
+#[derive(Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct TeamMessage {
+    /// Where the sender thinks that it is.
+    #[serde(with = "file_units::optional_pose", skip_serializing_if = "Option::is_none")]
+    pub pose: Option<Pose>,
+    /// Where it thinks that the ball is, m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ball_m: Option<Vec2>,
+    /// Where it thinks that other robots are, m.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub robots_m: Vec<Vec2>,
+    /// What it is about to do, in a word.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub intention: Option<Cow<'static, str>>,
+    /// Anything else, short.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub payload: Option<Cow<'static, str>>,
+}
+
+impl TeamMessage {
+    /// What the message would take on the air, bytes: 4 for every number, the texts, and one byte for each part that is
+    /// there.
+    pub fn size_bytes(&self) -> usize {
+        let TeamMessage { pose, ball_m, robots_m, intention, payload } = self;
+        let numbers = 3 * usize::from(pose.is_some()) + 2 * usize::from(ball_m.is_some()) + 2 * robots_m.len();
+        let parts = [pose.is_some(), ball_m.is_some(), !robots_m.is_empty(), intention.is_some(), payload.is_some()];
+        4 * numbers + self.text_bytes() + parts.into_iter().filter(|&is_there| is_there).count()
+    }
+
+    /// The length of its texts, bytes.
+    pub fn text_bytes(&self) -> usize {
+        [&self.intention, &self.payload].into_iter().flatten().map(|text| text.len()).sum()
+    }
+
+    /// Whether every number in it is finite.
+    pub fn is_finite(&self) -> bool {
+        self.pose.is_none_or(Pose::is_finite)
+            && self.ball_m.is_none_or(Vec2::is_finite)
+            && self.robots_m.iter().all(|place| place.is_finite())
+    }
+}

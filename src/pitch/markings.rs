@@ -1,0 +1,135 @@
+//! The markings: lines, where they meet, crosses and circle, and what they enclose.
+
+use bevy::prelude::*;
+use core::f32::consts::TAU;
+use serde::{Deserialize, Serialize};
+
+use super::{AreaDimensions, End, Pitch};
+use crate::geometry::unit;
+
+/// A straight piece of line marking, at the centre of the line.
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+pub struct LineSegment {
+    /// One end, m, pitch frame.
+    pub start: Vec2,
+    /// The other end, m, pitch frame.
+    pub end: Vec2,
+}
+
+/// The shape in which lines meet.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum JunctionShape {
+    /// Two lines end in each other: a corner.
+    L,
+    /// A line ends on another.
+    T,
+    /// Two lines cross.
+    X,
+}
+
+/// Where lines meet.
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+pub struct LineJunction {
+    /// Where, m, pitch frame.
+    pub position: Vec2,
+    /// In which shape.
+    pub shape: JunctionShape,
+}
+
+impl Pitch {
+    /// The straight line markings, penalty crosses and centre circle apart.
+    pub fn line_segments(&self) -> Vec<LineSegment> {
+        let (x, y) = (self.half_length(), self.half_width());
+        let segment = |x1, y1, x2, y2| LineSegment { start: Vec2::new(x1, y1), end: Vec2::new(x2, y2) };
+        let mut segments = vec![
+            segment(-x, -y, x, -y),
+            segment(-x, y, x, y),
+            segment(-x, -y, -x, y),
+            segment(x, -y, x, y),
+            segment(0.0, -y, 0.0, y),
+        ];
+        for end in End::BOTH {
+            for area in self.areas() {
+                let (goal_line, front) = (end.sign() * x, end.sign() * (x - area.depth_m));
+                let side = area.width_m / 2.0;
+                segments.push(segment(goal_line, -side, front, -side));
+                segments.push(segment(goal_line, side, front, side));
+                segments.push(segment(front, -side, front, side));
+            }
+        }
+        segments
+    }
+
+    /// The centres of the two penalty crosses and of the centre mark, in that order.
+    pub fn marks(&self) -> [Vec2; 3] {
+        let x = self.half_length() - self.penalty_mark_distance_m;
+        [Vec2::new(-x, 0.0), Vec2::new(x, 0.0), Vec2::ZERO]
+    }
+
+    /// Where lines meet: corners, ends and crossings, those with the centre circle included.
+    pub fn line_junctions(&self) -> Vec<LineJunction> {
+        let (x, y) = (self.half_length(), self.half_width());
+        let mut junctions = Vec::new();
+        let mut push = |x: f32, y: f32, shape| {
+            junctions.push(LineJunction { position: Vec2::new(x, y), shape });
+        };
+        for side in [-1.0, 1.0] {
+            push(0.0, side * y, JunctionShape::T);
+            push(0.0, side * self.centre_circle_diameter_m / 2.0, JunctionShape::X);
+            for end in End::BOTH {
+                push(end.sign() * x, side * y, JunctionShape::L);
+                for area in self.areas() {
+                    push(end.sign() * x, side * area.width_m / 2.0, JunctionShape::T);
+                    push(end.sign() * (x - area.depth_m), side * area.width_m / 2.0, JunctionShape::L);
+                }
+            }
+        }
+        junctions
+    }
+
+    /// `count` points on the centre circle's line, for drawing.
+    pub fn centre_circle_points(&self, count: usize) -> impl Iterator<Item = Vec2> {
+        let radius = self.centre_circle_diameter_m / 2.0;
+        (0..count).map(move |index| radius * unit(TAU * index as f32 / count as f32))
+    }
+
+    /// Whether a point is inside the penalty area at this end, lines included.
+    pub fn in_penalty_area(&self, end: End, point: Vec2) -> bool {
+        let depth = self.half_length() + self.line_width_m / 2.0 - end.sign() * point.x;
+        let half_line = self.line_width_m / 2.0;
+        (0.0..=self.penalty_area.depth_m + self.line_width_m).contains(&depth)
+            && point.y.abs() <= self.penalty_area.width_m / 2.0 + half_line
+    }
+
+    fn areas(&self) -> impl Iterator<Item = AreaDimensions> + use<> {
+        core::iter::once(self.penalty_area).chain(self.goal_area)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_junction_lies_on_a_line() {
+        let pitch = Pitch { goal_area: Some(AreaDimensions { depth_m: 0.3, width_m: 1.8 }), ..Pitch::default() };
+        for junction in pitch.line_junctions() {
+            let on_line = pitch.line_segments().iter().any(|line| {
+                let direction = (line.end - line.start).normalize();
+                let offset = junction.position - line.start;
+                direction.perp_dot(offset).abs() < 1e-5
+                    && (-1e-5..=line.start.distance(line.end) + 1e-5).contains(&direction.dot(offset))
+            });
+            assert!(on_line, "{junction:?}");
+        }
+    }
+
+    #[test]
+    fn the_penalty_area_includes_its_lines() {
+        let pitch = Pitch::default();
+        assert!(pitch.in_penalty_area(End::NegativeX, Vec2::new(-2.376, 0.0)));
+        assert!(!pitch.in_penalty_area(End::NegativeX, Vec2::new(-2.374, 0.0)));
+        assert!(!pitch.in_penalty_area(End::PositiveX, Vec2::new(-2.9, 0.0)));
+    }
+}

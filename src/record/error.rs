@@ -1,0 +1,45 @@
+//! What can go wrong when pictures are written.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Why a picture is not written.
+#[derive(Debug, thiserror::Error)]
+pub enum RecordError {
+    /// Something is there already.
+    #[error("{0}: the folder is not empty; expected a new or an empty one")]
+    NotEmpty(PathBuf),
+    /// Something is there already.
+    #[error("{0}: there is such a file already; expected a new name")]
+    Exists(PathBuf),
+    /// Its name does not say what it is.
+    #[error("{path}: expected a file name that ends in .{extension}")]
+    Extension {
+        /// The file.
+        path: PathBuf,
+        /// How it should end.
+        extension: &'static str,
+    },
+    /// It cannot be made, or written to.
+    #[error("{path}: {error}")]
+    Io {
+        /// The folder or file.
+        path: PathBuf,
+        /// Why.
+        error: io::Error,
+    },
+    /// It cannot be encoded.
+    #[error("{path}: {message}")]
+    Encoding {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        message: String,
+    },
+}
+
+impl RecordError {
+    pub(super) fn io(path: &Path) -> impl FnOnce(io::Error) -> RecordError {
+        move |error| RecordError::Io { path: path.to_owned(), error }
+    }
+}

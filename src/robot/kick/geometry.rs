@@ -1,0 +1,170 @@
+//! The geometry of kicks (paper, section 3.2 and Table 2): where the ball must lie for each, and where it goes from there.
+
+use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// The foot that kicks.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Foot {
+    /// The left foot, at +y in the robot frame.
+    Left,
+    /// The right foot, at -y in the robot frame.
+    Right,
+}
+
+/// The four types of kick (paper, section 3.2).
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum KickType {
+    /// Forward with the left foot.
+    LeftStraight,
+    /// Forward with the right foot.
+    RightStraight,
+    /// With the left foot, extended to the front and swung inwards: a ball on the robot's right leaves to the right.
+    LeftSide,
+    /// With the right foot: a ball on the robot's left leaves to the left.
+    RightSide,
+}
+
+impl KickType {
+    /// All four.
+    pub const ALL: [KickType; 4] =
+        [KickType::LeftStraight, KickType::RightStraight, KickType::LeftSide, KickType::RightSide];
+
+    /// The foot that kicks.
+    pub fn foot(self) -> Foot {
+        match self {
+            KickType::LeftStraight | KickType::LeftSide => Foot::Left,
+            KickType::RightStraight | KickType::RightSide => Foot::Right,
+        }
+    }
+
+    /// Which foot kicks, and where the ball goes, for people.
+    pub fn words(self) -> &'static str {
+        match self {
+            KickType::LeftStraight => "left foot, straight",
+            KickType::RightStraight => "right foot, straight",
+            KickType::LeftSide => "left foot, to the right",
+            KickType::RightSide => "right foot, to the left",
+        }
+    }
+
+    /// The rectangle in which the ball's centre must lie, robot frame, m (paper, Table 2).
+    pub fn admissible_rectangle(self) -> Rect {
+        let (min, max) = match self {
+            KickType::LeftStraight => (Vec2::new(0.10, 0.0), Vec2::new(0.20, 0.10)),
+            KickType::RightStraight => (Vec2::new(0.10, -0.10), Vec2::new(0.20, 0.0)),
+            KickType::LeftSide => (Vec2::new(0.10, -0.15), Vec2::new(0.22, 0.0)),
+            KickType::RightSide => (Vec2::new(0.10, 0.0), Vec2::new(0.22, 0.15)),
+        };
+        Rect { min, max }
+    }
+
+    /// Whether a ball there can be struck by this kick: edges included, with a hundredth of a millimetre for rounding.
+    pub fn admits(self, ball_in_robot: Vec2) -> bool {
+        self.admissible_rectangle().inflate(1e-5).contains(ball_in_robot)
+    }
+
+    /// The straight kick of the same foot.
+    fn straight(self) -> KickType {
+        match self.foot() {
+            Foot::Left => KickType::LeftStraight,
+            Foot::Right => KickType::RightStraight,
+        }
+    }
+}
+
+impl Foot {
+    /// The tip of the foot, robot frame, m (paper, caption of Table 2).
+    pub fn tip(self) -> Vec2 {
+        match self {
+            Foot::Left => Vec2::new(0.10, 0.05),
+            Foot::Right => Vec2::new(0.10, -0.05),
+        }
+    }
+}
+
+/// What a kick does to a ball within reach.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Strike {
+    /// Direction in which the ball leaves, robot frame, unit vector.
+    pub direction: Vec2,
+    /// The kick by whose range the ball goes.
+    pub range_of: KickType,
+    /// Whether it is a side kick from the wrong side, at reduced speed.
+    pub reduced: bool,
+}
+
+/// What a kick does to a ball at this place in the robot frame, if anything (paper, section 3.2).
+///
+/// The ball leaves along the ray from the tip of the foot through its centre; straight ahead if it lies on the tip.
+/// A side kick from the wrong side, with the ball where the same foot's straight kick reaches it, is a straight kick
+/// of reduced speed.
+pub fn strike(kick_type: KickType, ball_in_robot: Vec2) -> Option<Strike> {
+    let direction = || (ball_in_robot - kick_type.foot().tip()).normalize_or(Vec2::X);
+    if kick_type.admits(ball_in_robot) {
+        Some(Strike { direction: direction(), range_of: kick_type, reduced: false })
+    } else if kick_type.straight().admits(ball_in_robot) {
+        Some(Strike { direction: direction(), range_of: kick_type.straight(), reduced: true })
+    } else {
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_abs_diff_eq;
+
+    #[test]
+    fn over_the_whole_of_each_rectangle_the_ball_leaves_along_the_ray_from_the_foot_tip() {
+        for kick_type in KickType::ALL {
+            let rectangle = kick_type.admissible_rectangle();
+            let tip = kick_type.foot().tip();
+            for column in 0..=20 {
+                for row in 0..=20 {
+                    let share = Vec2::new(column as f32, row as f32) / 20.0;
+                    let ball = rectangle.min + share * rectangle.size();
+                    let strike = strike(kick_type, ball).unwrap();
+                    assert!(!strike.reduced);
+                    // Direction: (ball - tip) / |ball - tip|; on the tip itself straight ahead.
+                    let ray = ball - tip;
+                    if ray.length() > 1e-4 {
+                        assert_abs_diff_eq!(strike.direction.perp_dot(ray), 0.0, epsilon = 1e-6);
+                        assert!(strike.direction.dot(ray) > 0.0);
+                    } else {
+                        assert_abs_diff_eq!(strike.direction, Vec2::X, epsilon = 1e-3);
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn just_outside_every_edge_nothing_moves_unless_the_straight_kick_reaches_it() {
+        for kick_type in KickType::ALL {
+            let rectangle = kick_type.admissible_rectangle();
+            let (centre, half) = (rectangle.center(), rectangle.half_size());
+            for step in [Vec2::X, -Vec2::X, Vec2::Y, -Vec2::Y] {
+                let inside = centre + step * (half - 1e-3);
+                let outside = centre + step * (half + 1e-3);
+                assert!(strike(kick_type, inside).is_some_and(|strike| !strike.reduced));
+                let expected = kick_type.straight() != kick_type && kick_type.straight().admits(outside);
+                assert_eq!(strike(kick_type, outside).is_some_and(|strike| strike.reduced), expected);
+                assert_eq!(strike(kick_type, outside).is_some(), expected);
+            }
+        }
+    }
+
+    #[test]
+    fn a_side_kick_sends_the_ball_to_its_side_and_from_the_wrong_side_ahead() {
+        // The left foot reaches over to a ball on the right: from (10, 5) to (15, -10) cm.
+        let right = strike(KickType::LeftSide, Vec2::new(0.15, -0.10)).unwrap();
+        assert_abs_diff_eq!(right.direction, Vec2::new(0.05, -0.15).normalize(), epsilon = 1e-6);
+        let wrong = strike(KickType::LeftSide, Vec2::new(0.15, 0.05)).unwrap();
+        assert!(wrong.reduced);
+        assert_eq!(wrong.range_of, KickType::LeftStraight);
+        assert_abs_diff_eq!(wrong.direction, Vec2::X, epsilon = 1e-6);
+    }
+}

@@ -1,0 +1,251 @@
+//! Snapshots in files: MessagePack, with a name and a version before it, and values by the paths of their types.
+
+use bevy::prelude::*;
+use bevy::reflect::serde::{TypedReflectDeserializer, TypedReflectSerializer};
+use bevy::reflect::{ReflectFromReflect, TypeRegistry};
+use core::fmt;
+use serde::de::{DeserializeSeed, Error as _, IgnoredAny, MapAccess, SeqAccess, Visitor};
+use serde::ser::{Error as _, SerializeMap, SerializeSeq};
+use serde::{Deserializer, Serialize, Serializer};
+use std::io;
+use std::path::Path;
+
+use super::{EntityState, Snapshot, SnapshotError};
+
+/// The format's name in files.
+const FORMAT: &str = "naoisis-snapshot";
+/// The format's version in files.
+const VERSION: u32 = 1;
+/// The ending of snapshots' file names.
+pub const EXTENSION: &str = "naoisis";
+
+impl Snapshot {
+    /// Writes the snapshot to a file, in place of any that is there. `world` knows its types.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn save(&self, path: &Path, world: &World) -> Result<(), SnapshotError> {
+        let io_error = |error| SnapshotError::Io { path: path.to_owned(), error };
+        let bytes = self.to_bytes(world).map_err(|error| io_error(io::Error::other(error)))?;
+        std::fs::write(path, bytes).map_err(io_error)
+    }
+
+    /// Reads a snapshot from a file. `world` knows its types.
+    ///
+    /// # Errors
+    /// When the file cannot be read, or is none that [`Snapshot::save`] wrote.
+    pub fn load(path: &Path, world: &World) -> Result<Snapshot, SnapshotError> {
+        let bytes = std::fs::read(path).map_err(|error| SnapshotError::Io { path: path.to_owned(), error })?;
+        Snapshot::from_bytes(&bytes, world)
+            .map_err(|message| SnapshotError::NotASnapshot { path: path.to_owned(), message })
+    }
+
+    /// The snapshot as the bytes of a file.
+    ///
+    /// # Errors
+    /// When a value cannot be encoded; never for the simulation's own.
+    pub fn to_bytes(&self, world: &World) -> Result<Vec<u8>, String> {
+        let registry = world.resource::<AppTypeRegistry>().read();
+        rmp_serde::to_vec_named(&Written { snapshot: self, registry: &registry }).map_err(|error| error.to_string())
+    }
+
+    /// The snapshot from the bytes of a file.
+    ///
+    /// # Errors
+    /// What is wrong with them.
+    pub fn from_bytes(bytes: &[u8], world: &World) -> Result<Snapshot, String> {
+        let registry = world.resource::<AppTypeRegistry>().read();
+        let mut deserializer = rmp_serde::Deserializer::from_read_ref(bytes);
+        SnapshotSeed(&registry).deserialize(&mut deserializer).map_err(|error| error.to_string())
+    }
+}
+
+/// A snapshot as it is written.
+struct Written<'a> {
+    snapshot: &'a Snapshot,
+    registry: &'a TypeRegistry,
+}
+
+impl Serialize for Written<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let Written { snapshot, registry } = *self;
+        let mut map = serializer.serialize_map(Some(4))?;
+        map.serialize_entry("format", FORMAT)?;
+        map.serialize_entry("version", &VERSION)?;
+        map.serialize_entry("resources", &WrittenValues { values: &snapshot.resources, registry })?;
+        map.serialize_entry("entities", &WrittenEntities { entities: &snapshot.entities, registry })?;
+        map.end()
+    }
+}
+
+struct WrittenEntities<'a> {
+    entities: &'a [EntityState],
+    registry: &'a TypeRegistry,
+}
+
+impl Serialize for WrittenEntities<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut list = serializer.serialize_seq(Some(self.entities.len()))?;
+        for entity in self.entities {
+            let components = WrittenValues { values: &entity.components, registry: self.registry };
+            list.serialize_element(&WrittenEntity { behaviours: &entity.behaviours, components })?;
+        }
+        list.end()
+    }
+}
+
+#[derive(Serialize)]
+struct WrittenEntity<'a> {
+    behaviours: &'a [String],
+    components: WrittenValues<'a>,
+}
+
+/// Values by the paths of their types.
+struct WrittenValues<'a> {
+    values: &'a [Box<dyn Reflect>],
+    registry: &'a TypeRegistry,
+}
+
+impl Serialize for WrittenValues<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(self.values.len()))?;
+        for value in self.values {
+            let path = value.reflect_type_path();
+            if path.is_empty() {
+                return Err(S::Error::custom("a value without a type"));
+            }
+            map.serialize_entry(path, &TypedReflectSerializer::new(value.as_partial_reflect(), self.registry))?;
+        }
+        map.end()
+    }
+}
+
+/// Reads a snapshot with the types of a registry.
+struct SnapshotSeed<'a>(&'a TypeRegistry);
+
+impl<'de> DeserializeSeed<'de> for SnapshotSeed<'_> {
+    type Value = Snapshot;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Snapshot, D::Error> {
+        deserializer.deserialize_map(self)
+    }
+}
+
+impl<'de> Visitor<'de> for SnapshotSeed<'_> {
+    type Value = Snapshot;
+
+    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("a snapshot of a match")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Snapshot, A::Error> {
+        let mut snapshot = Snapshot { resources: Vec::new(), entities: Vec::new() };
+        let mut is_one = false;
+        while let Some(key) = map.next_key::<String>()? {
+            match key.as_str() {
+                "format" => is_one = map.next_value::<String>()? == FORMAT,
+                "version" => {
+                    let version: u32 = map.next_value()?;
+                    if version != VERSION {
+                        return Err(A::Error::custom(format!("it has version {version}, not {VERSION}")));
+                    }
+                }
+                "resources" if is_one => snapshot.resources = map.next_value_seed(ValuesSeed(self.0))?,
+                "entities" if is_one => snapshot.entities = map.next_value_seed(EntitiesSeed(self.0))?,
+                _ => return Err(A::Error::custom("it is something else")),
+            }
+        }
+        if is_one { Ok(snapshot) } else { Err(A::Error::custom("it is empty")) }
+    }
+}
+
+struct EntitiesSeed<'a>(&'a TypeRegistry);
+
+impl<'de> DeserializeSeed<'de> for EntitiesSeed<'_> {
+    type Value = Vec<EntityState>;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Vec<EntityState>, D::Error> {
+        deserializer.deserialize_seq(self)
+    }
+}
+
+impl<'de> Visitor<'de> for EntitiesSeed<'_> {
+    type Value = Vec<EntityState>;
+
+    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("a list of entities")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Vec<EntityState>, A::Error> {
+        let mut entities = Vec::new();
+        while let Some(entity) = list.next_element_seed(EntitySeed(self.0))? {
+            entities.push(entity);
+        }
+        Ok(entities)
+    }
+}
+
+struct EntitySeed<'a>(&'a TypeRegistry);
+
+impl<'de> DeserializeSeed<'de> for EntitySeed<'_> {
+    type Value = EntityState;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<EntityState, D::Error> {
+        deserializer.deserialize_map(self)
+    }
+}
+
+impl<'de> Visitor<'de> for EntitySeed<'_> {
+    type Value = EntityState;
+
+    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("an entity")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<EntityState, A::Error> {
+        let mut state = EntityState { behaviours: Vec::new(), components: Vec::new() };
+        while let Some(key) = map.next_key::<String>()? {
+            match key.as_str() {
+                "behaviours" => state.behaviours = map.next_value()?,
+                "components" => state.components = map.next_value_seed(ValuesSeed(self.0))?,
+                _ => {
+                    map.next_value::<IgnoredAny>()?;
+                }
+            }
+        }
+        Ok(state)
+    }
+}
+
+struct ValuesSeed<'a>(&'a TypeRegistry);
+
+impl<'de> DeserializeSeed<'de> for ValuesSeed<'_> {
+    type Value = Vec<Box<dyn Reflect>>;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Self::Value, D::Error> {
+        deserializer.deserialize_map(self)
+    }
+}
+
+impl<'de> Visitor<'de> for ValuesSeed<'_> {
+    type Value = Vec<Box<dyn Reflect>>;
+
+    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("values by the paths of their types")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
+        let mut values = Vec::new();
+        while let Some(path) = map.next_key::<String>()? {
+            let unknown = || A::Error::custom(format!("there is no type `{path}` here"));
+            let registration = self.0.get_with_type_path(&path).ok_or_else(unknown)?;
+            let from_reflect = registration.data::<ReflectFromReflect>().ok_or_else(unknown)?;
+            let value = map.next_value_seed(TypedReflectDeserializer::new(registration, self.0))?;
+            let value = from_reflect
+                .from_reflect(&*value)
+                .ok_or_else(|| A::Error::custom(format!("this is not all of a `{path}`")))?;
+            values.push(value);
+        }
+        Ok(values)
+    }
+}

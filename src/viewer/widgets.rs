@@ -1,0 +1,134 @@
+//! The buttons, boxes, sliders and texts of the panels as others than eyes find them: by name.
+//!
+//! They are those of the tree that egui makes for screen readers. It is made only when the viewer's state is reported.
+
+use bevy::prelude::*;
+use bevy_egui::egui::accesskit::{Action, Node, NodeId, Role, Toggled, TreeUpdate};
+use bevy_egui::{EguiContext, EguiOutput};
+use core::cmp::Ordering;
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+use super::report_state::StateReport;
+
+/// Keeps a list of what can be operated in the panels.
+pub struct WidgetsPlugin;
+
+impl Plugin for WidgetsPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Widgets>()
+            .add_systems(Update, make_tree.run_if(resource_exists::<StateReport>))
+            .add_systems(Last, list_widgets.in_set(WidgetsSystems).run_if(resource_exists::<StateReport>));
+    }
+}
+
+/// The system that lists what can be operated.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct WidgetsSystems;
+
+/// What can be operated in the panels that are shown, from the upper edge of the window downwards.
+#[derive(Resource, Clone, PartialEq, Debug, Default)]
+pub struct Widgets(pub Vec<Widget>);
+
+/// Something in a panel that can be operated.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct Widget {
+    /// Its words, or those beside it that say what it is.
+    pub name: String,
+    /// What it is set to, if anything: `true` and `false` of boxes and entries of lists, words of texts, a number.
+    pub value: Option<String>,
+    /// Left, upper, right and lower edge in the window, logical pixels.
+    pub edges: [f64; 4],
+}
+
+fn make_tree(mut contexts: Query<&mut EguiContext, Added<EguiContext>>) {
+    for mut context in &mut contexts {
+        context.get_mut().enable_accesskit();
+    }
+}
+
+fn list_widgets(outputs: Query<&EguiOutput>, windows: Query<&Window>, mut widgets: ResMut<Widgets>) {
+    let scale = windows.iter().next().map_or(1.0, Window::scale_factor);
+    let of_output = |output: &EguiOutput| {
+        let tree = output.platform_output.accesskit_update.as_ref();
+        tree.map(|tree| widgets_of(tree, f64::from(output.pixels_per_point / scale)))
+    };
+    widgets.0 = outputs.iter().filter_map(of_output).flatten().collect();
+}
+
+/// What of a tree can be operated; a pixel of the panels is so many of the window.
+fn widgets_of(tree: &TreeUpdate, scale: f64) -> Vec<Widget> {
+    let nodes: BTreeMap<NodeId, &Node> = tree.nodes.iter().map(|(id, node)| (*id, node)).collect();
+    let name_of = |node: &Node| {
+        let beside = || node.labelled_by().iter().find_map(|id| nodes.get(id)?.value());
+        let words = if node.role() == Role::Label { node.value() } else { node.label() };
+        words.filter(|words| !words.is_empty()).or_else(beside).map(str::to_owned)
+    };
+    let is_operable = |node: &Node| !node.is_disabled() && node.supports_action(Action::Click);
+    let widget_of = |node: &Node| {
+        let bounds = node.bounds()?;
+        let toggled = node.toggled().map(|toggled| (toggled == Toggled::True).to_string());
+        Some(Widget {
+            name: name_of(node)?,
+            value: toggled
+                .or_else(|| node.value().filter(|_| node.role() != Role::Label).map(str::to_owned))
+                .or_else(|| node.numeric_value().map(|value| value.to_string())),
+            edges: [bounds.x0, bounds.y0, bounds.x1, bounds.y1].map(|edge| edge * scale),
+        })
+    };
+    let mut found: Vec<Widget> =
+        nodes.values().copied().filter(|node| is_operable(node)).filter_map(widget_of).collect();
+    let place = |widget: &Widget| (widget.edges[1], widget.edges[0]);
+    found.sort_by(|one, other| place(one).partial_cmp(&place(other)).unwrap_or(Ordering::Equal));
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bevy_egui::egui::{self, Button, ComboBox, Label, RawInput, Sense, Slider};
+
+    fn shown(show: impl FnMut(&mut egui::Ui)) -> Vec<Widget> {
+        let context = egui::Context::default();
+        context.enable_accesskit();
+        let output = context.run_ui(RawInput::default(), show);
+        widgets_of(&output.platform_output.accesskit_update.expect("a tree"), 2.0)
+    }
+
+    fn names_and_values(widgets: &[Widget]) -> Vec<(&str, Option<&str>)> {
+        widgets.iter().map(|widget| (widget.name.as_str(), widget.value.as_deref())).collect()
+    }
+
+    #[test]
+    fn what_can_be_operated_is_found_by_its_words() {
+        let (mut on, mut share) = (true, 0.25);
+        let widgets = shown(|ui| {
+            ui.label("not a thing to press");
+            ui.add(Label::new("whistle").sense(Sense::click()));
+            let _pressed = ui.button("Open");
+            ui.checkbox(&mut on, "Areas");
+            ui.add_enabled(false, Button::new("Close"));
+            let label = ui.label("Lost").id;
+            ui.add(Slider::new(&mut share, 0.0..=1.0)).labelled_by(label);
+        });
+        let expected = [("whistle", None), ("Open", None), ("Areas", Some("true")), ("Lost", Some("0.25"))];
+        assert_eq!(names_and_values(&widgets), expected);
+    }
+
+    #[test]
+    fn a_list_is_found_by_the_words_beside_it() {
+        let widgets = shown(|ui| {
+            let label = ui.label("Blue").id;
+            ComboBox::from_id_salt("blue").selected_text("roles").show_ui(ui, |_| ()).response.labelled_by(label);
+        });
+        assert_eq!(names_and_values(&widgets), [("Blue", Some("roles"))]);
+    }
+
+    #[test]
+    fn edges_are_pixels_of_the_window() {
+        let mut edges = egui::Rect::NOTHING;
+        let widgets = shown(|ui| edges = ui.button("Open").rect);
+        let [left, _, right, _] = widgets[0].edges;
+        assert!((right - left - 2.0 * f64::from(edges.width())).abs() < 1e-3, "{widgets:?}");
+    }
+}
