@@ -109,6 +109,15 @@ impl BehaviourRegistry {
         self.teams.get(name)
     }
 
+    /// The team whose robots of these numbers have these behaviours, and no others do; the first of several.
+    pub fn team_of(&self, robots: &[(u8, &str)]) -> Option<&str> {
+        let size = u8::try_from(robots.len()).ok().filter(|size| *size > 0)?;
+        let plays = |team: &TeamRecipe| {
+            robots.iter().all(|(number, behaviour)| (team.behaviour_of)(*number, size) == *behaviour)
+        };
+        self.teams().find(|(_, team)| plays(team)).map(|(name, _)| name)
+    }
+
     /// The behaviour whose robots carry this marker.
     pub(crate) fn name_of_marker(&self, marker: TypeId) -> Option<&str> {
         self.markers.get(&marker).map(String::as_str)

@@ -1,8 +1,10 @@
 //! `naoisis play`: a match in a window.
 
 use clap::Args;
+use std::path::PathBuf;
 use std::process::ExitCode;
 
+use super::pictures::PictureArguments;
 use super::report;
 use super::run::{RunArguments, run_scenario};
 use super::window::WindowArguments;
@@ -27,6 +29,9 @@ pub struct PlayArguments {
     /// Seed of all random numbers, instead of the scenario's
     #[arg(long)]
     pub seed: Option<u64>,
+    /// Record what the window shows from the start, as PNG files in this new or empty folder; without a display, the field
+    #[arg(long, value_name = "DIR")]
+    pub record: Option<PathBuf>,
     /// The window.
     #[command(flatten)]
     pub window: WindowArguments,
@@ -51,7 +56,8 @@ pub fn play(arguments: &PlayArguments) -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(reason) => {
             report::note(&format!("{reason}: running the match headless"));
-            run_scenario(&file, &RunArguments { scenario: name, ..RunArguments::default() })
+            let pictures = PictureArguments { frames: arguments.record.clone(), ..PictureArguments::default() };
+            run_scenario(&file, &RunArguments { scenario: name, pictures, ..RunArguments::default() })
         }
     }
 }
@@ -128,7 +134,9 @@ pub(super) fn display() -> Result<(), &'static str> {
 #[cfg(feature = "viewer")]
 fn watch(name: &str, file: &ScenarioFile, arguments: &PlayArguments) -> ExitCode {
     use super::window;
+    use crate::record::film::Film;
     use crate::simulation::MatchApp;
+    use crate::viewer::film::Filming;
     use crate::viewer::match_panel::ScenarioSource;
     use crate::viewer::memory::ViewerMemory;
 
@@ -146,6 +154,12 @@ fn watch(name: &str, file: &ScenarioFile, arguments: &PlayArguments) -> ExitCode
     }
     let name = path.ok().and_then(|path| path.to_str().map(str::to_owned)).unwrap_or_else(|| name.to_owned());
     app.world_mut().resource_mut::<ViewerMemory>().note_scenario(&name);
+    if let Some(folder) = &arguments.record {
+        match Film::create_frames(folder) {
+            Ok(film) => app.world_mut().resource_mut::<Filming>().begin(film, 0.0),
+            Err(error) => return report::usage_error(&format!("--record: {error}")),
+        }
+    }
     window::show(app)
 }
 

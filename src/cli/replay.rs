@@ -23,6 +23,9 @@ pub struct ReplayArguments {
     pub window: WindowArguments,
 }
 
+/// What is said of a trace without an end.
+const BROKEN_OFF: &str = "the trace is broken off: what it has until there is shown";
+
 /// Runs the command. Without a display the trace is read, and summed up.
 pub fn replay(arguments: &ReplayArguments) -> ExitCode {
     let trace = match ReadTrace::open(&arguments.trace) {
@@ -34,7 +37,7 @@ pub fn replay(arguments: &ReplayArguments) -> ExitCode {
         return report::usage_error(&format!("{path}: there is nothing after the header; expected a cycle"));
     }
     if trace.ending == Ending::BrokenOff {
-        report::note("the trace is broken off: what it has until there is shown");
+        report::note(BROKEN_OFF);
     }
     match display() {
         #[cfg(feature = "viewer")]
@@ -53,14 +56,19 @@ pub fn replay(arguments: &ReplayArguments) -> ExitCode {
 #[cfg(feature = "viewer")]
 fn watch(arguments: &ReplayArguments, trace: ReadTrace) -> ExitCode {
     use super::window;
+    use crate::viewer::hands::Notice;
     use crate::viewer::timeline;
 
     let mut app = match window::open(&arguments.window) {
         Ok(app) => app,
         Err(message) => return report::usage_error(&message),
     };
+    let is_broken_off = trace.ending == Ending::BrokenOff;
     if let Err(fault) = timeline::start_replay(app.world_mut(), trace) {
         return report::usage_error(&format!("{}:1: {fault}", arguments.trace.display()));
+    }
+    if is_broken_off {
+        app.world_mut().resource_mut::<Notice>().tell(BROKEN_OFF);
     }
     window::show(app)
 }

@@ -86,6 +86,13 @@ impl<T: Send + 'static> EncoderThreads<T> {
         self.queue.as_ref().is_some_and(|queue| queue.send(work).is_ok())
     }
 
+    /// Hands something over, unless the queue is full.
+    pub(super) fn try_send(&self, work: T) -> bool {
+        let is_sent = self.queue.as_ref().is_some_and(|queue| queue.try_send(work).is_ok());
+        self.waiting.fetch_add(usize::from(is_sent), Ordering::Relaxed);
+        is_sent
+    }
+
     /// Whether encoding has failed: nothing more is written then.
     pub(super) fn has_failed(&self) -> bool {
         has_failed(&self.failure)
@@ -124,18 +131,21 @@ impl EncoderThreads<PngWork> {
     }
 }
 
-impl EncoderThreads<Arc<Image>> {
+/// A picture of a video, and how many times it is shown.
+pub(super) type VideoWork = (Arc<Image>, u64);
+
+impl EncoderThreads<VideoWork> {
     /// Writes pictures into a video with so many seconds between them.
     pub(super) fn for_video(path: &Path, file: File, frame_s: f64) -> Self {
         let (path, file) = (path.to_owned(), Arc::new(file));
         Self::start(1, move |work| {
             let mut video: Option<VideoFile> = None;
-            work.carry_out(|image: Arc<Image>| {
+            work.carry_out(|(image, times): VideoWork| {
                 let video = match &mut video {
                     Some(video) => video,
                     none => none.insert(VideoFile::new(&path, Arc::clone(&file), &image, frame_s)?),
                 };
-                video.add(&image)
+                (0..times).try_for_each(|_| video.add(&image))
             });
             if let Some(Err(error)) = video.map(VideoFile::finish) {
                 fail(&work.failure, error);
@@ -157,7 +167,7 @@ mod tests {
         let threads = EncoderThreads::for_video(&path, File::create(&path).unwrap(), 0.1);
         for index in 0..25u8 {
             let image = Image { width: 33, height: 16, rgb: vec![10 * index; 3 * 33 * 16], ..default() };
-            assert!(threads.send(Arc::new(image)));
+            assert!(threads.send((Arc::new(image), 1)));
         }
         threads.finish().unwrap();
         let bytes = fs::read(&path).unwrap();

@@ -3,11 +3,11 @@
 
 use bevy::prelude::Resource;
 use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::encoder::{EncoderThreads, Layer, PngWork, RecordError};
+use super::encoder::{EncoderThreads, Layer, PngWork, RecordError, VideoWork};
+use super::frames::make_empty_folder;
 use super::video::{EXTENSION, create_new};
 use crate::sensing::camera::image::Image;
 
@@ -29,7 +29,7 @@ pub struct Film {
 /// Who writes it.
 #[derive(Debug)]
 enum Encoders {
-    Video(EncoderThreads<Arc<Image>>),
+    Video(EncoderThreads<VideoWork>),
     Frames(EncoderThreads<PngWork>),
 }
 
@@ -43,16 +43,13 @@ impl Film {
         Ok(Self::of(path, Encoders::Video(EncoderThreads::for_video(path, file, FRAME_S))))
     }
 
-    /// A new folder of PNG files, `000000.png` and so on, a picture every [`FRAME_S`].
+    /// A folder of PNG files, `000000.png` and so on, a picture every [`FRAME_S`].
     ///
     /// # Errors
-    /// When there is such a folder or file already, or it cannot be made.
+    /// When the folder cannot be made or is not empty.
     pub fn create_frames(folder: &Path) -> Result<Self, RecordError> {
-        match fs::create_dir(folder) {
-            Ok(()) => Ok(Self::of(folder, Encoders::Frames(EncoderThreads::for_png()))),
-            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Err(RecordError::Exists(folder.to_owned())),
-            Err(error) => Err(RecordError::Io { path: folder.to_owned(), error }),
-        }
+        make_empty_folder(folder)?;
+        Ok(Self::of(folder, Encoders::Frames(EncoderThreads::for_png())))
     }
 
     fn of(path: &Path, encoders: Encoders) -> Self {
@@ -73,22 +70,40 @@ impl Film {
             return false;
         }
         let image = Arc::new(image);
-        for _ in 0..missing(self.written, at_s) {
+        let due = missing(self.written, at_s);
+        if due > 0 {
             let picture = Arc::clone(self.last.as_ref().unwrap_or(&image));
-            self.send(picture);
+            self.written += self.offer(&picture, due);
         }
         self.last = Some(image);
         true
     }
 
-    fn send(&mut self, image: Arc<Image>) {
-        let is_sent = match &self.encoders {
-            Encoders::Video(encoder) => encoder.send(image),
-            Encoders::Frames(encoders) => {
-                encoders.send((self.path.join(format!("{:06}.png", self.written)), Layer::Colours, image))
+    /// How many times of those that a picture is due it will be written: who shows pictures does not wait for who writes
+    /// them, and a picture that found no place is made up for by a later one.
+    fn offer(&self, picture: &Arc<Image>, times: u64) -> u64 {
+        match &self.encoders {
+            Encoders::Video(encoder) => {
+                if encoder.try_send((Arc::clone(picture), times)) {
+                    times
+                } else {
+                    0
+                }
             }
-        };
-        self.written += u64::from(is_sent);
+            Encoders::Frames(encoders) => {
+                let work = |number| (self.frame(number), Layer::Colours, Arc::clone(picture));
+                (0..times).take_while(|more| encoders.try_send(work(self.written + more))).count() as u64
+            }
+        }
+    }
+
+    fn frame(&self, number: u64) -> PathBuf {
+        self.path.join(format!("{number:06}.png"))
+    }
+
+    /// Whether no picture has come yet.
+    pub fn is_empty(&self) -> bool {
+        self.last.is_none()
     }
 
     /// Whether writing has failed: nothing more is written then.
@@ -99,18 +114,24 @@ impl Film {
         }
     }
 
-    /// Waits for the last pictures. How many there are.
+    /// Waits for the last pictures. How many there are; of a film without any, nothing remains.
     ///
     /// # Errors
     /// The first error that occurred while writing; what was written before is whole.
     pub fn finish(mut self) -> Result<u64, RecordError> {
+        let is_empty = self.last.is_none();
         if let Some(last) = self.last.take() {
-            self.send(last);
+            let is_sent = match &self.encoders {
+                Encoders::Video(encoder) => encoder.send((last, 1)),
+                Encoders::Frames(encoders) => encoders.send((self.frame(self.written), Layer::Colours, last)),
+            };
+            self.written += u64::from(is_sent);
         }
-        match self.encoders {
-            Encoders::Video(encoder) => encoder.finish(),
-            Encoders::Frames(encoders) => encoders.finish(),
+        let removed = match self.encoders {
+            Encoders::Video(encoder) => encoder.finish().map(|()| is_empty.then(|| fs::remove_file(&self.path))),
+            Encoders::Frames(encoders) => encoders.finish().map(|()| is_empty.then(|| fs::remove_dir(&self.path))),
         }?;
+        removed.unwrap_or(Ok(())).map_err(RecordError::io(&self.path))?;
         Ok(self.written)
     }
 }
@@ -175,7 +196,31 @@ mod tests {
         let mut names: Vec<_> = fs::read_dir(&path).unwrap().map(|entry| entry.unwrap().file_name()).collect();
         names.sort();
         assert_eq!(names, ["000000.png", "000001.png", "000002.png", "000003.png"]);
-        assert!(matches!(Film::create_frames(&path), Err(RecordError::Exists(_))));
+        assert!(matches!(Film::create_frames(&path), Err(RecordError::NotEmpty(_))));
+    }
+
+    #[test]
+    fn of_a_film_without_pictures_nothing_remains() {
+        let folder = tempfile::tempdir().unwrap();
+        let [video, frames] = ["film.mp4", "film"].map(|name| folder.path().join(name));
+        for film in [Film::create_video(&video), Film::create_frames(&frames)] {
+            assert_eq!(film.unwrap().finish().unwrap(), 0);
+        }
+        assert!(!video.exists() && !frames.exists());
+    }
+
+    #[test]
+    fn a_gap_is_filled_with_the_picture_from_before() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("film");
+        let mut film = Film::create_frames(&path).unwrap();
+        let [dark, bright] =
+            [0, 250].map(|level| Image { width: 2, height: 2, rgb: vec![level; 12], ..Image::default() });
+        assert!(film.add(0.0, dark) && film.add(0.2, bright));
+        assert_eq!(film.finish().unwrap(), 7);
+        let bytes = |number: u64| fs::read(path.join(format!("{number:06}.png"))).unwrap();
+        assert_eq!(bytes(0), bytes(5));
+        assert_ne!(bytes(5), bytes(6));
     }
 
     #[test]

@@ -32,13 +32,7 @@ impl FrameRecorder {
     /// # Errors
     /// When the folder cannot be made or is not empty.
     pub fn create(folder: &Path, every: u64, pictures: Vec<Picture>) -> Result<Self, RecordError> {
-        fs::create_dir_all(folder).map_err(RecordError::io(folder))?;
-        if fs::read_dir(folder).map_err(RecordError::io(folder))?.next().is_some() {
-            return Err(RecordError::NotEmpty(folder.to_owned()));
-        }
-        // That it can be written to is found out now, not in the middle of the match.
-        let probe = folder.join(".naoisis");
-        fs::write(&probe, []).and_then(|()| fs::remove_file(&probe)).map_err(RecordError::io(folder))?;
+        make_empty_folder(folder)?;
         Ok(Self {
             folder: folder.to_owned(),
             every: every.max(1),
@@ -95,6 +89,20 @@ impl FrameRecorder {
             self.written += 1;
         }
     }
+}
+
+/// Makes a folder in which nothing is and which can be written to.
+///
+/// # Errors
+/// When it cannot be made or is not empty.
+pub(super) fn make_empty_folder(folder: &Path) -> Result<(), RecordError> {
+    fs::create_dir_all(folder).map_err(RecordError::io(folder))?;
+    if fs::read_dir(folder).map_err(RecordError::io(folder))?.next().is_some() {
+        return Err(RecordError::NotEmpty(folder.to_owned()));
+    }
+    // That it can be written to is found out now, not in the middle of the match.
+    let probe = folder.join(".naoisis");
+    fs::write(&probe, []).and_then(|()| fs::remove_file(&probe)).map_err(RecordError::io(folder))
 }
 
 /// The field, and the images that robots had in the cycle that has just ended.

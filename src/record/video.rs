@@ -7,7 +7,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::canvas::{Anchor, Canvas, PAPER};
-use super::encoder::{EncoderThreads, RecordError};
+use super::encoder::{EncoderThreads, RecordError, VideoWork};
 use super::photographer::Photographer;
 use super::picture::{FIELD_SIZE, Picture};
 use crate::appearance::colours::Colour;
@@ -26,7 +26,7 @@ const TILE: [u32; 2] = [360, 270];
 pub struct VideoRecorder {
     every: u64,
     pictures: Vec<Picture>,
-    encoder: EncoderThreads<Arc<Image>>,
+    encoder: EncoderThreads<VideoWork>,
     written: u64,
 }
 
@@ -56,7 +56,7 @@ impl VideoRecorder {
             self.pictures.iter().map(|picture| (*picture, picture.take(photographer, world))).collect();
         let score = world.resource::<Game>().score;
         let words = format!("{:.1} s    blue {} : {} pink", clock.end_time_s(), score.blue, score.pink);
-        if self.encoder.send(Arc::new(side_by_side(&pictures, &words))) {
+        if self.encoder.send((Arc::new(side_by_side(&pictures, &words)), 1)) {
             self.written += 1;
         }
     }

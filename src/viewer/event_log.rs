@@ -22,7 +22,7 @@ impl Plugin for EventLogPlugin {
 }
 
 /// Something that happened.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, Default)]
 pub struct LogEntry {
     /// When, s since the start.
     pub time_s: f64,

@@ -7,6 +7,7 @@ use bevy_egui::{EguiContexts, EguiPostUpdateSet, EguiPrimaryContextPass};
 use super::camera::LookAt;
 use super::event_log::{EventLog, LogEntry};
 use super::keys::Shown;
+use super::layout;
 use super::overlays::{Brush, OverlaySystems};
 use super::palette;
 use super::panels::minutes;
@@ -18,8 +19,9 @@ use crate::record::history::History;
 use crate::referee::{Evidence, Penalty};
 use crate::robot::RobotId;
 
-/// Entries of the list that are shown.
+/// Entries of the list that are shown, and in the past, of what is to come.
 const SHOWN: usize = 60;
+const TO_COME: usize = 4;
 /// Width of the panel, logical pixels.
 const WIDTH: f32 = 240.0;
 /// An event is looked at again from so long before it, s.
@@ -118,7 +120,8 @@ fn show_events(
     }
     let context = contexts.ctx_mut()?;
     let height = (0.4 * context.content_rect().height()).max(120.0);
-    panel("events", Align2::RIGHT_TOP, [-MARGIN, MARGIN]).show(context, |ui| {
+    let offset = [-MARGIN, layout::below(context, "events", &["score"])];
+    panel("events", Align2::RIGHT_TOP, offset).show(context, |ui| {
         card(ui).show(ui, |ui| {
             ui.set_width(WIDTH);
             for (id, penalty) in &penalties {
@@ -128,7 +131,7 @@ fn show_events(
             }
             egui::ScrollArea::vertical().max_height(height).min_scrolled_height(height).show(ui, |ui| {
                 ui.set_width(WIDTH);
-                for entry in log.iter().rev().take(SHOWN) {
+                for entry in around(log, now_s).iter().rev() {
                     let chosen = shown.0.as_ref().is_some_and(|(other, _)| other == entry);
                     if show_entry(ui, entry, chosen, entry.time_s > now_s) {
                         choices.write(EventChoice(entry.clone()));
@@ -146,6 +149,12 @@ fn show_events(
     Ok(())
 }
 
+/// The entries until now, as far as they are shown, and the few that come next.
+fn around(log: &[LogEntry], now_s: f64) -> &[LogEntry] {
+    let now = log.partition_point(|entry| entry.time_s <= now_s);
+    &log[now.saturating_sub(SHOWN)..(now + TO_COME).min(log.len())]
+}
+
 /// A line of the list; whether it was clicked.
 fn show_entry(ui: &mut egui::Ui, entry: &LogEntry, chosen: bool, is_to_come: bool) -> bool {
     ui.horizontal(|ui| {
@@ -159,6 +168,7 @@ fn show_entry(ui: &mut egui::Ui, entry: &LogEntry, chosen: bool, is_to_come: boo
         let text = if chosen { text.underline() } else { text };
         let label = egui::Label::new(text).wrap().sense(egui::Sense::click());
         let response = ui.add(label).on_hover_cursor(egui::CursorIcon::PointingHand);
+        response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Button, true, &entry.text));
         response.on_hover_text("Click: where it was, and why").clicked()
     })
     .inner
@@ -190,6 +200,20 @@ fn reasons(evidence: &Evidence) -> Vec<String> {
 mod tests {
     use super::*;
     use crate::referee::evidence::Measurement;
+
+    #[test]
+    fn the_list_ends_with_a_little_of_what_is_to_come() {
+        let entry = |second: u32| LogEntry { time_s: f64::from(second), ..LogEntry::default() };
+        let log: Vec<LogEntry> = (0..100).map(entry).collect();
+        let times = |now_s| {
+            let shown = around(&log, now_s);
+            [shown[0].time_s, shown[shown.len() - 1].time_s]
+        };
+        assert_eq!(times(80.0), [21.0, 84.0]);
+        assert_eq!(times(1e9), [40.0, 99.0]);
+        assert_eq!(times(10.5), [0.0, 14.0]);
+        assert!(around(&[], 0.0).is_empty());
+    }
 
     #[test]
     fn the_reasons_are_the_rule_what_was_measured_and_what_would_have_helped() {

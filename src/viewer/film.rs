@@ -42,6 +42,8 @@ pub struct Filming {
     film: Option<(Film, f64)>,
     /// When a picture was last asked for, s of real time.
     asked_at_s: Option<f64>,
+    /// It ends with the first picture, for which it still waits.
+    ends_soon: bool,
     ending: Vec<(PathBuf, JoinHandle<Result<u64, RecordError>>)>,
 }
 
@@ -49,6 +51,13 @@ impl Filming {
     /// Whether a film is being taken.
     pub fn is_on(&self) -> bool {
         self.film.is_some()
+    }
+
+    /// Takes a film from now on, s of real time.
+    pub fn begin(&mut self, film: Film, now_s: f64) {
+        self.film = Some((film, now_s));
+        self.asked_at_s = None;
+        self.ends_soon = false;
     }
 
     /// Lets the film be written to its end in peace.
@@ -68,15 +77,19 @@ fn toggle(
     mut notice: ResMut<Notice>,
 ) {
     for kind in toggles.read() {
-        if filming.is_on() {
-            filming.end();
+        if let Some((film, _)) = &filming.film {
+            // Pictures come some frames after they were asked for.
+            if film.is_empty() {
+                filming.ends_soon = true;
+            } else {
+                filming.end();
+            }
             continue;
         }
         match create(*kind, clock.cycle) {
             Ok(film) => {
                 notice.tell(format!("Recording {}", film.path().display()));
-                filming.film = Some((film, time.elapsed_secs_f64()));
-                filming.asked_at_s = None;
+                filming.begin(film, time.elapsed_secs_f64());
             }
             Err(error) => notice.tell(format!("Cannot record: {error}")),
         }
@@ -94,7 +107,7 @@ fn create(kind: ToggleFilm, cycle: u64) -> Result<Film, RecordError> {
             ToggleFilm::Frames => Film::create_frames(&PathBuf::from(name)),
         };
         match film {
-            Err(RecordError::Exists(_)) if attempt < MOST_OF_ONE_NAME => attempt += 1,
+            Err(RecordError::Exists(_) | RecordError::NotEmpty(_)) if attempt < MOST_OF_ONE_NAME => attempt += 1,
             film => return film,
         }
     }
@@ -116,6 +129,8 @@ fn take_pictures(time: Res<Time<Real>>, mut filming: ResMut<Filming>, mut comman
         let Some(picture) = picture_of(&captured.image) else { return };
         if !film.add((now_s - *began_at_s).max(0.0), picture) {
             notice.tell("The window has another size: the film ends here");
+            filming.end();
+        } else if filming.ends_soon {
             filming.end();
         }
     };

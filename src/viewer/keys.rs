@@ -2,7 +2,9 @@
 
 use bevy::prelude::*;
 use bevy::render::view::screenshot::{Screenshot, save_to_disk};
+use bevy_egui::egui::{Event, Key};
 use bevy_egui::input::egui_wants_any_keyboard_input;
+use bevy_egui::{EguiInput, EguiPreUpdateSet};
 use serde::{Deserialize, Serialize};
 
 use super::camera::{CameraSystems, ViewPreset};
@@ -22,6 +24,10 @@ pub struct KeysPlugin;
 impl Plugin for KeysPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Shown>().add_message::<Action>().add_systems(
+            PreUpdate,
+            keep_tab_from_panels.after(EguiPreUpdateSet::ProcessInput).before(EguiPreUpdateSet::BeginPass),
+        );
+        app.add_systems(
             Update,
             (read_keys.run_if(not(egui_wants_any_keyboard_input)), carry_out)
                 .chain()
@@ -156,6 +162,17 @@ impl Default for Shown {
 }
 
 impl Shown {
+    /// Shows or hides something. Of the two large panels there is one at a time.
+    pub fn toggle(&mut self, switch: Switch) {
+        let on = self.of_mut(switch);
+        *on = !*on;
+        match switch {
+            Switch::Help if self.help => self.game = false,
+            Switch::Game if self.game => self.help = false,
+            _ => {}
+        }
+    }
+
     /// The switch, to change it.
     pub fn of_mut(&mut self, switch: Switch) -> &mut bool {
         match switch {
@@ -285,6 +302,13 @@ pub fn help() -> impl Iterator<Item = (&'static str, &'static str)> {
     keys.chain(OTHERS.iter().copied())
 }
 
+/// Tab is the next robot. In the panels it would choose the next button, and from then on they had all keys.
+fn keep_tab_from_panels(mut inputs: Query<&mut EguiInput>) {
+    for mut input in &mut inputs {
+        input.events.retain(|event| !matches!(event, Event::Key { key: Key::Tab, .. }));
+    }
+}
+
 fn read_keys(keys: Res<ButtonInput<KeyCode>>, driving: Res<Driving>, mut actions: MessageWriter<Action>) {
     let shift = keys.any_pressed([KeyCode::ShiftLeft, KeyCode::ShiftRight]);
     actions.write_batch(
@@ -328,10 +352,7 @@ fn carry_out(
                 hand_actions.write(action);
             }
             Action::ScalePanels(steps) => shown.panel_scale = shown.panel_scale.larger(steps),
-            Action::Toggle(switch) => {
-                let switch = shown.of_mut(switch);
-                *switch = !*switch;
-            }
+            Action::Toggle(switch) => shown.toggle(switch),
             Action::Film(film) => {
                 films.write(film);
             }
@@ -362,6 +383,18 @@ mod tests {
         assert_eq!(PanelScale::default().factor(), 1.0);
         assert_eq!(PanelScale::default().larger(100).factor(), 2.0);
         assert_eq!(PanelScale::default().larger(-100).factor(), 0.7);
+    }
+
+    #[test]
+    fn help_and_match_take_turns() {
+        let mut shown = Shown::default();
+        shown.toggle(Switch::Help);
+        shown.toggle(Switch::Game);
+        assert!(shown.game && !shown.help);
+        shown.toggle(Switch::Help);
+        assert!(shown.help && !shown.game);
+        shown.toggle(Switch::Help);
+        assert!(!shown.help);
     }
 
     #[test]

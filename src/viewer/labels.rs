@@ -9,11 +9,13 @@ use super::keys::Shown;
 use super::overlays::OverlayWords;
 use super::palette;
 use super::theme::text_size;
+use crate::cycle::CycleClock;
 use crate::referee::Penalty;
 use crate::robot::RobotId;
 
-/// Where the name hangs above the robot's place, m.
-const HEIGHT: Vec3 = Vec3::new(0.0, 0.0, 0.68);
+/// The middle of a robot above its place, and how far above that, as it is seen, its name is, m.
+const MIDDLE: Vec3 = Vec3::new(0.0, 0.0, 0.3);
+const ABOVE_MIDDLE_M: f32 = 0.42;
 
 /// Writes the robots' names.
 pub struct LabelsPlugin;
@@ -23,7 +25,7 @@ impl Plugin for LabelsPlugin {
         // The camera is where it is in this frame.
         app.configure_sets(PostUpdate, EguiPostUpdateSet::EndPass.after(TransformSystems::Propagate)).add_systems(
             EguiPrimaryContextPass,
-            (write_overlay_words, draw_labels.run_if(|shown: Res<Shown>| shown.labels)).chain(),
+            (draw_labels.run_if(|shown: Res<Shown>| shown.labels), write_overlay_words).chain(),
         );
     }
 }
@@ -53,6 +55,7 @@ fn draw_labels(
     mut contexts: EguiContexts,
     camera: Single<(&Camera, &GlobalTransform), With<ViewerCamera>>,
     robots: Query<(&RobotId, &GlobalTransform, &Penalty)>,
+    clock: Res<CycleClock>,
 ) -> Result {
     let (camera, camera_transform) = *camera;
     let context = contexts.ctx_mut()?;
@@ -60,15 +63,18 @@ fn draw_labels(
     let zoom = context.zoom_factor();
     let painter = context.layer_painter(LayerId::background());
     for (id, transform, penalty) in &robots {
-        if penalty.is_active() {
-            continue;
-        }
+        let point = transform.transform_point(MIDDLE) + ABOVE_MIDDLE_M * camera_transform.up();
         // A robot behind the camera has no place in the picture.
-        let Ok(place) = camera.world_to_viewport(camera_transform, transform.transform_point(HEIGHT)) else { continue };
+        let Ok(place) = camera.world_to_viewport(camera_transform, point) else { continue };
+        let name = match penalty.0 {
+            Some(active) => format!("{id}: {:.0} s", active.cycles_left as f64 * clock.period_s),
+            None => id.to_string(),
+        };
+        let faded = if penalty.is_active() { 0.45 } else { 0.85 };
         let colour = palette::in_panel(palette::team(id.team));
-        let text = painter.layout_no_wrap(id.to_string(), FontId::proportional(text_size::ENTRY), Color32::WHITE);
+        let text = painter.layout_no_wrap(name, FontId::proportional(text_size::ENTRY), Color32::WHITE);
         let area = Align2::CENTER_CENTER.anchor_size(Pos2::new(place.x / zoom, place.y / zoom), text.size());
-        painter.rect_filled(area.expand2(egui::vec2(5.0, 1.5)), 7.0, colour.gamma_multiply(0.85));
+        painter.rect_filled(area.expand2(egui::vec2(5.0, 1.5)), 7.0, colour.gamma_multiply(faded));
         painter.galley(area.min, text, Color32::WHITE);
     }
     Ok(())

@@ -9,7 +9,7 @@ use std::time::SystemTime;
 
 use super::drive::{self, Playback, ViewerCommand};
 use super::keys::{Action, Shown, Switch};
-use super::theme::{ThemeSystems, bright, card, dim, panel, text_size};
+use super::theme::{MARGIN, ThemeSystems, bright, dim, text_size};
 use super::timeline::Timeline;
 use crate::ball::Rolling;
 use crate::behaviour::BehaviourRegistry;
@@ -21,6 +21,10 @@ use crate::simulation;
 const LOOK_EVERY_S: f32 = 0.5;
 /// The scenario in which two teams are lined up, where the present one has none.
 const TEAM_MATCH: &str = "match3v3";
+/// In place of the name of a team, where robots are none.
+const NOBODY: &str = "—";
+/// What the panel leaves of the window's height, logical pixels.
+const AROUND: f32 = 80.0;
 
 /// Shows and changes what is played.
 pub struct MatchPanelPlugin;
@@ -51,12 +55,22 @@ pub enum MatchCommand {
 pub struct ScenarioSource {
     file: Option<PathBuf>,
     modified: Option<SystemTime>,
+    is_gone: bool,
 }
 
 impl ScenarioSource {
     /// From now on this file is watched.
     pub fn of(file: &Path) -> Self {
-        Self { file: Some(file.to_owned()), modified: modified(file) }
+        Self { file: Some(file.to_owned()), modified: modified(file), is_gone: false }
+    }
+
+    /// Where the scenario is from, for people.
+    fn words(&self) -> String {
+        match &self.file {
+            Some(file) if self.is_gone => format!("{} is gone; the match goes on", file.display()),
+            Some(file) => format!("{} begins again when the file changes", file.display()),
+            None => "built in".to_owned(),
+        }
     }
 }
 
@@ -85,6 +99,7 @@ fn watch_file(
     *since_s = 0.0;
     let Some(file) = source.file.clone() else { return };
     let now = modified(&file);
+    source.is_gone = now.is_none();
     // While it is being replaced there is no such file.
     if now.is_some() && now != source.modified {
         source.modified = now;
@@ -145,12 +160,25 @@ fn show_panel(
     mut commands: MessageWriter<MatchCommand>,
 ) -> Result {
     let Some(scenario) = scenario else { return Ok(()) };
-    panel("match", Align2::CENTER_CENTER, [0.0, 0.0]).show(contexts.ctx_mut()?, |ui| {
-        card(ui).fill(ui.visuals().panel_fill).show(ui, |ui| {
-            ui.label(bright("The match").size(text_size::TITLE));
+    let context = contexts.ctx_mut()?;
+    let room = context.content_rect();
+    let mut is_open = true;
+    // At the side, where it hides little, and from where it can be moved.
+    egui::Window::new(bright("The match").size(text_size::IMPORTANT))
+        .id(egui::Id::new("match"))
+        .pivot(Align2::RIGHT_CENTER)
+        .default_pos(room.right_center() - egui::vec2(MARGIN, 0.0))
+        .constrain(true)
+        .resizable(false)
+        .collapsible(false)
+        .vscroll(true)
+        .max_height(room.height() - AROUND)
+        .open(&mut is_open)
+        .show(context, |ui| {
             Grid::new("what is played").num_columns(2).spacing([16.0, 6.0]).show(ui, |ui| {
                 let label = ui.label("Scenario").id;
-                let list = ComboBox::from_id_salt("built-in scenario").selected_text(&scenario.name);
+                let name = if scenario.name.is_empty() { "—" } else { &scenario.name };
+                let list = ComboBox::from_id_salt("built-in scenario").selected_text(name);
                 list.show_ui(ui, |ui| {
                     for entry in LIBRARY {
                         if ui.selectable_label(entry.name == scenario.name, entry.name).clicked() {
@@ -164,20 +192,20 @@ fn show_panel(
                 let label = ui.label("File").id;
                 ui.horizontal(|ui| {
                     let text = egui::TextEdit::singleline(&mut typed.path);
-                    ui.add(text.hint_text("scenario.json").desired_width(220.0)).labelled_by(label);
-                    if ui.button("Open").clicked() && !typed.path.trim().is_empty() {
+                    let text = ui.add(text.hint_text("scenario.json").desired_width(220.0)).labelled_by(label);
+                    let is_entered = text.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
+                    if (ui.button("Open").clicked() || is_entered) && !typed.path.trim().is_empty() {
                         commands.write(MatchCommand::Open(typed.path.trim().into()));
                     }
                 });
                 ui.end_row();
                 ui.label("");
-                ui.label(dim(match &source.file {
-                    Some(file) => format!("{} begins again when the file changes", file.display()),
-                    None => "built in".to_owned(),
-                }));
+                ui.add(egui::Label::new(dim(source.words())).wrap());
                 ui.end_row();
-                let teams = scenario.teams.clone().unwrap_or_default();
-                let mut chosen = teams.clone();
+                // A scenario may have robots, but no teams: whoever chooses one lines up two.
+                let teams = scenario.teams.clone();
+                let nobody = || TeamsSpec { blue: NOBODY.to_owned(), pink: NOBODY.to_owned() };
+                let mut chosen = teams.clone().unwrap_or_else(nobody);
                 for (side, name) in [("Blue", &mut chosen.blue), ("Pink", &mut chosen.pink)] {
                     let label = ui.label(side).id;
                     let list = ComboBox::from_id_salt(side).selected_text(name.as_str());
@@ -190,8 +218,8 @@ fn show_panel(
                     .labelled_by(label);
                     ui.end_row();
                 }
-                if chosen != teams {
-                    commands.write(MatchCommand::Teams(chosen));
+                if chosen != teams.unwrap_or_else(nobody) {
+                    commands.write(MatchCommand::Teams(lined_up(chosen)));
                 }
             });
             if !timeline.is_replay() {
@@ -203,12 +231,18 @@ fn show_panel(
                     commands.write(MatchCommand::Change(Box::new(changed)));
                 }
             }
-            if ui.button("Close").clicked() {
-                actions.write(Action::Toggle(Switch::Game));
-            }
         });
-    });
+    if !is_open {
+        actions.write(Action::Toggle(Switch::Game));
+    }
     Ok(())
+}
+
+/// Two teams, of which one may not have been chosen yet.
+fn lined_up(chosen: TeamsSpec) -> TeamsSpec {
+    let usual = TeamsSpec::default();
+    let or_usual = |name: String, usual| if name == NOBODY { usual } else { name };
+    TeamsSpec { blue: or_usual(chosen.blue, usual.blue), pink: or_usual(chosen.pink, usual.pink) }
 }
 
 /// The settings that can change in the middle of a match.
@@ -320,6 +354,12 @@ mod tests {
         assert_eq!(app.world().resource::<Scenario>().teams, Some(teams));
         send(&mut app, MatchCommand::Teams(TeamsSpec { blue: "nobody".to_owned(), pink: "chasers".to_owned() }));
         assert!(problem(&app).unwrap().contains("nobody"));
+    }
+
+    #[test]
+    fn where_no_teams_play_the_one_that_is_chosen_meets_the_usual_one() {
+        let chosen = TeamsSpec { blue: NOBODY.to_owned(), pink: "passers".to_owned() };
+        assert_eq!(lined_up(chosen), TeamsSpec { blue: "roles".to_owned(), pink: "passers".to_owned() });
     }
 
     #[test]

@@ -41,7 +41,7 @@
 //! | [`first_frame`] | how long the start takes |
 //! | [`report_state`] | what is shown, as JSON lines |
 //! | [`widgets`] | the buttons and boxes of the panels, by name |
-//! | [`theme`] | dark and light panels |
+//! | [`theme`], `layout` | dark and light panels, and where they are |
 //! | `labels` | names above the robots, words of the overlays |
 //! | [`event_log`] | what happened in the match |
 
@@ -68,6 +68,7 @@ mod gait;
 pub mod hands;
 pub mod keys;
 mod labels;
+mod layout;
 pub mod match_panel;
 pub mod memory;
 pub mod overlays;

@@ -6,11 +6,14 @@ use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 use super::drive::{Playback, Speed, ViewerCommand, is_over};
 use super::keys::{self, Action, Shown, Switch};
+use super::layout;
 use super::theme::{MARGIN, ThemeSystems, band, bright, card, dim, panel, problem_colour, text_size};
+use super::timeline::Timeline;
+use crate::behaviour::BehaviourRegistry;
 use crate::cycle::CycleClock;
 use crate::referee::{Game, GameState};
 use crate::robot::Team;
-use crate::scenario::{LIBRARY, Scenario};
+use crate::scenario::{BehaviourSpec, LIBRARY, Scenario};
 
 /// Height of the score, logical pixels.
 const SCORE_HEIGHT: f32 = 30.0;
@@ -33,9 +36,11 @@ fn show_score(
     clock: Res<CycleClock>,
     playback: Res<Playback>,
     scenario: Option<Res<Scenario>>,
+    registry: Res<BehaviourRegistry>,
 ) -> Result {
-    let names = Team::BOTH.map(|team| team_name(team, scenario.as_deref()));
-    panel("score", Align2::CENTER_TOP, [0.0, MARGIN]).show(contexts.ctx_mut()?, |ui| {
+    let names = Team::BOTH.map(|team| team_name(team, scenario.as_deref(), &registry));
+    let context = contexts.ctx_mut()?;
+    panel("score", Align2::CENTER_TOP, [layout::middle_beside_robot(context), MARGIN]).show(context, |ui| {
         card(ui).show(ui, |ui| {
             ui.vertical_centered(|ui| {
                 ui.horizontal(|ui| {
@@ -55,7 +60,8 @@ fn show_score(
                     None => format!("{}   no referee", minutes(clock.end_time_s() as f32)),
                 };
                 let over = is_over(&game, &clock, &playback) && game.state != GameState::Finished;
-                ui.label(dim(if over { format!("{text}   end of the scenario") } else { text }));
+                let text = if over { format!("{text}   end of the scenario") } else { text };
+                ui.add(egui::Label::new(dim(text)).extend());
             });
         });
     });
@@ -66,24 +72,30 @@ fn show_controls(
     mut contexts: EguiContexts,
     mut actions: MessageWriter<Action>,
     playback: Res<Playback>,
-    clock: Res<CycleClock>,
+    (clock, game, timeline): (Res<CycleClock>, Res<Game>, Res<Timeline>),
     scenario: Option<Res<Scenario>>,
 ) -> Result {
+    let is_over = is_over(&game, &clock, &playback) && !timeline.is_past();
     let mut send = |action| {
         actions.write(action);
     };
-    panel("controls", Align2::CENTER_BOTTOM, [0.0, -MARGIN]).show(contexts.ctx_mut()?, |ui| {
+    let context = contexts.ctx_mut()?;
+    let (middle, width) = (layout::middle_beside_robot(context), layout::width_beside_robot(context));
+    panel("controls", Align2::CENTER_BOTTOM, [middle, -MARGIN]).show(context, |ui| {
         card(ui).show(ui, |ui| {
+            ui.set_max_width(width - 2.0 * MARGIN);
             if let Some(problem) = &playback.problem {
                 ui.label(RichText::new(problem).color(problem_colour(ui)));
             }
-            ui.horizontal(|ui| {
+            // In narrow windows in several lines.
+            ui.horizontal_wrapped(|ui| {
                 let button = |ui: &mut egui::Ui, text: &str, hint: &str| {
                     ui.add(egui::Button::new(bright(text).size(text_size::BUTTON)).min_size(egui::vec2(34.0, 26.0)))
                         .on_hover_text(hint)
                         .clicked()
                 };
-                let (pause, hint) = if playback.paused { ("▶", "Go on (Space)") } else { ("⏸", "Pause (Space)") };
+                let stands = playback.paused || is_over;
+                let (pause, hint) = if stands { ("▶", "Go on (Space)") } else { ("⏸", "Pause (Space)") };
                 if button(ui, pause, hint) {
                     send(Action::Command(ViewerCommand::TogglePause));
                 }
@@ -111,7 +123,7 @@ fn show_controls(
                 }
                 ui.separator();
                 choose_scenario(ui, scenario.as_deref(), |name| send(Action::Command(ViewerCommand::Load(name))));
-                ui.label(dim(status(&playback, &clock, scenario.as_deref())));
+                ui.add(egui::Label::new(dim(status(&playback, &clock, scenario.as_deref(), is_over))).extend());
             });
         });
     });
@@ -155,29 +167,34 @@ fn named(response: egui::Response, name: &str, value: &str) -> egui::Response {
 }
 
 /// Where the match is and how fast it goes.
-fn status(playback: &Playback, clock: &CycleClock, scenario: Option<&Scenario>) -> String {
+fn status(playback: &Playback, clock: &CycleClock, scenario: Option<&Scenario>, is_over: bool) -> String {
     let mut parts = Vec::new();
     if let Some(scenario) = scenario {
         parts.push(format!("seed {}", scenario.seed));
     }
     parts.push(format!("{:.1} s", clock.end_time_s()));
-    parts.push(if playback.paused { "paused".to_owned() } else { format!("runs at {:.1}×", playback.achieved) });
+    parts.push(match (is_over, playback.paused) {
+        (true, _) => "over".to_owned(),
+        (false, true) => "paused".to_owned(),
+        (false, false) => format!("runs at {:.1}×", playback.achieved),
+    });
     parts.join("   ")
 }
 
 fn show_help(mut contexts: EguiContexts, mut actions: MessageWriter<Action>) -> Result {
     /// Width of the list, and what of the window's height it leaves to everything else, logical pixels.
-    const WIDTH: f32 = 620.0;
+    const WIDTH: f32 = 640.0;
     const AROUND: f32 = 150.0;
 
     let context = contexts.ctx_mut()?;
-    let height = (context.content_rect().height() - AROUND).max(100.0);
+    let room = context.content_rect().size();
+    let (width, height) = (WIDTH.min(room.x - 6.0 * MARGIN), (room.y - AROUND).max(100.0));
     panel("help", Align2::CENTER_CENTER, [0.0, 0.0]).show(context, |ui| {
         card(ui).fill(ui.visuals().panel_fill).inner_margin(Margin::same(18)).show(ui, |ui| {
-            ui.set_width(WIDTH);
+            ui.set_width(width);
             ui.label(bright("Keys").size(text_size::TITLE).strong());
             ui.add_space(6.0);
-            egui::ScrollArea::vertical().max_height(height).min_scrolled_height(height).show(ui, show_keys);
+            egui::ScrollArea::both().max_height(height).min_scrolled_height(height).show(ui, show_keys);
             ui.add_space(6.0);
             if ui.button("Close").clicked() {
                 actions.write(Action::Toggle(Switch::Help));
@@ -203,16 +220,21 @@ fn show_keys(ui: &mut egui::Ui) {
     });
 }
 
-/// The team's name in the scenario, or its colour.
-fn team_name(team: Team, scenario: Option<&Scenario>) -> String {
-    let teams = scenario.and_then(|scenario| scenario.teams.as_ref());
-    teams.map_or_else(
-        || team.name().to_owned(),
-        |teams| match team {
-            Team::Blue => teams.blue.clone(),
-            Team::Pink => teams.pink.clone(),
-        },
-    )
+/// The team's name: that of the scenario, or of the team whose behaviours its robots have, or its colour.
+fn team_name(team: Team, scenario: Option<&Scenario>, registry: &BehaviourRegistry) -> String {
+    let named = |scenario: &Scenario| match (&scenario.teams, team) {
+        (Some(teams), Team::Blue) => Some(teams.blue.clone()),
+        (Some(teams), Team::Pink) => Some(teams.pink.clone()),
+        (None, _) => {
+            let robots = scenario.robots.iter().filter(|robot| robot.team == team);
+            let behaviours = robots.map(|robot| match &robot.behaviour {
+                BehaviourSpec::Named(name) => Some((robot.number, name.as_str())),
+                _ => None,
+            });
+            registry.team_of(&behaviours.collect::<Option<Vec<_>>>()?).map(str::to_owned)
+        }
+    };
+    scenario.and_then(named).unwrap_or_else(|| team.name().to_owned())
 }
 
 fn state_name(state: GameState) -> &'static str {
@@ -234,6 +256,7 @@ pub(super) fn minutes(seconds: f32) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::simulation::{self, NaoisisPlugins};
 
     #[test]
     fn times_are_minutes_and_seconds() {
@@ -243,7 +266,16 @@ mod tests {
     #[test]
     fn teams_have_the_names_of_the_scenario() {
         let scenario = Scenario::from_json(r#"{ "teams": { "blue": "roles", "pink": "chasers" } }"#).unwrap();
-        assert_eq!(team_name(Team::Pink, Some(&scenario)), "chasers");
-        assert_eq!(team_name(Team::Pink, None), "pink");
+        let mut app = App::new();
+        app.add_plugins(NaoisisPlugins);
+        let name = |scenario, registry| team_name(Team::Pink, scenario, registry);
+        assert_eq!(name(Some(&scenario), app.world().resource()), "chasers");
+        assert_eq!(name(None, app.world().resource()), "pink");
+        // A trace lists robots, not teams.
+        let listed = simulation::resolved(app.world(), &scenario);
+        assert_eq!(listed.teams, None);
+        assert_eq!(name(Some(&listed), app.world().resource()), "chasers");
+        let scripted = Scenario::from_json(r#"{ "robots": [{ "team": "pink", "number": 1 }] }"#).unwrap();
+        assert_eq!(name(Some(&scripted), app.world().resource()), "pink");
     }
 }

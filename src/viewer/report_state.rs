@@ -16,7 +16,7 @@
 //! | `selected`, `driven` | robots |
 //! | `filming` | whether a video of the window is being recorded |
 //! | `shown` | the switches of the panels |
-//! | `overlays` | how many overlays are switched on |
+//! | `overlays` | how many switches of overlays are on |
 //! | `problem`, `notice` | what the user is told |
 //! | `event` | the event of the list that is looked at |
 //! | `widgets` | what can be operated in the panels: `name`, `value`, `edges` (left, upper, right, lower, logical pixels) |
@@ -36,7 +36,7 @@ use super::film::Filming;
 use super::hands::driving::Driving;
 use super::hands::{Hands, Notice};
 use super::keys::Shown;
-use super::overlays::Overlays;
+use super::overlays::{Overlays, Shows};
 use super::selection::Selection;
 use super::stage::{pose_of, world_from_pitch};
 use super::timeline::Timeline;
@@ -164,7 +164,7 @@ impl Reported<'_, '_> {
             "driven": self.driving.robot,
             "shown": *self.shown,
             "filming": self.filming.is_on(),
-            "overlays": self.overlays.of_robots.values().filter(|shows| shows.all || shows.selected).count(),
+            "overlays": self.overlays.of_robots.values().map(switches_of).sum::<usize>(),
             "problem": self.playback.problem,
             "notice": (self.notice.left_s > 0.0).then_some(&self.notice.text),
             "event": self.event.0.as_ref().map(|(entry, _)| &entry.text),
@@ -182,6 +182,11 @@ impl Reported<'_, '_> {
             "pixel": pixel.map(|pixel| [pixel.x, pixel.y]),
         })
     }
+}
+
+/// How many switches of an overlay are on.
+fn switches_of(shows: &Shows) -> usize {
+    usize::from(shows.all) + usize::from(shows.selected) + shows.robots.len()
 }
 
 #[cfg(test)]

@@ -17,15 +17,11 @@ use std::time::{Duration, Instant};
 use super::drive::Playback;
 use super::eyes::EyeImages;
 use super::keys::Shown;
-use super::selection::Selection;
+use super::layout;
 use super::theme::{MARGIN, ThemeSystems, bright, card, dim, panel, text_size};
 
 /// Numbers are means over about this time, s.
 const MEAN_OVER_S: f32 = 0.5;
-/// Left edge where the selected robot's panel is shown, logical pixels.
-const BESIDE_ROBOT: f32 = 380.0;
-/// Upper edge, logical pixels.
-const BELOW_SCORE: f32 = 84.0;
 
 /// Measures frames, and shows what they cost.
 pub struct StatisticsPlugin;
@@ -192,14 +188,12 @@ fn show_statistics(
     eyes: Res<EyeImages>,
     adapter: Option<Res<RenderAdapterInfo>>,
     figures: Query<(), With<Mesh3d>>,
-    shown: Res<Shown>,
-    selection: Res<Selection>,
 ) -> Result {
     let passes: Vec<(String, f64)> = passes(&diagnostics);
     let adapter = adapter.map_or_else(String::new, |adapter| adapter.name.clone());
-    // Beside the robot's panel, below the score.
-    let offset = if shown.robot && selection.0.is_some() { BESIDE_ROBOT } else { MARGIN };
-    panel("statistics", Align2::LEFT_TOP, [offset, BELOW_SCORE]).show(contexts.ctx_mut()?, |ui| {
+    let context = contexts.ctx_mut()?;
+    let offset = [layout::beside_robot(context) + MARGIN, layout::below(context, "statistics", &["score", "hint"])];
+    panel("statistics", Align2::LEFT_TOP, offset).show(context, |ui| {
         card(ui).fill(ui.visuals().panel_fill.gamma_multiply(0.96)).show(ui, |ui| {
             ui.label(bright("Costs of a frame").size(text_size::IMPORTANT));
             Grid::new("statistics").num_columns(2).spacing([12.0, 1.0]).show(ui, |ui| {

@@ -61,17 +61,18 @@ fn widgets_of(tree: &TreeUpdate, scale: f64) -> Vec<Widget> {
     let nodes: BTreeMap<NodeId, &Node> = tree.nodes.iter().map(|(id, node)| (*id, node)).collect();
     let name_of = |node: &Node| {
         let beside = || node.labelled_by().iter().find_map(|id| nodes.get(id)?.value());
-        let words = if node.role() == Role::Label { node.value() } else { node.label() };
-        words.filter(|words| !words.is_empty()).or_else(beside).map(str::to_owned)
+        node.label().filter(|words| !words.is_empty()).or_else(beside).map(str::to_owned)
     };
-    let is_operable = |node: &Node| !node.is_disabled() && node.supports_action(Action::Click);
+    // Words can be clicked on, too, to copy them.
+    let is_operable =
+        |node: &Node| !node.is_disabled() && node.supports_action(Action::Click) && node.role() != Role::Label;
     let widget_of = |node: &Node| {
         let bounds = node.bounds()?;
         let toggled = node.toggled().map(|toggled| (toggled == Toggled::True).to_string());
         Some(Widget {
             name: name_of(node)?,
             value: toggled
-                .or_else(|| node.value().filter(|_| node.role() != Role::Label).map(str::to_owned))
+                .or_else(|| node.value().map(str::to_owned))
                 .or_else(|| node.numeric_value().map(|value| value.to_string())),
             edges: [bounds.x0, bounds.y0, bounds.x1, bounds.y1].map(|edge| edge * scale),
         })
@@ -86,7 +87,7 @@ fn widgets_of(tree: &TreeUpdate, scale: f64) -> Vec<Widget> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bevy_egui::egui::{self, Button, ComboBox, Label, RawInput, Sense, Slider};
+    use bevy_egui::egui::{self, Button, ComboBox, RawInput, Slider};
 
     fn shown(show: impl FnMut(&mut egui::Ui)) -> Vec<Widget> {
         let context = egui::Context::default();
@@ -104,14 +105,13 @@ mod tests {
         let (mut on, mut share) = (true, 0.25);
         let widgets = shown(|ui| {
             ui.label("not a thing to press");
-            ui.add(Label::new("whistle").sense(Sense::click()));
             let _pressed = ui.button("Open");
             ui.checkbox(&mut on, "Areas");
             ui.add_enabled(false, Button::new("Close"));
             let label = ui.label("Lost").id;
             ui.add(Slider::new(&mut share, 0.0..=1.0)).labelled_by(label);
         });
-        let expected = [("whistle", None), ("Open", None), ("Areas", Some("true")), ("Lost", Some("0.25"))];
+        let expected = [("Open", None), ("Areas", Some("true")), ("Lost", Some("0.25"))];
         assert_eq!(names_and_values(&widgets), expected);
     }
 

@@ -76,11 +76,13 @@ impl Viewpoint {
                 let half_length = pitch.half_length() + 0.5 * (pitch.border_m + pitch.goal.depth_m);
                 // The side line in front is nearer than the middle, and what is nearer looks longer.
                 let distance = half_length / (per_distance * aspect) + pitch.half_width() * ops::cos(elevation);
-                Self { focus: Vec3::new(0.0, -0.1, 0.0), azimuth: 0.0, elevation, distance }
+                // The panels below are higher than the score above.
+                let focus = Vec3::new(0.0, -0.25 * pitch.half_width(), 0.0);
+                Self { focus, azimuth: 0.0, elevation, distance }
             }
             Overview::TopDown => {
-                let distance = (carpet.x / (per_distance * aspect)).max(1.25 * carpet.y / per_distance);
-                Self { focus: Vec3::ZERO, azimuth: 0.0, elevation: STEEPEST, distance }
+                let distance = (carpet.x / (per_distance * aspect)).max(1.4 * carpet.y / per_distance);
+                Self { focus: Vec3::new(0.0, -0.1 * carpet.y, 0.0), azimuth: 0.0, elevation: STEEPEST, distance }
             }
         }
     }

@@ -4,7 +4,7 @@
 //! errors of the legs, the time that a kick takes and the rules are those of every robot.
 
 use bevy::prelude::*;
-use bevy_egui::input::egui_wants_any_keyboard_input;
+use bevy_egui::input::EguiWantsInput;
 
 use crate::behaviour::DecideSystems;
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
@@ -13,7 +13,7 @@ use crate::robot::kick::{KickCommand, KickRequest, KickType};
 use crate::robot::motion::{MotionLimits, WalkCommand};
 use crate::robot::{RobotId, Roster};
 use crate::sensing::camera::CameraSide;
-use crate::viewer::camera::ViewPreset;
+use crate::viewer::camera::{ViewPreset, ViewerCamera};
 use crate::viewer::keys::KeysSystems;
 use crate::viewer::selection::Selection;
 
@@ -26,10 +26,7 @@ pub(super) struct DrivingPlugin;
 impl Plugin for DrivingPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Driving>()
-            .add_systems(
-                Update,
-                (change_robot, read_driver.run_if(not(egui_wants_any_keyboard_input))).chain().after(KeysSystems),
-            )
+            .add_systems(Update, (change_robot, read_driver).chain().after(KeysSystems))
             .add_systems(Cycle, drive.in_set(CycleSystems::Decide).after(DecideSystems::Behave));
     }
 }
@@ -41,6 +38,8 @@ pub struct Driving {
     pub robot: Option<RobotId>,
     /// What it is to do.
     wish: Wish,
+    /// From where the match was watched before.
+    view: Option<ViewerCamera>,
 }
 
 /// What the keys say.
@@ -110,14 +109,17 @@ pub(super) fn toggle(world: &mut World) {
     }
     let chosen = world.resource::<Selection>().0;
     let Some(robot) = chosen.or_else(|| world.resource::<Roster>().iter().next().map(|(id, _)| id)) else { return };
-    *world.resource_mut::<Driving>() = Driving { robot: Some(robot), ..default() };
+    let view = world.query::<&ViewerCamera>().iter(world).next().copied();
+    *world.resource_mut::<Driving>() = Driving { robot: Some(robot), wish: Wish::default(), view };
     world.resource_mut::<Selection>().0 = Some(robot);
     world.write_message(ViewPreset::Eyes(CameraSide::Top));
 }
 
 fn stop(world: &mut World) {
-    *world.resource_mut::<Driving>() = Driving::default();
-    world.write_message(ViewPreset::Broadcast);
+    let before = core::mem::take(&mut *world.resource_mut::<Driving>());
+    if let (Some(view), Some(mut camera)) = (before.view, world.query::<&mut ViewerCamera>().iter_mut(world).next()) {
+        *camera = view;
+    }
 }
 
 /// The driver leaves, or changes to another robot by selecting it, or another match lacks the robot.
@@ -127,15 +129,21 @@ fn change_robot(world: &mut World) {
     match world.resource::<Selection>().0 {
         Some(selected) if !leaves && world.resource::<Roster>().get(selected).is_some() => {
             if selected != robot {
-                *world.resource_mut::<Driving>() = Driving { robot: Some(selected), ..default() };
+                let mut driving = world.resource_mut::<Driving>();
+                (driving.robot, driving.wish) = (Some(selected), Wish::default());
             }
         }
         _ => stop(world),
     }
 }
 
-fn read_driver(keys: Res<ButtonInput<KeyCode>>, mut driving: ResMut<Driving>) {
+fn read_driver(keys: Res<ButtonInput<KeyCode>>, panels: Option<Res<EguiWantsInput>>, mut driving: ResMut<Driving>) {
     if driving.robot.is_none() {
+        return;
+    }
+    // What is typed into a panel is not for the robot: it stands.
+    if panels.is_some_and(|panels| panels.wants_any_keyboard_input()) {
+        driving.wish = Wish::default();
         return;
     }
     let kick = KICKS.iter().find(|(key, _)| keys.just_pressed(*key)).map(|(_, kick)| *kick);

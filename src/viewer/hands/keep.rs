@@ -16,7 +16,7 @@ const MOST_OF_ONE_NAME: u32 = 1000;
 /// Saves the situation in the current folder, and says where.
 pub(super) fn keep_situation(world: &mut World) {
     let text = match keep(world) {
-        Ok(path) => format!("Saved as {}", path.display()),
+        Ok(path) => format!("Saved as {}: where everybody is, at the start of a match", path.display()),
         Err(message) => format!("The situation is not saved: {message}"),
     };
     world.resource_mut::<Notice>().tell(text);

@@ -118,6 +118,15 @@ fn is_live(timeline: &Timeline) -> bool {
     !timeline.is_past() && !timeline.is_replay()
 }
 
+/// Why there is none.
+fn why_not(timeline: &Timeline) -> &'static str {
+    if timeline.is_replay() {
+        "A replay cannot be changed"
+    } else {
+        "The past cannot be changed: go to the present first (End)"
+    }
+}
+
 fn sight(camera: (&Camera, &GlobalTransform), cursor: Vec2) -> Option<Sight> {
     let (camera, from) = camera;
     let ray = camera.viewport_to_world(from, cursor).ok()?;
@@ -128,14 +137,13 @@ fn sight(camera: (&Camera, &GlobalTransform), cursor: Vec2) -> Option<Sight> {
 fn take_hold(
     buttons: Res<ButtonInput<MouseButton>>,
     keys: Res<ButtonInput<KeyCode>>,
-    timeline: Res<Timeline>,
     window: Single<&Window>,
     camera: Single<(&Camera, &GlobalTransform), With<ViewerCamera>>,
     robots: Query<(&RobotId, &Transform, &Penalty)>,
     balls: Query<&Transform, With<Ball>>,
     mut hands: ResMut<Hands>,
 ) {
-    if !buttons.just_pressed(MouseButton::Left) || !is_live(&timeline) {
+    if !buttons.just_pressed(MouseButton::Left) {
         return;
     }
     let Some(cursor) = window.cursor_position() else { return };
@@ -173,11 +181,22 @@ fn drag_and_let_go(
     camera: Single<(&Camera, &GlobalTransform), With<ViewerCamera>>,
     balls: Query<&BallPhysics, With<Ball>>,
     mut hands: ResMut<Hands>,
+    mut notice: ResMut<Notice>,
     mut commands: Commands,
 ) {
     let (Some(grip), Some((pressed_at, has_moved))) = (hands.grip, hands.press) else { return };
-    if keys.just_pressed(KeyCode::Escape) || !is_live(&timeline) {
+    if keys.just_pressed(KeyCode::Escape) {
         *hands = Hands::default();
+        return;
+    }
+    if !is_live(&timeline) {
+        let cursor = window.cursor_position();
+        if cursor.is_some_and(|cursor| pressed_at.distance(cursor) > DRAG_PIXELS) {
+            notice.tell(why_not(&timeline));
+            *hands = Hands::default();
+        } else if !buttons.pressed(MouseButton::Left) {
+            *hands = Hands::default();
+        }
         return;
     }
     if let Some(cursor) = window.cursor_position() {
@@ -202,7 +221,8 @@ fn obey(world: &mut World) {
     let actions: Vec<HandAction> = world.resource_mut::<Messages<HandAction>>().drain().collect();
     for action in actions {
         if !is_live(world.resource()) {
-            world.resource_mut::<Notice>().tell("The past cannot be changed: go to the present first");
+            let words = why_not(world.resource());
+            world.resource_mut::<Notice>().tell(words);
             continue;
         }
         match action {

@@ -1,28 +1,23 @@
 //! The buttons of what can be done by hand.
 
 use bevy::prelude::*;
-use bevy_egui::egui::{self, Align2};
+use bevy_egui::egui::{self, Align2, RichText};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 use super::driving::{self, Driving};
 use super::{HandAction, Notice};
+use crate::cycle::CycleClock;
 use crate::referee::Penalty;
 use crate::robot::Roster;
 use crate::viewer::film::{Filming, ToggleFilm};
-use crate::viewer::keys::{Action, Shown};
+use crate::viewer::keys::{Action, Shown, Switch};
+use crate::viewer::layout;
 use crate::viewer::selection::Selection;
-use crate::viewer::theme::{MARGIN, ThemeSystems, bright, card, dim, panel, text_size};
+use crate::viewer::theme::{MARGIN, ThemeSystems, bright, card, dim, panel, problem_colour, text_size};
 use crate::viewer::timeline::Timeline;
 
 /// In windows of this width, logical pixels, there is room beside the controls; otherwise it is above them and the timeline.
 const BESIDE_CONTROLS: f32 = 1270.0;
-/// How far above, logical pixels.
-const ABOVE_CONTROLS: f32 = 100.0;
-/// How far above the lower edge of the window the words are, logical pixels.
-const NOTICE_ABOVE: f32 = 110.0;
-
-/// How far below the upper edge the keys of the driver are, logical pixels.
-const DRIVER_BELOW: f32 = 84.0;
 
 /// Shows the buttons, and what is told.
 pub(super) struct HandsPanelPlugin;
@@ -47,8 +42,15 @@ fn show_buttons(
 ) -> Result {
     let serves = selection.0.and_then(|id| penalties.get(roster.get(id)?).ok()).is_some_and(Penalty::is_active);
     let context = contexts.ctx_mut()?;
-    let above = if context.content_rect().width() < BESIDE_CONTROLS { ABOVE_CONTROLS } else { 0.0 };
-    panel("hands", Align2::LEFT_BOTTOM, [MARGIN, -MARGIN - above]).show(context, |ui| {
+    // Below the robot's panel there is room, too.
+    let is_narrow = context.content_rect().width() < BESIDE_CONTROLS && layout::beside_robot(context) == 0.0;
+    let place = if is_narrow {
+        let above = layout::above(context, "hands", &["timeline", "controls"]);
+        panel("hands", Align2::CENTER_BOTTOM, [0.0, -above])
+    } else {
+        panel("hands", Align2::LEFT_BOTTOM, [MARGIN, -MARGIN])
+    };
+    place.show(context, |ui| {
         card(ui).show(ui, |ui| {
             ui.horizontal(|ui| {
                 let record = if filming.is_on() { "⏹ Stop" } else { "⏺ Record" };
@@ -58,7 +60,7 @@ fn show_buttons(
                     films.write(if is_shift { ToggleFilm::Frames } else { ToggleFilm::Video });
                 }
                 if ui.button("Match").on_hover_text("M: scenario, teams, settings").clicked() {
-                    shown.game = !shown.game;
+                    shown.toggle(Switch::Game);
                 }
             });
             if timeline.is_replay() {
@@ -97,7 +99,9 @@ fn show_notice(mut contexts: EguiContexts, time: Res<Time<Real>>, mut notice: Re
         return Ok(());
     }
     notice.left_s -= time.delta_secs();
-    panel("notice", Align2::CENTER_BOTTOM, [0.0, -NOTICE_ABOVE]).show(contexts.ctx_mut()?, |ui| {
+    let context = contexts.ctx_mut()?;
+    let above = layout::above(context, "notice", &["timeline", "controls", "hands"]);
+    panel("notice", Align2::CENTER_BOTTOM, [layout::middle_beside_robot(context), -above]).show(context, |ui| {
         let words = egui::Label::new(bright(&notice.text).size(text_size::IMPORTANT)).extend();
         card(ui).show(ui, |ui| ui.add(words));
     });
@@ -105,11 +109,25 @@ fn show_notice(mut contexts: EguiContexts, time: Res<Time<Real>>, mut notice: Re
 }
 
 /// What drives, while someone drives.
-fn show_driver(mut contexts: EguiContexts, driving: Res<Driving>) -> Result {
+fn show_driver(
+    mut contexts: EguiContexts,
+    driving: Res<Driving>,
+    roster: Res<Roster>,
+    penalties: Query<&Penalty>,
+    clock: Res<CycleClock>,
+) -> Result {
     let Some(robot) = driving.robot else { return Ok(()) };
-    panel("driver", Align2::CENTER_TOP, [0.0, DRIVER_BELOW]).interactable(false).show(contexts.ctx_mut()?, |ui| {
+    let context = contexts.ctx_mut()?;
+    let offset = [layout::middle_beside_robot(context), layout::below(context, "driver", &["score"])];
+    let penalty = roster.get(robot).and_then(|robot| penalties.get(robot).ok()?.0);
+    panel("driver", Align2::CENTER_TOP, offset).interactable(false).show(context, |ui| {
         card(ui).show(ui, |ui| {
             ui.label(bright(format!("You drive {robot}")));
+            if let Some(penalty) = penalty {
+                let left_s = penalty.cycles_left as f64 * clock.period_s;
+                let text = format!("It is penalised for {}: {left_s:.0} s", penalty.reason.words());
+                ui.label(RichText::new(text).color(problem_colour(ui)));
+            }
             // Two lines, so that the panels at both sides stay free.
             for line in driving::KEYS.chunks(driving::KEYS.len().div_ceil(2)) {
                 ui.horizontal(|ui| {

@@ -7,8 +7,12 @@ use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 use super::{Overlay, OverlayCommand, Overlays};
 use crate::robot::{RobotId, Roster};
 use crate::viewer::keys::Shown;
+use crate::viewer::layout;
 use crate::viewer::selection::Selection;
 use crate::viewer::theme::{MARGIN, ThemeSystems, bright, card, dim, panel, team_colour, text_size};
+
+/// What the list leaves of the window's width and height, logical pixels.
+const AROUND: (f32, f32) = (50.0, 90.0);
 
 /// Shows the switches.
 pub struct OverlayPanelPlugin;
@@ -30,13 +34,16 @@ fn show_switches(
     mut commands: MessageWriter<OverlayCommand>,
 ) -> Result {
     let robots: Vec<RobotId> = roster.iter().map(|(id, _)| id).collect();
-    panel("overlays", Align2::RIGHT_BOTTOM, [-MARGIN, -64.0]).show(contexts.ctx_mut()?, |ui| {
-        card(ui).show(ui, |ui| {
+    let context = contexts.ctx_mut()?;
+    let above = layout::above(context, "overlays", &["timeline", "controls", "hands"]);
+    let room = context.content_rect().size() - egui::vec2(AROUND.0, AROUND.1 + above);
+    panel("overlays", Align2::RIGHT_BOTTOM, [-MARGIN, -above]).show(context, |ui| {
+        card(ui).fill(ui.visuals().panel_fill).show(ui, |ui| {
             ui.label(bright("Overlays").size(text_size::IMPORTANT));
-            let width = (150.0 + 40.0 * (2 + robots.len()) as f32).min(700.0);
+            let width = (150.0 + 40.0 * (2 + robots.len()) as f32).min(700.0).min(room.x);
             ui.set_min_width(width);
-            egui::ScrollArea::horizontal().max_width(width).show(ui, |ui| {
-                egui::Grid::new("overlays").num_columns(3 + robots.len()).spacing([5.0, 3.0]).show(ui, |ui| {
+            egui::ScrollArea::both().max_width(width).max_height(room.y).min_scrolled_height(room.y).show(ui, |ui| {
+                egui::Grid::new("overlays").num_columns(3 + robots.len()).spacing([9.0, 3.0]).show(ui, |ui| {
                     show_heads(ui, &robots, &selection);
                     for overlay in Overlay::ALL {
                         show_line(ui, overlay, &overlays, &robots, &mut commands);
@@ -66,8 +73,8 @@ fn show_switches(
 
 fn show_heads(ui: &mut egui::Ui, robots: &[RobotId], selection: &Selection) {
     ui.label("");
-    ui.label(dim("all").size(text_size::SMALL));
-    ui.label(dim("selected").size(text_size::SMALL));
+    ui.label(dim("all").size(text_size::SMALL)).on_hover_text("all robots");
+    ui.label(dim("sel.").size(text_size::SMALL)).on_hover_text("the selected robot");
     for id in robots {
         let initial = id.team.name().chars().next().unwrap_or('?');
         let name = RichText::new(format!("{initial}{}", id.number)).size(text_size::SMALL);

@@ -15,6 +15,7 @@ use super::camera::{CameraSystems, Covered};
 use super::chronicle::Chronicle;
 use super::eyes::{EyesSystems, Watched};
 use super::keys::{Action, Shown, Switch};
+use super::layout;
 use super::overlays::OverlaySystems;
 use super::selection::{Choice, Selection};
 use super::theme::{MARGIN, ThemeSystems, band, bright, card, dim, panel, text_size};
@@ -34,8 +35,16 @@ use crate::sensing::vision::Percepts;
 use pictures::Pictures;
 pub use state::{BehaviourState, StateComponent};
 
-/// Width of the panel's contents, logical pixels.
+/// Width of the panel's contents, logical pixels of the panels, and in narrow windows that share of them.
 const WIDTH: f32 = 330.0;
+const SHARE: f32 = 0.4;
+/// Height of what is above the part of the panel that scrolls, and of its borders, logical pixels.
+const HEAD_HEIGHT: f32 = 76.0;
+
+/// The width of the contents in a window of this width, logical pixels of the panels.
+fn width_in(window: f32) -> f32 {
+    WIDTH.min(SHARE * window)
+}
 
 /// Shows the selected robot.
 pub struct RobotPanelPlugin;
@@ -74,11 +83,13 @@ impl Default for Opened {
 }
 
 /// Says how much of the window is left for the match.
-fn cover_window(shown: Res<Shown>, selection: Res<Selection>, mut covered: ResMut<Covered>) {
+fn cover_window(shown: Res<Shown>, selection: Res<Selection>, windows: Query<&Window>, mut covered: ResMut<Covered>) {
     /// Of the panel's contents from its edges, and of those from the window's, logical pixels.
     const BORDERS: f32 = 24.0 + 2.0 * MARGIN;
     let is_shown = shown.robot && selection.0.is_some();
-    let now = if is_shown { (WIDTH + BORDERS) * shown.panel_scale.factor() } else { 0.0 };
+    let scale = shown.panel_scale.factor();
+    let width = windows.iter().next().map_or(WIDTH, |window| width_in(window.width() / scale));
+    let now = if is_shown { (width + BORDERS) * scale } else { 0.0 };
     if covered.now != now {
         covered.now = now;
     }
@@ -102,7 +113,9 @@ fn watch_cameras(
 
 fn show_hint(mut contexts: EguiContexts, shown: Res<Shown>) -> Result {
     if shown.robot && !shown.help {
-        panel("hint", Align2::LEFT_TOP, [MARGIN, MARGIN]).show(contexts.ctx_mut()?, |ui| {
+        let context = contexts.ctx_mut()?;
+        let offset = [MARGIN, layout::below(context, "hint", &["score"])];
+        panel("hint", Align2::LEFT_TOP, offset).show(context, |ui| {
             card(ui).show(ui, |ui| {
                 ui.label(dim("Click a robot to see what it sees, knows and wants. H: all keys."));
             });
@@ -139,20 +152,22 @@ fn show_robot(
     let Some(id) = selection.0 else { return Ok(()) };
     let Some(robot) = roster.get(id).and_then(|robot| robots.get(robot).ok()) else { return Ok(()) };
     let context = contexts.ctx_mut()?;
-    let height = context.content_rect().height() - 2.0 * MARGIN - 130.0;
+    let room = context.content_rect();
+    let width = width_in(room.width());
+    // The hands are below it.
+    let height = room.height() - layout::above(context, "robot", &["hands"]) - MARGIN - HEAD_HEIGHT;
     panel("robot", Align2::LEFT_TOP, [MARGIN, MARGIN]).show(context, |ui| {
         // So many small words need a quiet ground.
         card(ui).fill(ui.visuals().panel_fill.gamma_multiply(0.96)).show(ui, |ui| {
-            ui.set_width(WIDTH);
+            ui.set_width(width);
             show_head(ui, id, &robot, &state, &clock, &mut actions);
             egui::ScrollArea::vertical().max_height(height).min_scrolled_height(height).show(ui, |ui| {
-                ui.set_width(WIDTH);
+                ui.set_width(width);
                 let cameras = section(ui, "Cameras", true, |ui| {
                     ui.horizontal(|ui| {
                         ui.spacing_mut().item_spacing.x = 4.0;
                         for side in CameraSide::BOTH {
-                            let width = (WIDTH - 4.0) / 2.0;
-                            pictures.show(ui, (id, side), Some(robot.percepts), width);
+                            pictures.show(ui, (id, side), Some(robot.percepts), (width - 4.0) / 2.0);
                         }
                     });
                     ui.label(dim(wording::percepts(robot.percepts)).size(text_size::SMALL));
@@ -253,8 +268,11 @@ fn show_messages(
         ui.label("nothing");
     }
     for message in inbox {
-        let age = cycle.saturating_sub(message.sent_cycle);
-        let text = format!("{}, {age} cycles ago: {}", message.from, wording::message(&message.say));
+        let age = match cycle.saturating_sub(message.sent_cycle) {
+            1 => "1 cycle".to_owned(),
+            cycles => format!("{cycles} cycles"),
+        };
+        let text = format!("{}, {age} ago: {}", message.from, wording::message(&message.say));
         ui.add(egui::Label::new(egui::RichText::new(text).size(text_size::ENTRY)).wrap());
     }
 }

@@ -1,7 +1,7 @@
 //! Numbers of the selected robot over time.
 
-use bevy_egui::egui::{self, Color32, TextStyle};
-use egui_plot::{Corner, Legend, Line, Plot, PlotPoints};
+use bevy_egui::egui::{self, Color32, Rangef, TextStyle};
+use egui_plot::{AxisHints, Corner, Legend, Line, Plot, PlotPoints, uniform_grid_spacer};
 
 use crate::behaviour::drawings::Ink;
 use crate::geometry::to_degrees;
@@ -12,7 +12,7 @@ use crate::viewer::palette;
 /// The plots reach so far back, s.
 const SPAN_S: f64 = 20.0;
 /// Height of a plot, logical pixels.
-const HEIGHT: f32 = 92.0;
+const HEIGHT: f32 = 110.0;
 
 /// A line of a plot: its name, its colour, and its value in a cycle of a duration, s.
 type Curve = (&'static str, Ink, fn(&RobotSample, f32) -> Option<f32>);
@@ -64,6 +64,9 @@ pub(super) fn show(ui: &mut egui::Ui, chronicle: &Chronicle, id: RobotId, cycle:
             .allow_drag(false)
             .allow_zoom(false)
             .allow_scroll(false)
+            .custom_x_axes(vec![AxisHints::new_x().formatter(move |mark, _| format!("{:.0} s", mark.value - now_s))])
+            .x_grid_spacer(uniform_grid_spacer(|_| [SPAN_S / 4.0, SPAN_S / 2.0, SPAN_S]))
+            .custom_y_axes(vec![AxisHints::new_y().label_spacing(Rangef::new(12.0, 22.0))])
             .legend(Legend::default().position(Corner::LeftTop).text_style(TextStyle::Small).background_alpha(0.5));
         plot.show(ui, |plot| {
             for (name, ink, value) in *curves {

@@ -9,6 +9,7 @@ use crate::robot::{RobotId, Roster};
 use crate::sensing::camera::CameraSide;
 use crate::sensing::vision::Percepts;
 use crate::viewer::keys::Action;
+use crate::viewer::layout;
 use crate::viewer::selection::Choice;
 use crate::viewer::theme::{MARGIN, band, card, dim, panel, text_size};
 
@@ -26,7 +27,7 @@ pub(super) fn show_wall(
     // As large as the window lets them be beside the panel of the robot.
     let room = context.content_rect().size();
     let rows = roster.len().div_ceil(IN_A_ROW).max(1) as f32;
-    let by_width = (room.x - 400.0) / (2 * IN_A_ROW) as f32 - 8.0;
+    let by_width = (layout::width_beside_robot(context) - 2.0 * MARGIN) / (2 * IN_A_ROW) as f32 - 8.0;
     let by_height = ((room.y - 220.0) / rows - 26.0) / 0.75;
     let width = by_width.min(by_height).clamp(60.0, 320.0);
     panel("cameras", Align2::RIGHT_CENTER, [-MARGIN, 0.0]).show(context, |ui| {

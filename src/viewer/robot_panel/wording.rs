@@ -103,7 +103,8 @@ pub fn commands(intent: &Intent, period: f32) -> Vec<Entry> {
         "stands".to_owned()
     } else {
         let way = intent.walk.translation() / period;
-        format!("{} ahead, {} left m/s, {}/s", decimal(way.x), decimal(way.y), degrees(intent.walk.dtheta / period))
+        let sideways = format!("{} {}", decimal(way.y.abs()), if way.y < 0.0 { "right" } else { "left" });
+        format!("{} ahead, {sideways} m/s, {}/s", decimal(way.x), degrees(intent.walk.dtheta / period))
     };
     let mut entries = vec![entry("Walk", walk), entry("Head to", head(intent.head.yaw, intent.head.pitch))];
     entries.push(entry("Kick", intent.kick.map_or("none".to_owned(), kick)));
@@ -150,8 +151,13 @@ pub fn belief(belief: &Belief, error: Option<&BeliefError>, own_end: End) -> Vec
     if let Some(ball) = error.and_then(|error| error.ball) {
         entries.push(entry("  truly off by", format!("{:.2} m", ball.position_m)));
     }
-    let known = error.map(|error| format!(" (knows {} of {})", error.opponents_known, error.opponents));
-    entries.push(entry("Opponents", format!("{}{}", belief.opponents.len(), known.unwrap_or_default())));
+    let believed = belief.opponents.len();
+    let opponents = match error {
+        Some(error) if error.opponents_known as usize == believed => format!("{believed} of {}", error.opponents),
+        Some(error) => format!("{believed}, truly {} of {}", error.opponents_known, error.opponents),
+        None => believed.to_string(),
+    };
+    entries.push(entry("Opponents", opponents));
     entries.push(entry("Team-mates", belief.team_mates.len().to_string()));
     entries
 }
@@ -188,7 +194,7 @@ mod tests {
             say: None,
         };
         let told = commands(&intent, 1.0 / 30.0);
-        assert_eq!(told[0].1, "0.15 ahead, -0.06 left m/s, 60°/s");
+        assert_eq!(told[0].1, "0.15 ahead, 0.06 right m/s, 60°/s");
         assert_eq!(told[2].1, "left foot, to the right, 50 %");
     }
 

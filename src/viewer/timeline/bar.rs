@@ -7,13 +7,13 @@ use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 use super::{Timeline, TimelineCommand};
 use crate::cycle::CycleClock;
 use crate::record::history::{History, Mark, MarkKind};
+use crate::viewer::layout;
 use crate::viewer::panels::minutes;
-use crate::viewer::theme::{MARGIN, ThemeSystems, bright, card, dim, panel, problem_colour, team_colour};
+use crate::viewer::theme::{ThemeSystems, bright, card, dim, panel, problem_colour, team_colour};
 
-/// How far above the lower edge of the window it is, logical pixels.
-const ABOVE: f32 = 62.0;
-/// The bar's width, logical pixels, and at most that share of the window's.
-const WIDTH: (f32, f32) = (560.0, 0.4);
+/// The bar's width where there is room for it, and the width of what is beside it, logical pixels.
+const WIDTH: f32 = 560.0;
+const BESIDE_BAR: f32 = 200.0;
 /// The bar's height, logical pixels.
 const HEIGHT: f32 = 18.0;
 
@@ -37,8 +37,9 @@ fn show_bar(
     let (first, last) = (*cycles.start(), *cycles.end());
     let now = timeline.cursor().unwrap_or(last as f64);
     let context = contexts.ctx_mut()?;
-    let width = WIDTH.0.min(WIDTH.1 * context.content_rect().width());
-    panel("timeline", Align2::CENTER_BOTTOM, [0.0, -MARGIN - ABOVE]).show(context, |ui| {
+    let width = WIDTH.min(layout::width_beside_robot(context) - BESIDE_BAR);
+    let offset = [layout::middle_beside_robot(context), -layout::above(context, "timeline", &["controls"])];
+    panel("timeline", Align2::CENTER_BOTTOM, offset).show(context, |ui| {
         card(ui).show(ui, |ui| {
             ui.horizontal(|ui| {
                 let time = |cycle: f64| minutes((cycle * clock.period_s) as f32);
@@ -65,9 +66,10 @@ fn show_bar(
                     response.on_hover_text(hint(cycle, history.marks(), last - first, &time(cycle as f64)));
                 }
                 ui.label(dim(time(last as f64)));
-                if timeline.is_past() && !timeline.is_replay() {
-                    let button = ui.button(bright("Present")).on_hover_text("Back to the match as it is now (End)");
-                    if button.clicked() {
+                if !timeline.is_replay() {
+                    // It has its place also when it is not there: the bar stays where it is under the mouse.
+                    let button = ui.add_visible(timeline.is_past(), egui::Button::new(bright("Present")));
+                    if button.on_hover_text("Back to the match as it is now (End)").clicked() {
                         commands.write(TimelineCommand::Present);
                     }
                 }
