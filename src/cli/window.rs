@@ -12,12 +12,15 @@ pub struct WindowArguments {
     pub report_state: Option<PathBuf>,
     /// When the program began.
     #[arg(skip)]
+    #[cfg_attr(not(feature = "viewer"), expect(dead_code, reason = "without a window nobody asks"))]
     pub began: Began,
 }
 
 /// When the program began, as soon as the command line is looked at.
 #[derive(Debug, Clone, Copy)]
-pub struct Began(pub Instant);
+pub struct Began(
+    #[cfg_attr(not(feature = "viewer"), expect(dead_code, reason = "without a window nobody asks"))] pub Instant,
+);
 
 impl Default for Began {
     fn default() -> Self {
