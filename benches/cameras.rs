@@ -1,7 +1,10 @@
 //! What camera images cost: drawing them, looking through them, and matches with the cameras of all robots.
 #![expect(clippy::unwrap_used, clippy::print_stdout, reason = "a benchmark prints its figures and may panic")]
 
+mod common;
+
 use bevy::prelude::*;
+use common::fastest;
 use naoisis::appearance::gather::MatchScene;
 use naoisis::appearance::robot::RobotDesign;
 use naoisis::appearance::scene::SceneDescription;
@@ -107,13 +110,9 @@ fn speed(name: &str, threads: usize, change: impl Fn(&mut Scenario)) -> f64 {
     app.add_plugins(NaoisisPlugins);
     app.insert_resource(SensingThreads(threads));
     app.start_match(&scenario).unwrap().run_cycles(WARM_UP_CYCLES);
-    let fastest = (0..ROUNDS)
-        .map(|_| {
-            let started = Instant::now();
-            app.run_cycles(CYCLES);
-            started.elapsed().as_secs_f64()
-        })
-        .fold(f64::INFINITY, f64::min);
+    let fastest = fastest(ROUNDS, || {
+        app.run_cycles(CYCLES);
+    });
     CYCLES as f64 * scenario.cycle_s / fastest
 }
 

@@ -2,8 +2,11 @@
 //! brings to a batch.
 #![expect(clippy::unwrap_used, clippy::print_stdout, reason = "a benchmark prints its figures and may panic")]
 
+mod common;
+
 use bevy::ecs::system::ScheduleSystem;
 use bevy::prelude::*;
+use common::fastest;
 use core::sync::atomic::AtomicBool;
 use naoisis::batch::{Batch, run_batch};
 use naoisis::prelude::*;
@@ -97,13 +100,9 @@ fn real_time_factor(name: &str) {
     let mut scenario = Scenario::named(name).unwrap();
     scenario.rules.clock = false;
     app.start_match(&scenario).unwrap().run_cycles(WARM_UP_CYCLES);
-    let fastest = (0..ROUNDS)
-        .map(|_| {
-            let started = Instant::now();
-            app.run_cycles(CYCLES);
-            started.elapsed().as_secs_f64()
-        })
-        .fold(f64::INFINITY, f64::min);
+    let fastest = fastest(ROUNDS, || {
+        app.run_cycles(CYCLES);
+    });
     let cycle_us = fastest * 1e6 / CYCLES as f64;
     println!("{name}, all: {cycle_us:.2} us a cycle, {:.0} times real time", scenario.cycle_s * 1e6 / cycle_us);
 }
@@ -156,13 +155,7 @@ fn scaling_of_a_batch(name: &str) {
     let scenario = Scenario { duration_s: Some(BATCH_MATCH_S as f32), ..Scenario::named(name).unwrap() };
     let seconds = |threads: usize| {
         let batch = Batch { variants: vec![scenario.clone()], matches: BATCH_MATCHES, first_seed: 1, threads };
-        (0..ROUNDS)
-            .map(|_| {
-                let started = Instant::now();
-                run_batch(&batch, 0, simulator, &AtomicBool::new(false), |_| {});
-                started.elapsed().as_secs_f64()
-            })
-            .fold(f64::INFINITY, f64::min)
+        fastest(ROUNDS, || run_batch(&batch, 0, simulator, &AtomicBool::new(false), |_| {}))
     };
     let (one, two) = (seconds(1), seconds(2));
     let factor = BATCH_MATCHES as f64 * BATCH_MATCH_S / one;

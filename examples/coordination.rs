@@ -2,8 +2,8 @@
 //!
 //! Each says once a cycle how far from the ball it thinks to be, its bid, and goes if it has heard of no lower one of late.
 //! While the ball is put elsewhere every few seconds, it is counted how many of them are on their way: one is right, two get
-//! in each other's way, none leaves the ball to the opponents. Last year's bids are worth nothing, so that what is not heard
-//! again is forgotten.
+//! in each other's way, none leaves the ball to the opponents. An old bid is worth nothing: what is not heard again is
+//! forgotten.
 //!
 //! ```sh
 //! cargo run --release --no-default-features --example coordination
@@ -31,7 +31,7 @@ const ROUND_S: usize = 4;
 #[derive(Component, Clone, Default)]
 #[require(Belief, SimpleBelief)]
 struct Bidder {
-    /// The lowest bids of the others, m, and when they were heard, s.
+    /// The last bids of the others, m, and when they were heard, s.
     heard: BTreeMap<RobotId, (f32, f32)>,
     /// Whether it goes for the ball.
     goes: bool,

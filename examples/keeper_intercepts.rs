@@ -105,7 +105,10 @@ fn main() -> Result<(), Box<dyn core::error::Error>> {
     if common::view(&scenario("interceptor", 1), add_keepers, |_| {})? {
         return Ok(());
     }
-    let shots = std::env::args().nth(1).map(|word| word.parse()).transpose()?.unwrap_or(300);
+    let shots = match std::env::args().nth(1) {
+        Some(word) => word.parse().map_err(|_| format!("{word}: expected a number of shots"))?,
+        None => 300,
+    };
     println!("keeper                     saves, with the 95 % interval");
     for (keeper, what) in
         [("follower", "follows the ball"), ("interceptor", "uses its velocity"), ("idle", "stands still")]

@@ -140,13 +140,14 @@ fn rewards(policies: &[[f32; WEIGHTS]], situations: core::ops::Range<u64>) -> Ve
     })
 }
 
-/// The share of the test situations, which it never learned from, in which a policy scores.
-fn score(policy: &[f32; WEIGHTS]) -> f32 {
-    let situations: Vec<u64> = (10_000..10_000 + TESTS).collect();
+/// The share of the test situations, which none of them learned from, in which policies score: each in one after the other.
+fn score(policies: &[[f32; WEIGHTS]]) -> f32 {
+    let tests: Vec<_> = policies.iter().cycle().zip(10_000..10_000 + TESTS).collect();
     let scored = std::thread::scope(|scope| {
-        let workers: Vec<_> = situations
-            .chunks(situations.len().div_ceil(2))
-            .map(|chunk| scope.spawn(move || chunk.iter().filter(|situation| play(policy, **situation) >= 1.0).count()))
+        let scores = |test: &&(&[f32; WEIGHTS], u64)| play(test.0, test.1) >= 1.0;
+        let workers: Vec<_> = tests
+            .chunks(tests.len().div_ceil(2))
+            .map(|chunk| scope.spawn(move || chunk.iter().filter(scores).count()))
             .collect();
         workers.into_iter().map(|worker| worker.join().unwrap_or_default()).sum::<usize>()
     });
@@ -155,16 +156,23 @@ fn score(policy: &[f32; WEIGHTS]) -> f32 {
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let path = std::env::args().skip(1).find(|word| word != "--view").unwrap_or_else(|| "policy.json".to_owned());
-    let learned_before =
-        || -> Option<[f32; WEIGHTS]> { serde_json::from_str(&std::fs::read_to_string(&path).ok()?).ok() };
-    let play_it = |app: &mut App| teach(app, &learned_before().unwrap_or_default());
-    if common::view(&scenario(1).1, add_learner, play_it)? {
+    let learned_before = || -> Result<[f32; WEIGHTS], String> {
+        let text = std::fs::read_to_string(&path).map_err(|error| format!("{path}: {error}; learn a policy first"))?;
+        serde_json::from_str(&text).map_err(|error| format!("{path}: {error}; expected a learned policy"))
+    };
+    if std::env::args().any(|argument| argument == "--view") {
+        let policy = learned_before()?;
+        common::view(&scenario(1).1, add_learner, |app| teach(app, &policy))?;
         return Ok(());
     }
-    let mut dice = RandomStream::for_match(1, "policies");
+    // Better now than after minutes of learning.
+    std::fs::OpenOptions::new().append(true).create(true).open(&path).map_err(|error| format!("{path}: {error}"))?;
+    let mut dice = RandomStream::for_match(1, "random policies");
     let (mut mean, mut spread) = ([0.0_f32; WEIGHTS], [1.0_f32; WEIGHTS]);
-    let random: [f32; WEIGHTS] = core::array::from_fn(|_| dice.gaussian(1.0));
-    println!("a random policy scores in {:.0} % of the situations", 100.0 * score(&random));
+    // One for each situation.
+    let random: Vec<[f32; WEIGHTS]> = (0..TESTS).map(|_| core::array::from_fn(|_| dice.gaussian(1.0))).collect();
+    println!("random policies score in {:.0} % of the situations", 100.0 * score(&random));
+    let mut dice = RandomStream::for_match(1, "learning");
     println!("generation   best   mean");
     for generation in 0..GENERATIONS {
         let policies: Vec<[f32; WEIGHTS]> =
@@ -187,7 +195,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
     }
     std::fs::write(&path, serde_json::to_string_pretty(&mean)?)?;
-    let learned: [f32; WEIGHTS] = serde_json::from_str(&std::fs::read_to_string(&path)?)?;
-    println!("the learned policy, in {path}, scores in {:.0} %", 100.0 * score(&learned));
+    println!("the learned policy, in {path}, scores in {:.0} %", 100.0 * score(&[learned_before()?]));
     Ok(())
 }

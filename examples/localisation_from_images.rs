@@ -21,7 +21,7 @@ use naoisis::sensing::odometry::Odometry;
 const ROBOT: RobotId = RobotId::new(Team::Blue, 2);
 /// Where it starts, and where it is carried.
 const START: Pose = Pose { position: Vec2::new(0.0, -1.0), heading: 0.0 };
-const ELSEWHERE: Pose = Pose { position: Vec2::new(-1.5, 0.8), heading: 2.0 };
+const ELSEWHERE: Pose = Pose { position: Vec2::new(-1.5, 0.8), heading: -2.84 };
 /// When it is carried, and when all is over, s.
 const CARRIED_S: usize = 60;
 const END_S: usize = 80;

@@ -33,7 +33,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     app.start_match(&Scenario::named("match3v3")?)?;
     let mut photographer = Photographer::default();
     let pictures = vec![Picture::Field, Picture::Camera(striker, CameraSide::Top)];
-    let mut frames = FrameRecorder::create(&folder, EVERY, pictures)?;
+    let mut frames = FrameRecorder::create(&folder, EVERY, pictures).map_err(|error| error.to_string())?;
     for _ in 0..30 * DURATION_S {
         app.run_cycles(1);
         // Every cycle, also those without a frame: its legs step as the robot walks.

@@ -201,8 +201,9 @@ impl MatchObserver {
         let [delivered, lost] = [&messages.blue, &messages.pink].into_iter().fold([0, 0], |[delivered, lost], team| {
             [delivered + u64::from(team.delivered), lost + u64::from(team.lost)]
         });
-        let share = |part: u64, other: u64| (part + other > 0).then(|| part as f64 / (part + other) as f64);
-        let [blue_errors, pink_errors] = [self.belief_errors.blue, self.belief_errors.pink].map(median);
+        let share = |part: u64, other: u64| (part + other > 0).then(|| rounded(part as f64 / (part + other) as f64));
+        let [blue_errors, pink_errors] =
+            [self.belief_errors.blue, self.belief_errors.pink].map(|errors| median(errors).map(rounded));
         MatchRow {
             duration_s: world.resource::<CycleClock>().end_time_s(),
             goals: OfTeams { blue: score.of(Team::Blue), pink: score.of(Team::Pink) },
@@ -220,4 +221,9 @@ impl MatchObserver {
             }
         }
     }
+}
+
+/// With the digits of a batch's table, so that a batch that goes on with one comes to the same to the last digit.
+fn rounded(value: f64) -> f64 {
+    (value * 1e4).round() / 1e4
 }

@@ -60,8 +60,8 @@ impl Summary {
             goal_difference: mean_of(&|row| Some(f64::from(row.goals.blue) - f64::from(row.goals.pink))),
             blue_penalties: mean_of(&|row| Some(f64::from(row.penalties.blue))),
             pink_penalties: mean_of(&|row| Some(f64::from(row.penalties.pink))),
-            blue_possession: mean_of(&|row| row.blue_possession),
-            ball_in_blue_half: mean_of(&|row| row.ball_in_blue_half),
+            blue_possession: mean_of(&|row| row.blue_possession).map(Estimate::of_share),
+            ball_in_blue_half: mean_of(&|row| row.ball_in_blue_half).map(Estimate::of_share),
             blue_belief_error_m: mean_of(&|row| row.belief_error_m.blue),
             pink_belief_error_m: mean_of(&|row| row.belief_error_m.pink),
         }

@@ -3,7 +3,7 @@
 //! Behind the match's number and seed come the settings of its variant, then what came of it, and at last a
 //! fingerprint of the scenario, by which a later batch knows whether the table is its own and goes on where it ends.
 
-use std::fs::{File, OpenOptions};
+use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
@@ -40,12 +40,24 @@ const COLUMNS: [&str; 18] = [
 #[derive(Debug, thiserror::Error)]
 pub enum TableError {
     /// It cannot be read or written.
-    #[error("{path}: {error}")]
+    #[error("{path}: the table cannot be read or written: {error}")]
     Io {
         /// The file.
         path: PathBuf,
         /// Why.
         error: io::Error,
+    },
+    /// It is a folder or a device.
+    #[error("{path}: this is no ordinary file; expected one, or a name that there is no file of yet")]
+    NotAFile {
+        /// What it is.
+        path: PathBuf,
+    },
+    /// Another program is writing it.
+    #[error("{path}: another batch is writing this table; expected another file, or some patience")]
+    InUse {
+        /// The file.
+        path: PathBuf,
     },
     /// It holds something else than a beginning of this batch.
     #[error("{path}:{line}: {message}; expected {expected}, or a file that does not exist yet")]
@@ -90,17 +102,27 @@ impl Table {
     /// When the file cannot be written, or holds another table.
     pub fn open(path: &Path, batch: &Batch, columns: VariantColumns) -> Result<(Table, Vec<MatchRow>), TableError> {
         let io_error = |error| TableError::Io { path: path.to_owned(), error };
+        // Some devices can be read for ever.
+        if path.metadata().is_ok_and(|metadata| !metadata.is_file()) {
+            return Err(TableError::NotAFile { path: path.to_owned() });
+        }
         let mut file =
             OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).map_err(io_error)?;
-        let mut text = String::new();
-        file.read_to_string(&mut text).map_err(io_error)?;
+        // Where files cannot be locked, it goes without.
+        if let Err(TryLockError::WouldBlock) = file.try_lock() {
+            return Err(TableError::InUse { path: path.to_owned() });
+        }
+        let mut bytes = Vec::new();
+        file.read_to_end(&mut bytes).map_err(io_error)?;
+        // Cut off in the middle of a letter, it is still a table.
+        let text = String::from_utf8_lossy(&bytes);
         let whole_lines = text.rfind('\n').map_or(0, |end| end + 1);
+        let whole_bytes = bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |end| end as u64 + 1);
         let fingerprints = batch.variants.iter().map(fingerprint).collect();
         let mut table = Table { columns, fingerprints, file: None };
         let header = table.header();
         if whole_lines == 0 {
-            let is_start = header.starts_with(text.as_str()) || text.is_empty();
-            if !is_start {
+            if !header.starts_with(text.as_ref()) {
                 return Err(table.foreign(path, 1, "this is no table of matches"));
             }
             file.set_len(0).and_then(|()| file.seek(SeekFrom::Start(0))).map_err(io_error)?;
@@ -109,7 +131,7 @@ impl Table {
             return Ok((table, Vec::new()));
         }
         let rows = table.read_rows(path, batch, &text[..whole_lines])?;
-        file.set_len(whole_lines as u64).and_then(|()| file.seek(SeekFrom::End(0))).map_err(io_error)?;
+        file.set_len(whole_bytes).and_then(|()| file.seek(SeekFrom::End(0))).map_err(io_error)?;
         table.file = Some((path.to_owned(), file));
         Ok((table, rows))
     }
@@ -276,11 +298,41 @@ mod tests {
     }
 
     #[test]
+    fn a_table_that_was_cut_off_in_the_middle_of_a_letter_goes_on() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("table.csv");
+        let accented = |index| MatchRow { note: "tombé".to_owned(), ..row(index) };
+        let mut table = Table::open(&path, &batch(), columns()).unwrap().0;
+        table.write(&accented(0)).unwrap();
+        table.write(&accented(1)).unwrap();
+        drop(table);
+        let whole = std::fs::read(&path).unwrap();
+        let cut = whole.iter().rposition(|byte| *byte == "é".as_bytes()[1]).unwrap();
+        std::fs::write(&path, &whole[..cut]).unwrap();
+        let (mut table, rows) = Table::open(&path, &batch(), columns()).unwrap();
+        assert_eq!(rows, [accented(0)]);
+        table.write(&accented(1)).unwrap();
+        assert_eq!(std::fs::read(&path).unwrap(), whole);
+    }
+
+    #[test]
+    fn two_batches_do_not_write_one_table_and_none_writes_to_a_device() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("table.csv");
+        let first = Table::open(&path, &batch(), columns()).unwrap();
+        assert!(matches!(Table::open(&path, &batch(), columns()), Err(TableError::InUse { .. })));
+        drop(first);
+        assert!(Table::open(&path, &batch(), columns()).is_ok());
+        assert!(matches!(Table::open(folder.path(), &batch(), columns()), Err(TableError::NotAFile { .. })));
+    }
+
+    #[test]
     fn another_batchs_table_is_left_alone() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("table.csv");
         let (mut table, _) = Table::open(&path, &batch(), columns()).unwrap();
         table.write(&row(0)).unwrap();
+        drop(table);
         let whole = std::fs::read_to_string(&path).unwrap();
         let renamed = |name: &str| Scenario { name: name.to_owned(), ..Scenario::default() };
         let fewer_columns = VariantColumns { names: columns().names[..1].to_vec(), ..columns() };

@@ -74,6 +74,9 @@ pub enum Breach {
         /// The component's type.
         component: String,
     },
+    /// Another behaviour has its name.
+    #[error("has the name of another behaviour; give it a name of its own")]
+    NameTaken,
     /// Its marker, or a component that comes with it, runs code with the world at hand.
     #[error("comes with `{component}`, whose hooks would see the whole world; leave the hooks away")]
     Hooks {

@@ -135,7 +135,7 @@ pub trait BehaviourApp {
     /// marker by naming the behaviour.
     ///
     /// # Errors
-    /// [`BarrierError`] when the system accesses what a robot cannot know.
+    /// [`BarrierError`] when the system accesses what a robot cannot know, or its name or marker are another's.
     fn try_add_behaviour<Marker: Component + Default, M>(
         &mut self,
         name: &str,
@@ -183,6 +183,9 @@ impl BehaviourApp for App {
         }
         barrier::inspect::<Marker>(name, &mut system, self.world_mut())?;
         let mut registry = self.world_mut().get_resource_or_init::<BehaviourRegistry>();
+        if registry.behaviours.contains_key(name) {
+            return Err(refuse(&system, Breach::NameTaken));
+        }
         if let Some(owner) = registry.markers.insert(TypeId::of::<Marker>(), name.to_owned())
             && owner != name
         {

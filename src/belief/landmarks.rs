@@ -47,6 +47,14 @@ pub(super) struct Goal {
     pub(super) right_post: Vec2,
 }
 
+impl Goal {
+    /// The same for a robot at `place` (m, team frame): who is behind the goal sees its posts the other way round.
+    pub(super) fn seen_from(self, place: Vec2) -> Self {
+        let is_behind = (place.x - self.left_post.x) * self.left_post.x > 0.0;
+        if is_behind { Self { left_post: self.right_post, right_post: self.left_post, ..self } } else { self }
+    }
+}
+
 /// The places of all landmarks, in the frame of the team that defends -x. Marks on the ground have the same places for
 /// the other team, as the pitch looks the same from both ends.
 #[derive(Clone, PartialEq, Debug)]

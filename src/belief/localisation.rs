@@ -147,6 +147,16 @@ impl PoseEstimate {
         }
     }
 
+    /// The covariance that the doubt about the pose gives to the place of what the robot knows in its own frame, m²: of a
+    /// thing that is `offset` (m, along the team frame's axes) away from the robot.
+    pub fn covariance_at(&self, offset: Vec2) -> Mat2 {
+        // p' = p + R(heading) place, so that J = [1 0 -offset.y; 0 1 offset.x], and the covariance is J P Jᵀ.
+        let rows = [Vec3::new(1.0, 0.0, -offset.y), Vec3::new(0.0, 1.0, offset.x)];
+        let [x, y] = rows.map(|row| self.covariance * row);
+        let mixed = rows[0].dot(y);
+        Mat2::from_cols(Vec2::new(rows[0].dot(x), mixed), Vec2::new(mixed, rows[1].dot(y)))
+    }
+
     /// The estimate with more doubt: these standard deviations are added, m and radians.
     pub fn doubted(&self, place_sd: f32, heading_sd: f32) -> Self {
         let added = PoseEstimate::new(self.pose, place_sd, heading_sd).covariance;
@@ -209,6 +219,17 @@ mod tests {
         assert_abs_diff_eq!(estimate.pose.heading, truth.heading, epsilon = 0.02);
         let doubt = crate::belief::pose_covariance(estimate.covariance);
         assert!(doubt[0] < 0.01 && doubt[2] < 0.01 && doubt[5] < 0.001, "{doubt:?}");
+    }
+
+    #[test]
+    fn what_is_far_away_is_where_the_heading_says() {
+        // 3 m ahead, along x, a heading error of 0.1 rad is 0.3 m across; the place's own 0.2 m come on top.
+        let covariance = PoseEstimate::new(Pose::new(1.0, 2.0, 0.4), 0.2, 0.1).covariance_at(Vec2::new(3.0, 0.0));
+        assert_abs_diff_eq!(covariance, Mat2::from_diagonal(Vec2::new(0.04, 0.04 + 0.09)), epsilon = 1e-6);
+        // An error along x that goes with one of the heading: at (0, 1) they take each other away.
+        let together = Mat3::from_cols(Vec3::new(0.01, 0.0, 0.01), Vec3::ZERO, Vec3::new(0.01, 0.0, 0.01));
+        let estimate = PoseEstimate { pose: Pose::default(), covariance: together };
+        assert_abs_diff_eq!(estimate.covariance_at(Vec2::Y), Mat2::ZERO, epsilon = 1e-6);
     }
 
     #[test]

@@ -137,6 +137,7 @@ impl OwnPose {
             .landmarks
             .goals(left.colour, look.own_end)
             .map(|goal| {
+                let goal = goal.seen_from(self.estimate.pose.position);
                 let distance = innovations.of_point(goal.left_post, &sightings[0]).distance_squared
                     + innovations.of_point(goal.right_post, &sightings[1]).distance_squared;
                 (distance, goal)
@@ -293,6 +294,23 @@ mod tests {
         };
         let start = OwnPose { estimate: PoseEstimate::new(Pose::new(-0.8, 0.3, 3.0), 0.3, 0.2), ..default() };
         assert_near(&oriented(start, &percepts, End::PositiveX, 20), truth);
+    }
+
+    #[test]
+    fn a_robot_behind_the_goal_is_not_turned_around_by_it() {
+        // From there the posts are the other way round.
+        let truth = Pose::new(3.4, 0.2, core::f32::consts::PI - 0.1);
+        let percepts = Percepts {
+            goal_posts: vec![
+                post(truth, GoalColour::Yellow, Vec2::new(2.975, -0.7)),
+                post(truth, GoalColour::Yellow, Vec2::new(2.975, 0.7)),
+            ],
+            ..default()
+        };
+        let start = OwnPose { estimate: PoseEstimate::new(Pose::new(3.35, 0.15, 3.0), 0.1, 0.1), ..default() };
+        let own = oriented(start, &percepts, End::NegativeX, 20);
+        assert_near(&own, truth);
+        assert_eq!(own.contradictions, 0);
     }
 
     #[test]

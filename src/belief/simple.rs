@@ -313,16 +313,20 @@ impl SimpleBeliefMemory {
         let pose = estimate.pose;
         let forward = pose.forward();
         let turn = Mat2::from_cols(forward, forward.perp());
-        let turned = |covariance: Mat2| place_covariance(turn * covariance * turn.transpose());
+        let turned = |covariance: Mat2| turn * covariance * turn.transpose();
         let to_team = |place: Vec2| pose.position + forward.rotate(place);
+        // Who does not know for sure where it is does not know better where on the pitch what it sees is.
+        let in_team = |place: Vec2, covariance: Mat2| {
+            place_covariance(turned(covariance) + estimate.covariance_at(forward.rotate(place)))
+        };
         belief.pose = pose;
         belief.pose_covariance = pose_covariance(estimate.covariance);
         belief.pose_age_s = self.own.age_s();
         let seen = self.ball.map(|ball| BallBelief {
             position_m: to_team(ball.position),
             velocity_mps: forward.rotate(ball.credible_velocity(&settings.ball)),
-            position_covariance: turned(ball.position_covariance),
-            velocity_covariance: turned(ball.velocity_covariance),
+            position_covariance: in_team(ball.position, ball.position_covariance),
+            velocity_covariance: place_covariance(turned(ball.velocity_covariance)),
             age_s: ball.age_s,
             heard_from: None,
         });
@@ -345,7 +349,7 @@ impl SimpleBeliefMemory {
             let robot = RobotBelief {
                 id: None,
                 position_m: to_team(track.position),
-                covariance: turned(track.covariance),
+                covariance: in_team(track.position, track.covariance),
                 age_s: track.age_s,
             };
             if track.team != team {

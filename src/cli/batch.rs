@@ -31,7 +31,7 @@ pub struct BatchArguments {
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
     /// Seed of the first match; the next has the next seed [default: the scenario's]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub seed: Option<u64>,
     /// Set a field of the scenario; with several values, play the batch with each: messages.loss=0,0.2,0.5
     #[arg(long, value_name = "PATH=VALUE[,VALUE...]", value_parser = Setting::sweep)]
@@ -66,7 +66,7 @@ pub fn batch(arguments: &BatchArguments) -> ExitCode {
     };
     let (variants, columns) = match plan.variants(arguments) {
         Ok(variants) => variants,
-        Err(error) => return report::scenario_error(&error),
+        Err(status) => return status,
     };
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let batch = Batch {
@@ -105,6 +105,7 @@ pub fn batch(arguments: &BatchArguments) -> ExitCode {
     });
     let wall_s = started.elapsed().as_secs_f64();
     progress.finish_and_clear();
+    let is_interrupted = rows.len() < batch.len();
     if let Some(error) = failed_to_write {
         return report::failure(&format!("cannot write the table: {error}"));
     }
@@ -114,12 +115,16 @@ pub fn batch(arguments: &BatchArguments) -> ExitCode {
             return ExitCode::SUCCESS;
         }
     }
+    if is_interrupted && let Some(path) = &arguments.csv {
+        report::note(&format!("interrupted; the same command goes on where {} ends", path.display()));
+    }
     if rows.iter().all(|row| row.outcome.is_valid()) { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
 impl Plan {
     /// What the arguments ask for: every combination of the settings, the last one changing fastest.
     fn of(arguments: &BatchArguments) -> Result<Self, String> {
+        check_settings(arguments)?;
         let mut combinations: Vec<Vec<Setting>> = vec![Vec::new()];
         for sweep in &arguments.set {
             combinations = combinations
@@ -145,7 +150,11 @@ impl Plan {
 
     /// The scenario with each combination of the settings, and with each pairing of it, and what distinguishes them. All
     /// can be started.
-    fn variants(&self, arguments: &BatchArguments) -> Result<(Vec<Scenario>, VariantColumns), ScenarioError> {
+    ///
+    /// # Errors
+    /// The exit status of what is wrong, which is said already.
+    fn variants(&self, arguments: &BatchArguments) -> Result<(Vec<Scenario>, VariantColumns), ExitCode> {
+        let scenario_error = |error: ScenarioError| report::scenario_error(&error);
         let swept: Vec<usize> = (0..arguments.set.len()).filter(|&index| arguments.set[index].len() > 1).collect();
         let mut names: Vec<String> =
             swept.iter().filter_map(|&index| Some(arguments.set[index].first()?.path().to_string())).collect();
@@ -153,7 +162,12 @@ impl Plan {
             names.extend(["teams.blue", "teams.pink"].map(str::to_owned));
         }
         let (mut variants, mut values) = (Vec::new(), Vec::new());
-        let file = ScenarioFile::find(&arguments.scenario)?;
+        let file = ScenarioFile::find(&arguments.scenario).map_err(scenario_error)?;
+        if self.pairs.is_some() && !file.scenario.robots.is_empty() {
+            let scenario = &arguments.scenario;
+            let message = format!("--pairs: {scenario} lists its robots; expected a scenario that lines up `teams`");
+            return Err(report::usage_error(&message));
+        }
         let mut app = simulator();
         for settings in &self.combinations {
             for pairing in self.pairings() {
@@ -165,16 +179,32 @@ impl Plan {
                     // A team's name is a word, so that there is one setting.
                     Setting::sweep(&format!("{path}={team}")).unwrap_or_default()
                 });
-                let mut file = file.with(&settings.iter().cloned().chain(teams_set).collect::<Vec<_>>())?;
-                if arguments.duration.is_some() {
-                    file.scenario.duration_s = arguments.duration;
+                let settings_of_variant: Vec<_> = settings.iter().cloned().chain(teams_set).collect();
+                let mut file = file.with(&settings_of_variant).map_err(scenario_error)?;
+                if let Some(duration_s) = arguments.duration {
+                    super::begin::set_duration(&mut file.scenario, duration_s)?;
                 }
-                app.start_match(&file.scenario).map_err(|fault| file.source.error(&fault))?;
+                app.start_match(&file.scenario).map_err(|fault| scenario_error(file.source.error(&fault)))?;
                 variants.push(file.scenario);
                 values.push(swept.iter().map(|&index| settings[index].value()).chain(teams).collect());
             }
         }
         Ok((variants, VariantColumns { names, values }))
+    }
+}
+
+/// That every field is set once, and that --pairs has the teams to itself.
+fn check_settings(arguments: &BatchArguments) -> Result<(), String> {
+    let paths: Vec<String> = arguments.set.iter().filter_map(|sweep| Some(sweep.first()?.path().to_string())).collect();
+    if let Some((_, path)) = paths.iter().enumerate().find(|(index, path)| paths[..*index].contains(path)) {
+        return Err(format!("--set: `{path}` is set twice; expected all of its values in one, such as {path}=A,B"));
+    }
+    let is_of_teams = |path: &&String| *path == "teams" || path.starts_with("teams.");
+    match paths.iter().find(is_of_teams) {
+        Some(path) if !arguments.pairs.is_empty() => {
+            Err(format!("--set: `{path}` is what --pairs sets; expected one of the two"))
+        }
+        _ => Ok(()),
     }
 }
 
@@ -272,21 +302,33 @@ fn text(
             None => text += &summary_text(&Summary::of(of_combination)),
         }
     }
-    let played = &rows[earlier.min(rows.len())..];
-    let simulated_s: f64 = played.iter().map(|row| row.duration_s).sum();
-    text += &format!(
-        "{} of {} matches{} in {wall_s:.1} s on {} threads: {:.1} matches/s, {:.0} times real time\n",
-        rows.len(),
-        batch.len(),
-        if earlier > 0 { format!(", {earlier} of them earlier,") } else { String::new() },
-        batch.threads,
-        played.len() as f64 / wall_s.max(1e-9),
-        simulated_s / wall_s.max(1e-9),
-    );
+    text += &what_was_played(batch, rows, earlier, wall_s);
     if batch.variants.len() > 1 || rows.len() > 1 {
         text += "Intervals are those of 95 % confidence.\n";
     }
     text
+}
+
+/// How many matches there are, and how fast those were that were played now.
+fn what_was_played(batch: &Batch, rows: &[MatchRow], earlier: usize, wall_s: f64) -> String {
+    let of_all = format!("{} of {} matches", rows.len(), batch.len());
+    let played = &rows[earlier.min(rows.len())..];
+    if played.is_empty() {
+        return match earlier {
+            0 => format!("{of_all}\n"),
+            _ => format!("{of_all}, all of them earlier\n"),
+        };
+    }
+    let simulated_s: f64 = played.iter().map(|row| row.duration_s).sum();
+    let wall_s = wall_s.max(1e-9);
+    format!(
+        "{of_all}{} in {wall_s:.1} s on {} thread{}: {:.1} matches/s, {:.0} times real time\n",
+        if earlier > 0 { format!(", {earlier} of them earlier,") } else { String::new() },
+        batch.threads,
+        if batch.threads == 1 { "" } else { "s" },
+        played.len() as f64 / wall_s,
+        simulated_s / wall_s,
+    )
 }
 
 fn is_of_pairs(name: &str) -> bool {

@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use super::report;
 use super::run::RunArguments;
 use crate::cycle::CycleClock;
-use crate::scenario::{Format, Scenario, ScenarioFile};
+use crate::scenario::{FieldPath, Format, Scenario, ScenarioFile};
 use crate::simulation::snapshot::EXTENSION;
 use crate::simulation::{MatchApp, Snapshot, change_settings};
 
@@ -35,7 +35,12 @@ pub fn begin(app: &mut App, arguments: &RunArguments) -> Result<(), ExitCode> {
 pub fn begin_with(app: &mut App, file: &ScenarioFile, arguments: &RunArguments) -> Result<(), ExitCode> {
     let mut file = file.with(&arguments.set).map_err(|error| report::scenario_error(&error))?;
     change_from_command_line(&mut file.scenario, arguments)?;
-    app.start_match(&file.scenario).map_err(|fault| report::scenario_error(&file.source.error(&fault)))?;
+    app.start_match(&file.scenario).map_err(|fault| match arguments.cameras {
+        Some(_) if fault.path == FieldPath::from("cameras").field("render") => {
+            report::usage_error(&format!("--cameras: {}; expected {}", fault.message, fault.expected))
+        }
+        _ => report::scenario_error(&file.source.error(&fault)),
+    })?;
     Ok(())
 }
 
@@ -44,10 +49,7 @@ fn change_from_command_line(scenario: &mut Scenario, arguments: &RunArguments) -
         scenario.seed = seed;
     }
     if let Some(duration_s) = arguments.duration {
-        scenario.duration_s = Some(duration_s);
-        if let Err(fault) = scenario.validate() {
-            return Err(report::usage_error(&format!("--duration: {}; expected {}", fault.message, fault.expected)));
-        }
+        set_duration(scenario, duration_s)?;
     }
     if let Some(cameras) = arguments.cameras {
         scenario.cameras.render = cameras.into();
@@ -56,6 +58,17 @@ fn change_from_command_line(scenario: &mut Scenario, arguments: &RunArguments) -
         }
     }
     Ok(())
+}
+
+/// Stops the match after a time, s.
+///
+/// # Errors
+/// The exit status of what is wrong, which is said already.
+pub fn set_duration(scenario: &mut Scenario, duration_s: f32) -> Result<(), ExitCode> {
+    scenario.duration_s = Some(duration_s);
+    scenario
+        .validate()
+        .map_err(|fault| report::usage_error(&format!("--duration: {}; expected {}", fault.message, fault.expected)))
 }
 
 /// Goes on with a saved match, with other settings if the command line has some.

@@ -12,6 +12,7 @@ mod begin;
 mod check;
 mod figures;
 mod list;
+mod outputs;
 mod pictures;
 mod play;
 mod replay;

@@ -40,6 +40,11 @@ impl PictureArguments {
         if self.every.is_some() && !moving {
             return Err("--every: expected --frames DIR or --video FILE with it".to_owned());
         }
+        for (index, picture) in self.views.iter().enumerate() {
+            if self.views[..index].contains(picture) {
+                return Err(format!("--views: {picture} is there twice; expected different views"));
+            }
+        }
         if !self.views.is_empty() && !moving && self.sheet.is_none() {
             return Err("--views: expected --frames DIR, --video FILE or --sheet FILE with it".to_owned());
         }
@@ -60,14 +65,7 @@ impl PictureArguments {
         let every = self.every.unwrap_or(1);
         let cycle_s = world.resource::<CycleClock>().period_s;
         let mut album = Album::default();
-        if let Some(folder) = &self.frames {
-            let frames = FrameRecorder::create(folder, every, self.views.clone());
-            album.frames = Some(frames.map_err(|error| format!("--frames: {error}"))?);
-        }
-        if let Some(path) = &self.video {
-            let video = VideoRecorder::create(path, every, self.views.clone(), cycle_s);
-            album.video = Some(video.map_err(|error| format!("--video: {error}"))?);
-        }
+        // The video's file is made last: a command that fails before leaves nothing behind.
         if let Some(path) = &self.sheet {
             let camera = self.views.iter().find_map(|picture| match picture {
                 Picture::Camera(robot, side) => Some((*robot, *side)),
@@ -80,10 +78,37 @@ impl PictureArguments {
             let sheet = SheetRecorder::create(path, robot, side);
             album.sheet = Some(sheet.map_err(|error| format!("--sheet: {error}"))?);
         }
+        if let Some(folder) = &self.frames {
+            let frames = FrameRecorder::create(folder, every, self.views.clone());
+            album.frames = Some(frames.map_err(|error| format!("--frames: {error}"))?);
+        }
+        if let Some(path) = &self.video {
+            let video = VideoRecorder::create(path, every, self.views.clone(), cycle_s);
+            album.video = Some(video.map_err(|error| format!("--video: {error}"))?);
+        }
         if !album.is_empty() {
             album.record(world);
             world.insert_resource(album);
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn options_for_pictures_need_pictures_and_each_view_is_named_once() {
+        let frames = Some(PathBuf::from("frames"));
+        let views = |words: &[&str]| words.iter().map(|word| word.parse().unwrap()).collect::<Vec<Picture>>();
+        let fine = PictureArguments { frames, views: views(&["field", "blue1.top"]), every: Some(2), ..default() };
+        assert_eq!(fine.check(), Ok(()));
+        let twice = PictureArguments { views: views(&["blue1.top", "field", "blue1.top"]), ..fine.clone() };
+        assert!(twice.check().unwrap_err().starts_with("--views: blue1.top is there twice"));
+        let only_sheet = PictureArguments { frames: None, sheet: fine.frames.clone(), ..fine.clone() };
+        assert!(only_sheet.check().unwrap_err().starts_with("--every"));
+        let nothing = PictureArguments { frames: None, every: None, ..fine };
+        assert!(nothing.check().unwrap_err().starts_with("--views"));
     }
 }

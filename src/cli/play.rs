@@ -27,7 +27,7 @@ pub struct PlayArguments {
     #[arg(long, value_name = "TEAM")]
     pub pink: Option<String>,
     /// Seed of all random numbers, instead of the scenario's
-    #[arg(long)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub seed: Option<u64>,
     /// Record what the window shows from the start, as PNG files in this new or empty folder; without a display, the field
     #[arg(long, value_name = "DIR")]

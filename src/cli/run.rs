@@ -6,14 +6,14 @@ use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::collections::BTreeMap;
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use super::pictures::PictureArguments;
-use super::{begin, report};
+use super::{begin, outputs, report};
 use crate::communication::MessageStatistics;
 use crate::cycle::{CycleClock, run_cycle};
 use crate::events::{CycleEvents, MatchEvent};
@@ -25,11 +25,10 @@ use crate::referee::report::{HEADER, report as match_report};
 use crate::robot::Team;
 use crate::scenario::{Scenario, ScenarioFile, Setting};
 use crate::sensing::camera::CameraRendering;
-use crate::simulation::snapshot::EXTENSION;
 use crate::simulation::{NaoisisPlugins, Snapshot, resolved};
 
-/// Cycles between two looks at the progress bar.
-const CYCLES_PER_PROGRESS: u64 = 512;
+/// Cycles between two looks at the progress bar: so few that it moves where pictures take their time.
+const CYCLES_PER_PROGRESS: u64 = 16;
 
 /// What `--cameras` may say.
 #[derive(ValueEnum, Clone, Copy, PartialEq, Eq, Debug)]
@@ -59,7 +58,7 @@ pub struct RunArguments {
     /// to go on with (.naoisis)
     pub scenario: String,
     /// Seed of all random numbers, instead of the scenario's
-    #[arg(long)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub seed: Option<u64>,
     /// Set a field of the scenario: messages.loss=0.2
     #[arg(long, value_name = "PATH=VALUE")]
@@ -82,7 +81,7 @@ pub struct RunArguments {
     #[arg(long, value_name = "FILE")]
     pub save: Option<PathBuf>,
     /// Save it at this time, rather than at the end
-    #[arg(long, value_name = "S", value_parser = positive_seconds, requires = "save")]
+    #[arg(long, value_name = "S", value_parser = positive_seconds, allow_negative_numbers = true, requires = "save")]
     pub save_at: Option<f32>,
     /// Print the match report: every decision of the referee, and why
     #[arg(long)]
@@ -112,21 +111,29 @@ pub fn run_scenario(file: &ScenarioFile, arguments: &RunArguments) -> ExitCode {
 fn run_match(arguments: &RunArguments, begin: impl FnOnce(&mut App) -> Result<(), ExitCode>) -> ExitCode {
     let mut app = App::new();
     app.add_plugins((
-        LogPlugin { level: Level::WARN, filter: "warn".to_owned(), ..default() },
+        // That there is no adapter is said by whoever asks for one.
+        LogPlugin { level: Level::WARN, filter: "warn,wgpu_hal::vulkan::instance=off".to_owned(), ..default() },
         NaoisisPlugins,
         TracePlugin,
     ));
-    if let Err(message) = check_outputs(arguments) {
+    if let Err(message) = outputs::check(arguments) {
         return report::usage_error(&message);
     }
     if let Err(status) = begin(&mut app) {
         return status;
     }
     let scenario = app.world().resource::<Scenario>().clone();
+    if let Err(message) = outputs::check_time_of_saving(app.world(), &scenario, arguments) {
+        return report::usage_error(&message);
+    }
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&interrupted);
     if let Err(error) = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed)) {
         return report::failure(&format!("cannot watch for interrupts: {error}"));
+    }
+    // Of what is recorded, only a trace and beliefs are written over files that are there: so they come last.
+    if let Err(message) = arguments.pictures.begin(app.world_mut()) {
+        return report::usage_error(&message);
     }
     match open_trace(arguments) {
         Ok(None) => {}
@@ -147,42 +154,20 @@ fn run_match(arguments: &RunArguments, begin: impl FnOnce(&mut App) -> Result<()
             }
         };
     }
-    if let Err(message) = arguments.pictures.begin(app.world_mut()) {
-        return report::usage_error(&message);
-    }
     if arguments.explain {
         print_beside_trace(arguments, &title(&scenario));
     }
+    let started_at_cycle = app.world().resource::<CycleClock>().cycle;
     let started = Instant::now();
     let mut outcome = run_to_the_end(app.world_mut(), &scenario, &interrupted, arguments);
     let wall_s = started.elapsed().as_secs_f64();
     if !outcome.saved {
         outcome.not_saved = save(app.world_mut(), arguments).err();
-    }
-    finish(app.world_mut(), &outcome, wall_s, arguments)
-}
-
-/// That no output would be written over what the match begins with, or over another output.
-fn check_outputs(arguments: &RunArguments) -> Result<(), String> {
-    arguments.pictures.check()?;
-    let input = PathBuf::from(&arguments.scenario);
-    let outputs = [("--trace", &arguments.trace), ("--beliefs", &arguments.beliefs), ("--save", &arguments.save)];
-    let real = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_owned());
-    let mut taken = vec![("the scenario", real(&input))];
-    for (option, path) in outputs {
-        let Some(path) = path.as_deref().filter(|path| path.as_os_str() != "-") else { continue };
-        let path = real(path);
-        if let Some((what, _)) = taken.iter().find(|(_, other)| *other == path) {
-            return Err(format!("{option}: this would write over {what}; expected another file"));
+        if let Some(save_at_s) = arguments.save_at {
+            report::note(&format!("the match ended before {save_at_s} s: it was saved as it ended"));
         }
-        taken.push((option, path));
     }
-    if let Some(path) = &arguments.save
-        && path.extension().is_none_or(|extension| extension != EXTENSION)
-    {
-        return Err(format!("--save: {}: expected a file name that ends in .{EXTENSION}", path.display()));
-    }
-    Ok(())
+    finish(app.world_mut(), &outcome, started_at_cycle, wall_s, arguments)
 }
 
 /// Saves the match, if that is asked for.
@@ -227,7 +212,7 @@ fn run_to_the_end(
     let match_s = scenario.rules.half_s * scenario.rules.halves as f32;
     let progress = progress_bar(scenario.end_s().unwrap_or(match_s), arguments.quiet);
     let mut outcome = Outcome { reason: EndReason::Duration, ..default() };
-    let save_cycle = arguments.save_at.map(|at_s| (f64::from(at_s) / period_s).round() as u64);
+    let save_cycle = arguments.save_at.map(|at_s| outputs::cycle_at(at_s, world.resource::<CycleClock>()));
     loop {
         let cycle = world.resource::<CycleClock>().cycle;
         if save_cycle == Some(cycle) {
@@ -295,7 +280,13 @@ fn progress_bar(length_s: f32, quiet: bool) -> ProgressBar {
     progress
 }
 
-fn finish(world: &mut World, outcome: &Outcome, wall_s: f64, arguments: &RunArguments) -> ExitCode {
+fn finish(
+    world: &mut World,
+    outcome: &Outcome,
+    started_at_cycle: u64,
+    wall_s: f64,
+    arguments: &RunArguments,
+) -> ExitCode {
     let clock = *world.resource::<CycleClock>();
     let score = world.resource::<Game>().score;
     let messages = *world.resource::<MessageStatistics>();
@@ -322,7 +313,7 @@ fn finish(world: &mut World, outcome: &Outcome, wall_s: f64, arguments: &RunArgu
     }
     if !arguments.quiet {
         print_beside_trace(arguments, &tally(&outcome.decisions));
-        print_beside_trace(arguments, &summary(outcome, clock, score, wall_s));
+        print_beside_trace(arguments, &summary(outcome, clock, started_at_cycle, score, wall_s));
     }
     if let Some(message) = &outcome.not_saved {
         return report::failure(message);
@@ -361,7 +352,13 @@ fn tally(decisions: &BTreeMap<String, u32>) -> String {
     if counts.is_empty() { String::new() } else { format!("  decided  {}\n", counts.join(", ")) }
 }
 
-fn summary(outcome: &Outcome, clock: CycleClock, score: crate::referee::Score, wall_s: f64) -> String {
+fn summary(
+    outcome: &Outcome,
+    clock: CycleClock,
+    started_at_cycle: u64,
+    score: crate::referee::Score,
+    wall_s: f64,
+) -> String {
     let mut text = String::new();
     for (time_s, team) in &outcome.goals {
         text += &format!("{:>7.1} s  goal for {team}\n", time_s);
@@ -373,12 +370,14 @@ fn summary(outcome: &Outcome, clock: CycleClock, score: crate::referee::Score, w
         EndReason::Failed => "stopped",
     };
     let simulated_s = clock.end_time_s();
+    // A saved match goes on in the middle.
+    let cycles = clock.cycle - started_at_cycle;
     text += &format!(
         "{simulated_s:>7.1} s  {end}: blue {} : {} pink\n{} cycles in {wall_s:.2} s, {} times real time\n",
         score.blue,
         score.pink,
-        clock.cycle,
-        factor(simulated_s / wall_s.max(1e-9)),
+        cycles,
+        factor(cycles as f64 * clock.period_s / wall_s.max(1e-9)),
     );
     text
 }

@@ -2,6 +2,7 @@
 
 use clap::Args;
 use std::path::PathBuf;
+#[cfg(feature = "viewer")]
 use std::time::Instant;
 
 /// Arguments of the commands that open a window.
@@ -11,17 +12,20 @@ pub struct WindowArguments {
     #[arg(long, value_name = "FILE")]
     pub report_state: Option<PathBuf>,
     /// When the program began.
+    #[cfg(feature = "viewer")]
     #[arg(skip)]
     #[cfg_attr(not(feature = "viewer"), expect(dead_code, reason = "without a window nobody asks"))]
     pub began: Began,
 }
 
 /// When the program began, as soon as the command line is looked at.
+#[cfg(feature = "viewer")]
 #[derive(Debug, Clone, Copy)]
 pub struct Began(
     #[cfg_attr(not(feature = "viewer"), expect(dead_code, reason = "without a window nobody asks"))] pub Instant,
 );
 
+#[cfg(feature = "viewer")]
 impl Default for Began {
     fn default() -> Self {
         Self(Instant::now())

@@ -45,7 +45,7 @@ impl Pitch {
     }
 
     /// The bars on the ground that carry the nets: for each goal its two sides and its rear. Their radius is half
-    /// the crossbar's diameter. See [`GoalDimensions::ground_bars`].
+    /// the crossbar's diameter. See [`GoalDimensions::ground_bars`](super::GoalDimensions::ground_bars).
     pub fn ground_bars(&self) -> [LineSegment; 6] {
         let bars = |end: End| {
             let front = end.sign() * self.goal_post_x();

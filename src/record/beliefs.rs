@@ -78,6 +78,13 @@ impl BeliefRecorder {
             .filter_map(|(id, entity)| Some((id, world.get::<Pose>(entity)?.position)))
             .collect();
         let time_s = clock.end_time_s();
+        // A robot that was sent off looks for nothing meanwhile.
+        for robot in &mut self.robots {
+            if present.iter().all(|(id, _)| Some(*id) != robot.id) {
+                robot.ball_unknown_since_s = None;
+                robot.unknown_since_s.clear();
+            }
+        }
         for (id, entity) in world.resource::<Roster>().iter() {
             let (Some(belief), Some(pose)) = (world.get::<Belief>(entity), world.get::<Pose>(entity)) else { continue };
             if present.iter().all(|(other, _)| *other != id) {
@@ -170,13 +177,17 @@ impl BeliefRecorder {
             return Err(error);
         }
         self.file.flush()?;
+        if self.robots.is_empty() {
+            return Ok("no robot has beliefs\n".to_owned());
+        }
+        self.robots.sort_by_key(|robot| robot.id);
         Ok(aligned(core::iter::once(COLUMNS.map(str::to_owned)).chain(self.robots.iter_mut().map(RobotErrors::cells))))
     }
 }
 
 /// The columns of the summary: medians, but for the shares of NEES within the bounds of 95 % and the mean number of
 /// false tracks.
-const COLUMNS: [&str; 13] = [
+const COLUMNS: [&str; 14] = [
     "robot",
     "position m",
     "90 %",
@@ -187,8 +198,9 @@ const COLUMNS: [&str; 13] = [
     "ball m",
     "ball m/s",
     "NEES",
-    "ball found after s",
+    "found after s",
     "opponent m",
+    "found after s",
     "false tracks",
 ];
 
@@ -226,6 +238,7 @@ impl RobotErrors {
             share(self.ball_in_bounds),
             number(&self.detect_ball_s),
             number(&self.opponent_m),
+            number(&self.detect_opponent_s),
             format!("{:.2}", f64::from(self.false_tracks) / rows),
         ]
     }

@@ -147,7 +147,10 @@ impl EncoderThreads<VideoWork> {
                 };
                 (0..times).try_for_each(|_| video.add(&image))
             });
-            if let Some(Err(error)) = video.map(VideoFile::finish) {
+            // After a failure, what is still to be written has lost what it follows.
+            if !has_failed(&work.failure)
+                && let Some(Err(error)) = video.map(VideoFile::finish)
+            {
                 fail(&work.failure, error);
             }
         })

@@ -12,6 +12,9 @@ pub enum RecordError {
     /// Something is there already.
     #[error("{0}: there is such a file already; expected a new name")]
     Exists(PathBuf),
+    /// A file is there.
+    #[error("{0}: this is a file; expected a folder, new or empty")]
+    NotAFolder(PathBuf),
     /// Its name does not say what it is.
     #[error("{path}: expected a file name that ends in .{extension}")]
     Extension {

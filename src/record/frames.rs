@@ -7,12 +7,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::encoder::{EncoderThreads, Layer, PngWork, RecordError};
-use super::photographer::Photographer;
+use super::photographer::{Photographer, newest_image};
 use super::picture::Picture;
 use crate::cycle::CycleClock;
-use crate::robot::{RobotId, Roster};
+use crate::robot::Roster;
+use crate::sensing::camera::CameraSide;
 use crate::sensing::camera::image::Image;
-use crate::sensing::camera::{CameraImages, CameraSide};
 
 /// Frames that are being written.
 pub struct FrameRecorder {
@@ -22,6 +22,8 @@ pub struct FrameRecorder {
     pictures: Vec<Picture>,
     encoders: EncoderThreads<PngWork>,
     folders: Vec<PathBuf>,
+    /// The cycle before the first that has not been recorded.
+    recorded: Option<u64>,
     written: u64,
 }
 
@@ -39,18 +41,28 @@ impl FrameRecorder {
             pictures,
             encoders: EncoderThreads::for_png(),
             folders: Vec::new(),
+            recorded: None,
             written: 0,
         })
     }
 
-    /// Writes the frames of the cycle that has just ended, if it is one of those that are wanted.
+    /// Writes the frames of the cycle that has just ended, if it is one of those that are wanted. Images that robots' cameras
+    /// took in an earlier one have that one's number, and are written once.
     pub fn record(&mut self, world: &mut World, photographer: &mut Photographer) {
         let cycle = world.resource::<CycleClock>().cycle;
         if !cycle.is_multiple_of(self.every) || self.has_failed() {
             return;
         }
         let pictures = if self.pictures.is_empty() { what_there_is(world) } else { self.pictures.clone() };
+        let before = self.recorded.replace(cycle);
         for picture in pictures {
+            let cycle = match picture {
+                Picture::Camera(robot, side) => newest_image(world, robot, side).map_or(cycle, |(taken, _)| taken),
+                Picture::Field => cycle,
+            };
+            if before.is_some_and(|before| cycle <= before) {
+                continue;
+            }
             if let Some(image) = picture.take(photographer, world) {
                 let (name, image) = (folder_name(picture), Arc::new(image));
                 if !image.labels.is_empty() {
@@ -96,6 +108,9 @@ impl FrameRecorder {
 /// # Errors
 /// When it cannot be made or is not empty.
 pub(super) fn make_empty_folder(folder: &Path) -> Result<(), RecordError> {
+    if folder.is_file() {
+        return Err(RecordError::NotAFolder(folder.to_owned()));
+    }
     fs::create_dir_all(folder).map_err(RecordError::io(folder))?;
     if fs::read_dir(folder).map_err(RecordError::io(folder))?.next().is_some() {
         return Err(RecordError::NotEmpty(folder.to_owned()));
@@ -105,18 +120,12 @@ pub(super) fn make_empty_folder(folder: &Path) -> Result<(), RecordError> {
     fs::write(&probe, []).and_then(|()| fs::remove_file(&probe)).map_err(RecordError::io(folder))
 }
 
-/// The field, and the images that robots had in the cycle that has just ended.
+/// The field, and the images that robots have.
 fn what_there_is(world: &World) -> Vec<Picture> {
-    let cycle = world.resource::<CycleClock>().cycle;
-    let mut pictures = vec![Picture::Field];
-    let robots: Vec<(RobotId, Entity)> = world.resource::<Roster>().iter().collect();
-    for (id, entity) in robots {
-        if let Some(images) = world.get::<CameraImages>(entity).filter(|images| images.cycle == Some(cycle)) {
-            let sides = CameraSide::BOTH.into_iter().filter(|side| !images.side(*side).is_empty());
-            pictures.extend(sides.map(|side| Picture::Camera(id, side)));
-        }
-    }
-    pictures
+    let robots = world.resource::<Roster>().iter().map(|(id, _)| id);
+    let cameras = robots.flat_map(|id| CameraSide::BOTH.map(|side| (id, side)));
+    let cameras = cameras.filter(|(id, side)| newest_image(world, *id, *side).is_some());
+    core::iter::once(Picture::Field).chain(cameras.map(|(id, side)| Picture::Camera(id, side))).collect()
 }
 
 fn folder_name(picture: Picture) -> String {
@@ -130,14 +139,64 @@ fn folder_name(picture: Picture) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scenario::Scenario;
+    use crate::simulation::{MatchApp, NaoisisPlugins};
 
     #[test]
     fn a_folder_with_something_in_it_is_left_alone() {
         let folder = tempfile::tempdir().unwrap();
         fs::write(folder.path().join("diary.txt"), "dear diary").unwrap();
         assert!(matches!(FrameRecorder::create(folder.path(), 1, vec![]), Err(RecordError::NotEmpty(_))));
+        let file = folder.path().join("diary.txt");
+        assert!(matches!(FrameRecorder::create(&file, 1, vec![]), Err(RecordError::NotAFolder(_))));
         let new = folder.path().join("new/folder");
         assert!(FrameRecorder::create(&new, 1, vec![]).is_ok());
         assert_eq!(fs::read_dir(new).unwrap().count(), 0);
+    }
+
+    /// The numbers of the frames of each folder of a robot with the settings of cameras, after 12 cycles.
+    fn numbers(cameras: &str, every: u64, pictures: Vec<Picture>) -> Vec<(String, Vec<u64>)> {
+        let folder = tempfile::tempdir().unwrap();
+        let mut app = App::new();
+        app.add_plugins(NaoisisPlugins);
+        let scenario = format!(r#"{{ "rules": "free", "robots": [{{ "number": 1 }}], "cameras": {cameras} }}"#);
+        app.start_match(&Scenario::from_json(&scenario).unwrap()).unwrap();
+        let mut frames = FrameRecorder::create(folder.path(), every, pictures).unwrap();
+        let mut photographer = Photographer::default();
+        for cycle in 0..13 {
+            if cycle > 0 {
+                app.run_cycles(1);
+            }
+            photographer.look(app.world_mut());
+            frames.record(app.world_mut(), &mut photographer);
+        }
+        frames.finish().unwrap();
+        let sorted = |folder: &Path| {
+            let mut paths: Vec<PathBuf> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+            paths.sort();
+            paths
+        };
+        let folders = sorted(folder.path()).into_iter().map(|folder| {
+            let stem = |path: &PathBuf| path.file_stem().unwrap().to_str().unwrap().to_owned();
+            let numbers = sorted(&folder).iter().map(|path| stem(path).parse().unwrap()).collect();
+            (stem(&folder), numbers)
+        });
+        folders.collect()
+    }
+
+    #[test]
+    fn every_image_of_a_slow_camera_is_written_once_under_the_cycle_in_which_it_was_taken() {
+        let cameras = r#"{ "render": "software", "which": "top", "width": 8, "height": 6, "every_cycles": 3 }"#;
+        // Its images are of cycles 1, 4, 7 and 10.
+        let all = numbers(cameras, 1, vec![]);
+        assert_eq!(all, [("blue1_top".to_owned(), vec![1, 4, 7, 10]), ("field".to_owned(), (0..=12).collect())]);
+        let some = numbers(cameras, 6, vec![]);
+        assert_eq!(some, [("blue1_top".to_owned(), vec![4, 10]), ("field".to_owned(), vec![0, 6, 12])]);
+    }
+
+    #[test]
+    fn what_a_robot_would_see_is_drawn_where_it_has_no_images() {
+        let picture = "blue1.bottom".parse().unwrap();
+        assert_eq!(numbers("{}", 5, vec![picture]), [("blue1_bottom".to_owned(), vec![0, 5, 10])]);
     }
 }

@@ -4,6 +4,7 @@
 pub mod album;
 pub mod beliefs;
 pub mod canvas;
+mod colour_description;
 mod cycle_record;
 pub mod encoder;
 mod error;

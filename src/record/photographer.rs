@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 
 use crate::appearance::gait::Gait;
 use crate::appearance::posing::JointAngles;
+use crate::appearance::robot::RobotDesign;
 use crate::appearance::scene::{SceneDescription, SceneRobot, world_from_body};
 use crate::appearance::view::View;
 use crate::ball::{Ball, BallPhysics};
@@ -19,10 +20,14 @@ use crate::referee::Penalty;
 use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
 use crate::robot::{RobotId, Roster, Velocity};
+#[cfg(feature = "gpu")]
+use crate::sensing::camera::gpu::GpuCameras;
 use crate::sensing::camera::image::{Image, Layers};
 use crate::sensing::camera::model::CameraView;
+use crate::sensing::camera::shot::Shot;
 use crate::sensing::camera::software::{Detail, PreparedScene, Renderer};
 use crate::sensing::camera::{CameraImages, CameraSettings, CameraSide};
+use crate::sensing::vision::VisionSettings;
 
 /// Faces around a cylinder in its pictures.
 const SEGMENTS: usize = 20;
@@ -31,8 +36,9 @@ const SEGMENTS: usize = 20;
 #[derive(Default)]
 pub struct Photographer {
     scene: SceneDescription,
-    is_prepared: bool,
-    prepared: PreparedScene,
+    /// One a design, and whether it is of what was last looked at.
+    prepared: [PreparedScene; 2],
+    is_prepared: [bool; 2],
     renderer: Renderer,
     gaits: BTreeMap<RobotId, Gait>,
 }
@@ -41,7 +47,7 @@ impl Photographer {
     /// Looks at the match as it is now. Called every cycle, or the robots' legs do not step.
     pub fn look(&mut self, world: &mut World) {
         let now_s = world.resource::<CycleClock>().end_time_s();
-        self.is_prepared = false;
+        self.is_prepared = [false; 2];
         let scene = &mut self.scene;
         scene.pitch.clone_from(world.resource::<Pitch>());
         scene.robots.clear();
@@ -71,56 +77,59 @@ impl Photographer {
         &self.scene
     }
 
-    /// A picture of what it last looked at.
+    /// A picture of what it last looked at, with robots that look like a NAO.
     pub fn draw(&mut self, world: &mut World, view: &View) -> Image {
-        #[cfg(feature = "gpu")]
-        if let Some(image) = self.draw_on_graphics_card(world, view) {
-            return image;
-        }
-        let _ = world;
-        if !self.is_prepared {
-            self.prepared.prepare(&self.scene, Detail { segments: SEGMENTS, ..Detail::FINE });
-            self.is_prepared = true;
-        }
-        let mut image = Image::default();
-        self.renderer.draw(&self.prepared, view, Layers::default(), &mut image);
-        image
+        let design = Detail::FINE.design;
+        self.take(world, Shot { view: *view, design, layers: Layers::default(), image: Image::default() })
     }
 
-    #[cfg(feature = "gpu")]
-    fn draw_on_graphics_card(&self, world: &mut World, view: &View) -> Option<Image> {
-        use crate::sensing::camera::{gpu::GpuCameras, shot::Shot};
-
-        let mut gpu = world.get_resource_mut::<GpuCameras>()?;
-        let mut shot =
-            Shot { view: *view, design: Detail::FINE.design, layers: Layers::default(), image: Image::default() };
-        match gpu.get().draw(&self.scene, &mut [&mut shot]) {
-            Ok(()) => Some(shot.image),
-            Err(error) => {
-                error!("a picture is drawn in software: {error}");
-                None
+    fn take(&mut self, world: &mut World, mut shot: Shot) -> Image {
+        #[cfg(feature = "gpu")]
+        if let Some(mut gpu) = world.get_resource_mut::<GpuCameras>() {
+            match gpu.get().draw(&self.scene, &mut [&mut shot]) {
+                Ok(()) => return shot.image,
+                Err(error) => error!("a picture is drawn in software: {error}"),
             }
         }
+        let _ = world;
+        let design = shot.design;
+        let prepared = &mut self.prepared[design as usize];
+        if !core::mem::replace(&mut self.is_prepared[design as usize], true) {
+            prepared.prepare(&self.scene, Detail { design, segments: SEGMENTS });
+        }
+        self.renderer.draw(prepared, &shot.view, shot.layers, &mut shot.image);
+        shot.image
     }
 
-    /// What a robot's camera sees: the image that it had in the cycle that has just ended, or where its images are not
-    /// rendered, one that is drawn now. None of a robot that is not on the pitch.
+    /// What a robot's camera sees: the newest image that the match rendered for it, or where there is none, one that is drawn
+    /// now. None of a robot that is not on the pitch.
     pub fn through_the_eyes_of(&mut self, world: &mut World, id: RobotId, side: CameraSide) -> Option<Image> {
-        let entity = world.resource::<Roster>().get(id)?;
-        let cycle = world.resource::<CycleClock>().cycle;
-        if let Some(images) = world.get::<CameraImages>(entity)
-            && images.cycle == Some(cycle)
-            && !images.side(side).is_empty()
-        {
-            return Some(images.side(side).clone());
+        if let Some((_, image)) = newest_image(world, id, side) {
+            return Some(image.clone());
         }
         let robot = *self.scene.robots.iter().find(|robot| robot.id == id)?;
+        let entity = world.resource::<Roster>().get(id)?;
         let settings = world.get::<CameraSettings>(entity).copied().unwrap_or_default();
         let camera = CameraView::new((&settings).into(), side, robot.joints.head);
         let mut view = View::of_robot(&camera, robot.world_from_robot, id);
         view.shadows = settings.shadows;
-        Some(self.draw(world, &view))
+        // Before its first image it sees what it will see in that.
+        let has_images = settings.renderer(world.get::<VisionSettings>(entity)).is_some();
+        let design = if has_images { settings.design } else { RobotDesign::Nao };
+        let layers = Layers { labels: settings.labels, depth: settings.depth };
+        Some(self.take(world, Shot { view, design, layers, image: Image::default() }))
     }
+}
+
+/// The newest image that the match rendered for a robot's camera, and in which cycle; none that the camera should have
+/// replaced by now.
+pub(super) fn newest_image(world: &World, id: RobotId, side: CameraSide) -> Option<(u64, &Image)> {
+    let entity = world.resource::<Roster>().get(id)?;
+    let images = world.get::<CameraImages>(entity)?;
+    let every = world.get::<CameraSettings>(entity).map_or(1, |settings| settings.every_cycles.max(1));
+    let taken = images.cycle?;
+    let age = world.resource::<CycleClock>().cycle.checked_sub(taken)?;
+    (age < u64::from(every) && !images.side(side).is_empty()).then(|| (taken, images.side(side)))
 }
 
 /// The whole pitch and all goals, from above one side line and as large as they can be in a picture of this size in

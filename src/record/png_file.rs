@@ -14,7 +14,7 @@ pub enum Layer {
     Colours,
     /// What each pixel is: the number of its [`Label`] as an index into a palette in which they can be told apart.
     Labels,
-    /// How far away each pixel is, in millimetres of 16 bits, and 65535 where that is too far or nothing is there.
+    /// How far away each pixel is, in millimetres of 16 bits: 65535 where that is more, 0 for the sky.
     Depth,
 }
 
@@ -49,7 +49,7 @@ fn encode_png(file: File, layer: Layer, image: &Image) -> io::Result<()> {
         Layer::Depth => {
             encoder.set_color(png::ColorType::Grayscale);
             encoder.set_depth(png::BitDepth::Sixteen);
-            // The conversion saturates, also for the infinite depth of the sky.
+            // The conversion saturates.
             millimetres =
                 image.depth_m.iter().flat_map(|depth_m| ((1e3 * depth_m).round() as u16).to_be_bytes()).collect();
             &millimetres

@@ -5,10 +5,11 @@ use muxide::fragmented::{FragmentConfig, FragmentedMuxer};
 use rusty_h264_common::YuvFrame;
 use rusty_h264_encoder::{Encoder, EncoderConfig};
 use std::fs::File;
-use std::io::Write;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::colour_description;
 use super::error::RecordError;
 use crate::sensing::camera::image::Image;
 
@@ -23,6 +24,8 @@ const QUANTISER: u8 = 22;
 pub(super) struct VideoFile {
     path: PathBuf,
     file: Arc<File>,
+    /// What is written of it, bytes: whole fragments.
+    length: u64,
     encoder: Encoder,
     muxer: Option<FragmentedMuxer>,
     frame_s: f64,
@@ -45,7 +48,7 @@ impl VideoFile {
             .map_err(|error| RecordError::Encoding { path: path.to_owned(), message: format!("{error:?}") })?;
         let plane = |share: usize| vec![0; width * height / share];
         let frame = YuvFrame { width, height, y: plane(1), u: plane(4), v: plane(4) };
-        Ok(Self { path: path.to_owned(), file, encoder, muxer: None, frame_s, count: 0, frame })
+        Ok(Self { path: path.to_owned(), file, length: 0, encoder, muxer: None, frame_s, count: 0, frame })
     }
 
     pub(super) fn add(&mut self, image: &Image) -> Result<(), RecordError> {
@@ -54,6 +57,7 @@ impl VideoFile {
             .encoder
             .try_encode(&self.frame)
             .map_err(|error| RecordError::Encoding { path: self.path.clone(), message: format!("{error:?}") })?;
+        let unit = colour_description::add_to(unit);
         let muxer = match &mut self.muxer {
             Some(muxer) => muxer,
             none => {
@@ -65,7 +69,7 @@ impl VideoFile {
                 }
                 let mut muxer = FragmentedMuxer::new(settings)
                     .map_err(|error| RecordError::Encoding { path: self.path.clone(), message: error.to_string() })?;
-                (&*self.file).write_all(&muxer.init_segment()).map_err(RecordError::io(&self.path))?;
+                append(&self.file, &mut self.length, &muxer.init_segment()).map_err(RecordError::io(&self.path))?;
                 none.insert(muxer)
             }
         };
@@ -77,17 +81,27 @@ impl VideoFile {
         if muxer.ready_to_flush()
             && let Some(fragment) = muxer.flush_segment()
         {
-            (&*self.file).write_all(&fragment).map_err(RecordError::io(&self.path))?;
+            append(&self.file, &mut self.length, &fragment).map_err(RecordError::io(&self.path))?;
         }
         Ok(())
     }
 
     pub(super) fn finish(mut self) -> Result<(), RecordError> {
         if let Some(fragment) = self.muxer.as_mut().and_then(FragmentedMuxer::flush_segment) {
-            (&*self.file).write_all(&fragment).map_err(RecordError::io(&self.path))?;
+            append(&self.file, &mut self.length, &fragment).map_err(RecordError::io(&self.path))?;
         }
         Ok(())
     }
+}
+
+/// Adds to a file that is so long. What can be written of it only in part is taken back: no player likes half a fragment.
+fn append(mut file: &File, length: &mut u64, bytes: &[u8]) -> io::Result<()> {
+    file.write_all(bytes).inspect_err(|_| {
+        // If not even that can be done, the first error says enough.
+        let _ = file.set_len(*length);
+    })?;
+    *length += bytes.len() as u64;
+    Ok(())
 }
 
 /// To brightness and colour differences of limited range (ITU-R BT.601), the latter at half the resolution.

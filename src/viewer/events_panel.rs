@@ -22,6 +22,9 @@ use crate::robot::RobotId;
 /// Entries of the list that are shown, and in the past, of what is to come.
 const SHOWN: usize = 60;
 const TO_COME: usize = 4;
+/// What the list leaves of the window's height, and what it has at least, logical pixels.
+const OTHERS_HEIGHT: f32 = 420.0;
+const LEAST_HEIGHT: f32 = 64.0;
 /// Width of the panel, logical pixels.
 const WIDTH: f32 = 240.0;
 /// An event is looked at again from so long before it, s.
@@ -119,7 +122,8 @@ fn show_events(
         return Ok(());
     }
     let context = contexts.ctx_mut()?;
-    let height = (0.4 * context.content_rect().height()).max(120.0);
+    let room = context.content_rect().height();
+    let height = (room - OTHERS_HEIGHT).clamp(LEAST_HEIGHT, LEAST_HEIGHT.max(0.4 * room));
     let offset = [-MARGIN, layout::below(context, "events", &["score"])];
     panel("events", Align2::RIGHT_TOP, offset).show(context, |ui| {
         card(ui).show(ui, |ui| {

@@ -18,6 +18,9 @@ use crate::scenario::{BehaviourSpec, LIBRARY, Scenario};
 /// Height of the score, logical pixels.
 const SCORE_HEIGHT: f32 = 30.0;
 
+/// Left and right of what is in a panel, logical pixels.
+const BORDERS: f32 = 24.0;
+
 /// The panels.
 pub struct PanelsPlugin;
 
@@ -83,7 +86,7 @@ fn show_controls(
     let (middle, width) = (layout::middle_beside_robot(context), layout::width_beside_robot(context));
     panel("controls", Align2::CENTER_BOTTOM, [middle, -MARGIN]).show(context, |ui| {
         card(ui).show(ui, |ui| {
-            ui.set_max_width(width - 2.0 * MARGIN);
+            ui.set_max_width(width - BORDERS);
             if let Some(problem) = &playback.problem {
                 ui.label(RichText::new(problem).color(problem_colour(ui)));
             }

@@ -192,9 +192,11 @@ fn show_statistics(
     let passes: Vec<(String, f64)> = passes(&diagnostics);
     let adapter = adapter.map_or_else(String::new, |adapter| adapter.name.clone());
     let context = contexts.ctx_mut()?;
-    let offset = [layout::beside_robot(context) + MARGIN, layout::below(context, "statistics", &["score", "hint"])];
+    // Its width changes, so it is never beside them.
+    let below = ["score", "hint"].map(|name| layout::place_of(context, name).map_or(0.0, |place| place.bottom()));
+    let offset = [layout::beside_robot(context) + MARGIN, below[0].max(below[1]) + MARGIN];
     panel("statistics", Align2::LEFT_TOP, offset).show(context, |ui| {
-        card(ui).fill(ui.visuals().panel_fill.gamma_multiply(0.96)).show(ui, |ui| {
+        card(ui).fill(ui.visuals().panel_fill).show(ui, |ui| {
             ui.label(bright("Costs of a frame").size(text_size::IMPORTANT));
             Grid::new("statistics").num_columns(2).spacing([12.0, 1.0]).show(ui, |ui| {
                 let milliseconds = |seconds: f32| format!("{:.1} ms", 1000.0 * seconds);

@@ -14,6 +14,9 @@ use crate::robot::Team;
 /// Distance of the panels from the window's edge, logical pixels.
 pub const MARGIN: f32 = 10.0;
 
+/// Whoever holds the button down for longer does not click, s.
+const LONGEST_CLICK_S: f64 = 5.0;
+
 /// Sizes of the panels' text, logical pixels.
 pub(super) mod text_size {
     pub const SMALL: f32 = 11.5;
@@ -49,6 +52,8 @@ fn set_looks(mut contexts: EguiContexts) -> Result {
     for theme in [Theme::Dark, Theme::Light] {
         context.set_visuals_of(theme, visuals(theme));
     }
+    // Between press and release of a click there can be a whole frame of a slow display.
+    context.options_mut(|options| options.input_options.max_click_duration = LONGEST_CLICK_S);
     // A slow display would otherwise show text with gaps: each glyph is drawn a frame late at each new part of a pixel.
     context.all_styles_mut(|style| style.visuals.text_options.subpixel_binning = false);
     Ok(())

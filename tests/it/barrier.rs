@@ -139,6 +139,19 @@ fn a_marker_that_others_carry_is_no_marker() {
 }
 
 #[test]
+fn a_name_is_given_once() {
+    let mut app = App::new();
+    app.add_plugins(NaoisisPlugins);
+    // Of a built-in behaviour, which the teams go on to use.
+    let error = app.try_add_behaviour::<Mine, _>("keeper", |_: Query<&Percepts, With<Mine>>| {}).err().unwrap();
+    assert_eq!(error.reason, Breach::NameTaken);
+    // The marker is free for another name.
+    assert!(app.try_add_behaviour::<Mine, _>("mine", |_: Query<&Percepts, With<Mine>>| {}).is_ok());
+    let again = app.try_add_behaviour::<Mine, _>("mine", |_: Query<&Percepts, With<Mine>>| {});
+    assert_eq!(again.err().unwrap().reason, Breach::NameTaken);
+}
+
+#[test]
 fn parameters_that_build_themselves_from_the_world_find_nothing_and_leave_nothing() {
     struct Spy<const KIND: u8>;
     impl<const KIND: u8> FromWorld for Spy<KIND> {

@@ -225,11 +225,17 @@ fn all_pairs_of_teams_play_in_both_colours_and_go_on_where_they_were() {
     }
 }
 
-#[test]
-fn frames_are_numbered_by_cycle_and_nothing_is_written_over() {
+/// A folder with `one.json`: a robot with small images, and no referee.
+fn folder_with_one_robot() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let scenario = r#"{ "rules": "free", "robots": [{ "number": 1 }], "cameras": { "width": 64, "height": 48 } }"#;
     std::fs::write(folder.path().join("one.json"), scenario).unwrap();
+    folder
+}
+
+#[test]
+fn frames_are_numbered_by_cycle_and_nothing_is_written_over() {
+    let folder = folder_with_one_robot();
     let arguments = ["run", "one.json", "--duration", "0.2", "--frames", "frames", "--every", "3", "--quiet"];
     let output = naoisis(folder.path(), &[&arguments[..], &["--cameras", "software"]].concat());
     assert!(output.status.success(), "{}", text(&output.stderr));
@@ -270,9 +276,7 @@ fn frames_are_numbered_by_cycle_and_nothing_is_written_over() {
 
 #[test]
 fn a_video_and_a_contact_sheet_come_of_a_match_and_nothing_is_written_over() {
-    let folder = tempfile::tempdir().unwrap();
-    let scenario = r#"{ "rules": "free", "robots": [{ "number": 1 }], "cameras": { "width": 64, "height": 48 } }"#;
-    std::fs::write(folder.path().join("one.json"), scenario).unwrap();
+    let folder = folder_with_one_robot();
     let arguments = ["run", "one.json", "--duration", "0.4", "--video", "match.mp4", "--sheet", "sheet.png", "--quiet"];
     let output = naoisis(folder.path(), &[&arguments[..], &["--views", "field,blue1.top", "--every", "4"]].concat());
     assert!(output.status.success(), "{}", text(&output.stderr));

@@ -112,7 +112,7 @@ fn a_file_that_is_no_snapshot_is_refused() {
     Snapshot::take(app.world_mut()).unwrap().save(&path, app.world()).unwrap();
     assert!(Snapshot::load(&path, app.world()).is_ok());
     let whole = std::fs::read(&path).unwrap();
-    for wrong in [&b""[..], b"{}", b"hello", &whole[..whole.len() / 2]] {
+    for wrong in [&b""[..], b"{}", b"hello", &whole[..whole.len() / 2], &[&whole[..], b"more"].concat()] {
         std::fs::write(&path, wrong).unwrap();
         let error = Snapshot::load(&path, app.world()).err().unwrap();
         assert!(matches!(error, SnapshotError::NotASnapshot { .. }), "{error}");

@@ -86,7 +86,8 @@ fn dive(player: &Player, ball: Vec2, velocity: Vec2, y: f32) -> Option<PostureRe
 fn guard_place(ball: Vec2, goal: Vec2, half_width: f32, guard_m: f32) -> Vec2 {
     let towards_ball = (ball - goal).normalize_or(Vec2::X);
     let place = goal + towards_ball * guard_m;
-    Vec2::new(place.x.max(goal.x + LEAST_DEPTH_M), place.y.clamp(0.15 - half_width, half_width - 0.15))
+    let most = (half_width - 0.15).max(0.0);
+    Vec2::new(place.x.max(goal.x + LEAST_DEPTH_M), place.y.clamp(-most, most))
 }
 
 /// Where a ball that rolls towards the goal crosses the line x = `line_x`, if that is within `half_width`.

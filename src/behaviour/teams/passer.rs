@@ -44,6 +44,8 @@ const FALL_BACK_S: f32 = 1.0;
 /// Whoever falls back stands between the ball and a place beside the middle of the goal by this, m: what the keeper does
 /// not cover.
 const BESIDE_KEEPER_M: f32 = 0.4;
+/// And so far from the goal at most, or just outside the penalty area, m.
+const MOST_GUARD_M: f32 = 1.8;
 /// A ball further back than this share of the own half is defended by all.
 const OWN_THIRD: f32 = 0.33;
 /// Distance of the keeper's place from the middle of the goal, m: further out it covers more of the goal, as the others
@@ -235,7 +237,9 @@ fn guard_place(player: &Player, ball: &BallBelief) -> Vec2 {
     let to_goal = player.own_goal() - ball;
     let side = if to_goal.perp_dot(player.position() - ball) * to_goal.x > 0.0 { 1.0 } else { -1.0 };
     let goal = player.own_goal() + Vec2::new(0.0, side * BESIDE_KEEPER_M);
-    let away = (0.5 * ball.distance(goal)).clamp(player.pitch.penalty_area.depth_m + 0.35, 1.8);
+    // On a large pitch, the penalty area alone is deeper than that.
+    let least = player.pitch.penalty_area.depth_m + 0.35;
+    let away = (0.5 * ball.distance(goal)).min(MOST_GUARD_M).max(least);
     goal + (ball - goal).normalize_or(Vec2::X) * away
 }
 
@@ -341,6 +345,16 @@ mod tests {
             // On the line from (-1, 0) to (-3, 0.4), half-way.
             assert!(place.distance(Vec2::new(-2.0, 0.2 * side)) < 0.05, "{place}");
         }
+    }
+
+    #[test]
+    fn on_a_large_pitch_it_stands_just_outside_the_penalty_area() {
+        let ball = BallBelief { position_m: Vec2::new(-1.0, 0.0), ..default() };
+        let mut situation = Situation::new(Pose::new(-1.5, 0.3, 0.0), ball.position_m);
+        // That of the pitch of 2025: 1.65 m deep.
+        situation.pitch.penalty_area.depth_m = 1.65;
+        let place = guard_place(&situation.player(), &ball);
+        assert!((place.distance(Vec2::new(-3.0, BESIDE_KEEPER_M)) - 2.0).abs() < 1e-4, "{place}");
     }
 
     #[test]

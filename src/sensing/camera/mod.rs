@@ -100,7 +100,8 @@ impl CameraRendering {
         if self == CameraRendering::Gpu {
             return gpu::GpuCameras::ready(world).map_err(|error| {
                 let path = FieldPath::from("cameras").field("render");
-                ScenarioFault::new(path, error.to_string(), "a graphics adapter; or `software`, `off` or `auto`")
+                let expected = "one (Mesa's lavapipe is one in software), or `software`, `off` or `auto`";
+                ScenarioFault::new(path, error.to_string(), expected)
             });
         }
         let _ = (self, world);

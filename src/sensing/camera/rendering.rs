@@ -46,7 +46,7 @@ struct Worker {
 
 impl CameraSettings {
     /// Who draws the images of a robot with these settings, if anyone does.
-    fn renderer(&self, vision: Option<&VisionSettings>) -> Option<CameraRendering> {
+    pub(crate) fn renderer(&self, vision: Option<&VisionSettings>) -> Option<CameraRendering> {
         match self.render {
             CameraRendering::Off => None,
             CameraRendering::Auto => {
@@ -103,6 +103,7 @@ pub(super) fn take_images(
         let views = CameraView::both(settings.into(), *head);
         for (side, camera) in CameraSide::BOTH.into_iter().zip(views) {
             if !settings.which.includes(side) {
+                images.side_mut(side).clear();
                 continue;
             }
             let mut view = View::of_robot(&camera, place.world_from_robot, *id);

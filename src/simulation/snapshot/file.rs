@@ -6,7 +6,7 @@ use bevy::reflect::{ReflectFromReflect, TypeRegistry};
 use core::fmt;
 use serde::de::{DeserializeSeed, Error as _, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::ser::{Error as _, SerializeMap, SerializeSeq};
-use serde::{Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::io;
 use std::path::Path;
 
@@ -56,7 +56,12 @@ impl Snapshot {
     pub fn from_bytes(bytes: &[u8], world: &World) -> Result<Snapshot, String> {
         let registry = world.resource::<AppTypeRegistry>().read();
         let mut deserializer = rmp_serde::Deserializer::from_read_ref(bytes);
-        SnapshotSeed(&registry).deserialize(&mut deserializer).map_err(|error| error.to_string())
+        let snapshot = SnapshotSeed(&registry).deserialize(&mut deserializer).map_err(|error| error.to_string())?;
+        match IgnoredAny::deserialize(&mut deserializer) {
+            // There is nothing left to be read.
+            Err(rmp_serde::decode::Error::InvalidMarkerRead(_)) => Ok(snapshot),
+            _ => Err("there is something behind its end".to_owned()),
+        }
     }
 }
 

@@ -18,6 +18,8 @@ use crate::viewer::timeline::Timeline;
 
 /// In windows of this width, logical pixels, there is room beside the controls; otherwise it is above them and the timeline.
 const BESIDE_CONTROLS: f32 = 1270.0;
+/// Width of the buttons there, logical pixels.
+const WIDTH: f32 = 226.0;
 
 /// Shows the buttons, and what is told.
 pub(super) struct HandsPanelPlugin;
@@ -50,9 +52,11 @@ fn show_buttons(
     } else {
         panel("hands", Align2::LEFT_BOTTOM, [MARGIN, -MARGIN])
     };
+    let width = if is_narrow { layout::width_beside_robot(context) - 2.0 * MARGIN } else { WIDTH };
     place.show(context, |ui| {
         card(ui).show(ui, |ui| {
-            ui.horizontal(|ui| {
+            ui.set_max_width(width);
+            ui.horizontal_wrapped(|ui| {
                 let record = if filming.is_on() { "⏹ Stop" } else { "⏺ Record" };
                 let hint = "F8: a video of the window; with Shift, a folder of PNG files";
                 if ui.button(record).on_hover_text(hint).clicked() {
@@ -62,31 +66,26 @@ fn show_buttons(
                 if ui.button("Match").on_hover_text("M: scenario, teams, settings").clicked() {
                     shown.toggle(Switch::Game);
                 }
-            });
-            if timeline.is_replay() {
-                return;
-            }
-            let mut button = |ui: &mut egui::Ui, enabled: bool, text: String, hint: &str, action: HandAction| {
-                if ui.add_enabled(enabled, egui::Button::new(text)).on_hover_text(hint).clicked() {
-                    actions.write(Action::Hand(action));
+                if timeline.is_replay() {
+                    return;
                 }
-            };
-            ui.horizontal(|ui| {
-                button(ui, true, "Whistle".to_owned(), "W", HandAction::Whistle);
-                button(ui, true, "Drop ball".to_owned(), "B: the ball on the centre, in play", HandAction::DropBall);
+                let mut button = |enabled: bool, text: &str, hint: &str, action: HandAction| {
+                    if ui.add_enabled(enabled, egui::Button::new(text)).on_hover_text(hint).clicked() {
+                        actions.write(Action::Hand(action));
+                    }
+                };
+                button(true, "Whistle", "W", HandAction::Whistle);
+                button(true, "Drop ball", "B: the ball on the centre, in play", HandAction::DropBall);
                 let whom = selection.0.map_or_else(|| "robot".to_owned(), |id| id.to_string());
                 let what = if serves { "Return" } else { "Penalise" };
-                let text = format!("{what} {whom}");
-                button(ui, selection.0.is_some(), text, "P", HandAction::PenaliseOrReturn);
-            });
-            ui.horizontal(|ui| {
+                button(selection.0.is_some(), &format!("{what} {whom}"), "P", HandAction::PenaliseOrReturn);
                 let text = match (driving.robot, selection.0) {
                     (Some(id), _) => format!("Leave {id}"),
                     (None, Some(id)) => format!("Drive {id}"),
                     (None, None) => "Drive a robot".to_owned(),
                 };
-                button(ui, true, text, "D: by the keyboard, through its eyes", HandAction::Drive);
-                button(ui, true, "Save situation".to_owned(), "F9: as a scenario file", HandAction::KeepSituation);
+                button(true, &text, "D: by the keyboard, through its eyes", HandAction::Drive);
+                button(true, "Save situation", "F9: as a scenario file", HandAction::KeepSituation);
             });
         });
     });

@@ -14,6 +14,10 @@ use crate::viewer::theme::{MARGIN, ThemeSystems, bright, card, dim, panel, team_
 /// What the list leaves of the window's width and height, logical pixels.
 const AROUND: (f32, f32) = (50.0, 90.0);
 
+/// Widths of the names and of each column of switches, logical pixels.
+const NAMES: f32 = 120.0;
+const SWITCH: f32 = 49.0;
+
 /// Shows the switches.
 pub struct OverlayPanelPlugin;
 
@@ -40,7 +44,7 @@ fn show_switches(
     panel("overlays", Align2::RIGHT_BOTTOM, [-MARGIN, -above]).show(context, |ui| {
         card(ui).fill(ui.visuals().panel_fill).show(ui, |ui| {
             ui.label(bright("Overlays").size(text_size::IMPORTANT));
-            let width = (150.0 + 40.0 * (2 + robots.len()) as f32).min(700.0).min(room.x);
+            let width = (NAMES + SWITCH * (2 + robots.len()) as f32).min(room.x);
             ui.set_min_width(width);
             egui::ScrollArea::both().max_width(width).max_height(room.y).min_scrolled_height(room.y).show(ui, |ui| {
                 egui::Grid::new("overlays").num_columns(3 + robots.len()).spacing([9.0, 3.0]).show(ui, |ui| {

@@ -67,8 +67,8 @@ fn show_bar(
                 }
                 ui.label(dim(time(last as f64)));
                 if !timeline.is_replay() {
-                    // It has its place also when it is not there: the bar stays where it is under the mouse.
-                    let button = ui.add_visible(timeline.is_past(), egui::Button::new(bright("Present")));
+                    // It is always there, so that the bar stays where it is under the mouse.
+                    let button = ui.add_enabled(timeline.is_past(), egui::Button::new("Present"));
                     if button.on_hover_text("Back to the match as it is now (End)").clicked() {
                         commands.write(TimelineCommand::Present);
                     }

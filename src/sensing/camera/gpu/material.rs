@@ -14,8 +14,8 @@ use crate::sensing::camera::software::light;
 
 const SHADER: Handle<Shader> = uuid_handle!("5f1c1c0e-7e55-4a4e-9a7c-3d0a2c4b8f16");
 
-/// How far away things are told apart, m. Beyond, they are as far as this.
-pub(super) const MOST_DEPTH_M: f32 = 64.0;
+/// How far away things are told apart, m. Beyond, they are as far as this: as far as frames on disk tell.
+pub(super) const MOST_DEPTH_M: f32 = 65.535;
 
 /// Draws [`SceneMaterial`]s.
 pub(super) struct SceneMaterialPlugin;

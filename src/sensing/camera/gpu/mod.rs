@@ -68,10 +68,7 @@ impl GpuCameras {
 #[derive(Debug, thiserror::Error)]
 pub enum GpuError {
     /// There is no graphics card, and nothing that stands in for one.
-    #[error(
-        "no graphics adapter was found; expected one with Vulkan, Metal or DirectX 12 (such as Mesa's lavapipe, which is \
-         in software), or images that are rendered by software"
-    )]
+    #[error("no graphics adapter with Vulkan, Metal or DirectX 12 was found")]
     NoAdapter,
     /// A picture is greater than what the adapter can draw.
     #[error("a picture of {width} x {height} samples is too large: the adapter draws {most} in each direction at most")]

@@ -41,7 +41,8 @@ pub(super) fn draw(frame: &mut Frame, round: &Round) {
     // with the gradient g and the sun s are those of x with M g and M s, its length that of Mᵀ x.
     let shading = Shading { gradient: turned(GRADIENT), sun: turned(SUN), squared: normal_form(round) };
     let per_sample = right / frame.focal_length;
-    let inverse = 1.0 / outside;
+    // Rays are followed from where they pass by the middle: from the eye, a small ellipsoid is lost in rounding.
+    let ahead = centre.z;
     for row in first..end {
         let row_slope = frame.slope(row, 1);
         for [from, to] in conic.spans(f64::from(row_slope)).into_iter().flatten() {
@@ -54,11 +55,14 @@ pub(super) fn draw(frame: &mut Frame, round: &Round) {
             let (pixels, nearness) = (&mut frame.pixels[range.clone()], &mut frame.nearness[range]);
             for (index, (pixel, nearness)) in pixels.iter_mut().zip(nearness).enumerate() {
                 let direction = start + per_sample * (index as i32 as f32);
-                let along = eye.dot(direction);
-                let discriminant = along * along - direction.length_squared() * outside;
+                let beside = eye + direction * ahead;
+                let along = beside.dot(direction);
+                let squared = direction.length_squared();
+                let discriminant = along * along - squared * (beside.length_squared() - 1.0);
                 let discriminant = if discriminant > 0.0 { discriminant } else { 0.0 };
-                let here = (discriminant.sqrt() - along) * inverse;
-                let point = eye + direction * (1.0 / here);
+                let further = -(discriminant.sqrt() + along) / squared;
+                let point = beside + direction * further;
+                let here = 1.0 / (ahead + further);
                 let light = shading.light(point);
                 let is_nearer = here > *nearness && here < 1.0 / NEAR;
                 let colour = round.paint.lit(light as i32 as u32);

@@ -29,6 +29,7 @@ use crate::sensing::camera::image::{Image, Layers};
 use crate::sensing::camera::model::{CameraIntrinsics, CameraView};
 use crate::sensing::camera::software::{Detail, PreparedScene, Renderer};
 use crate::sensing::camera::{CameraSettings, CameraSide};
+use crate::sensing::vision::LandmarkKind;
 
 /// A thing counts as visible with at least so many of its pixels in an image.
 pub const LEAST_PIXELS: usize = 30;
@@ -124,19 +125,22 @@ pub struct Accuracy {
     pub goal_posts: ClassAccuracy,
     /// Robots.
     pub robots: ClassAccuracy,
+    /// Penalty crosses of which all is seen.
+    pub penalty_crosses: ClassAccuracy,
 }
 
 impl fmt::Display for Accuracy {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             formatter,
-            "{} images, {:.0} a second on one core; visible: at least {LEAST_PIXELS} pixels (of a robot: of its waistband)",
+            "{} images, {:.0} a second on one core; visible: at least {LEAST_PIXELS} pixels (of a robot: of its waistband; of a \
+             cross: all of it)",
             self.images,
             self.images as f64 / self.looking_s.max(1e-9)
         )?;
         writeln!(
             formatter,
-            "{:<11}{:>8}{:>8}{:>8}{:>15}{:>13}{:>11}{:>13}{:>15}",
+            "{:<16}{:>8}{:>8}{:>8}{:>15}{:>13}{:>11}{:>13}{:>15}",
             "",
             "visible",
             "found",
@@ -147,10 +151,15 @@ impl fmt::Display for Accuracy {
             "median >2 m",
             "median bearing"
         )?;
-        for (name, class) in [("ball", &self.ball), ("goal posts", &self.goal_posts), ("robots", &self.robots)] {
+        for (name, class) in [
+            ("ball", &self.ball),
+            ("goal posts", &self.goal_posts),
+            ("robots", &self.robots),
+            ("penalty crosses", &self.penalty_crosses),
+        ] {
             writeln!(
                 formatter,
-                "{:<11}{:>8}{:>8}{:>6.1} %{:>15.2}{:>11.1} %{:>9.1} %{:>11.1} %{:>11.2} deg",
+                "{:<16}{:>8}{:>8}{:>6.1} %{:>15.2}{:>11.1} %{:>9.1} %{:>11.1} %{:>11.2} deg",
                 name,
                 class.visible,
                 class.found,
@@ -191,7 +200,8 @@ pub fn measure(scenes: usize, conditions: Conditions, uniform: &mut dyn FnMut() 
             accuracy.judge(&scene, &image, &view, &findings);
         }
     }
-    for class in [&mut accuracy.ball, &mut accuracy.goal_posts, &mut accuracy.robots] {
+    let Accuracy { ball, goal_posts, robots, penalty_crosses, .. } = &mut accuracy;
+    for class in [ball, goal_posts, robots, penalty_crosses] {
         class.near_errors.sort_unstable_by(f32::total_cmp);
         class.far_errors.sort_unstable_by(f32::total_cmp);
         class.bearing_errors.sort_unstable_by(f32::total_cmp);
@@ -240,7 +250,34 @@ impl Accuracy {
             let seen: Vec<Vec2> = of_team.map(|(_, robot)| robot.position_m).collect();
             self.robots.judge(&seen, &visible, &all);
         }
+
+        let size = scene.pitch.penalty_mark_size_m;
+        let [one, other, _] = scene.pitch.marks();
+        let all = [one, other].map(in_robot);
+        let [long, wide] = [0.5 * size, 0.5 * scene.pitch.line_width_m.min(size)];
+        let whole = [one, other].into_iter().filter_map(|cross| {
+            // What two bars cover, which share a square.
+            let area = |x: f32, y: f32| {
+                area_in_image(view, [(x, y), (-x, y), (-x, -y), (x, -y)].map(|c| cross + Vec2::from(c)))
+            };
+            let expected = area(long, wide)? + area(wide, long)? - area(wide, wide)?;
+            let is_its = |point: &Vec3| point.truncate().distance(cross) < size;
+            let count = pixels.of(Label::Line).filter(is_its).count();
+            (count as f32 > 0.9 * expected).then(|| (in_robot(cross), count))
+        });
+        let visible: Vec<_> = whole.collect();
+        let of_kind = findings.landmarks.iter().filter(|mark| mark.kind == LandmarkKind::PenaltyCross);
+        let seen: Vec<Vec2> = of_kind.map(|mark| mark.position_m).collect();
+        self.penalty_crosses.judge(&seen, &visible, &all);
     }
+}
+
+/// The area of a quadrilateral on the ground in an image, pixels²; none unless all of it is in the image.
+fn area_in_image(view: &View, corners: [Vec2; 4]) -> Option<f32> {
+    let is_inside = |pixel: &Vec2| pixel.cmpge(Vec2::ONE).all() && pixel.cmple(view.intrinsics.size - 1.0).all();
+    let pixel = |corner: Vec2| view.project(corner.extend(0.0)).filter(is_inside);
+    let [a, b, c, d] = [pixel(corners[0])?, pixel(corners[1])?, pixel(corners[2])?, pixel(corners[3])?];
+    Some((c - a).perp_dot(d - b).abs() / 2.0)
 }
 
 /// The points that an image's pixels show, with their labels.
@@ -252,7 +289,7 @@ impl Pixels {
         for v in 0..image.height {
             for u in 0..image.width {
                 let (Some(label), Some(depth)) = (image.label(u, v), image.depth(u, v)) else { continue };
-                if !label.is_ground() && label != Label::Sky {
+                if label == Label::Line || !label.is_ground() && label != Label::Sky {
                     points.push((label, view.eye + depth * view.ray(Vec2::new(u as f32 + 0.5, v as f32 + 0.5))));
                 }
             }

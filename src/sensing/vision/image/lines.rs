@@ -7,6 +7,7 @@ use bevy::math::Vec2;
 
 use super::Look;
 use super::colour::ColourClass;
+use super::crosses::Spot;
 use crate::pitch::JunctionShape;
 use crate::sensing::vision::{GoalPostPercept, LandmarkKind, LandmarkPercept, RobotPercept};
 
@@ -39,10 +40,10 @@ const CIRCLE_TOLERANCE_M: f32 = 0.07;
 
 /// A point in the middle of a line.
 #[derive(Clone, Copy, PartialEq, Debug)]
-struct Point {
-    pixel: Vec2,
+pub(super) struct Point {
+    pub(super) pixel: Vec2,
     /// On the ground, m, robot frame.
-    place: Vec2,
+    pub(super) place: Vec2,
     /// The column or row in which it was found.
     scan: usize,
     chain: usize,
@@ -71,6 +72,7 @@ pub(super) struct Lines {
     points: Vec<Point>,
     chain: Vec<Point>,
     pieces: Vec<Piece>,
+    spot: Spot,
 }
 
 impl Look<'_> {
@@ -81,12 +83,15 @@ impl Look<'_> {
         posts: &[(bool, GoalPostPercept)],
         found: &mut Vec<LandmarkPercept>,
     ) {
-        let Lines { points, chain, pieces } = lines;
+        let Lines { points, chain, pieces, spot } = lines;
         pieces.clear();
         let mut circle = None;
         for along_columns in [true, false] {
             points.clear();
             self.search(along_columns, robots, points);
+            if along_columns {
+                self.find_crosses(points, robots, spot, found);
+            }
             let chains = connect(points, along_columns);
             for index in 0..chains {
                 chain.clear();

@@ -9,18 +9,20 @@
 //! | goal post | upright strip of a goal's colour | its foot where green is below; else its width |
 //! | robot | waistband in the team's colour, of the size that one has there | the band's lower edge; the upper where that is cut off |
 //! | line | white between green, about as wide as a line | stretches of at least 20 cm; where they meet at right angles, junctions; the centre circle by its curvature |
+//! | penalty cross | white spot on green, as large and as broad in all directions as a cross there | its centre |
 //!
 //! A thing that both cameras see is one percept: by its foot or its lower edge where one of them sees that. What the lower
 //! camera sees is nearer, and so better known.
 //!
 //! Of a near post of which the image shows one side and neither foot nor top, the distance is a guess between bounds.
 //!
-//! Goals that are white have no colour to go by: their posts are not found. Nor are penalty crosses.
+//! Goals that are white have no colour to go by: their posts are not found.
 
 pub mod accuracy;
 mod ball;
 mod blobs;
 pub mod colour;
+mod crosses;
 mod lines;
 mod posts;
 mod robots;
@@ -55,6 +57,8 @@ pub struct Known {
     pub goal_colours: [GoalColour; 2],
     /// Width of the lines, m.
     pub line_width: f32,
+    /// Length of the bars of the penalty crosses, m.
+    pub penalty_mark_size: f32,
     /// Radius of the centre circle, m.
     pub circle_radius: f32,
 }
@@ -69,6 +73,7 @@ impl Known {
             waistband_z: WAISTBAND_Z,
             goal_colours: End::BOTH.map(|end| pitch.goal_colour(end)),
             line_width: pitch.line_width_m,
+            penalty_mark_size: pitch.penalty_mark_size_m,
             circle_radius: pitch.centre_circle_diameter_m / 2.0,
         }
     }

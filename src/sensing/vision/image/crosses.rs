@@ -1,0 +1,189 @@
+//! Penalty crosses: white spots on the carpet, as large and as broad in all directions as a cross there.
+
+use bevy::math::{Mat2, Vec2};
+
+use super::Look;
+use super::colour::ColourClass;
+use super::lines::Point;
+use crate::sensing::vision::{LandmarkKind, LandmarkPercept, RobotPercept};
+
+/// Fewer pixels are no cross.
+const LEAST_PIXELS: usize = 10;
+/// The pixels of a cross are so many times those that one there has.
+const AREA: core::ops::Range<f32> = 0.6..1.5;
+/// The squares of its widths in all directions are so many times those that a cross there has.
+const SPREAD: core::ops::Range<f32> = 0.5..1.8;
+/// Share of what is around a cross that is carpet.
+const LEAST_GREEN: f32 = 0.9;
+/// No cross is broader, as a share of the length of its bars: from corner to opposite corner, and what edges add.
+const BROADEST: f32 = 1.3;
+/// To both sides of a robot, this far from its middle, its arms may be seen before the carpet, m.
+const BESIDE_ROBOT_M: f32 = 0.18;
+
+/// The white pixels of a spot.
+#[derive(Default)]
+pub(super) struct Spot {
+    /// The part of the image that may be a cross's: left and top, width and height.
+    frame: [usize; 4],
+    /// Which pixels of it are known to be the spot's.
+    is_in: Vec<bool>,
+    /// Those whose neighbours have not been looked at.
+    next: Vec<[usize; 2]>,
+    count: usize,
+    sum: Vec2,
+    /// Sums of the squares and of the product of their columns and rows, from the middle of the frame.
+    squares: [f32; 3],
+    /// What is around it, and how much of that is carpet.
+    around: usize,
+    green: usize,
+}
+
+impl Look<'_> {
+    /// The penalty crosses among the points that may be of lines.
+    pub(super) fn find_crosses(
+        &self,
+        points: &[Point],
+        robots: &[(bool, RobotPercept)],
+        spot: &mut Spot,
+        found: &mut Vec<LandmarkPercept>,
+    ) {
+        let before = found.len();
+        let mut last = None;
+        for point in points {
+            // Several points are on one cross.
+            let is_known = |&[left, top, width, height]: &[usize; 4]| {
+                let [u, v] = [point.pixel.x as usize, point.pixel.y as usize];
+                (left..left + width).contains(&u) && (top..top + height).contains(&v)
+            };
+            if last.as_ref().is_some_and(is_known) {
+                continue;
+            }
+            let Some(pixel) = self.cross(point, spot) else { continue };
+            last = Some(spot.frame);
+            let Some(position_m) = self.view.ground_point(pixel) else { continue };
+            let is_free = robots.iter().all(|(_, robot)| !is_beside(robot.position_m, position_m));
+            let is_new = found[before..].iter().all(|other| other.position_m.distance(position_m) > self.mark_size());
+            if is_free && is_new {
+                found.push(LandmarkPercept { camera: self.side, kind: LandmarkKind::PenaltyCross, pixel, position_m });
+            }
+        }
+    }
+
+    /// The length of a cross's bars, m.
+    fn mark_size(&self) -> f32 {
+        self.known.penalty_mark_size.max(self.known.line_width)
+    }
+
+    /// The middle of the cross that a point is on, if it is.
+    fn cross(&self, point: &Point, spot: &mut Spot) -> Option<Vec2> {
+        let size = self.mark_size();
+        let pixels_from_ground = self.pixels_from_ground(point.place)?;
+        // Half the extent in columns and rows of a circle on the ground.
+        let reach = Vec2::new(pixels_from_ground.row(0).length(), pixels_from_ground.row(1).length());
+        if !self.is_short(point, BROADEST * size * reach.x) || !self.fill(point, BROADEST * size * reach + 1.0, spot) {
+            return None;
+        }
+        if spot.count < LEAST_PIXELS || (spot.green as f32) < LEAST_GREEN * spot.around as f32 {
+            return None;
+        }
+        let count = spot.count as f32;
+        let mean = spot.sum / count;
+        let middle = Vec2::new(spot.frame[0] as f32, spot.frame[1] as f32) + mean;
+        // Two bars that share a square.
+        let width = self.known.line_width.min(size);
+        let area = (2.0 * size - width) * width;
+        let second_moment = width * (size * (size * size + width * width) - width * width * width) / 12.0;
+        let pixels_from_ground = self.pixels_from_ground(self.view.ground_point(middle)?)?;
+        let expected_count = area * pixels_from_ground.determinant().abs();
+        if !AREA.contains(&(count / expected_count)) {
+            return None;
+        }
+        // Pixels have a width of their own.
+        let spread = second_moment / area * pixels_from_ground * pixels_from_ground.transpose()
+            + Mat2::from_diagonal(Vec2::splat(1.0 / 12.0));
+        let [xx, xy, yy] = spot.squares;
+        let seen = Mat2::from_cols(
+            Vec2::new(xx / count - mean.x * mean.x, xy / count - mean.x * mean.y),
+            Vec2::new(xy / count - mean.x * mean.y, yy / count - mean.y * mean.y),
+        );
+        // The eigenvalues of this are how many times as broad it is, along its widest and its narrowest direction.
+        let ratio = spread.inverse() * (seen + Mat2::from_diagonal(Vec2::splat(1.0 / 12.0)));
+        let half_trace = (ratio.x_axis.x + ratio.y_axis.y) / 2.0;
+        let root = (half_trace * half_trace - ratio.determinant()).max(0.0).sqrt();
+        let is_as_broad = SPREAD.contains(&(half_trace - root)) && SPREAD.contains(&(half_trace + root));
+        is_as_broad.then_some(middle)
+    }
+
+    /// Pixels to the right and downwards for each metre on the ground near a place, along the robot's axes.
+    fn pixels_from_ground(&self, place: Vec2) -> Option<Mat2> {
+        const STEP_M: f32 = 0.01;
+        let along = |axis: Vec2| {
+            let ends = [-axis, axis].map(|offset| self.view.project((place + STEP_M * offset).extend(0.0)));
+            Some((ends[1]? - ends[0]?) / (2.0 * STEP_M))
+        };
+        Some(Mat2::from_cols(along(Vec2::X)?, along(Vec2::Y)?))
+    }
+
+    /// Whether white ends on both sides of a point within so many columns.
+    fn is_short(&self, point: &Point, columns: f32) -> bool {
+        let [column, row] = [point.pixel.x as usize, (point.pixel.y as usize).min(self.height() - 1)];
+        let white = |column: &usize| self.class(*column, row) == ColourClass::White;
+        let left = (0..column).rev().take_while(white).count();
+        let right = (column..self.width()).take_while(white).count();
+        (left + right) as f32 <= columns + 1.0
+    }
+
+    /// Fills a spot with the white pixels that are connected to a point. Whether it ends within this reach, and before the
+    /// edge of the image.
+    fn fill(&self, point: &Point, reach: Vec2, spot: &mut Spot) -> bool {
+        let least = (point.pixel - reach).max(Vec2::ZERO);
+        let most = (point.pixel + reach).min(Vec2::new(self.width() as f32, self.height() as f32));
+        let [left, top] = [least.x as usize, least.y as usize];
+        let [width, height] = [most.x.ceil() as usize - left, most.y.ceil() as usize - top];
+        spot.frame = [left, top, width, height];
+        spot.is_in.clear();
+        spot.is_in.resize(width * height, false);
+        (spot.count, spot.sum, spot.squares) = (0, Vec2::ZERO, [0.0; 3]);
+        (spot.around, spot.green) = (0, 0);
+        spot.next.clear();
+        let first = [point.pixel.x as usize - left, (point.pixel.y as usize - top).min(height - 1)];
+        if self.class(left + first[0], top + first[1]) != ColourClass::White {
+            return false;
+        }
+        spot.is_in[first[1] * width + first[0]] = true;
+        spot.next.push(first);
+        while let Some([u, v]) = spot.next.pop() {
+            if u == 0 || v == 0 || u + 1 == width || v + 1 == height {
+                return false;
+            }
+            let place = Vec2::new(u as f32 + 0.5, v as f32 + 0.5);
+            spot.count += 1;
+            spot.sum += place;
+            for (sum, product) in spot.squares.iter_mut().zip([place.x * place.x, place.x * place.y, place.y * place.y])
+            {
+                *sum += product;
+            }
+            for (u, v) in (v - 1..=v + 1).flat_map(|v| (u - 1..=u + 1).map(move |u| (u, v))) {
+                match self.class(left + u, top + v) {
+                    ColourClass::White => {
+                        if !core::mem::replace(&mut spot.is_in[v * width + u], true) {
+                            spot.next.push([u, v]);
+                        }
+                    }
+                    class => {
+                        spot.around += 1;
+                        spot.green += usize::from(class == ColourClass::Green);
+                    }
+                }
+            }
+        }
+        true
+    }
+}
+
+/// Whether a place is behind a robot, where it is hidden or just beside what is seen of the robot.
+fn is_beside(robot: Vec2, place: Vec2) -> bool {
+    let direction = robot.normalize_or(Vec2::X);
+    direction.dot(place) > robot.length()
+        && direction.perp_dot(place / place.length().max(0.1)).abs() * robot.length() < BESIDE_ROBOT_M
+}
