@@ -15,6 +15,8 @@ pub struct RobotBody {
     pub end: Pose,
     /// Its torso.
     pub torso: BodyBox,
+    /// How far it can go in the cycle, m: nobody is shoved faster than that. Its own step is never too long.
+    pub most_way: f32,
 }
 
 impl RobotBody {

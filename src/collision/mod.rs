@@ -20,6 +20,7 @@ use crate::knowledge::Knowledge;
 use crate::pitch::{Pitch, Post};
 use crate::referee::{Penalty, Rules};
 use crate::robot::body::{BodyBounds, BodyBox};
+use crate::robot::motion::MotionLimits;
 use crate::robot::posture::Posture;
 use crate::robot::{PreviousPose, RobotId, Roster, Velocity};
 use ball::{BallContact, Obstacle, roll_ball};
@@ -109,7 +110,10 @@ fn collide(
     mut events: ResMut<CycleEvents>,
     posts: Query<(&Pose, &Post), (Without<RobotId>, Without<Ball>)>,
     rules: Res<Rules>,
-    mut robots: Query<(&mut Pose, &PreviousPose, &BodyBounds, &Penalty, &Posture, &mut Velocity), With<RobotId>>,
+    mut robots: Query<
+        (&mut Pose, &PreviousPose, &BodyBounds, &MotionLimits, &Penalty, &Posture, &mut Velocity),
+        With<RobotId>,
+    >,
     mut balls: Query<
         (&mut Pose, &PreviousPose, &BallPhysics, &mut BallVelocity, &mut BallPath),
         (With<Ball>, Without<RobotId>),
@@ -117,7 +121,7 @@ fn collide(
 ) {
     let scratch = &mut *scratch;
     let duration = clock.period();
-    scratch.gather(&roster, &posts, robots.as_readonly(), rules.dive_reach_m);
+    scratch.gather(&roster, &posts, robots.as_readonly(), rules.dive_reach_m, duration);
     resolve_robots(&mut scratch.bodies, &scratch.cylinders, &mut scratch.workspace, &mut scratch.robot_contacts);
     for (mut pose, previous, physics, mut velocity, mut path) in &mut balls {
         let start = physics.rolling_ball(previous.0.position, path.start_velocity);
@@ -158,8 +162,9 @@ impl Scratch {
         &mut self,
         roster: &Roster,
         posts: &Query<(&Pose, &Post), (Without<RobotId>, Without<Ball>)>,
-        robots: Query<(&Pose, &PreviousPose, &BodyBounds, &Penalty, &Posture, &Velocity), With<RobotId>>,
+        robots: Query<(&Pose, &PreviousPose, &BodyBounds, &MotionLimits, &Penalty, &Posture, &Velocity), With<RobotId>>,
         dive_reach_m: f32,
+        duration: f32,
     ) {
         self.ids.clear();
         self.entities.clear();
@@ -168,7 +173,7 @@ impl Scratch {
         self.held.clear();
         self.strips.clear();
         for (id, entity) in roster.iter() {
-            let Ok((pose, previous, bounds, penalty, posture, _)) = robots.get(entity) else { continue };
+            let Ok((pose, previous, bounds, limits, penalty, posture, _)) = robots.get(entity) else { continue };
             if penalty.is_active() {
                 continue;
             }
@@ -179,7 +184,12 @@ impl Scratch {
             self.entities.push(entity);
             self.bounds.push(*bounds);
             self.held.push(false);
-            self.bodies.push(RobotBody { start: previous.0, end: *pose, torso: bounds.torso });
+            self.bodies.push(RobotBody {
+                start: previous.0,
+                end: *pose,
+                torso: bounds.torso,
+                most_way: limits.max_linear_mps * duration,
+            });
         }
         self.cylinders.clear();
         self.cylinders.extend(posts.iter().map(|(pose, post)| Cylinder { centre: pose.position, radius: post.radius }));

@@ -1,8 +1,8 @@
 //! Collisions of robots with each other and with posts, resolved for all at once.
 //!
 //! A robot that runs into something gives up of its own advance, and slides along. Two that run into each other give
-//! up in proportion to how fast each advanced; a static robot keeps its place. Nothing depends on the order in which
-//! robots are given.
+//! up in proportion to how fast each advanced; a static robot keeps its place, and nobody is shoved faster than it can
+//! walk. Nothing depends on the order in which robots are given.
 
 use bevy::prelude::*;
 
@@ -44,6 +44,7 @@ pub struct Workspace {
     current: Vec<Pose>,
     wanted: Vec<Pose>,
     push: Vec<Vec2>,
+    spent: Vec<bool>,
     held: Vec<bool>,
 }
 
@@ -108,7 +109,13 @@ fn advanced(robot: &RobotBody, current: Pose, share: f32) -> Pose {
     }
 }
 
-/// Pushes overlapping torsos apart, all at once, a few times over.
+/// How far a robot may get in this share of the cycle, m.
+fn most_way(robot: &RobotBody, share: f32) -> f32 {
+    (robot.most_way.max(robot.start.position.distance(robot.end.position)) + GAP) * share
+}
+
+/// Pushes overlapping torsos apart, all at once, a few times over. Who has been pushed as far as it can go is `spent`,
+/// and gives up no more: the other has to.
 fn push_apart(
     robots: &[RobotBody],
     cylinders: &[Cylinder],
@@ -116,7 +123,9 @@ fn push_apart(
     contacts: &mut Vec<RobotContact>,
     share: f32,
 ) {
-    let Workspace { wanted, push, .. } = workspace;
+    let Workspace { current, wanted, push, spent, .. } = workspace;
+    spent.clear();
+    spent.resize(robots.len(), false);
     for _ in 0..PUSH_ROUNDS {
         push.clear();
         push.resize(robots.len(), Vec2::ZERO);
@@ -145,7 +154,11 @@ fn push_apart(
             match touched {
                 Touched::Cylinder(_) => push[robot] -= overlap.normal * distance,
                 Touched::Robot(other) => {
-                    let (own, others) = shares(&robots[robot], &robots[other], overlap.normal, share);
+                    let (own, others) = match (spent[robot], spent[other]) {
+                        (true, false) if robots[other].is_moving() => (0.0, 1.0),
+                        (false, true) if robots[robot].is_moving() => (1.0, 0.0),
+                        _ => shares(&robots[robot], &robots[other], overlap.normal, share),
+                    };
                     push[robot] -= overlap.normal * (distance * own);
                     push[other] += overlap.normal * (distance * others);
                 }
@@ -155,8 +168,14 @@ fn push_apart(
             return;
         }
         for (index, pose) in wanted.iter_mut().enumerate() {
-            if robots[index].is_moving() {
-                pose.position += push[index];
+            if !robots[index].is_moving() || push[index] == Vec2::ZERO {
+                continue;
+            }
+            pose.position += push[index];
+            let (from, most) = (current[index].position, most_way(&robots[index], share));
+            if pose.position.distance_squared(from) > most * most {
+                pose.position = from + (pose.position - from).clamp_length_max(most);
+                spent[index] = true;
             }
         }
     }
@@ -233,7 +252,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn robot(start: Pose, end: Pose) -> RobotBody {
-        RobotBody { start, end, torso: BodyBounds::default().torso }
+        RobotBody { start, end, torso: BodyBounds::default().torso, most_way: 0.0 }
     }
 
     fn resolve(robots: &mut [RobotBody], cylinders: &[Cylinder]) -> Vec<RobotContact> {
@@ -266,6 +285,37 @@ mod tests {
         // Gap 1 cm, advances 1.5 cm and 0.5 cm: overlap 1 cm, given up 0.75 and 0.25 cm.
         assert_abs_diff_eq!(robots[0].end.position.x, 0.0075, epsilon = 1e-4);
         assert_abs_diff_eq!(robots[1].end.position.x, 0.1075, epsilon = 1e-4);
+    }
+
+    #[test]
+    fn nobody_is_shoved_faster_than_it_walks() {
+        // The first turns in place by 0.2 rad; the tip of its torso, 15 cm to the left, goes 3 cm ahead, towards the
+        // side of the second, who walks 1 mm away from it, and could go 5 mm.
+        let turning = robot(Pose::new(0.0, 0.0, 0.0), Pose::new(0.0, 0.0, -0.2));
+        let walking = robot(Pose::new(0.11, 0.15, PI), Pose::new(0.11, 0.151, PI));
+        for order in [[0, 1], [1, 0]] {
+            let mut robots = order.map(|index| [turning, RobotBody { most_way: 0.005, ..walking }][index]);
+            let contacts = resolve(&mut robots, &[]);
+            assert_eq!(contacts.len(), 1);
+            for body in robots {
+                let (way, most) = (body.start.position.distance(body.end.position), body.most_way.max(0.001));
+                assert!(way <= most + 2.0 * GAP, "{way}");
+            }
+        }
+    }
+
+    #[test]
+    fn who_can_give_up_no_more_leaves_the_rest_to_the_other() {
+        // Both turn towards each other by 0.1 rad, which brings their fronts together by 1.5 cm at the tips. The first
+        // cannot be shoved at all, the second by 3 cm: it goes back by all of it, and both have turned.
+        let first = robot(Pose::new(0.0, 0.0, 0.0), Pose::new(0.0, 0.0, 0.1));
+        let second = robot(Pose::new(0.101, 0.0, PI), Pose::new(0.101, 0.0, PI - 0.1));
+        let mut robots = [first, RobotBody { most_way: 0.03, ..second }];
+        resolve(&mut robots, &[]);
+        assert_abs_diff_eq!(robots[0].end.position, Vec2::ZERO, epsilon = 2.0 * GAP);
+        assert_abs_diff_eq!(robots[0].end.heading, 0.1, epsilon = 1e-6);
+        assert!(robots[1].end.position.x > 0.102, "{:?}", robots[1].end);
+        assert_abs_diff_eq!(robots[1].end.heading, PI - 0.1, epsilon = 1e-6);
     }
 
     #[test]
@@ -317,9 +367,12 @@ mod tests {
                 }
             }
             let mut reversed: Vec<RobotBody> = robots.iter().rev().copied().collect();
+            let most: Vec<f32> = robots.iter().map(|robot| most_way(robot, 1.0)).collect();
             resolve(&mut robots, &cylinders);
             resolve(&mut reversed, &cylinders);
             for (index, body) in robots.iter().enumerate() {
+                let way = body.start.position.distance(body.end.position);
+                prop_assert!(way <= most[index] + 1e-6, "shoved by {way}");
                 let torso = body.torso.footprint(body.end);
                 prop_assert!(torso.overlap_disc(cylinders[0].centre, cylinders[0].radius).is_none());
                 for other in &robots[index + 1..] {

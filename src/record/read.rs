@@ -274,6 +274,19 @@ mod tests {
     }
 
     #[test]
+    fn every_line_that_was_written_is_in_the_file_when_the_program_is_killed() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["plain.jsonl", "small.jsonl.zst"] {
+            let path = folder.path().join(name);
+            let mut recorder = crate::record::trace::TraceRecorder::create(&path).unwrap();
+            recorder.write_header(&Scenario::default());
+            // Whoever is killed closes nothing.
+            core::mem::forget(recorder);
+            assert!(TraceReader::open(&path).is_ok(), "{name}");
+        }
+    }
+
+    #[test]
     fn what_is_wrong_is_said_with_its_place() {
         assert_eq!(
             message(&[HEADER, &cycle(0), "{\"type\":\"cycle\",\"cycle\":x}", ""]),

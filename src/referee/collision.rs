@@ -6,17 +6,21 @@
 //! - The speed that counts is the one at which a robot wants to walk towards the other, along the line between them.
 //! - A robot that stands is never responsible; of two that walk, the faster is. At equal speeds both are.
 //! - Nobody is when the two face each other with the ball between them: they fight for it.
+//! - The league's rule books except a robot whose side touches another on its way to the ball: [`SideContacts`].
 //! - A brush at less than a least speed is no offence.
 
 use bevy::prelude::*;
 
 use super::evidence::Evidence;
+use super::rules::SideContacts;
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
 
 /// Speeds that differ by less count as equal, m/s.
 const EQUAL_SPEEDS_MPS: f32 = 1e-3;
 /// Two robots face each other when each has the other within 60 degrees of straight ahead: the cosine.
 const FACING_COSINE: f32 = 0.5;
+/// A robot goes to the ball when it walks within 60 degrees of straight towards it: the cosine.
+const TO_BALL_COSINE: f32 = 0.5;
 /// The ball is between two robots when it is no farther than this from the line between their origins, m: half the
 /// width of a robot and a hand's breadth.
 const BETWEEN_M: f32 = 0.25;
@@ -31,12 +35,40 @@ pub fn responsible(snapshot: &MatchSnapshot, pair: [usize; 2]) -> [bool; 2] {
         return [false; 2];
     }
     let speeds = [approach_speed(a, b), approach_speed(b, a)];
-    let is_responsible = |own: f32, other: f32, robot: &RobotSnapshot| {
+    let is_responsible = |[own, others]: [f32; 2], robot: &RobotSnapshot, other: &RobotSnapshot| {
         own > snapshot.rules.collision_speed_mps
-            && own >= other - EQUAL_SPEEDS_MPS
+            && own >= others - EQUAL_SPEEDS_MPS
             && !(snapshot.rules.keeper_may_push && is_keeper_at_home(snapshot, robot))
+            && !may_touch(snapshot, robot, other)
     };
-    [is_responsible(speeds[0], speeds[1], a), is_responsible(speeds[1], speeds[0], b)]
+    [is_responsible(speeds, a, b), is_responsible([speeds[1], speeds[0]], b, a)]
+}
+
+/// Whether the rules let `robot` touch `other` with its side.
+fn may_touch(snapshot: &MatchSnapshot, robot: &RobotSnapshot, other: &RobotSnapshot) -> bool {
+    let goes = |robot: &RobotSnapshot| goes_to_ball(snapshot, robot);
+    match snapshot.rules.side_contacts {
+        SideContacts::Count => false,
+        SideContacts::FreeIfBothGoToBall => has_at_its_side(robot, other) && goes(robot) && goes(other),
+        SideContacts::FreeOnTheWayToBall => has_at_its_side(robot, other) && goes(robot),
+    }
+}
+
+/// Whether `other` is neither within 60 degrees of straight ahead nor of straight behind.
+fn has_at_its_side(robot: &RobotSnapshot, other: &RobotSnapshot) -> bool {
+    let direction = (other.previous.position - robot.previous.position).normalize_or_zero();
+    robot.previous.forward().dot(direction).abs() < FACING_COSINE
+}
+
+fn goes_to_ball(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
+    let Some(place) = place_of_ball(snapshot) else { return false };
+    let direction = (place - robot.previous.position).normalize_or_zero();
+    robot.wanted_velocity.normalize_or_zero().dot(direction) > TO_BALL_COSINE
+}
+
+/// Where the ball was at the start of the cycle: by its end it may have been squeezed out.
+fn place_of_ball(snapshot: &MatchSnapshot) -> Option<Vec2> {
+    snapshot.ball.map(|ball| *ball.path.first().unwrap_or(&ball.position))
 }
 
 /// The speed at which `robot` wants to come nearer to `other`, along the line between where the two were
@@ -47,14 +79,13 @@ pub fn approach_speed(robot: &RobotSnapshot, other: &RobotSnapshot) -> f32 {
 }
 
 /// Whether two robots face each other with the ball between them. What counts is how things were at the
-/// start of the cycle: by its end the ball may have been squeezed out.
+/// start of the cycle.
 fn fight_for_ball(snapshot: &MatchSnapshot, a: &RobotSnapshot, b: &RobotSnapshot) -> bool {
-    let Some(ball) = snapshot.ball else { return false };
+    let Some(place) = place_of_ball(snapshot) else { return false };
     let (start, line) = (a.previous.position, b.previous.position - a.previous.position);
     let Some(direction) = line.try_normalize() else { return false };
     let facing =
         a.previous.forward().dot(direction) > FACING_COSINE && b.previous.forward().dot(-direction) > FACING_COSINE;
-    let place = *ball.path.first().unwrap_or(&ball.position);
     let along = (place - start).dot(direction).clamp(0.0, line.length());
     facing && place.distance(start + direction * along) <= BETWEEN_M
 }
@@ -146,6 +177,40 @@ mod tests {
         // Pink turns its back: 180 degrees away.
         let from_behind = walking.robot_at(PINK2, Pose::new(1.2, 0.0, 0.0)).ball_rolled([1.1, 0.1], [1.1, 0.1]);
         assert_eq!(penalised(&from_behind), [BLUE2]);
+    }
+
+    #[test]
+    fn a_side_that_touches_another_on_the_way_to_the_ball_is_no_offence_where_the_rules_say_so() {
+        // Both face +x, pink on blue's left; blue comes closer to it at 0.2 sin 20° = 0.068 m/s, pink to blue at less.
+        let shoulders = |blue: [f32; 2], pink: [f32; 2], ball: [f32; 2], side_contacts| {
+            let mut situation = face_to_face()
+                .robot_at(BLUE2, Pose::new(0.0, 0.0, 0.0))
+                .robot_at(PINK2, Pose::new(0.0, 0.31, 0.0))
+                .walking(BLUE2, blue)
+                .walking(PINK2, pink)
+                .ball_rolled(ball, ball);
+            situation.rules.side_contacts = side_contacts;
+            penalised(&situation)
+        };
+        let (ahead, elsewhere) = ([1.0, 0.3], [-1.0, 0.3]);
+        let (blue, pink, pink_away) = ([0.188, 0.068], [0.2, 0.0], [-0.2, 0.0]);
+        assert_eq!(shoulders(blue, pink, ahead, SideContacts::Count), [BLUE2]);
+        assert_eq!(shoulders(blue, pink, ahead, SideContacts::FreeIfBothGoToBall), []);
+        assert_eq!(shoulders(blue, pink_away, ahead, SideContacts::FreeIfBothGoToBall), [BLUE2]);
+        assert_eq!(shoulders(blue, pink_away, ahead, SideContacts::FreeOnTheWayToBall), []);
+        assert_eq!(shoulders(blue, pink, elsewhere, SideContacts::FreeOnTheWayToBall), [BLUE2]);
+
+        // Pink 59 and 61 degrees to the left of straight ahead.
+        for (bearing, expected) in [(59.0_f32, vec![BLUE2]), (61.0, vec![])] {
+            let place = Vec2::from_angle(bearing.to_radians()) * 0.3;
+            let mut situation = face_to_face()
+                .robot_at(BLUE2, Pose::new(0.0, 0.0, 0.0))
+                .robot_at(PINK2, Pose::new(place.x, place.y, 0.0))
+                .walking(BLUE2, [0.2, 0.0])
+                .ball_rolled(ahead, ahead);
+            situation.rules.side_contacts = SideContacts::FreeOnTheWayToBall;
+            assert_eq!(penalised(&situation), expected, "at {bearing} degrees");
+        }
     }
 
     #[test]

@@ -62,6 +62,19 @@ pub enum DefenderLimit {
     AtMost(u8),
 }
 
+/// Whether a robot may touch another with its side, its arm or shoulder, on its way to the ball.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SideContacts {
+    /// It is responsible as for any collision.
+    #[default]
+    Count,
+    /// It may if the other goes to the ball, too (2010 rule book, "Player Pushing").
+    FreeIfBothGoToBall,
+    /// It may, whatever the other does (2025 rule book, "Player Pushing").
+    FreeOnTheWayToBall,
+}
+
 /// The rules as data; presets are files in `assets/rules`. The default is the preset `naoisis`: the paper's match
 /// mode (section 3.4). Durations are in seconds of play unless they say otherwise.
 #[derive(Resource, Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
@@ -137,9 +150,11 @@ pub struct Rules {
     pub collisions_between_team_mates: bool,
     /// Whether the keeper, number 1, is never responsible in its own penalty area.
     pub keeper_may_push: bool,
+    /// Whether it may touch another with its side on its way to the ball.
+    pub side_contacts: SideContacts,
     /// From this collision of a team on in a half, the responsible robot is removed for the rest of the half (2010: 4).
     pub pushing_limit: Option<u32>,
-    /// Whether a collision within [`Rules::free_kick_distance_m`] of the ball gives the other team a free kick (2025).
+    /// Whether a collision within half a metre of the ball gives the other team a free kick (2025).
     pub pushing_free_kick: bool,
 
     /// Whether a robot that stands near the ball for too long is penalised.
@@ -246,6 +261,7 @@ impl Default for Rules {
             collision_speed_mps: 0.05,
             collisions_between_team_mates: false,
             keeper_may_push: false,
+            side_contacts: SideContacts::default(),
             pushing_limit: None,
             pushing_free_kick: false,
             stalling: true,

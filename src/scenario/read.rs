@@ -197,12 +197,15 @@ fn ron_fault(text: &str, error: &ron::error::SpannedError) -> SyntaxFault {
         message: message.to_owned(),
         expected: expected.to_owned(),
     };
+    let the_end = || SyntaxFault {
+        span: text.len()..text.len(),
+        message: "the file ends in the middle of a value or a comment".to_owned(),
+        expected: "the rest of it, and every bracket closed".to_owned(),
+    };
+    let is_at_end = text.get(position..).is_none_or(|rest| rest.trim().is_empty());
     match &error.code {
-        Error::Eof | Error::ExpectedStringEnd | Error::UnclosedBlockComment => SyntaxFault {
-            span: text.len()..text.len(),
-            message: "the file ends in the middle of a value or a comment".to_owned(),
-            expected: "the rest of it, and every bracket closed".to_owned(),
-        },
+        Error::Eof | Error::ExpectedStringEnd | Error::UnclosedBlockComment => the_end(),
+        Error::ExpectedComma | Error::ExpectedMapColon | Error::ExpectedArrayEnd if is_at_end => the_end(),
         Error::ExceededRecursionLimit => fault("the nesting is too deep", "at most 128 levels of lists and objects"),
         Error::TrailingCharacters => fault("something follows after the scenario's end", "the end of the file"),
         Error::ExpectedComma => {

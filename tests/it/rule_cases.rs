@@ -87,6 +87,10 @@ rule_cases! {
     push_a_team_mate
     push_by_the_keeper_at_home
     push_by_the_keeper_away
+    push_with_the_side_on_the_way_to_the_ball_2010
+    push_with_the_side_when_the_other_goes_elsewhere_2010
+    push_with_the_side_when_the_other_goes_elsewhere_2025
+    push_with_the_side_on_the_way_elsewhere_2025
     push_limit_reached
     push_limit_not_reached
     push_near_the_ball_2025

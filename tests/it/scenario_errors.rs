@@ -49,6 +49,8 @@ fn texts_that_are_no_ron_or_json() {
     refuses_ron("(\n  seed: 1\n  «name: \"\")", "there is no comma", "a comma");
     refuses_json("{ \"robots\": [ {«", "ends in the middle", "every bracket closed");
     refuses_ron("(robots: [(\n«", "ends in the middle", "every bracket closed");
+    refuses_ron("(robots: [(team: blue, number: 1)«", "ends in the middle", "every bracket closed");
+    refuses_ron("(seed: 1«", "ends in the middle", "every bracket closed");
     refuses_ron("(name: \"abc«", "ends in the middle", "every bracket closed");
     refuses_ron("(seed: 1) /* «", "ends in the middle", "every bracket closed");
     refuses_ron("(seed «1)", "no comma", "a colon after a field's name");
