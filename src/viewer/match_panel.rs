@@ -263,33 +263,30 @@ fn show_settings(ui: &mut egui::Ui, scenario: &mut Scenario) {
         if fidelity != now {
             scenario.fidelity = Fidelities::all(fidelity);
         }
-        ui.end_row();
-        let mut slider = |label: &str, hint: &str, slider: Slider| {
-            let label = ui.label(label).on_hover_text(hint).id;
-            ui.add(slider).labelled_by(label);
-            ui.end_row();
-        };
-        let messages = &mut scenario.messages;
-        slider("Messages lost", "The share of messages that do not arrive", Slider::new(&mut messages.loss, 0.0..=1.0));
-        let delay = Slider::new(&mut messages.delay_cycles, 1..=90).suffix(" cycles");
-        slider("Message delay", "From sending to arrival", delay);
-        let motion = &mut scenario.motion;
-        let speed = Slider::new(&mut motion.max_linear_mps, 0.05..=1.0).suffix(" m/s");
-        slider("Walking speed", "The greatest, of robots without one of their own", speed);
-        let mut turn_deg = motion.max_angular.to_degrees();
-        slider("Turning speed", "The greatest", Slider::new(&mut turn_deg, 10.0..=360.0).suffix("°/s"));
-        if (turn_deg - motion.max_angular.to_degrees()).abs() > 1e-3 {
-            motion.max_angular = turn_deg.to_radians();
-        }
-        let error = &mut motion.error_sd;
-        let walk = Slider::new(&mut error.dx_m, 0.0..=0.01).suffix(" m").fixed_decimals(4);
-        slider("Walking error", "Spread in each cycle", walk);
-        if let Some(ball) = &mut scenario.ball
-            && let Rolling::ExponentialPerS(drag) = &mut ball.rolling
-        {
-            slider("Drag of the ball", "How fast it slows down", Slider::new(drag, 0.05..=2.0).suffix(" /s"));
-        }
     });
+    let mut slider = |name: &str, hint: &str, slider: Slider| {
+        ui.add(slider.text(name)).on_hover_text(hint);
+    };
+    let messages = &mut scenario.messages;
+    slider("Messages lost", "The share of messages that do not arrive", Slider::new(&mut messages.loss, 0.0..=1.0));
+    let delay = Slider::new(&mut messages.delay_cycles, 1..=90).suffix(" cycles");
+    slider("Message delay", "From sending to arrival", delay);
+    let motion = &mut scenario.motion;
+    let speed = Slider::new(&mut motion.max_linear_mps, 0.05..=1.0).suffix(" m/s");
+    slider("Walking speed", "The greatest, of robots without one of their own", speed);
+    let mut turn_deg = motion.max_angular.to_degrees();
+    slider("Turning speed", "The greatest", Slider::new(&mut turn_deg, 10.0..=360.0).suffix("°/s"));
+    if (turn_deg - motion.max_angular.to_degrees()).abs() > 1e-3 {
+        motion.max_angular = turn_deg.to_radians();
+    }
+    let error = &mut motion.error_sd;
+    let walk = Slider::new(&mut error.dx_m, 0.0..=0.01).suffix(" m").fixed_decimals(4);
+    slider("Walking error", "Spread in each cycle", walk);
+    if let Some(ball) = &mut scenario.ball
+        && let Rolling::ExponentialPerS(drag) = &mut ball.rolling
+    {
+        slider("Drag of the ball", "How fast it slows down", Slider::new(drag, 0.05..=2.0).suffix(" /s"));
+    }
 }
 
 fn fidelity_name(fidelity: Fidelity) -> &'static str {

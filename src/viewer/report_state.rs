@@ -19,7 +19,7 @@
 //! | `overlays` | how many switches of overlays are on |
 //! | `problem`, `notice` | what the user is told |
 //! | `event` | the event of the list that is looked at |
-//! | `widgets` | what can be operated in the panels: `name`, `value`, `edges` (left, upper, right, lower, logical pixels) |
+//! | `widgets` | what can be operated in the panels: `role`, `name`, `value`, `edges` (left, upper, right, lower, logical pixels) |
 
 use bevy::diagnostic::FrameCount;
 use bevy::ecs::system::SystemParam;

@@ -4,8 +4,8 @@ use bevy::math::{Mat2, Vec2};
 
 use super::Look;
 use super::colour::ColourClass;
-use super::lines::Point;
-use crate::sensing::vision::{LandmarkKind, LandmarkPercept, RobotPercept};
+use super::lines::{GOAL_M, Point};
+use crate::sensing::vision::{GoalPostPercept, LandmarkKind, LandmarkPercept, RobotPercept};
 
 /// Fewer pixels are no cross.
 const LEAST_PIXELS: usize = 10;
@@ -44,6 +44,7 @@ impl Look<'_> {
         &self,
         points: &[Point],
         robots: &[(bool, RobotPercept)],
+        posts: &[(bool, GoalPostPercept)],
         spot: &mut Spot,
         found: &mut Vec<LandmarkPercept>,
     ) {
@@ -61,7 +62,8 @@ impl Look<'_> {
             let Some(pixel) = self.cross(point, spot) else { continue };
             last = Some(spot.frame);
             let Some(position_m) = self.view.ground_point(pixel) else { continue };
-            let is_free = robots.iter().all(|(_, robot)| !is_beside(robot.position_m, position_m));
+            let is_free = robots.iter().all(|(_, robot)| !is_beside(robot.position_m, position_m))
+                && posts.iter().all(|(_, post)| post.position_m.distance(position_m) > GOAL_M);
             let is_new = found[before..].iter().all(|other| other.position_m.distance(position_m) > self.mark_size());
             if is_free && is_new {
                 found.push(LandmarkPercept { camera: self.side, kind: LandmarkKind::PenaltyCross, pixel, position_m });

@@ -31,8 +31,8 @@ const GAP_M: f32 = 0.15;
 const BEYOND_M: f32 = 0.2;
 /// What is white nearer than this to a robot is probably a part of it, m.
 const ROBOT_M: f32 = 0.25;
-/// Lines that meet nearer than this to a goal post are probably bars that carry the net, m.
-const GOAL_M: f32 = 0.5;
+/// Lines that meet nearer than this to a goal post are probably bars that carry the net, m; and spots are parts of them.
+pub(super) const GOAL_M: f32 = 0.5;
 /// A piece that is longer is a line for sure, m.
 const LONG_M: f32 = 0.6;
 /// The radius of the centre circle is measured as exactly as this, m.
@@ -90,7 +90,7 @@ impl Look<'_> {
             points.clear();
             self.search(along_columns, robots, points);
             if along_columns {
-                self.find_crosses(points, robots, spot, found);
+                self.find_crosses(points, robots, posts, spot, found);
             }
             let chains = connect(points, along_columns);
             for index in 0..chains {
