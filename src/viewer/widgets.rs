@@ -66,8 +66,10 @@ fn widgets_of(tree: &TreeUpdate, scale: f64) -> Vec<Widget> {
         node.label().filter(|words| !words.is_empty()).or_else(beside).map(str::to_owned)
     };
     // Words can be clicked on, too, to copy them.
-    let is_operable =
-        |node: &Node| !node.is_disabled() && node.supports_action(Action::Click) && node.role() != Role::Label;
+    let is_operable = |node: &Node| {
+        let is_reached = [Action::Click, Action::SetValue].into_iter().any(|action| node.supports_action(action));
+        is_reached && !node.is_disabled() && node.role() != Role::Label
+    };
     let widget_of = |node: &Node| {
         let bounds = node.bounds()?;
         let toggled = node.toggled().map(|toggled| (toggled == Toggled::True).to_string());
@@ -95,7 +97,8 @@ mod tests {
     fn shown(show: impl FnMut(&mut egui::Ui)) -> Vec<Widget> {
         let context = egui::Context::default();
         context.enable_accesskit();
-        let output = context.run_ui(RawInput::default(), show);
+        let mut output = context.run_ui(RawInput::default(), show);
+        output.textures_delta.clear();
         widgets_of(&output.platform_output.accesskit_update.expect("a tree"), 2.0)
     }
 
