@@ -6,7 +6,7 @@
 //! |---|---|
 //! | `frame` | frames since the start of the program |
 //! | `window`, `pointer` | width and height of the window, and where the mouse is in it, logical pixels |
-//! | `shift` | whether Shift is held down |
+//! | `shift`, `typing` | whether Shift is held down; whether keys go to a field of a panel |
 //! | `held` | whether the mouse has hold of a robot or the ball |
 //! | `scenario`, `seed`, `teams` | what is played, and by whom |
 //! | `cycle`, `shown_cycle` | of the match; of the moment that is shown, if that is the past |
@@ -24,6 +24,7 @@
 use bevy::diagnostic::FrameCount;
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
+use bevy_egui::input::EguiWantsInput;
 use serde_json::{Value, json};
 use std::fs::File;
 use std::io::{self, Write};
@@ -118,6 +119,7 @@ struct Reported<'w, 's> {
     keys: Res<'w, ButtonInput<KeyCode>>,
     event: Res<'w, ShownEvent>,
     widgets: Res<'w, Widgets>,
+    panels: Res<'w, EguiWantsInput>,
 }
 
 fn report(reported: Reported, frame: Res<FrameCount>, mut report: ResMut<StateReport>, mut commands: Commands) {
@@ -146,6 +148,7 @@ impl Reported<'_, '_> {
             "window": window,
             "pointer": pointer.map(|pointer| [pointer.x, pointer.y]),
             "shift": self.keys.any_pressed([KeyCode::ShiftLeft, KeyCode::ShiftRight]),
+            "typing": self.panels.wants_any_keyboard_input(),
             "held": self.hands.hold_anything(),
             "scenario": self.scenario.as_ref().map(|scenario| &scenario.name),
             "seed": self.scenario.as_ref().map(|scenario| scenario.seed),
