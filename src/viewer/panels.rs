@@ -45,30 +45,43 @@ fn show_score(
     let context = contexts.ctx_mut()?;
     panel("score", Align2::CENTER_TOP, [layout::middle_beside_robot(context), MARGIN]).show(context, |ui| {
         card(ui).show(ui, |ui| {
-            ui.vertical_centered(|ui| {
-                ui.horizontal(|ui| {
-                    // As high as the highest, so that all are on one line.
-                    ui.set_min_height(SCORE_HEIGHT);
-                    band(ui, Team::Blue, egui::vec2(14.0, 22.0));
-                    ui.label(bright(&names[0]).size(text_size::TEAM));
-                    ui.add_space(4.0);
-                    let score = format!("{} : {}", game.score.blue, game.score.pink);
-                    ui.label(bright(score).size(text_size::SCORE).strong());
-                    ui.add_space(4.0);
-                    ui.label(bright(&names[1]).size(text_size::TEAM));
-                    band(ui, Team::Pink, egui::vec2(14.0, 22.0));
-                });
-                let text = match game.time_left_s(&clock) {
-                    Some(left) => format!("half {}   {} left   {}", game.half, minutes(left), state_name(game.state)),
-                    None => format!("{}   no referee", minutes(clock.end_time_s() as f32)),
-                };
-                let over = is_over(&game, &clock, &playback) && game.state != GameState::Finished;
-                let text = if over { format!("{text}   end of the scenario") } else { text };
-                ui.add(egui::Label::new(dim(text)).extend());
-            });
+            let text = match game.time_left_s(&clock) {
+                Some(left) => format!("half {}   {} left   {}", game.half, minutes(left), state_name(game.state)),
+                None => format!("{}   no referee", minutes(clock.end_time_s() as f32)),
+            };
+            let over = is_over(&game, &clock, &playback) && game.state != GameState::Finished;
+            let text = if over { format!("{text}   end of the scenario") } else { text };
+            let mut teams = |ui: &mut egui::Ui| {
+                // As high as the highest, so that all are on one line.
+                ui.set_min_height(SCORE_HEIGHT);
+                band(ui, Team::Blue, egui::vec2(14.0, 22.0));
+                ui.label(bright(&names[0]).size(text_size::TEAM));
+                ui.add_space(4.0);
+                let score = format!("{} : {}", game.score.blue, game.score.pink);
+                ui.label(bright(score).size(text_size::SCORE).strong());
+                ui.add_space(4.0);
+                ui.label(bright(&names[1]).size(text_size::TEAM));
+                band(ui, Team::Pink, egui::vec2(14.0, 22.0));
+            };
+            let mut state = |ui: &mut egui::Ui| drop(ui.add(egui::Label::new(dim(&text)).extend()));
+            centred_lines(ui, [&mut teams, &mut state]);
         });
     });
     Ok(())
+}
+
+/// Two lines, of which the shorter is in the middle of the longer, as they were in the frame before.
+fn centred_lines(ui: &mut egui::Ui, lines: [&mut dyn FnMut(&mut egui::Ui); 2]) {
+    let id = ui.id().with("widths");
+    let before: [f32; 2] = ui.data(|data| data.get_temp(id)).unwrap_or_default();
+    let mut now = [0.0; 2];
+    for (index, show) in lines.into_iter().enumerate() {
+        ui.horizontal(|ui| {
+            ui.add_space((before[0].max(before[1]) - before[index]) / 2.0);
+            now[index] = ui.horizontal(show).response.rect.width();
+        });
+    }
+    ui.data_mut(|data| data.insert_temp(id, now));
 }
 
 fn show_controls(
@@ -186,7 +199,7 @@ fn status(playback: &Playback, clock: &CycleClock, scenario: Option<&Scenario>, 
 
 fn show_help(mut contexts: EguiContexts, mut actions: MessageWriter<Action>) -> Result {
     /// Width of the list, and what of the window's height it leaves to everything else, logical pixels.
-    const WIDTH: f32 = 640.0;
+    const WIDTH: f32 = 690.0;
     const AROUND: f32 = 150.0;
 
     let context = contexts.ctx_mut()?;

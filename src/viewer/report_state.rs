@@ -18,6 +18,7 @@
 //! | `shown` | the switches of the panels |
 //! | `overlays` | how many switches of overlays are on |
 //! | `problem`, `notice` | what the user is told |
+//! | `costs` | of a frame, while they are shown: frames/s, the processor's time for match and panels and for drawing (ms), draw calls, robots' images/s |
 //! | `event` | the event of the list that is looked at |
 //! | `widgets` | what can be operated in the panels: `role`, `name`, `value`, `edges` (left, upper, right, lower, logical pixels) |
 
@@ -40,6 +41,7 @@ use super::keys::Shown;
 use super::overlays::{Overlays, Shows};
 use super::selection::Selection;
 use super::stage::{pose_of, world_from_pitch};
+use super::statistics::FrameStatistics;
 use super::timeline::Timeline;
 use super::widgets::{Widgets, WidgetsSystems};
 use crate::ball::Ball;
@@ -120,6 +122,7 @@ struct Reported<'w, 's> {
     event: Res<'w, ShownEvent>,
     widgets: Res<'w, Widgets>,
     panels: Res<'w, EguiWantsInput>,
+    statistics: Res<'w, FrameStatistics>,
 }
 
 fn report(reported: Reported, frame: Res<FrameCount>, mut report: ResMut<StateReport>, mut commands: Commands) {
@@ -170,6 +173,7 @@ impl Reported<'_, '_> {
             "overlays": self.overlays.of_robots.values().map(switches_of).sum::<usize>(),
             "problem": self.playback.problem,
             "notice": (self.notice.left_s > 0.0).then_some(&self.notice.text),
+            "costs": self.shown.statistics.then(|| costs(&self.statistics)),
             "event": self.event.0.as_ref().map(|(entry, _)| &entry.text),
             "widgets": self.widgets.0,
         })
@@ -185,6 +189,16 @@ impl Reported<'_, '_> {
             "pixel": pixel.map(|pixel| [pixel.x, pixel.y]),
         })
     }
+}
+
+fn costs(statistics: &FrameStatistics) -> Value {
+    json!({
+        "frames_per_s": statistics.frames_per_s,
+        "main_ms": 1000.0 * statistics.main_s,
+        "drawing_ms": 1000.0 * statistics.rendering_s,
+        "draw_calls": statistics.draw_calls,
+        "eye_images_per_s": statistics.eye_images_per_s,
+    })
 }
 
 /// How many switches of an overlay are on.
