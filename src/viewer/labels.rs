@@ -15,7 +15,7 @@ use crate::robot::RobotId;
 
 /// The middle of a robot above its place, and how far above that, as it is seen, its name is, m.
 const MIDDLE: Vec3 = Vec3::new(0.0, 0.0, 0.3);
-const ABOVE_MIDDLE_M: f32 = 0.42;
+const ABOVE_MIDDLE_M: f32 = 0.36;
 
 /// Writes the robots' names.
 pub struct LabelsPlugin;
