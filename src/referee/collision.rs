@@ -6,7 +6,7 @@
 //! - The speed that counts is the one at which a robot wants to walk towards the other, along the line between them.
 //! - A robot that stands is never responsible; of two that walk, the faster is. At equal speeds both are.
 //! - Nobody is when the two face each other with the ball between them: they fight for it.
-//! - The league's rule books except a robot whose side touches another on its way to the ball: [`SideContacts`].
+//! - The league's rule books except a robot whose side touches another on its way to the ball: `side_contacts` of the rules.
 //! - A brush at less than a least speed is no offence.
 
 use bevy::prelude::*;
