@@ -43,13 +43,16 @@ pub(super) fn open(arguments: &WindowArguments) -> Result<bevy::app::App, String
     use crate::viewer::first_frame::FirstFramePlugin;
     use crate::viewer::memory::ViewerMemory;
     use crate::viewer::report_state::StateReport;
-    use bevy::app::PluginGroup;
+    use bevy::app::{PluginGroup, TerminalCtrlCHandlerPlugin};
 
     let report = match &arguments.report_state {
         Some(path) => Some(StateReport::create(path).map_err(|error| format!("{}: {error}", path.display()))?),
         None => None,
     };
     let mut app = bevy::app::App::new();
+    // Bevy's own would leave a program that was started in the background to be killed, with files that are not whole.
+    ctrlc::set_handler(TerminalCtrlCHandlerPlugin::gracefully_exit)
+        .map_err(|error| format!("cannot watch for interrupts: {error}"))?;
     let viewer = ViewerPlugins.set(FirstFramePlugin { began: arguments.began.0 });
     app.add_plugins((viewer, NaoisisPlugins)).insert_resource(ViewerMemory::of_user());
     if let Some(report) = report {

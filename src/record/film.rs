@@ -62,11 +62,12 @@ impl Film {
     }
 
     /// Shows a picture from this moment on, s since the film's start. The one before is shown until then; pictures that
-    /// come faster than the film's are left out. Says whether it fits: all must be as large as the first.
+    /// come faster than the film's are left out. Says whether it fits: all pictures of a video must be as large as the first.
     pub fn add(&mut self, at_s: f64, image: Image) -> bool {
         let image = with_even_sides(image);
         let size = [image.width, image.height];
-        if *self.size.get_or_insert(size) != size {
+        let first_size = *self.size.get_or_insert(size);
+        if size != first_size && matches!(self.encoders, Encoders::Video(_)) {
             return false;
         }
         let image = Arc::new(image);
@@ -188,8 +189,9 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("film");
         let mut film = Film::create_frames(&path).unwrap();
-        for at_s in [0.0, 0.02, 0.1] {
-            assert!(film.add(at_s, picture(8, 6)));
+        // They need not have the same size.
+        for (at_s, width) in [(0.0, 8), (0.02, 10), (0.1, 12)] {
+            assert!(film.add(at_s, picture(width, 6)));
         }
         // 0.1 s are three pictures of a thirtieth, and there is the last one.
         assert_eq!(film.finish().unwrap(), 4);

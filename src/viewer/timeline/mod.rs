@@ -97,12 +97,15 @@ pub fn forget(world: &mut World) {
 /// # Errors
 /// [`ScenarioFault`] when the trace's scenario cannot be set up here.
 pub fn start_replay(world: &mut World, trace: ReadTrace) -> Result<(), ScenarioFault> {
-    let mut scenario = simulation::resolved(world, &trace.scenario);
+    let as_played = simulation::resolved(world, &trace.scenario);
+    let mut scenario = as_played.clone();
     for robot in &mut scenario.robots {
         robot.behaviour = BehaviourSpec::default();
     }
     scenario.interventions.clear();
     simulation::start_match(world, &scenario)?;
+    // Nobody decides anything, but who did can be told.
+    world.insert_resource(as_played);
     let mut log = world.resource_mut::<EventLog>();
     log.clear();
     for (time_s, event) in &trace.events {
