@@ -10,9 +10,41 @@
 //! hands |          controls
 //! ```
 
-use bevy_egui::egui::{Context, Id, LayerId, Order, Rect};
+use bevy::prelude::*;
+use bevy_egui::egui::{Context, Id, LayerId, Order, Pos2, Rect};
+use bevy_egui::input::EguiWantsInput;
+use bevy_egui::{EguiContexts, EguiPreUpdateSet};
 
 use super::theme::MARGIN;
+
+/// Knows whether the mouse is over a panel.
+pub struct LayoutPlugin;
+
+impl Plugin for LayoutPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<OverPanel>().add_systems(PreUpdate, find_panel.after(EguiPreUpdateSet::ProcessInput));
+    }
+}
+
+/// Whether the mouse is over a panel in this frame.
+#[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct OverPanel(bool);
+
+fn find_panel(mut contexts: EguiContexts, windows: Query<&Window>, mut over: ResMut<OverPanel>) -> Result {
+    let context = contexts.ctx_mut()?;
+    let cursor = windows.iter().next().and_then(Window::cursor_position);
+    // Panels may be larger than the window has them.
+    let place = cursor.map(|cursor| cursor / context.zoom_factor());
+    let layer = place.and_then(|place| context.layer_id_at(Pos2::new(place.x, place.y)));
+    over.0 = layer.is_some_and(|layer| layer.order != Order::Background);
+    Ok(())
+}
+
+/// Whether what the mouse does is for the match. What the panels want is known of the frame before; on a slow display the
+/// mouse may have come to a panel, and clicked, since then.
+pub fn mouse_is_for_match(wants: Res<EguiWantsInput>, over: Res<OverPanel>) -> bool {
+    !over.0 && !wants.wants_any_pointer_input()
+}
 
 /// Between panels that are above each other, logical pixels.
 const GAP: f32 = 6.0;
@@ -66,7 +98,7 @@ fn meets(own: Option<Rect>, other: Rect) -> bool {
 mod tests {
     use super::*;
     use crate::viewer::theme::panel;
-    use bevy_egui::egui::{Align2, Pos2, RawInput, Ui, vec2};
+    use bevy_egui::egui::{Align2, RawInput, Ui, vec2};
 
     /// Frames of a window of 800 x 600 pixels.
     fn show(context: &Context, mut show: impl FnMut(&Context)) {

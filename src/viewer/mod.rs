@@ -131,6 +131,7 @@ impl PluginGroup for ViewerPlugins {
             .add(hands::HandsPlugin)
             .add(selection::SelectionPlugin)
             .add(theme::ThemePlugin)
+            .add(layout::LayoutPlugin)
             .add(labels::LabelsPlugin)
             .add(overlays::OverlaysPlugin)
             .add(panels::PanelsPlugin)

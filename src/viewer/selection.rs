@@ -1,9 +1,9 @@
 //! Which robot the user looks at: chosen by a click, a key or from a list.
 
 use bevy::prelude::*;
-use bevy_egui::input::egui_wants_any_pointer_input;
 
 use super::camera::ViewerCamera;
+use super::layout::mouse_is_for_match;
 use super::stage::pitch_from_world;
 use crate::referee::Penalty;
 use crate::robot::{RobotId, Roster, Team};
@@ -20,10 +20,9 @@ pub struct SelectionPlugin;
 
 impl Plugin for SelectionPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<Selection>().add_message::<Choice>().add_systems(
-            Update,
-            (click_on_robots.run_if(not(egui_wants_any_pointer_input)), choose).chain().in_set(SelectionSystems),
-        );
+        app.init_resource::<Selection>()
+            .add_message::<Choice>()
+            .add_systems(Update, (click_on_robots.run_if(mouse_is_for_match), choose).chain().in_set(SelectionSystems));
     }
 }
 

@@ -14,6 +14,7 @@ pub mod viewpoint;
 
 use super::figure::Figure;
 use super::hands::Hands;
+use super::layout::{OverPanel, mouse_is_for_match};
 use super::palette;
 use super::selection::{Selection, SelectionSystems};
 use super::stage::{PitchRoot, StageSystems, pose_of};
@@ -217,8 +218,8 @@ fn look_at_places(mut places: MessageReader<LookAt>, mut camera: Single<&mut Vie
 }
 
 /// Unless a panel needs the mouse, or something is dragged with it.
-fn may_use_mouse(hands: Res<Hands>, over_panels: Res<EguiWantsInput>) -> bool {
-    !hands.hold_anything() && !over_panels.wants_any_pointer_input()
+fn may_use_mouse(hands: Res<Hands>, wants: Res<EguiWantsInput>, over: Res<OverPanel>) -> bool {
+    !hands.hold_anything() && mouse_is_for_match(wants, over)
 }
 
 fn use_mouse(

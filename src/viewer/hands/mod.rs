@@ -7,7 +7,6 @@
 
 use bevy::prelude::*;
 use bevy_egui::EguiPostUpdateSet;
-use bevy_egui::input::egui_wants_any_pointer_input;
 
 pub mod aim;
 pub mod driving;
@@ -16,6 +15,7 @@ mod panel;
 
 use super::camera::{CameraSystems, ViewerCamera};
 use super::keys::KeysSystems;
+use super::layout::mouse_is_for_match;
 use super::overlays::{Brush, OverlaySystems};
 use super::palette;
 use super::selection::{Selection, SelectionSystems, pointed_at};
@@ -47,7 +47,7 @@ impl Plugin for HandsPlugin {
             .add_plugins((driving::DrivingPlugin, panel::HandsPanelPlugin))
             .add_systems(
                 Update,
-                (take_hold.run_if(not(egui_wants_any_pointer_input)), drag_and_let_go, obey)
+                (take_hold.run_if(mouse_is_for_match), drag_and_let_go, obey)
                     .chain()
                     .in_set(HandsSystems)
                     .after(KeysSystems)
