@@ -14,16 +14,13 @@ pub struct WindowArguments {
     /// When the program began.
     #[cfg(feature = "viewer")]
     #[arg(skip)]
-    #[cfg_attr(not(feature = "viewer"), expect(dead_code, reason = "without a window nobody asks"))]
     pub began: Began,
 }
 
 /// When the program began, as soon as the command line is looked at.
 #[cfg(feature = "viewer")]
 #[derive(Debug, Clone, Copy)]
-pub struct Began(
-    #[cfg_attr(not(feature = "viewer"), expect(dead_code, reason = "without a window nobody asks"))] pub Instant,
-);
+pub struct Began(pub Instant);
 
 #[cfg(feature = "viewer")]
 impl Default for Began {

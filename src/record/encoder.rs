@@ -6,7 +6,6 @@
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
@@ -25,14 +24,12 @@ pub(super) struct EncoderThreads<T> {
     queue: Option<SyncSender<T>>,
     threads: Vec<JoinHandle<()>>,
     failure: Arc<Mutex<Option<RecordError>>>,
-    waiting: Arc<AtomicUsize>,
 }
 
 /// One thread's end of the queue.
 pub(super) struct Work<T> {
     queue: Arc<Mutex<Receiver<T>>>,
     failure: Arc<Mutex<Option<RecordError>>>,
-    waiting: Arc<AtomicUsize>,
 }
 
 impl<T> Work<T> {
@@ -49,7 +46,6 @@ impl<T> Work<T> {
             {
                 fail(&self.failure, error);
             }
-            self.waiting.fetch_sub(1, Ordering::Relaxed);
         }
     }
 }
@@ -69,28 +65,23 @@ impl<T: Send + 'static> EncoderThreads<T> {
         let (queue, receiver) = sync_channel::<T>(QUEUE);
         let receiver = Arc::new(Mutex::new(receiver));
         let failure = Arc::new(Mutex::new(None));
-        let waiting = Arc::new(AtomicUsize::new(0));
         let threads = (0..count).map(|_| {
             let work = work.clone();
-            let end =
-                Work { queue: Arc::clone(&receiver), failure: Arc::clone(&failure), waiting: Arc::clone(&waiting) };
+            let end = Work { queue: Arc::clone(&receiver), failure: Arc::clone(&failure) };
             thread::spawn(move || work(end))
         });
         let threads = threads.collect();
-        Self { queue: Some(queue), threads, failure, waiting }
+        Self { queue: Some(queue), threads, failure }
     }
 
     /// Hands something over. Waits while the queue is full.
     pub(super) fn send(&self, work: T) -> bool {
-        self.waiting.fetch_add(1, Ordering::Relaxed);
         self.queue.as_ref().is_some_and(|queue| queue.send(work).is_ok())
     }
 
     /// Hands something over, unless the queue is full.
     pub(super) fn try_send(&self, work: T) -> bool {
-        let is_sent = self.queue.as_ref().is_some_and(|queue| queue.try_send(work).is_ok());
-        self.waiting.fetch_add(usize::from(is_sent), Ordering::Relaxed);
-        is_sent
+        self.queue.as_ref().is_some_and(|queue| queue.try_send(work).is_ok())
     }
 
     /// Whether encoding has failed: nothing more is written then.

@@ -3,6 +3,7 @@
 
 use bevy::prelude::Resource;
 use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -85,11 +86,8 @@ impl Film {
     fn offer(&self, picture: &Arc<Image>, times: u64) -> u64 {
         match &self.encoders {
             Encoders::Video(encoder) => {
-                if encoder.try_send((Arc::clone(picture), times)) {
-                    times
-                } else {
-                    0
-                }
+                let is_sent = encoder.try_send((Arc::clone(picture), times));
+                if is_sent { times } else { 0 }
             }
             Encoders::Frames(encoders) => {
                 let work = |number| (self.frame(number), Layer::Colours, Arc::clone(picture));
@@ -120,7 +118,7 @@ impl Film {
     /// # Errors
     /// The first error that occurred while writing; what was written before is whole.
     pub fn finish(mut self) -> Result<u64, RecordError> {
-        let is_empty = self.last.is_none();
+        let is_empty = self.is_empty();
         if let Some(last) = self.last.take() {
             let is_sent = match &self.encoders {
                 Encoders::Video(encoder) => encoder.send((last, 1)),
@@ -128,11 +126,19 @@ impl Film {
             };
             self.written += u64::from(is_sent);
         }
-        let removed = match self.encoders {
-            Encoders::Video(encoder) => encoder.finish().map(|()| is_empty.then(|| fs::remove_file(&self.path))),
-            Encoders::Frames(encoders) => encoders.finish().map(|()| is_empty.then(|| fs::remove_dir(&self.path))),
-        }?;
-        removed.unwrap_or(Ok(())).map_err(RecordError::io(&self.path))?;
+        let remove: fn(&Path) -> io::Result<()> = match self.encoders {
+            Encoders::Video(encoder) => {
+                encoder.finish()?;
+                |file| fs::remove_file(file)
+            }
+            Encoders::Frames(encoders) => {
+                encoders.finish()?;
+                |folder| fs::remove_dir(folder)
+            }
+        };
+        if is_empty {
+            remove(&self.path).map_err(RecordError::io(&self.path))?;
+        }
         Ok(self.written)
     }
 }

@@ -3,6 +3,7 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use crate::cycle::CycleClock;
 use crate::knowledge::Knowledge;
 
 /// The penalty that a robot serves, if any. A penalised robot cannot act, is no obstacle, and is not seen.
@@ -24,6 +25,13 @@ pub struct ActivePenalty {
     pub reason: PenaltyReason,
     /// Cycles of play until the robot may come back.
     pub cycles_left: u64,
+}
+
+impl ActivePenalty {
+    /// Time of play until the robot may come back, s.
+    pub fn left_s(&self, clock: &CycleClock) -> f64 {
+        self.cycles_left as f64 * clock.period_s
+    }
 }
 
 /// What a robot can be penalised for.

@@ -5,7 +5,8 @@ use bevy::render::renderer::RenderAdapterInfo;
 use wgpu::DeviceType;
 
 use super::camera::ViewerCamera;
-use super::keys::{KeysSystems, Shown};
+use super::keys::KeysSystems;
+use super::shown::Shown;
 
 /// Switches shadows and smooth edges; off at first where there is no graphics card.
 pub struct DrawingPlugin;

@@ -6,11 +6,11 @@ use bevy_egui::{EguiContexts, EguiPostUpdateSet, EguiPrimaryContextPass};
 
 use super::camera::LookAt;
 use super::event_log::{EventLog, LogEntry};
-use super::keys::Shown;
 use super::layout;
 use super::overlays::{Brush, OverlaySystems};
 use super::palette;
 use super::panels::minutes;
+use super::shown::Shown;
 use super::theme::{MARGIN, ThemeSystems, card, dim, panel, team_colour, text_size};
 use super::timeline::{Timeline, TimelineCommand};
 use crate::behaviour::drawings::Ink;
@@ -129,7 +129,7 @@ fn show_events(
         card(ui).show(ui, |ui| {
             ui.set_width(WIDTH);
             for (id, penalty) in &penalties {
-                let left_s = penalty.cycles_left as f64 * clock.period_s;
+                let left_s = penalty.left_s(&clock);
                 let text = format!("⛔ {id}: {}, {left_s:.0} s", penalty.reason.words());
                 ui.label(RichText::new(text).color(team_colour(ui, id.team)));
             }

@@ -5,9 +5,9 @@ use bevy_egui::egui::{self, Align2, Color32, FontId, LayerId, Pos2};
 use bevy_egui::{EguiContexts, EguiPostUpdateSet, EguiPrimaryContextPass};
 
 use super::camera::ViewerCamera;
-use super::keys::Shown;
 use super::overlays::OverlayWords;
 use super::palette;
+use super::shown::Shown;
 use super::theme::text_size;
 use crate::cycle::CycleClock;
 use crate::referee::Penalty;
@@ -67,7 +67,7 @@ fn draw_labels(
         // A robot behind the camera has no place in the picture.
         let Ok(place) = camera.world_to_viewport(camera_transform, point) else { continue };
         let name = match penalty.0 {
-            Some(active) => format!("{id}: {:.0} s", active.cycles_left as f64 * clock.period_s),
+            Some(active) => format!("{id}: {:.0} s", active.left_s(&clock)),
             None => id.to_string(),
         };
         let faded = if penalty.is_active() { 0.45 } else { 0.85 };

@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use super::drive::{self, Playback, ViewerCommand};
-use super::keys::{Action, Shown, Switch};
+use super::keys::Action;
+use super::shown::{Shown, Switch};
 use super::theme::{MARGIN, ThemeSystems, bright, dim, text_size};
 use super::timeline::Timeline;
 use crate::ball::Rolling;

@@ -12,8 +12,8 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::keys::Shown;
 use super::overlays::Overlays;
+use super::shown::Shown;
 
 /// The environment variable that names the folder.
 pub const FOLDER_VARIABLE: &str = "NAOISIS_CONFIG_DIR";

@@ -25,7 +25,7 @@
 //! | `figure`, `gait` | robots and how they move |
 //! | `props` | ball and posts |
 //! | [`camera`] | where the match is watched from |
-//! | [`keys`] | what the keys do |
+//! | [`keys`], [`shown`] | what the keys do; which panels are shown |
 //! | [`hands`] | drags, turns, kicks, whistles; drives a robot |
 //! | [`overlays`] | what is drawn on the pitch of what robots see, hear, believe and want |
 //! | [`eyes`] | images of the robots' cameras that someone looks at |
@@ -79,6 +79,7 @@ pub mod report_state;
 pub mod robot_panel;
 mod sculpture;
 pub mod selection;
+pub mod shown;
 pub mod stage;
 pub mod statistics;
 pub mod theme;

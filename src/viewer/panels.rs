@@ -5,8 +5,9 @@ use bevy_egui::egui::{self, Align2, Margin, RichText, WidgetInfo, WidgetType};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 use super::drive::{Playback, Speed, ViewerCommand, is_over};
-use super::keys::{self, Action, Shown, Switch};
+use super::keys::{self, Action};
 use super::layout;
+use super::shown::{Shown, Switch};
 use super::theme::{MARGIN, ThemeSystems, band, bright, card, dim, panel, problem_colour, text_size};
 use super::timeline::Timeline;
 use crate::behaviour::BehaviourRegistry;

@@ -16,8 +16,8 @@ use std::time::{Duration, Instant};
 
 use super::drive::Playback;
 use super::eyes::EyeImages;
-use super::keys::Shown;
 use super::layout;
+use super::shown::Shown;
 use super::theme::{MARGIN, ThemeSystems, bright, card, dim, panel, text_size};
 
 /// Numbers are means over about this time, s.

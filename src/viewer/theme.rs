@@ -7,8 +7,8 @@ use bevy::prelude::*;
 use bevy_egui::egui::{self, Align2, Color32, CornerRadius, FontId, Frame, Margin, RichText, Stroke, Theme, Visuals};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
-use super::keys::Shown;
 use super::palette;
+use super::shown::Shown;
 use crate::robot::Team;
 
 /// Distance of the panels from the window's edge, logical pixels.

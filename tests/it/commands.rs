@@ -234,6 +234,24 @@ fn folder_with_one_robot() -> tempfile::TempDir {
 }
 
 #[test]
+fn without_a_display_a_recorded_match_is_frames_of_the_field() {
+    let folder = folder_with_one_robot();
+    let scenario = r#"{ "rules": "free", "robots": [{ "number": 1 }], "duration_s": 0.1 }"#;
+    std::fs::write(folder.path().join("one.json"), scenario).unwrap();
+    let play = || {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_naoisis"));
+        command.current_dir(folder.path()).env_remove("DISPLAY").args(["play", "one.json", "--record", "film"]);
+        command.output().unwrap()
+    };
+    let output = play();
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert!(folder.path().join("film/field/000003.png").exists());
+    let output = play();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("not empty"), "{}", text(&output.stderr));
+}
+
+#[test]
 fn frames_are_numbered_by_cycle_and_nothing_is_written_over() {
     let folder = folder_with_one_robot();
     let arguments = ["run", "one.json", "--duration", "0.2", "--frames", "frames", "--every", "3", "--quiet"];

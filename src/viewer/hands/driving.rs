@@ -126,14 +126,13 @@ fn stop(world: &mut World) {
 fn change_robot(world: &mut World) {
     let Some(robot) = world.resource::<Driving>().robot else { return };
     let leaves = world.resource::<ButtonInput<KeyCode>>().just_pressed(KeyCode::Escape);
-    match world.resource::<Selection>().0 {
-        Some(selected) if !leaves && world.resource::<Roster>().get(selected).is_some() => {
-            if selected != robot {
-                let mut driving = world.resource_mut::<Driving>();
-                (driving.robot, driving.wish) = (Some(selected), Wish::default());
-            }
-        }
-        _ => stop(world),
+    // A click that meets nobody does not take the wheel away.
+    let selected = *world.resource_mut::<Selection>().0.get_or_insert(robot);
+    if leaves || world.resource::<Roster>().get(selected).is_none() {
+        stop(world);
+    } else if selected != robot {
+        let mut driving = world.resource_mut::<Driving>();
+        (driving.robot, driving.wish) = (Some(selected), Wish::default());
     }
 }
 

@@ -354,6 +354,11 @@ mod tests {
         app.world_mut().resource_mut::<Selection>().0 = Some(blue3);
         app.update();
         assert_eq!(app.world().resource::<Driving>().robot, Some(blue3));
+        // A click that meets nobody changes nothing.
+        app.world_mut().resource_mut::<Selection>().0 = None;
+        app.update();
+        assert_eq!(app.world().resource::<Driving>().robot, Some(blue3));
+        assert_eq!(app.world().resource::<Selection>().0, Some(blue3));
         act(&mut app, HandAction::Drive);
         assert_eq!(app.world().resource::<Driving>().robot, None);
     }

@@ -10,9 +10,10 @@ use crate::cycle::CycleClock;
 use crate::referee::Penalty;
 use crate::robot::Roster;
 use crate::viewer::film::{Filming, ToggleFilm};
-use crate::viewer::keys::{Action, Shown, Switch};
+use crate::viewer::keys::Action;
 use crate::viewer::layout;
 use crate::viewer::selection::Selection;
+use crate::viewer::shown::{Shown, Switch};
 use crate::viewer::theme::{MARGIN, ThemeSystems, bright, card, dim, panel, problem_colour, text_size};
 use crate::viewer::timeline::Timeline;
 
@@ -123,7 +124,7 @@ fn show_driver(
         card(ui).show(ui, |ui| {
             ui.label(bright(format!("You drive {robot}")));
             if let Some(penalty) = penalty {
-                let left_s = penalty.cycles_left as f64 * clock.period_s;
+                let left_s = penalty.left_s(&clock);
                 let text = format!("It is penalised for {}: {left_s:.0} s", penalty.reason.words());
                 ui.label(RichText::new(text).color(problem_colour(ui)));
             }

@@ -6,9 +6,9 @@ use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 use super::{Overlay, OverlayCommand, Overlays};
 use crate::robot::{RobotId, Roster};
-use crate::viewer::keys::Shown;
 use crate::viewer::layout;
 use crate::viewer::selection::Selection;
+use crate::viewer::shown::Shown;
 use crate::viewer::theme::{MARGIN, ThemeSystems, bright, card, dim, panel, team_colour, text_size};
 
 /// What the list leaves of the window's width and height, logical pixels.

@@ -9,8 +9,8 @@ use crate::behaviour::script::Script;
 use crate::belief::Belief;
 use crate::knowledge::Knowledge;
 use crate::robot::Roster;
-use crate::viewer::keys::Shown;
 use crate::viewer::selection::Selection;
+use crate::viewer::shown::Shown;
 
 /// Longer values are cut, characters.
 const LONGEST_VALUE: usize = 120;

@@ -65,7 +65,7 @@ pub fn sonar(reading: SonarReading) -> String {
 /// How a robot is.
 pub fn condition(posture: &Posture, penalty: &Penalty, clock: &CycleClock) -> String {
     if let Some(active) = penalty.0 {
-        let left_s = active.cycles_left as f64 * clock.period_s;
+        let left_s = active.left_s(clock);
         return format!("penalised for {}, {left_s:.0} s left", active.reason.words());
     }
     match posture {

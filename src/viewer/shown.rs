@@ -1,0 +1,153 @@
+//! What the window shows: its panels, and how they are drawn.
+
+use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// What can be shown or hidden.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Switch {
+    /// The list of keys.
+    Help,
+    /// What is played, and with which settings.
+    Game,
+    /// The list of events.
+    Events,
+    /// Names above the robots.
+    Labels,
+    /// Shadows and smooth edges.
+    FineDrawing,
+    /// The switches of what is drawn on the pitch.
+    Overlays,
+    /// What the selected robot sees, knows and wants.
+    Robot,
+    /// The cameras of all robots.
+    Cameras,
+    /// What a frame costs.
+    Statistics,
+    /// Light panels instead of dark ones.
+    Light,
+}
+
+/// How large panels and their text are.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+pub struct PanelScale(u8);
+
+impl PanelScale {
+    /// The scales to choose from; the middle one is that of the display.
+    const FACTORS: [f32; 8] = [0.7, 0.8, 0.9, 1.0, 1.15, 1.35, 1.6, 2.0];
+
+    /// The factor to what the display has.
+    pub fn factor(self) -> f32 {
+        Self::FACTORS.get(usize::from(self.0)).copied().unwrap_or(1.0)
+    }
+
+    /// So many steps larger.
+    pub(super) fn larger(self, steps: i8) -> Self {
+        Self(self.0.saturating_add_signed(steps).min(Self::FACTORS.len() as u8 - 1))
+    }
+}
+
+impl Default for PanelScale {
+    fn default() -> Self {
+        Self(3)
+    }
+}
+
+/// What is shown.
+#[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Shown {
+    /// The list of keys.
+    pub help: bool,
+    /// What is played, and with which settings.
+    pub game: bool,
+    /// The list of events.
+    pub events: bool,
+    /// Names above the robots.
+    pub labels: bool,
+    /// Shadows and smooth edges.
+    pub fine_drawing: bool,
+    /// The switches of what is drawn on the pitch.
+    pub overlays: bool,
+    /// What the selected robot sees, knows and wants.
+    pub robot: bool,
+    /// The cameras of all robots.
+    pub cameras: bool,
+    /// What a frame costs.
+    pub statistics: bool,
+    /// Light panels instead of dark ones.
+    pub light: bool,
+    /// How large panels are.
+    pub panel_scale: PanelScale,
+}
+
+impl Default for Shown {
+    fn default() -> Self {
+        Self {
+            help: false,
+            game: false,
+            events: true,
+            labels: true,
+            fine_drawing: true,
+            overlays: false,
+            robot: true,
+            cameras: false,
+            statistics: false,
+            light: false,
+            panel_scale: PanelScale::default(),
+        }
+    }
+}
+
+impl Shown {
+    /// Shows or hides something. Of the two large panels there is one at a time.
+    pub fn toggle(&mut self, switch: Switch) {
+        let on = self.of_mut(switch);
+        *on = !*on;
+        match switch {
+            Switch::Help if self.help => self.game = false,
+            Switch::Game if self.game => self.help = false,
+            _ => {}
+        }
+    }
+
+    /// The switch, to change it.
+    pub fn of_mut(&mut self, switch: Switch) -> &mut bool {
+        match switch {
+            Switch::Help => &mut self.help,
+            Switch::Game => &mut self.game,
+            Switch::Events => &mut self.events,
+            Switch::Labels => &mut self.labels,
+            Switch::FineDrawing => &mut self.fine_drawing,
+            Switch::Overlays => &mut self.overlays,
+            Switch::Robot => &mut self.robot,
+            Switch::Cameras => &mut self.cameras,
+            Switch::Statistics => &mut self.statistics,
+            Switch::Light => &mut self.light,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn help_and_match_take_turns() {
+        let mut shown = Shown::default();
+        shown.toggle(Switch::Help);
+        shown.toggle(Switch::Game);
+        assert!(shown.game && !shown.help);
+        shown.toggle(Switch::Help);
+        assert!(shown.help && !shown.game);
+        shown.toggle(Switch::Help);
+        assert!(!shown.help);
+    }
+
+    #[test]
+    fn panels_are_as_large_as_the_display_has_them_at_first_and_stay_within_limits() {
+        assert_eq!(PanelScale::default().factor(), 1.0);
+        assert_eq!(PanelScale::default().larger(100).factor(), 2.0);
+        assert_eq!(PanelScale::default().larger(-100).factor(), 0.7);
+    }
+}
