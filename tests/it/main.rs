@@ -8,6 +8,7 @@ mod collisions;
 mod commands;
 mod determinism;
 mod figures;
+mod golden;
 mod images;
 mod interventions;
 mod kicks;

@@ -1,0 +1,122 @@
+//! Every built-in scenario plays as it did before: the digests in `tests/golden/digests.txt`.
+//!
+//! A change that is meant to alter matches, or what traces say of them, writes that file anew, in a commit of its own that
+//! says why: `NAOISIS_WRITE_GOLDEN=1 cargo test --no-default-features --test it golden`. A change of the trace's words alone
+//! leaves the column of the truth as it is.
+
+use bevy::prelude::*;
+use core::fmt::Write;
+use naoisis::prelude::*;
+use naoisis::scenario::LIBRARY;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use crate::determinism::trace_of;
+use crate::support::headless_app;
+
+const RECORDED: &str = include_str!("../golden/digests.txt");
+const SEEDS: [u64; 3] = [1, 2, 3];
+/// Longer scenarios are played for so long, s.
+const LONGEST_S: f64 = 20.0;
+/// Those whose robots see by rendered images, s.
+const LONGEST_WITH_IMAGES_S: f64 = 2.0;
+
+#[test]
+fn built_in_scenarios_play_as_they_did() {
+    let matches: Vec<Scenario> = LIBRARY
+        .iter()
+        .map(|entry| Scenario::named(entry.name).unwrap())
+        .flat_map(|scenario| SEEDS.map(|seed| Scenario { seed, ..scenario.clone() }))
+        .collect();
+    let lines = Mutex::new(vec![String::new(); matches.len()]);
+    let next = AtomicUsize::new(0);
+    std::thread::scope(|scope| {
+        for _ in 0..std::thread::available_parallelism().map_or(1, usize::from) {
+            scope.spawn(|| {
+                loop {
+                    let index = next.fetch_add(1, Ordering::Relaxed);
+                    let Some(scenario) = matches.get(index) else { break };
+                    let line = digest_line(scenario);
+                    lines.lock().unwrap()[index] = line;
+                }
+            });
+        }
+    });
+    let mut played = String::from("# scenario, seed, lines of the trace, digest of the trace, digest of the truth\n");
+    for line in lines.into_inner().unwrap() {
+        writeln!(played, "{line}").unwrap();
+    }
+    if std::env::var_os("NAOISIS_WRITE_GOLDEN").is_some() {
+        std::fs::write(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/golden/digests.txt"), &played).unwrap();
+        return;
+    }
+    let changed: Vec<String> = RECORDED
+        .lines()
+        .zip(played.lines())
+        .filter(|(recorded, played)| recorded != played)
+        .map(|(recorded, played)| format!("- {recorded}\n+ {played}"))
+        .collect();
+    assert!(
+        changed.is_empty() && RECORDED.lines().count() == played.lines().count(),
+        "matches are not what they were. If that is meant, write tests/golden/digests.txt anew, as tests/it/golden.rs \
+         says, in a commit that says why:\n{}",
+        changed.join("\n")
+    );
+}
+
+fn digest_line(scenario: &Scenario) -> String {
+    let with_images = scenario.name.contains("images");
+    let longest_s = if with_images { LONGEST_WITH_IMAGES_S } else { LONGEST_S };
+    let duration_s = scenario.duration_s.map_or(longest_s, |duration_s| f64::from(duration_s).min(longest_s));
+    let cycles = (duration_s / scenario.cycle_s).round() as usize;
+    let trace = trace_of(scenario, cycles);
+    let mut digest = Digest::default();
+    digest.add(&trace);
+    let lines = trace.iter().filter(|byte| **byte == b'\n').count();
+    format!("{} {} {lines} {:016x} {:016x}", scenario.name, scenario.seed, digest.0, truth_of(scenario, cycles).0)
+}
+
+/// What is true after each cycle: where everything is and how it moves, and the score.
+fn truth_of(scenario: &Scenario, cycles: usize) -> Digest {
+    let mut app = headless_app();
+    app.start_match(scenario).unwrap();
+    let mut robots = app.world_mut().query::<(&RobotId, &Pose, &HeadAngles)>();
+    let mut digest = Digest::default();
+    for _ in 0..cycles {
+        app.run_cycles(1);
+        let mut places: Vec<_> = robots.iter(app.world()).map(|(id, pose, head)| (*id, *pose, *head)).collect();
+        places.sort_by_key(|(id, ..)| *id);
+        for (_, pose, head) in places {
+            digest.add_numbers([pose.position.x, pose.position.y, pose.heading, head.yaw, head.pitch]);
+        }
+        if let (Some(pose), Some(velocity)) = (app.ball(), app.ball_velocity()) {
+            digest.add_numbers([pose.position.x, pose.position.y, velocity.x, velocity.y]);
+        }
+        let score = app.game().score;
+        digest.add(&[score.blue, score.pink].map(u32::to_le_bytes).concat());
+    }
+    digest
+}
+
+/// The 64 bits of Fowler, Noll and Vo's hash, FNV-1a.
+struct Digest(u64);
+
+impl Default for Digest {
+    fn default() -> Self {
+        Self(0xcbf2_9ce4_8422_2325)
+    }
+}
+
+impl Digest {
+    fn add(&mut self, bytes: &[u8]) {
+        for byte in bytes {
+            self.0 = (self.0 ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3);
+        }
+    }
+
+    fn add_numbers<const N: usize>(&mut self, numbers: [f32; N]) {
+        for number in numbers {
+            self.add(&number.to_bits().to_le_bytes());
+        }
+    }
+}
