@@ -26,5 +26,6 @@ mod situation;
 mod snapshot;
 mod support;
 mod teams;
+mod traces;
 #[cfg(feature = "viewer")]
 mod watched;
