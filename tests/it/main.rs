@@ -27,5 +27,6 @@ mod situation;
 mod snapshot;
 mod support;
 mod teams;
+mod traces;
 #[cfg(feature = "viewer")]
 mod watched;
