@@ -23,6 +23,7 @@ mod rule_cases;
 mod scenario_errors;
 mod scenario_files;
 mod sensing;
+mod sensors;
 mod situation;
 mod snapshot;
 mod support;

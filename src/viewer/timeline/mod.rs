@@ -31,6 +31,7 @@ pub struct TimelinePlugin;
 impl Plugin for TimelinePlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<History>()
+            .init_resource::<ReadingsAreRecorded>()
             .init_resource::<Timeline>()
             .add_message::<TimelineCommand>()
             .add_systems(Cycle, keep_cycle.in_set(CycleSystems::Record))
