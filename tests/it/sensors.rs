@@ -99,10 +99,10 @@ fn what_is_wrong_is_found_before_the_match_and_located() {
         ),
         (
             own(r#"{ "ball_ear": { "range_m": "far" } }"#),
-            "ears.json:2:41: `range_m` is the text `far`; expected a number",
+            "ears.json:2:43: `range_m` is the text `far`; expected a number",
         ),
-        (own(r#"{ "ball_ear": { "range_m": 1e99 } }"#), "ears.json:2:41: `range_m` is the number"),
-        (own(r#"{ "ball_ear": 3 }"#), "ears.json:2:28: `ball_ear` is the number 3; expected an object"),
+        (own(r#"{ "ball_ear": { "range_m": 1e99 } }"#), "ears.json:2:43: `range_m` is the number"),
+        (own(r#"{ "ball_ear": 3 }"#), "ears.json:2:30: `ball_ear` is the number 3; expected an object"),
     ] {
         let error = check(&text, &[]);
         assert!(error.starts_with(expected), "{error}");

@@ -19,6 +19,7 @@ use crate::record::history::{History, ReadTrace};
 use crate::record::trace::MatchLine;
 use crate::scenario::{BehaviourSpec, Scenario, ScenarioFault};
 use crate::simulation;
+use crate::simulation::sensors::ReadingsAreRecorded;
 pub use bar::TimelineBarPlugin;
 use moment::{Present, put_record};
 
