@@ -2,6 +2,7 @@
 
 use bevy::app::App;
 use clap::{Parser, Subcommand};
+use std::io;
 use std::process::ExitCode;
 
 use crate::behaviour::BehaviourRegistry;
@@ -11,6 +12,7 @@ mod batch;
 mod begin;
 mod check;
 mod figures;
+mod interrupt;
 mod list;
 mod outputs;
 mod pictures;
@@ -18,6 +20,7 @@ mod play;
 mod replay;
 mod report;
 mod run;
+mod terminal;
 mod vision;
 mod window;
 
@@ -51,7 +54,11 @@ enum Command {
 
 /// Parses the command line and carries it out.
 pub fn main() -> ExitCode {
-    match CommandLine::parse().command {
+    let command_line = match CommandLine::try_parse() {
+        Ok(command_line) => command_line,
+        Err(error) => return said_by_clap(&error),
+    };
+    match command_line.command {
         Some(Command::Play(arguments)) => play::play(&arguments),
         Some(Command::Run(arguments)) => run::run(&arguments),
         Some(Command::Replay(arguments)) => replay::replay(&arguments),
@@ -68,6 +75,17 @@ pub fn main() -> ExitCode {
         }
         Some(Command::Vision(arguments)) => vision::vision(&arguments),
         None => play::play(&play::PlayArguments::default()),
+    }
+}
+
+/// Prints what is wrong with the command line, or what was asked of it: help, or the version.
+fn said_by_clap(error: &clap::Error) -> ExitCode {
+    let status = ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(1));
+    match error.print() {
+        Err(problem) if !error.use_stderr() && problem.kind() != io::ErrorKind::BrokenPipe => {
+            report::failure(&format!("cannot write to standard output: {problem}"))
+        }
+        _ => status,
     }
 }
 

@@ -2,12 +2,12 @@
 
 use clap::Args;
 use std::fmt::Write as _;
-use std::io::{self, Write as _};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use super::play::display;
 use super::report;
+use super::terminal::Printer;
 use super::window::WindowArguments;
 use crate::record::history::{MarkKind, ReadTrace};
 use crate::record::read::Ending;
@@ -46,9 +46,9 @@ pub fn replay(arguments: &ReplayArguments) -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(reason) => {
             report::note(&format!("{reason}: the trace is only summed up"));
-            // Whoever closed standard output does not want to know.
-            let _ = io::stdout().write_all(summary(&trace).as_bytes());
-            ExitCode::SUCCESS
+            let mut printer = Printer::default();
+            printer.print(summary(&trace));
+            printer.finish(ExitCode::SUCCESS)
         }
     }
 }
