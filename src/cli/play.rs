@@ -5,9 +5,14 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use super::pictures::PictureArguments;
+<<<<<<< HEAD
 use super::report;
 use super::run::{RunArguments, length_s, run_scenario};
+=======
+use super::run::{RunArguments, run_scenario};
+>>>>>>> main
 use super::window::WindowArguments;
+use super::{Program, report};
 use crate::behaviour::BehaviourRegistry;
 use crate::scenario::{ScenarioError, ScenarioFile, TeamsSpec};
 
@@ -40,8 +45,13 @@ pub struct PlayArguments {
     pub window: WindowArguments,
 }
 
+<<<<<<< HEAD
 /// Runs the command. Without a display the match is run headless, which is said: a script does not wait for an answer.
 pub fn play(arguments: &PlayArguments) -> ExitCode {
+=======
+/// Runs the command. Without a display the match is run headless.
+pub fn play(program: Program, arguments: &PlayArguments) -> ExitCode {
+>>>>>>> main
     let (name, mut file) = match find(arguments) {
         Ok(found) => found,
         Err(error) => return report::scenario_error(&error),
@@ -49,12 +59,12 @@ pub fn play(arguments: &PlayArguments) -> ExitCode {
     if let Some(seed) = arguments.seed {
         file.scenario.seed = seed;
     }
-    if let Err(message) = choose_teams(&mut file, arguments) {
+    if let Err(message) = choose_teams(program, &mut file, arguments) {
         return report::usage_error(&message);
     }
     match display() {
         #[cfg(feature = "viewer")]
-        Ok(()) => watch(&name, &file, arguments),
+        Ok(()) => watch(program, &name, &file, arguments),
         #[cfg(not(feature = "viewer"))]
         Ok(()) => ExitCode::SUCCESS,
         Err(reason) => {
@@ -63,10 +73,14 @@ pub fn play(arguments: &PlayArguments) -> ExitCode {
                 "{reason}: running the match headless, {length_s:.0} s of it, as fast as it goes; Ctrl-C ends it"
             ));
             let pictures = PictureArguments { frames: arguments.record.clone(), ..PictureArguments::default() };
+<<<<<<< HEAD
             run_scenario(
                 &file,
                 &RunArguments { scenario: name, pictures, force: arguments.force, ..RunArguments::default() },
             )
+=======
+            run_scenario(program, &file, &RunArguments { scenario: name, pictures, ..RunArguments::default() })
+>>>>>>> main
         }
     }
 }
@@ -87,9 +101,9 @@ fn find(arguments: &PlayArguments) -> Result<(String, ScenarioFile), ScenarioErr
 }
 
 /// Puts the teams of the command line into the scenario.
-fn choose_teams(file: &mut ScenarioFile, arguments: &PlayArguments) -> Result<(), String> {
+fn choose_teams(program: Program, file: &mut ScenarioFile, arguments: &PlayArguments) -> Result<(), String> {
     let chosen = [("--blue", &arguments.blue), ("--pink", &arguments.pink)];
-    let app = super::simulator();
+    let app = program.simulator();
     let registry = app.world().resource::<BehaviourRegistry>();
     for (option, team) in chosen {
         let Some(team) = team else { continue };
@@ -141,8 +155,12 @@ pub(super) fn display() -> Result<(), &'static str> {
 }
 
 #[cfg(feature = "viewer")]
+<<<<<<< HEAD
 fn watch(name: &str, file: &ScenarioFile, arguments: &PlayArguments) -> ExitCode {
     use super::pictures::or_force;
+=======
+fn watch(program: Program, name: &str, file: &ScenarioFile, arguments: &PlayArguments) -> ExitCode {
+>>>>>>> main
     use super::window;
     use crate::record::film::Film;
     use crate::record::frames::remove_frames;
@@ -151,7 +169,7 @@ fn watch(name: &str, file: &ScenarioFile, arguments: &PlayArguments) -> ExitCode
     use crate::viewer::match_panel::ScenarioSource;
     use crate::viewer::memory::ViewerMemory;
 
-    let mut app = match window::open(&arguments.window) {
+    let mut app = match window::open(program, &arguments.window) {
         Ok(app) => app,
         Err(message) => return report::usage_error(&message),
     };
@@ -182,7 +200,7 @@ mod tests {
     fn chosen(scenario: &str, blue: Option<&str>) -> Result<ScenarioFile, String> {
         let mut file = ScenarioFile::named(scenario).map_err(|error| error.to_string())?;
         let arguments = PlayArguments { blue: blue.map(str::to_owned), ..PlayArguments::default() };
-        choose_teams(&mut file, &arguments).map(|()| file)
+        choose_teams(Program { extend: &|_| {} }, &mut file, &arguments).map(|()| file)
     }
 
     #[test]

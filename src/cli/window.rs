@@ -34,9 +34,13 @@ impl Default for Began {
 /// # Errors
 /// What is wrong with the command line.
 #[cfg(feature = "viewer")]
+<<<<<<< HEAD
 pub(super) fn open(arguments: &WindowArguments) -> Result<bevy::app::App, String> {
     use super::interrupt::Interrupt;
     use crate::simulation::NaoisisPlugins;
+=======
+pub(super) fn open(program: super::Program, arguments: &WindowArguments) -> Result<bevy::app::App, String> {
+>>>>>>> main
     use crate::viewer::ViewerPlugins;
     use crate::viewer::first_frame::FirstFramePlugin;
     use crate::viewer::memory::ViewerMemory;
@@ -51,7 +55,13 @@ pub(super) fn open(arguments: &WindowArguments) -> Result<bevy::app::App, String
     // Bevy's own would leave a program that was started in the background to be killed, with files that are not whole.
     let interrupt = Interrupt::watch(TerminalCtrlCHandlerPlugin::gracefully_exit)?;
     let viewer = ViewerPlugins.set(FirstFramePlugin { began: arguments.began.0 });
+<<<<<<< HEAD
     app.add_plugins((viewer, NaoisisPlugins)).insert_resource(ViewerMemory::of_user()).insert_resource(interrupt);
+=======
+    app.add_plugins(viewer);
+    program.add_to(&mut app);
+    app.insert_resource(ViewerMemory::of_user());
+>>>>>>> main
     if let Some(report) = report {
         app.insert_resource(report);
     }

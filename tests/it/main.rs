@@ -15,7 +15,11 @@ mod interventions;
 mod kicks;
 mod localisation;
 mod matches;
+<<<<<<< HEAD
 mod outputs;
+=======
+mod own_program;
+>>>>>>> main
 mod pairs;
 mod referee_properties;
 #[cfg(feature = "gpu")]
@@ -28,5 +32,6 @@ mod situation;
 mod snapshot;
 mod support;
 mod teams;
+mod traces;
 #[cfg(feature = "viewer")]
 mod watched;
