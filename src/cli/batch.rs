@@ -8,13 +8,9 @@ use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-<<<<<<< HEAD
 use super::interrupt::Interrupt;
 use super::terminal::Printer;
-use super::{report, simulator};
-=======
 use super::{Program, report};
->>>>>>> main
 use crate::batch::pairs::{Pairing, Pairs};
 use crate::batch::summary::Summary;
 use crate::batch::table::{Table, TableError, VariantColumns};
@@ -97,37 +93,23 @@ pub fn batch(program: Program, arguments: &BatchArguments) -> ExitCode {
     let mut failed_to_write: Option<TableError> = None;
     silence_panics();
     let started = Instant::now();
-<<<<<<< HEAD
-    run_batch(&batch, earlier, simulator, interrupt.stop(), |row| {
-        if !row.outcome.is_valid() {
-            progress.suspend(|| report::note(&failure(&row)));
-        }
-        if let Err(error) = table.write(&row) {
-            interrupt.stop().store(true, Ordering::SeqCst);
-            failed_to_write.get_or_insert(error);
-        }
-        progress.inc(1);
-        rows.push(row);
-    });
-=======
     run_batch(
         &batch,
         earlier,
         || program.simulator(),
-        &stop,
+        interrupt.stop(),
         |row| {
             if !row.outcome.is_valid() {
                 progress.suspend(|| report::note(&failure(&row)));
             }
             if let Err(error) = table.write(&row) {
-                stop.store(true, Ordering::Relaxed);
+                interrupt.stop().store(true, Ordering::SeqCst);
                 failed_to_write.get_or_insert(error);
             }
             progress.inc(1);
             rows.push(row);
         },
     );
->>>>>>> main
     let wall_s = started.elapsed().as_secs_f64();
     progress.finish_and_clear();
     let is_interrupted = rows.len() < batch.len();

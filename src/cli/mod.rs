@@ -77,19 +77,6 @@ enum Command {
     Vision(vision::VisionArguments),
 }
 
-<<<<<<< HEAD
-/// Parses the command line and carries it out.
-pub fn main() -> ExitCode {
-    let command_line = match CommandLine::try_parse() {
-        Ok(command_line) => command_line,
-        Err(error) => return said_by_clap(&error),
-    };
-    match command_line.command {
-        Some(Command::Play(arguments)) => play::play(&arguments),
-        Some(Command::Run(arguments)) => run::run(&arguments),
-        Some(Command::Replay(arguments)) => replay::replay(&arguments),
-        Some(Command::Batch(arguments)) => batch::batch(&arguments),
-=======
 /// Parses the command line and carries it out: the whole of a `main`. `extend` adds behaviours, teams, sensors and plugins
 /// to the app of every match, after the [`NaoisisPlugins`]: to that of the window, and to one a match and thread of a batch.
 ///
@@ -97,12 +84,15 @@ pub fn main() -> ExitCode {
 /// When `extend` does, such as for a behaviour that the barrier refuses.
 pub fn run(extend: impl Fn(&mut App) + Sync) -> ExitCode {
     let program = Program { extend: &extend };
-    match CommandLine::parse().command {
+    let command_line = match CommandLine::try_parse() {
+        Ok(command_line) => command_line,
+        Err(error) => return said_by_clap(&error),
+    };
+    match command_line.command {
         Some(Command::Play(arguments)) => play::play(program, &arguments),
         Some(Command::Run(arguments)) => run::run(program, &arguments),
         Some(Command::Replay(arguments)) => replay::replay(program, &arguments),
         Some(Command::Batch(arguments)) => batch::batch(program, &arguments),
->>>>>>> main
         Some(Command::Check(arguments)) => {
             let mut app = program.simulator();
             check::check(&arguments, |scenario| app.start_match(scenario).map(|_| ()))
@@ -118,7 +108,6 @@ pub fn run(extend: impl Fn(&mut App) + Sync) -> ExitCode {
     }
 }
 
-<<<<<<< HEAD
 /// Prints what is wrong with the command line, or what was asked of it: help, or the version.
 fn said_by_clap(error: &clap::Error) -> ExitCode {
     let status = ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(1));
@@ -130,12 +119,6 @@ fn said_by_clap(error: &clap::Error) -> ExitCode {
     }
 }
 
-/// A simulator without a match, with all built-in behaviours and teams.
-fn simulator() -> App {
-    let mut app = App::new();
-    app.add_plugins(NaoisisPlugins);
-    app
-=======
 /// The program that the commands are part of: what it adds to each of its matches.
 #[derive(Clone, Copy)]
 struct Program<'a> {
@@ -164,5 +147,4 @@ impl Program<'_> {
         app.add_plugins(NaoisisPlugins);
         (self.extend)(app);
     }
->>>>>>> main
 }

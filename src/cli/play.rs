@@ -5,12 +5,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use super::pictures::PictureArguments;
-<<<<<<< HEAD
-use super::report;
 use super::run::{RunArguments, length_s, run_scenario};
-=======
-use super::run::{RunArguments, run_scenario};
->>>>>>> main
 use super::window::WindowArguments;
 use super::{Program, report};
 use crate::behaviour::BehaviourRegistry;
@@ -45,13 +40,8 @@ pub struct PlayArguments {
     pub window: WindowArguments,
 }
 
-<<<<<<< HEAD
 /// Runs the command. Without a display the match is run headless, which is said: a script does not wait for an answer.
-pub fn play(arguments: &PlayArguments) -> ExitCode {
-=======
-/// Runs the command. Without a display the match is run headless.
 pub fn play(program: Program, arguments: &PlayArguments) -> ExitCode {
->>>>>>> main
     let (name, mut file) = match find(arguments) {
         Ok(found) => found,
         Err(error) => return report::scenario_error(&error),
@@ -73,14 +63,11 @@ pub fn play(program: Program, arguments: &PlayArguments) -> ExitCode {
                 "{reason}: running the match headless, {length_s:.0} s of it, as fast as it goes; Ctrl-C ends it"
             ));
             let pictures = PictureArguments { frames: arguments.record.clone(), ..PictureArguments::default() };
-<<<<<<< HEAD
             run_scenario(
+                program,
                 &file,
                 &RunArguments { scenario: name, pictures, force: arguments.force, ..RunArguments::default() },
             )
-=======
-            run_scenario(program, &file, &RunArguments { scenario: name, pictures, ..RunArguments::default() })
->>>>>>> main
         }
     }
 }
@@ -155,12 +142,8 @@ pub(super) fn display() -> Result<(), &'static str> {
 }
 
 #[cfg(feature = "viewer")]
-<<<<<<< HEAD
-fn watch(name: &str, file: &ScenarioFile, arguments: &PlayArguments) -> ExitCode {
-    use super::pictures::or_force;
-=======
 fn watch(program: Program, name: &str, file: &ScenarioFile, arguments: &PlayArguments) -> ExitCode {
->>>>>>> main
+    use super::pictures::or_force;
     use super::window;
     use crate::record::film::Film;
     use crate::record::frames::remove_frames;

@@ -6,11 +6,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use super::play::display;
-<<<<<<< HEAD
-use super::report;
 use super::terminal::Printer;
-=======
->>>>>>> main
 use super::window::WindowArguments;
 use super::{Program, report};
 use crate::record::history::{MarkKind, ReadTrace};

@@ -13,12 +13,8 @@ use std::time::Instant;
 use super::interrupt::Interrupt;
 use super::outputs::STANDARD_OUTPUT;
 use super::pictures::PictureArguments;
-<<<<<<< HEAD
 use super::terminal::Printer;
-use super::{begin, outputs, report};
-=======
 use super::{Program, begin, outputs, report};
->>>>>>> main
 use crate::communication::MessageStatistics;
 use crate::cycle::{CycleClock, run_cycle};
 use crate::events::{CycleEvents, MatchEvent};

@@ -34,13 +34,8 @@ impl Default for Began {
 /// # Errors
 /// What is wrong with the command line.
 #[cfg(feature = "viewer")]
-<<<<<<< HEAD
-pub(super) fn open(arguments: &WindowArguments) -> Result<bevy::app::App, String> {
-    use super::interrupt::Interrupt;
-    use crate::simulation::NaoisisPlugins;
-=======
 pub(super) fn open(program: super::Program, arguments: &WindowArguments) -> Result<bevy::app::App, String> {
->>>>>>> main
+    use super::interrupt::Interrupt;
     use crate::viewer::ViewerPlugins;
     use crate::viewer::first_frame::FirstFramePlugin;
     use crate::viewer::memory::ViewerMemory;
@@ -55,13 +50,9 @@ pub(super) fn open(program: super::Program, arguments: &WindowArguments) -> Resu
     // Bevy's own would leave a program that was started in the background to be killed, with files that are not whole.
     let interrupt = Interrupt::watch(TerminalCtrlCHandlerPlugin::gracefully_exit)?;
     let viewer = ViewerPlugins.set(FirstFramePlugin { began: arguments.began.0 });
-<<<<<<< HEAD
-    app.add_plugins((viewer, NaoisisPlugins)).insert_resource(ViewerMemory::of_user()).insert_resource(interrupt);
-=======
     app.add_plugins(viewer);
     program.add_to(&mut app);
-    app.insert_resource(ViewerMemory::of_user());
->>>>>>> main
+    app.insert_resource(ViewerMemory::of_user()).insert_resource(interrupt);
     if let Some(report) = report {
         app.insert_resource(report);
     }

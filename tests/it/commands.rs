@@ -2,15 +2,7 @@
 
 use std::process::Command;
 
-<<<<<<< HEAD
 use crate::support::{naoisis, text};
-=======
-use crate::support::text;
-
-fn naoisis(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_naoisis")).current_dir(folder).args(arguments).output().unwrap()
-}
->>>>>>> main
 
 #[test]
 fn a_match_runs_from_any_folder_and_prints_its_result() {

@@ -15,11 +15,8 @@ mod interventions;
 mod kicks;
 mod localisation;
 mod matches;
-<<<<<<< HEAD
 mod outputs;
-=======
 mod own_program;
->>>>>>> main
 mod pairs;
 mod referee_properties;
 #[cfg(feature = "gpu")]

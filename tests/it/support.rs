@@ -75,8 +75,3 @@ pub fn naoisis(folder: &Path, arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_naoisis"));
     command.current_dir(folder).env_remove("DISPLAY").args(arguments).output().unwrap()
 }
-
-/// What was printed.
-pub fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).unwrap()
-}
