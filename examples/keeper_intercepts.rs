@@ -58,7 +58,7 @@ fn guard(ball: Vec2) -> f32 {
 }
 
 fn step_to(belief: &Belief, y: f32, walk: &mut WalkCommand) {
-    let way = (y.clamp(-0.65, 0.65) - belief.pose.position.y).clamp(-STEP_M, STEP_M);
+    let way = (y.clamp(-0.65, 0.65) - belief.pose.position.y);
     *walk = WalkCommand::new(0.0, way, 0.0);
 }
 
