@@ -21,7 +21,8 @@
 //! own that are registered for reflection (`#[derive(Reflect)]`, `#[reflect(Component)]`, `app.register_type`). What a
 //! behaviour keeps in a `Local` cannot be seen from outside, and stays as it is.
 //!
-//! In files it is MessagePack, with the types' paths as names: exact, small, and readable by other programs.
+//! In files it is MessagePack, with the types' names: exact, small, and readable by other programs. The simulation's own
+//! types are `naoisis::RobotId` and the like, wherever in it they live; the user's have their whole paths.
 
 use bevy::prelude::*;
 use bevy::reflect::{ReflectFromReflect, TypeRegistration, TypeRegistry};
