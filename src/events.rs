@@ -8,7 +8,7 @@ use crate::knowledge::Knowledge;
 use crate::referee::{Evidence, GameState, Intervention, PenaltyReason, Score, SetPlayKind};
 use crate::robot::kick::KickType;
 use crate::robot::posture::Side;
-use crate::robot::{RobotId, Team};
+use crate::team::{RobotId, Team};
 
 /// The events of the cycle under way, in the order in which they happened.
 #[derive(Resource, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, Deref, DerefMut)]

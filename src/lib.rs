@@ -72,6 +72,7 @@ pub mod robot;
 pub mod scenario;
 pub mod sensing;
 pub mod simulation;
+pub mod team;
 #[cfg(feature = "viewer")]
 pub mod viewer;
 

@@ -12,7 +12,8 @@ use crate::geometry::{Pose, unrotate};
 use crate::knowledge::Knowledge;
 use crate::robot::head::HeadAngles;
 use crate::robot::kick::{Foot, KickType};
-use crate::robot::{RobotId, Roster, Velocity};
+use crate::robot::{Roster, Velocity};
+use crate::team::RobotId;
 
 /// How long it takes to get into step, s.
 const SETTLING_S: f32 = 0.15;
@@ -102,7 +103,7 @@ fn note_kicks(events: Res<CycleEvents>, clock: Res<CycleClock>, roster: Res<Rost
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::Team;
+    use crate::team::Team;
 
     #[test]
     fn a_robot_that_walks_gets_into_step_and_out_of_it() {

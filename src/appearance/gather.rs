@@ -10,9 +10,10 @@ use crate::ball::{Ball, BallPhysics};
 use crate::geometry::Pose;
 use crate::pitch::{Pitch, Post};
 use crate::referee::Penalty;
+use crate::robot::Velocity;
 use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
-use crate::robot::{RobotId, Velocity};
+use crate::team::RobotId;
 
 /// What a system needs to draw the match.
 #[derive(SystemParam)]

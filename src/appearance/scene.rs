@@ -6,8 +6,8 @@ use core::f32::consts::FRAC_PI_2;
 use super::posing::{JointAngles, about_x, about_y, world_from_standing};
 use crate::geometry::Pose;
 use crate::pitch::{Pitch, Post};
-use crate::robot::RobotId;
 use crate::robot::posture::{Posture, Side};
+use crate::team::RobotId;
 
 /// A robot to draw.
 #[derive(Clone, Copy, PartialEq, Debug)]

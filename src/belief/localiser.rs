@@ -8,7 +8,7 @@ use super::localisation::{PoseEstimate, StepError};
 use super::own_pose::{KalmanFilter, OwnPose, PLACED_SD, RETURNED_SD};
 use super::particles::ParticleFilter;
 use crate::geometry::Pose;
-use crate::robot::RobotId;
+use crate::team::RobotId;
 
 /// How a robot localises itself.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use crate::geometry::{Pose, file_units};
 use crate::knowledge::Knowledge;
 use crate::pitch::End;
-use crate::robot::RobotId;
+use crate::team::RobotId;
 
 mod association;
 pub mod ball;

@@ -24,11 +24,11 @@ use crate::knowledge::Knowledge;
 use crate::pitch::{End, Pitch};
 use crate::referee::{GameState, GameStatus, ReturnPlace, Rules, formation};
 use crate::robot::head::HeadAngles;
-use crate::robot::{RobotId, Team};
 use crate::sensing::camera::CameraSettings;
 use crate::sensing::odometry::Odometry;
 use crate::sensing::sonar::{SonarReading, SonarSettings};
 use crate::sensing::vision::Percepts;
+use crate::team::{RobotId, Team};
 
 /// Updates the [`Belief`] of robots with [`SimpleBelief`] in [`DecideSystems::Believe`].
 ///

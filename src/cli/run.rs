@@ -22,10 +22,10 @@ use crate::record::beliefs::BeliefRecorder;
 use crate::record::trace::{EndReason, TracePlugin, TraceRecorder, record_cycle};
 use crate::referee::Game;
 use crate::referee::report::{HEADER, report as match_report};
-use crate::robot::Team;
 use crate::scenario::{Scenario, ScenarioFile, Setting};
 use crate::sensing::camera::CameraRendering;
 use crate::simulation::{NaoisisPlugins, Snapshot, resolved};
+use crate::team::Team;
 
 /// Cycles between two looks at the progress bar: so few that it moves where pictures take their time.
 const CYCLES_PER_PROGRESS: u64 = 16;

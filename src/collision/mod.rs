@@ -22,7 +22,8 @@ use crate::referee::{Penalty, Rules};
 use crate::robot::body::{BodyBounds, BodyBox};
 use crate::robot::motion::MotionLimits;
 use crate::robot::posture::Posture;
-use crate::robot::{PreviousPose, RobotId, Roster, Velocity};
+use crate::robot::{PreviousPose, Roster, Velocity};
+use crate::team::RobotId;
 use ball::{BallContact, Obstacle, roll_ball};
 use robots::{Cylinder, RobotBody, RobotContact, Touched, Workspace, hold_back_from_end, resolve_robots};
 

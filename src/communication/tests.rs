@@ -3,6 +3,7 @@
 use super::*;
 use crate::cycle::run_cycle;
 use crate::simulation::NaoisisPlugins;
+use crate::team::Team;
 
 const NOTHING: Option<TeamMessage> = None;
 
@@ -39,7 +40,7 @@ fn refusals(app: &App) -> Vec<MatchEvent> {
 }
 
 fn statistics(app: &App) -> TeamMessageStatistics {
-    *app.world().resource::<MessageStatistics>().of(Team::Blue)
+    app.world().resource::<MessageStatistics>()[Team::Blue]
 }
 
 #[test]

@@ -13,7 +13,8 @@ use crate::cycle::CycleClock;
 use crate::geometry::{Pose, to_degrees};
 use crate::pitch::End;
 use crate::referee::{Game, Penalty};
-use crate::robot::{RobotId, Roster, Team};
+use crate::robot::Roster;
+use crate::team::{RobotId, Team};
 
 /// Rows a second.
 const RATE_HZ: f64 = 10.0;

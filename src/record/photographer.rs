@@ -19,7 +19,7 @@ use crate::pitch::{Pitch, Post};
 use crate::referee::Penalty;
 use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
-use crate::robot::{RobotId, Roster, Velocity};
+use crate::robot::{Roster, Velocity};
 #[cfg(feature = "gpu")]
 use crate::sensing::camera::gpu::GpuCameras;
 use crate::sensing::camera::image::{Image, Layers};
@@ -28,6 +28,7 @@ use crate::sensing::camera::shot::Shot;
 use crate::sensing::camera::software::{Detail, PreparedScene, Renderer};
 use crate::sensing::camera::{CameraImages, CameraSettings, CameraSide};
 use crate::sensing::vision::VisionSettings;
+use crate::team::RobotId;
 
 /// Faces around a cylinder in its pictures.
 const SEGMENTS: usize = 20;

@@ -142,8 +142,8 @@ fn side_by_side(pictures: &[(Picture, Option<Image>)], words: &str) -> Image {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::{RobotId, Team};
     use crate::sensing::camera::CameraSide;
+    use crate::team::{RobotId, Team};
 
     #[test]
     fn pictures_do_not_overlap_and_sizes_are_even() {

@@ -7,7 +7,7 @@ use super::evidence::Evidence;
 use super::snapshot::MatchSnapshot;
 use crate::events::BoundaryLine;
 use crate::pitch::{End, Pitch};
-use crate::robot::Team;
+use crate::team::Team;
 
 /// The throw-in lines run this far inside the side lines, m.
 const THROW_IN_INSET: f32 = 0.4;

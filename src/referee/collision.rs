@@ -122,7 +122,7 @@ mod tests {
     use crate::events::MatchEvent;
     use crate::geometry::Pose;
     use crate::referee::PenaltyReason;
-    use crate::robot::{RobotId, Team};
+    use crate::team::{RobotId, Team};
     use core::f32::consts::PI;
 
     const BLUE2: RobotId = RobotId::new(Team::Blue, 2);

@@ -52,7 +52,7 @@ impl Referee<'_, '_> {
             return None;
         }
         let score = &mut self.decisions.game.score;
-        *score.of_mut(goal.team) += 1;
+        score[goal.team] += 1;
         self.decisions.events.push(MatchEvent::Goal {
             team: goal.team,
             scorer: goal.scorer,
@@ -70,7 +70,7 @@ mod tests {
     use super::*;
     use crate::events::BoundaryLine;
     use crate::geometry::Pose;
-    use crate::robot::{RobotId, Team};
+    use crate::team::{RobotId, Team};
     use approx::assert_abs_diff_eq;
     use bevy::prelude::*;
 

@@ -11,7 +11,7 @@ use super::set_play;
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use super::{ball_holding, collision, fallen, game_stuck, illegal_defender, inactive, leaving_field, stalling};
 use crate::events::MatchEvent;
-use crate::robot::Team;
+use crate::team::Team;
 
 /// What the referee decided in a cycle.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -212,7 +212,7 @@ mod tests {
     use super::super::rules::Rules;
     use super::super::testing::Situation;
     use super::*;
-    use crate::robot::RobotId;
+    use crate::team::RobotId;
 
     const BLUE2: RobotId = RobotId::new(Team::Blue, 2);
     const PINK2: RobotId = RobotId::new(Team::Pink, 2);

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
-use crate::robot::RobotId;
+use crate::team::RobotId;
 
 /// The evidence for a verdict.
 #[derive(Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]

@@ -9,7 +9,7 @@ use super::shoot_out::ShootOut;
 use crate::cycle::CycleClock;
 use crate::knowledge::Knowledge;
 use crate::pitch::End;
-use crate::robot::Team;
+use crate::team::{PerTeam, Team};
 
 /// The state of the game (2010 rule book, section 3.2).
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
@@ -41,32 +41,8 @@ impl GameState {
     }
 }
 
-/// A number for each team.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
-pub struct Score {
-    /// Of the blue team.
-    pub blue: u32,
-    /// Of the pink team.
-    pub pink: u32,
-}
-
-impl Score {
-    /// The number of this team.
-    pub fn of(self, team: Team) -> u32 {
-        match team {
-            Team::Blue => self.blue,
-            Team::Pink => self.pink,
-        }
-    }
-
-    /// The number of this team, to change it.
-    pub fn of_mut(&mut self, team: Team) -> &mut u32 {
-        match team {
-            Team::Blue => &mut self.blue,
-            Team::Pink => &mut self.pink,
-        }
-    }
-}
+/// The goals of each team.
+pub type Score = PerTeam<u32>;
 
 /// The true state of the match.
 #[derive(Resource, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]

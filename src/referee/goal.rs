@@ -3,7 +3,7 @@
 use super::boundary::{Boundary, Crossing};
 use super::evidence::Evidence;
 use super::snapshot::MatchSnapshot;
-use crate::robot::{RobotId, Team};
+use crate::team::{RobotId, Team};
 
 /// A goal.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

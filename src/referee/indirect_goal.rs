@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::boundary::Crossing;
 use super::evidence::Evidence;
 use super::snapshot::MatchSnapshot;
-use crate::robot::{RobotId, Team};
+use crate::team::{RobotId, Team};
 
 /// A ball slower than this has come to a stop, m/s.
 const STOPPED_MPS: f32 = 0.05;

@@ -17,7 +17,7 @@ use super::snapshot::Disc;
 use crate::events::MatchEvent;
 use crate::geometry::{Pose, file_units};
 use crate::knowledge::Knowledge;
-use crate::robot::{RobotId, Team};
+use crate::team::{RobotId, Team};
 
 /// Something that the referee is made to do.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]

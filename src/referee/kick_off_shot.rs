@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::boundary::Crossing;
 use super::evidence::Evidence;
 use super::snapshot::MatchSnapshot;
-use crate::robot::Team;
+use crate::team::Team;
 
 /// How far play has come since the kick-off.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]

@@ -97,8 +97,8 @@ pub use touch::Touch;
 
 use crate::cycle::{BeginCycle, Cycle, CycleClock, CycleSystems};
 use crate::random::RandomStream;
-use crate::robot::RobotId;
 use crate::scenario::Scenario;
+use crate::team::RobotId;
 
 /// The referee, in [`CycleSystems::Officiate`], and the robots' [`GameStatus`], in [`CycleSystems::Sense`].
 pub struct RefereePlugin;

@@ -7,7 +7,7 @@ use super::areas::{base_corners, feet, in_area, in_goal, in_team_frame};
 use super::evidence::Evidence;
 use super::rules::{DefenderLimit, KickOffPositions};
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
-use crate::robot::Team;
+use crate::team::Team;
 
 /// What is wrong with a robot's place at a kick-off.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
@@ -197,8 +197,8 @@ mod tests {
     use super::*;
     use crate::geometry::Pose;
     use crate::pitch::Pitch;
-    use crate::robot::RobotId;
     use crate::scenario::FIELD_PRESETS;
+    use crate::team::RobotId;
 
     /// Teams of this size in formation for a kick-off, everybody off its place by so much.
     fn lined_up(pitch: &Pitch, rules: &Rules, kick_off: Option<Team>, off: Pose) -> Situation {

@@ -103,7 +103,7 @@ mod tests {
     use super::*;
     use crate::events::MatchEvent;
     use crate::referee::{ActivePenalty, Penalty, PenaltyReason};
-    use crate::robot::{RobotId, Team};
+    use crate::team::{RobotId, Team};
     use approx::assert_abs_diff_eq;
 
     const BLUE2: RobotId = RobotId::new(Team::Blue, 2);

@@ -141,7 +141,7 @@ mod tests {
     use super::super::testing::Situation;
     use super::*;
     use crate::geometry::Pose;
-    use crate::robot::{RobotId, Team};
+    use crate::team::{RobotId, Team};
 
     #[test]
     fn a_verdict_reads_as_what_why_and_what_else() {

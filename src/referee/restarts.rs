@@ -14,7 +14,7 @@ use super::rules::KickOffProcedure;
 use super::set_play::{Course, SetPlay, SetPlayKind};
 use crate::events::MatchEvent;
 use crate::referee::formation;
-use crate::robot::Team;
+use crate::team::Team;
 
 /// Once all robots have stood at legal places for so long, `ready` may end, s.
 const LINED_UP_S: f32 = 1.0;

@@ -12,7 +12,7 @@ use super::ball_out::BallOut;
 use super::evidence::Evidence;
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use crate::events::BoundaryLine;
-use crate::robot::Team;
+use crate::team::Team;
 
 /// A ball that is farther than this from where it was put has been moved clearly, m.
 const MOVED_CLEARLY_M: f32 = 0.05;

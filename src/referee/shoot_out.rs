@@ -17,7 +17,7 @@ use super::snapshot::MatchSnapshot;
 use crate::events::MatchEvent;
 use crate::geometry::Pose;
 use crate::pitch::End;
-use crate::robot::Team;
+use crate::team::Team;
 
 /// The goal that all shots are at.
 const GOAL: End = End::NegativeX;
@@ -78,8 +78,8 @@ impl ShootOut {
         let (blue, pink) = (self.goals.blue, self.goals.pink);
         if self.taken.blue.min(self.taken.pink) < shots {
             // Over as soon as one cannot be reached any more.
-            let most = |team: Team| self.goals.of(team) + shots.saturating_sub(self.taken.of(team));
-            let beyond_reach = Team::BOTH.into_iter().find(|team| self.goals.of(*team) > most(team.opponent()));
+            let most = |team: Team| self.goals[team] + shots.saturating_sub(self.taken[team]);
+            let beyond_reach = Team::BOTH.into_iter().find(|team| self.goals[*team] > most(team.opponent()));
             return beyond_reach.map_or(Standing::Open, Standing::Won);
         }
         if self.taken.blue != self.taken.pink {
@@ -233,8 +233,8 @@ impl Referee<'_, '_> {
         let team = shoot_out.team;
         shoot_out.shot.scored = scored;
         shoot_out.last[team as usize] = shoot_out.shot;
-        *shoot_out.taken.of_mut(team) += 1;
-        *shoot_out.goals.of_mut(team) += u32::from(scored);
+        shoot_out.taken[team] += 1;
+        shoot_out.goals[team] += u32::from(scored);
         shoot_out.team = team.opponent();
         self.whistle();
         self.decisions.events.push(MatchEvent::Shot { team, scored, goals: shoot_out.goals, evidence });
@@ -256,7 +256,7 @@ impl Referee<'_, '_> {
 mod tests {
     use super::super::testing::Situation;
     use super::*;
-    use crate::robot::RobotId;
+    use crate::team::RobotId;
 
     const PERIOD_S: f64 = 1.0 / 30.0;
 

@@ -10,10 +10,10 @@ use super::touch::Touch;
 use crate::cycle::CycleClock;
 use crate::geometry::Pose;
 use crate::pitch::Pitch;
-use crate::robot::RobotId;
 use crate::robot::body::BodyBounds;
 use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
+use crate::team::RobotId;
 
 /// Everything that the rules judge by.
 #[derive(Clone, Copy, Debug)]

@@ -64,7 +64,7 @@ mod tests {
     use crate::events::MatchEvent;
     use crate::geometry::Pose;
     use crate::referee::PenaltyReason;
-    use crate::robot::{RobotId, Team};
+    use crate::team::{RobotId, Team};
 
     const BLUE3: RobotId = RobotId::new(Team::Blue, 3);
 

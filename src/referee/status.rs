@@ -14,7 +14,7 @@ use super::set_play::SetPlay;
 use crate::cycle::CycleClock;
 use crate::knowledge::Knowledge;
 use crate::pitch::End;
-use crate::robot::{RobotId, Team};
+use crate::team::{RobotId, Team};
 
 /// What a robot is told of the game at the start of a cycle, as by a GameController (2010 rule book, section 3.2). It is
 /// a sensor: every robot has its own, and behaviours read nothing else of the match. `state`, `score`, `kick_off_team`,

@@ -24,7 +24,8 @@ use crate::robot::head::HeadAngles;
 use crate::robot::kick::{KickCommand, KickPhase};
 use crate::robot::motion::{ExecutedStep, WalkCommand};
 use crate::robot::posture::Posture;
-use crate::robot::{PreviousPose, RobotId, Roster, Velocity};
+use crate::robot::{PreviousPose, Roster, Velocity};
+use crate::team::RobotId;
 
 /// The match begins: in the first cycle, before anybody senses or acts, the robots may walk to their places, or the
 /// ball comes into play.

@@ -17,7 +17,7 @@ use crate::pitch::Pitch;
 use crate::robot::body::BodyBounds;
 use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
-use crate::robot::{RobotId, Team};
+use crate::team::{RobotId, Team};
 
 /// Everything that a [`MatchSnapshot`] borrows.
 #[derive(Clone, Debug)]

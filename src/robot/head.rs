@@ -6,12 +6,13 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::Roster;
 use super::motion::refusal;
-use super::{RobotId, Roster};
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
 use crate::events::{CommandKind, CycleEvents, MatchEvent};
 use crate::geometry::{file_units, to_radians};
 use crate::knowledge::Knowledge;
+use crate::team::RobotId;
 
 /// Turns the heads in [`CycleSystems::Act`].
 pub struct HeadPlugin;

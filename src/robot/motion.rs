@@ -7,15 +7,16 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::Roster;
 use super::kick::{KickPhase, KickSystems};
 use super::posture::Posture;
-use super::{RobotId, Roster};
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
 use crate::events::{CommandKind, CycleEvents, MatchEvent, Refusal};
 use crate::geometry::{Pose, file_units, wrap_angle};
 use crate::knowledge::Knowledge;
 use crate::random::{RandomStream, RandomStreams};
 use crate::referee::{Game, GameState, Penalty};
+use crate::team::RobotId;
 
 /// Takes over walk commands in [`CycleSystems::Act`] and walks in [`CycleSystems::Move`].
 pub struct MotionPlugin;

@@ -10,9 +10,9 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::Roster;
 use super::body::{BodyBounds, BodyBox};
 use super::kick::KickPhase;
-use super::{RobotId, Roster};
 use crate::ball::{Ball, BallPhysics};
 use crate::communication::CommunicationSystems;
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
@@ -21,6 +21,7 @@ use crate::geometry::Pose;
 use crate::knowledge::Knowledge;
 use crate::random::RandomStreams;
 use crate::referee::{Game, GameState, OfficiateSystems, Penalty, Rules};
+use crate::team::RobotId;
 
 /// Takes posture commands in [`CycleSystems::Act`]; robots fall after the collisions, before the referee looks.
 pub struct PosturePlugin;

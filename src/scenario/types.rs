@@ -16,12 +16,12 @@ use crate::robot::head::HeadLimits;
 use crate::robot::kick::{KickRequest, KickSettings};
 use crate::robot::motion::MotionLimits;
 use crate::robot::posture::PostureRequest;
-use crate::robot::{RobotId, Team};
 use crate::sensing::camera::CameraSettings;
 use crate::sensing::fidelity::Fidelities;
 use crate::sensing::odometry::OdometrySettings;
 use crate::sensing::sonar::SonarSettings;
 use crate::sensing::vision::VisionSettings;
+use crate::team::{RobotId, Team};
 
 /// Everything that a match starts from.
 #[derive(Resource, Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]

@@ -10,8 +10,8 @@ use crate::geometry::{Pose, unit};
 use crate::knowledge::Knowledge;
 use crate::pitch::{End, GoalColour, LineJunction, LineSegment, Pitch, Post};
 use crate::referee::Penalty;
-use crate::robot::RobotId;
 use crate::robot::body::BodyBounds;
+use crate::team::RobotId;
 
 /// Gathers the [`Scene`] in every cycle, and orders the sensors.
 pub struct ScenePlugin;

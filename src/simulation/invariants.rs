@@ -11,7 +11,8 @@ use crate::geometry::Pose;
 use crate::pitch::Post;
 use crate::referee::Penalty;
 use crate::robot::body::BodyBounds;
-use crate::robot::{PreviousPose, RobotId, Roster, Velocity};
+use crate::robot::{PreviousPose, Roster, Velocity};
+use crate::team::RobotId;
 
 /// Depth of an overlap that counts as one, m.
 const TOLERANCE: f32 = 1e-4;

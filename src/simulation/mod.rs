@@ -43,9 +43,10 @@ use crate::geometry::Pose;
 use crate::pitch::PitchPlugin;
 use crate::random::RandomStreams;
 use crate::referee::{Game, GameState, RefereePlugin};
-use crate::robot::{RobotId, RobotPlugin, Roster};
+use crate::robot::{RobotPlugin, Roster};
 use crate::scenario::{Scenario, ScenarioFault};
 use crate::sensing::SensingPlugin;
+use crate::team::RobotId;
 
 /// Everything that a headless match needs: no window, no renderer, no assets.
 pub struct NaoisisPlugins;

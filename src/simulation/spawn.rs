@@ -20,12 +20,13 @@ use crate::robot::body::BodyBounds;
 use crate::robot::head::{HeadAngles, HeadCommand};
 use crate::robot::kick::{KickCommand, KickPhase};
 use crate::robot::motion::{ExecutedStep, WalkCommand};
-use crate::robot::{PreviousPose, Team, Velocity};
+use crate::robot::{PreviousPose, Velocity};
 use crate::scenario::{BehaviourSpec, FieldPath, RobotSpec, Scenario, ScenarioFault};
 use crate::sensing::odometry::Odometry;
 use crate::sensing::sonar::SonarReading;
 use crate::sensing::status::BodyStatus;
 use crate::sensing::vision::Percepts;
+use crate::team::Team;
 
 /// Marks the entities of a match: robots, ball and posts.
 #[derive(Component, Clone, Copy, Default, Debug, Reflect)]

@@ -7,7 +7,7 @@ use crate::events::{BoundaryLine, CollisionPartner, CycleEvents, KickMiss, KickR
 use crate::referee::Evidence;
 use crate::referee::report::headline;
 use crate::robot::kick::KickType;
-use crate::robot::{RobotId, Team};
+use crate::team::{RobotId, Team};
 
 /// The log forgets the oldest entries beyond this many.
 const LONGEST: usize = 20_000;

@@ -17,7 +17,7 @@ use crate::behaviour::drawings::Ink;
 use crate::cycle::CycleClock;
 use crate::record::history::History;
 use crate::referee::{Evidence, Penalty};
-use crate::robot::RobotId;
+use crate::team::RobotId;
 
 /// Entries of the list that are shown, and in the past, of what is to come.
 const SHOWN: usize = 60;

@@ -21,7 +21,7 @@ use crate::record::read::CycleRecord;
 use crate::referee::Penalty;
 use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
-use crate::robot::{RobotId, Roster, Velocity};
+use crate::robot::{Roster, Velocity};
 use crate::scenario::Scenario;
 use crate::sensing::camera::image::{Image, Layers};
 use crate::sensing::camera::model::CameraView;
@@ -29,6 +29,7 @@ use crate::sensing::camera::software::{Detail, PreparedScene, Renderer};
 use crate::sensing::camera::{CameraImages, CameraSettings, CameraSide};
 use crate::sensing::jobs::{self, SensingThreads};
 use crate::sensing::scene::SensingSystems;
+use crate::team::RobotId;
 
 /// Draws what robots see, for people.
 pub struct EyesPlugin;
@@ -237,8 +238,8 @@ fn draw_watched(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::Team;
     use crate::simulation::{MatchApp, NaoisisPlugins};
+    use crate::team::Team;
 
     const BLUE: RobotId = RobotId::new(Team::Blue, 1);
 

@@ -15,8 +15,8 @@ use super::selection::{Choice, SelectionSystems};
 use super::shown::{Shown, Switch};
 use super::timeline::TimelineCommand;
 use crate::cycle::CycleClock;
-use crate::robot::Team;
 use crate::sensing::camera::CameraSide;
+use crate::team::Team;
 
 /// Carries out what the keys mean.
 pub struct KeysPlugin;

@@ -13,8 +13,8 @@ use super::timeline::Timeline;
 use crate::behaviour::BehaviourRegistry;
 use crate::cycle::CycleClock;
 use crate::referee::{Game, GameState};
-use crate::robot::Team;
 use crate::scenario::{BehaviourSpec, LIBRARY, Scenario};
+use crate::team::Team;
 
 /// Height of the score, logical pixels.
 const SCORE_HEIGHT: f32 = 30.0;

@@ -48,9 +48,10 @@ use crate::ball::Ball;
 use crate::cycle::CycleClock;
 use crate::geometry::to_degrees;
 use crate::referee::{Game, Penalty};
+use crate::robot::Roster;
 use crate::robot::head::HeadAngles;
-use crate::robot::{RobotId, Roster};
 use crate::scenario::Scenario;
+use crate::team::RobotId;
 
 /// The height at which a robot is best clicked at, m.
 const CHEST_M: f32 = 0.3;

@@ -33,7 +33,7 @@ fn a_match_ends_keeps_its_invariants_and_its_score_is_that_of_its_goals() {
                 .iter()
                 .filter(|event| matches!(event, MatchEvent::Goal { team: scorer, .. } if *scorer == team))
                 .count();
-            assert_eq!(score.of(team) as usize, scored);
+            assert_eq!(score[team] as usize, scored);
         }
         goals += score.blue + score.pink;
         assert_eq!(events.iter().filter(|event| **event == MatchEvent::FinalWhistle).count(), 1);

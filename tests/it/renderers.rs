@@ -11,7 +11,6 @@ use naoisis::geometry::Pose;
 use naoisis::pitch::Pitch;
 use naoisis::random::RandomStream;
 use naoisis::robot::head::HeadAngles;
-use naoisis::robot::{RobotId, Team};
 use naoisis::scenario::Scenario;
 use naoisis::sensing::camera::gpu::{GpuError, GpuRenderer};
 use naoisis::sensing::camera::image::{Image, Layers};
@@ -20,6 +19,7 @@ use naoisis::sensing::camera::shot::Shot;
 use naoisis::sensing::camera::software::{Detail, PreparedScene, Renderer};
 use naoisis::sensing::camera::{CameraImages, CameraRendering, CameraSettings};
 use naoisis::simulation::{MatchApp, NaoisisPlugins};
+use naoisis::team::{RobotId, Team};
 
 const SCENES: usize = 50;
 

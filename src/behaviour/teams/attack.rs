@@ -250,7 +250,7 @@ mod tests {
         assert!(!kicks(|situation| situation.belief.ball.as_mut().unwrap().age_s = 1.0));
         assert!(!kicks(|situation| {
             situation.belief.ball.as_mut().unwrap().heard_from =
-                Some(crate::robot::RobotId::new(crate::robot::Team::Blue, 3));
+                Some(crate::team::RobotId::new(crate::team::Team::Blue, 3));
         }));
         assert!(!kicks(|situation| situation.body = BodyStatus::Recovering));
     }

@@ -34,13 +34,13 @@ use crate::cycle::CycleClock;
 use crate::knowledge::Knowledge;
 use crate::pitch::Pitch;
 use crate::referee::{GameState, GameStatus, Rules};
-use crate::robot::RobotId;
 use crate::robot::head::HeadCommand;
 use crate::robot::kick::{KickCommand, KickSettings};
 use crate::robot::motion::{MotionLimits, WalkCommand};
 use crate::robot::posture::PostureCommand;
 use crate::sensing::sonar::{SonarReading, SonarSettings};
 use crate::sensing::status::BodyStatus;
+use crate::team::RobotId;
 
 /// Registers the built-in behaviours and teams.
 ///

@@ -169,7 +169,7 @@ mod tests {
     use super::*;
     use crate::behaviour::teams::player::tests::Situation;
     use crate::referee::{Rules, SetPlayKind, SetPlayStatus};
-    use crate::robot::Team;
+    use crate::team::Team;
 
     fn walking(dx: f32, dy: f32) -> Decision {
         Decision { walk: WalkCommand { dx, dy, dtheta: 0.01 }, ..default() }

@@ -276,7 +276,7 @@ mod tests {
     use crate::behaviour::teams::player::tests::Situation;
     use crate::communication::{ReceivedMessage, TeamMessage};
     use crate::geometry::Pose;
-    use crate::robot::{RobotId, Team};
+    use crate::team::{RobotId, Team};
 
     fn mate(number: u8, x: f32, y: f32) -> RobotBelief {
         let id = Some(RobotId::new(Team::Blue, number));

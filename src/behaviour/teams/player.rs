@@ -11,13 +11,13 @@ use crate::geometry::{Pose, unit, unrotate};
 use crate::knowledge::Knowledge;
 use crate::pitch::Pitch;
 use crate::referee::{GameStatus, Rules};
-use crate::robot::RobotId;
 use crate::robot::head::HeadCommand;
 use crate::robot::kick::{KickRequest, KickSettings, KickType};
 use crate::robot::motion::{MotionLimits, WalkCommand};
 use crate::robot::posture::PostureRequest;
 use crate::sensing::sonar::{SonarReading, SonarSettings};
 use crate::sensing::status::BodyStatus;
+use crate::team::RobotId;
 
 /// Everything that a player knows when it decides.
 #[derive(Clone, Copy, Debug)]
@@ -200,8 +200,8 @@ impl<'a> Player<'a> {
 pub(super) mod tests {
     use super::*;
     use crate::referee::GameState;
-    use crate::robot::Team;
     use crate::robot::motion::after_step;
+    use crate::team::Team;
 
     /// What a player may find itself in: everything that a [`Player`] refers to.
     #[derive(Clone, Debug)]

@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 
 mod geometry;
 
+use super::Roster;
 use super::posture::Posture;
-use super::{RobotId, Roster};
 use crate::ball::{Ball, BallPhysics, BallVelocity, Rolling};
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
 use crate::events::{CommandKind, CycleEvents, KickMiss, KickResult, MatchEvent, Refusal};
@@ -14,6 +14,7 @@ use crate::geometry::{Pose, angle_of, file_units, unit, wrap_angle};
 use crate::knowledge::Knowledge;
 use crate::random::{RandomStream, RandomStreams};
 use crate::referee::{Game, GameState, Penalty};
+use crate::team::RobotId;
 pub use geometry::{Foot, KickType, Strike, strike};
 
 /// Takes over kick commands in [`CycleSystems::Act`] and strikes the ball in [`CycleSystems::Kick`].

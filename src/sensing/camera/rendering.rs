@@ -14,10 +14,10 @@ use crate::appearance::scene::SceneDescription;
 use crate::appearance::view::View;
 use crate::cycle::CycleClock;
 use crate::random::RandomStreams;
-use crate::robot::RobotId;
 use crate::robot::head::HeadAngles;
 use crate::sensing::jobs::{self, SensingThreads};
 use crate::sensing::vision::{VisionSettings, VisionSource};
+use crate::team::RobotId;
 
 /// Memory that is kept from cycle to cycle.
 #[derive(Default)]

@@ -4,11 +4,11 @@ use crate::appearance::Label;
 use crate::cycle::run_cycle;
 use crate::geometry::Pose;
 use crate::random::RandomStreams;
-use crate::robot::Team;
 use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
 use crate::sensing::testing::{sense, sensing_app, set, spawn_ball, spawn_robot};
 use crate::sensing::vision::{VisionSettings, VisionSource};
+use crate::team::Team;
 
 /// Small images with everything.
 fn small() -> CameraSettings {

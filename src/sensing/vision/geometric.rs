@@ -7,11 +7,11 @@ use super::{BallPercept, ClassNoise, GoalPostPercept, Percepts, RobotPercept, Vi
 use crate::geometry::{Pose, unrotate};
 use crate::pitch::GoalColour;
 use crate::random::RandomStream;
-use crate::robot::Team;
 use crate::robot::head::HeadAngles;
 use crate::sensing::camera::model::{CameraIntrinsics, CameraView, ViewSide};
 use crate::sensing::camera::{CameraSettings, CameraSide};
 use crate::sensing::scene::{Scene, SceneBall, ScenePost, SceneRobot};
+use crate::team::Team;
 
 /// Heights on the waistband at which a robot is looked for, m: the band is 10 cm high, above the hips.
 const WAISTBAND_HEIGHTS_M: [f32; 3] = [0.30, 0.25, 0.35];

@@ -46,10 +46,10 @@ use crate::knowledge::Knowledge;
 use crate::pitch::{GoalColour, JunctionShape};
 use crate::random::RandomStreams;
 use crate::robot::head::HeadAngles;
-use crate::robot::{RobotId, Team};
 use crate::sensing::camera::{CameraSettings, CameraSide};
 use crate::sensing::jobs::SensingThreads;
 use crate::sensing::scene::{Scene, ScenePlugin, SensingSystems};
+use crate::team::{RobotId, Team};
 
 mod geometric;
 pub mod image;

@@ -36,8 +36,9 @@ use super::spawn::MatchEntity;
 use crate::behaviour::BehaviourRegistry;
 use crate::geometry::Pose;
 use crate::knowledge::Knowledge;
-use crate::robot::{RobotId, Roster};
+use crate::robot::Roster;
 use crate::scenario::{Scenario, ScenarioFault};
+use crate::team::RobotId;
 pub use file::EXTENSION;
 
 /// The state of a match at the end of a cycle.

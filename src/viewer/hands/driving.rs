@@ -8,11 +8,12 @@ use bevy_egui::input::EguiWantsInput;
 
 use crate::behaviour::DecideSystems;
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
+use crate::robot::Roster;
 use crate::robot::head::{HeadAngles, HeadCommand, HeadLimits};
 use crate::robot::kick::{KickCommand, KickRequest, KickType};
 use crate::robot::motion::{MotionLimits, WalkCommand};
-use crate::robot::{RobotId, Roster};
 use crate::sensing::camera::CameraSide;
+use crate::team::RobotId;
 use crate::viewer::camera::{ViewPreset, ViewerCamera};
 use crate::viewer::keys::KeysSystems;
 use crate::viewer::selection::Selection;

@@ -9,7 +9,8 @@ use crate::belief::{Belief, point_pitch_from_team};
 use crate::geometry::Pose;
 use crate::pitch::End;
 use crate::referee::{Game, Penalty};
-use crate::robot::{PreviousPose, RobotId, Team};
+use crate::robot::PreviousPose;
+use crate::team::{RobotId, Team};
 use crate::viewer::palette;
 
 /// Radius of the circle at which a robot believes itself, m.

@@ -10,7 +10,8 @@ use crate::cycle::CycleClock;
 use crate::geometry::Pose;
 use crate::pitch::{AreaDimensions, End, Pitch};
 use crate::referee::{Game, Rules};
-use crate::robot::{RobotId, Roster};
+use crate::robot::Roster;
+use crate::team::RobotId;
 use crate::viewer::event_log::EventLog;
 use crate::viewer::palette;
 

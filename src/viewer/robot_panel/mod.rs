@@ -28,11 +28,12 @@ use crate::geometry::Pose;
 use crate::referee::{Game, Penalty};
 use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
-use crate::robot::{RobotId, Roster, Velocity};
+use crate::robot::{Roster, Velocity};
 use crate::sensing::camera::CameraSide;
 use crate::sensing::odometry::Odometry;
 use crate::sensing::sonar::SonarReading;
 use crate::sensing::vision::Percepts;
+use crate::team::RobotId;
 use pictures::Pictures;
 pub use state::{BehaviourState, StateComponent};
 
