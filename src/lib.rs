@@ -62,6 +62,7 @@ pub mod events;
 pub mod figures;
 pub mod geometry;
 pub mod guide;
+pub mod kick_geometry;
 pub mod knowledge;
 pub mod pitch;
 pub mod prelude;

@@ -12,7 +12,7 @@ use std::path::Path;
 
 use super::read::{CycleRecord, Ending, TraceError, TraceReader};
 use crate::events::MatchEvent;
-use crate::robot::kick::KickType;
+use crate::kick_geometry::KickType;
 use crate::scenario::Scenario;
 use crate::team::{RobotId, Team};
 

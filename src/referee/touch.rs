@@ -59,7 +59,7 @@ pub fn touches_of_cycle(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::kick::KickType;
+    use crate::kick_geometry::KickType;
     use crate::team::Team;
 
     fn kick(robot: RobotId, launch_speed: f32, result: KickResult) -> MatchEvent {

@@ -18,6 +18,7 @@ use crate::communication::CommunicationSystems;
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
 use crate::events::{CollisionPartner, CommandKind, CycleEvents, MatchEvent, Refusal};
 use crate::geometry::Pose;
+use crate::kick_geometry::Side;
 use crate::knowledge::Knowledge;
 use crate::random::RandomStreams;
 use crate::referee::{Game, GameState, OfficiateSystems, Penalty, Rules};
@@ -42,26 +43,6 @@ impl Plugin for PosturePlugin {
                     fall.in_set(CycleSystems::Officiate).before(OfficiateSystems),
                 ),
             );
-    }
-}
-
-/// A side of a robot.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Side {
-    /// Its left, +y in the robot frame.
-    Left,
-    /// Its right.
-    Right,
-}
-
-impl Side {
-    /// Its name: `left` or `right`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Side::Left => "left",
-            Side::Right => "right",
-        }
     }
 }
 

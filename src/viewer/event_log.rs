@@ -4,9 +4,9 @@ use bevy::prelude::*;
 
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
 use crate::events::{BoundaryLine, CollisionPartner, CycleEvents, KickMiss, KickResult, MatchEvent};
+use crate::kick_geometry::KickType;
 use crate::referee::Evidence;
 use crate::referee::report::headline;
-use crate::robot::kick::KickType;
 use crate::team::{RobotId, Team};
 
 /// The log forgets the oldest entries beyond this many.

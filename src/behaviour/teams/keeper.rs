@@ -5,9 +5,10 @@ use bevy::prelude::*;
 use super::attack::attack;
 use super::looking;
 use super::player::{Decision, Player, PlayerMemory};
+use crate::kick_geometry::Side;
 use crate::pitch::End;
 use crate::referee::DefenderLimit;
-use crate::robot::posture::{PostureRequest, Side};
+use crate::robot::posture::PostureRequest;
 
 /// Distance of the keeper's place from the middle of the goal line, m.
 const GUARD_DISTANCE_M: f32 = 0.45;

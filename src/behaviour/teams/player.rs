@@ -8,11 +8,12 @@ use super::walking::{OBSTACLE_RANGE_M, Obstacles, POST_CLEARANCE_M, ROBOT_CLEARA
 use crate::belief::{BallBelief, Belief};
 use crate::communication::ReceivedMessage;
 use crate::geometry::{Pose, unit, unrotate};
+use crate::kick_geometry::KickType;
 use crate::knowledge::Knowledge;
 use crate::pitch::Pitch;
 use crate::referee::{GameStatus, Rules};
 use crate::robot::head::HeadCommand;
-use crate::robot::kick::{KickRequest, KickSettings, KickType};
+use crate::robot::kick::{KickRequest, KickSettings};
 use crate::robot::motion::{MotionLimits, WalkCommand};
 use crate::robot::posture::PostureRequest;
 use crate::sensing::sonar::{SonarReading, SonarSettings};

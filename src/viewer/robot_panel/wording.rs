@@ -181,7 +181,7 @@ pub fn message(message: &TeamMessage) -> String {
 mod tests {
     use super::*;
     use crate::belief::BallBelief;
-    use crate::robot::kick::KickType;
+    use crate::kick_geometry::KickType;
     use crate::robot::motion::WalkCommand;
 
     #[test]

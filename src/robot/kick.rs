@@ -3,19 +3,17 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-mod geometry;
-
 use super::Roster;
 use super::posture::Posture;
 use crate::ball::{Ball, BallPhysics, BallVelocity, Rolling};
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
 use crate::events::{CommandKind, CycleEvents, KickMiss, KickResult, MatchEvent, Refusal};
 use crate::geometry::{Pose, angle_of, file_units, unit, wrap_angle};
+use crate::kick_geometry::{KickType, Strike, strike};
 use crate::knowledge::Knowledge;
 use crate::random::{RandomStream, RandomStreams};
 use crate::referee::{Game, GameState, Penalty};
 use crate::team::RobotId;
-pub use geometry::{Foot, KickType, Strike, strike};
 
 /// Takes over kick commands in [`CycleSystems::Act`] and strikes the ball in [`CycleSystems::Kick`].
 pub struct KickPlugin;
