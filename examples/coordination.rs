@@ -16,9 +16,10 @@ use bevy::prelude::*;
 use naoisis::behaviour::teams::looking;
 use naoisis::belief::{Belief, SimpleBelief};
 use naoisis::communication::{Inbox, Outbox, TeamMessage};
+use naoisis::game::Intervention;
 use naoisis::prelude::*;
 use naoisis::random::RandomStream;
-use naoisis::referee::{GameStatus, Intervention};
+use naoisis::referee::GameStatus;
 use std::collections::BTreeMap;
 
 /// A bid that was heard longer ago does not count, s.

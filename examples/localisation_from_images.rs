@@ -14,8 +14,8 @@ mod common;
 use bevy::prelude::*;
 use naoisis::batch::statistics::median;
 use naoisis::belief::{Belief, SimpleBelief};
+use naoisis::game::Intervention;
 use naoisis::prelude::*;
-use naoisis::referee::Intervention;
 use naoisis::sensing::odometry::Odometry;
 
 const ROBOT: RobotId = RobotId::new(Team::Blue, 2);

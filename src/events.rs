@@ -3,10 +3,10 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use crate::game::{Evidence, GameState, Intervention, PenaltyReason, Score, SetPlayKind};
 use crate::geometry::file_units;
 use crate::kick_geometry::{KickType, Side};
 use crate::knowledge::Knowledge;
-use crate::referee::{Evidence, GameState, Intervention, PenaltyReason, Score, SetPlayKind};
 use crate::team::{RobotId, Team};
 
 /// The events of the cycle under way, in the order in which they happened.

@@ -60,6 +60,7 @@ pub mod communication;
 pub mod cycle;
 pub mod events;
 pub mod figures;
+pub mod game;
 pub mod geometry;
 pub mod guide;
 pub mod kick_geometry;

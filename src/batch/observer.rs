@@ -9,9 +9,10 @@ use crate::belief::{Belief, pitch_from_team};
 use crate::communication::MessageStatistics;
 use crate::cycle::CycleClock;
 use crate::events::{CycleEvents, KickResult, MatchEvent};
+use crate::game::{Game, GameState, Penalty};
 use crate::geometry::Pose;
 use crate::pitch::End;
-use crate::referee::{Game, GameState, Penalty, RefereeMemory};
+use crate::referee::RefereeMemory;
 use crate::team::{PerTeam, RobotId, Team};
 
 /// Cycles between two looks at the beliefs; one look a cycle would tell hardly more.

@@ -17,10 +17,10 @@ use super::{begin, outputs, report};
 use crate::communication::MessageStatistics;
 use crate::cycle::{CycleClock, run_cycle};
 use crate::events::{CycleEvents, MatchEvent};
+use crate::game::Game;
 use crate::record::album::Album;
 use crate::record::beliefs::BeliefRecorder;
 use crate::record::trace::{EndReason, TracePlugin, TraceRecorder, record_cycle};
-use crate::referee::Game;
 use crate::referee::report::{HEADER, report as match_report};
 use crate::scenario::{Scenario, ScenarioFile, Setting};
 use crate::sensing::camera::CameraRendering;
@@ -222,7 +222,7 @@ fn run_to_the_end(
         if cycle.is_multiple_of(CYCLES_PER_PROGRESS) {
             progress.set_position((cycle as f64 * period_s) as u64);
         }
-        if world.resource::<Game>().state == crate::referee::GameState::Finished {
+        if world.resource::<Game>().state == crate::game::GameState::Finished {
             outcome.reason = EndReason::FinalWhistle;
             break;
         }
@@ -356,7 +356,7 @@ fn summary(
     outcome: &Outcome,
     clock: CycleClock,
     started_at_cycle: u64,
-    score: crate::referee::Score,
+    score: crate::game::Score,
     wall_s: f64,
 ) -> String {
     let mut text = String::new();

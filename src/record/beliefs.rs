@@ -10,9 +10,9 @@ use crate::batch::statistics::median;
 use crate::belief::error::{BeliefError, NEES_95_PLACE, NEES_95_POSE, Truth};
 use crate::belief::{Belief, point_team_from_pitch, team_from_pitch};
 use crate::cycle::CycleClock;
+use crate::game::{Game, Penalty};
 use crate::geometry::{Pose, to_degrees};
 use crate::pitch::End;
-use crate::referee::{Game, Penalty};
 use crate::robot::Roster;
 use crate::team::{RobotId, Team};
 

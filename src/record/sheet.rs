@@ -11,7 +11,7 @@ use super::encoder::{Layer, RecordError, write_png};
 use super::photographer::{Photographer, view_of_field};
 use super::video::create_new;
 use crate::cycle::CycleClock;
-use crate::referee::Game;
+use crate::game::Game;
 use crate::sensing::camera::CameraSide;
 use crate::sensing::camera::image::Image;
 use crate::team::RobotId;

@@ -12,7 +12,7 @@ use super::photographer::Photographer;
 use super::picture::{FIELD_SIZE, Picture};
 use crate::appearance::colours::Colour;
 use crate::cycle::CycleClock;
-use crate::referee::Game;
+use crate::game::Game;
 use crate::sensing::camera::image::Image;
 
 /// The ending of videos' file names.

@@ -1,10 +1,10 @@
 //! What follows when the ball has crossed a line: goals, and outs.
 
 use super::decide::{Referee, Stoppage};
-use super::rules::BallOutRestart;
-use super::set_play::{self, SetPlayKind};
+use super::set_play;
 use super::{ball_out, boundary, goal, indirect_goal, kick_off_shot};
 use crate::events::{DisallowedGoal, MatchEvent};
+use crate::game::{BallOutRestart, SetPlayKind};
 
 impl Referee<'_, '_> {
     /// Goals and outs, unless the ball has just been put down.

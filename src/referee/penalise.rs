@@ -2,14 +2,11 @@
 
 use super::collision;
 use super::decide::Referee;
-use super::evidence::Evidence;
-use super::game::GameState;
-use super::penalty::{ActivePenalty, Penalty, PenaltyReason};
 use super::placing::Occupied;
 use super::removal::{halfway_pose, return_pose, stuck_keeper_pose, waiting_pose};
-use super::set_play::SetPlayKind;
 use super::snapshot::RobotSnapshot;
 use crate::events::MatchEvent;
+use crate::game::{ActivePenalty, Evidence, GameState, Penalty, PenaltyReason, SetPlayKind};
 use crate::team::Team;
 
 /// A push so near to the ball gives the other team a free kick, m (2025 rule book, "Player Pushing").

@@ -4,9 +4,8 @@ use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::areas::{base_corners, feet, in_area, in_goal, in_team_frame};
-use super::evidence::Evidence;
-use super::rules::{DefenderLimit, KickOffPositions};
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
+use crate::game::{DefenderLimit, Evidence, KickOffPositions};
 use crate::team::Team;
 
 /// What is wrong with a robot's place at a kick-off.
@@ -186,15 +185,15 @@ fn is_excessive_in_goal_area(snapshot: &MatchSnapshot, index: usize, most: u8) -
 
 /// The case against a robot at an illegal place.
 pub fn evidence(snapshot: &MatchSnapshot, robot: &RobotSnapshot, illegal: IllegalPosition) -> Evidence {
-    Evidence::against(snapshot, illegal.rule(), robot).otherwise("It had to be at a legal place before `set` began.")
+    snapshot.evidence_against(illegal.rule(), robot).otherwise("It had to be at a legal place before `set` began.")
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::formation::formation;
-    use super::super::rules::Rules;
     use super::super::testing::Situation;
     use super::*;
+    use crate::game::Rules;
     use crate::geometry::Pose;
     use crate::pitch::Pitch;
     use crate::scenario::FIELD_PRESETS;

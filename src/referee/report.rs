@@ -2,8 +2,8 @@
 
 use core::fmt::Write;
 
-use super::evidence::Evidence;
 use crate::events::{BoundaryLine, DisallowedGoal, MatchEvent};
+use crate::game::Evidence;
 
 /// The heads of the report's columns.
 pub const HEADER: &str = "     time    to play  decision";

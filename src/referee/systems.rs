@@ -3,13 +3,8 @@
 use bevy::prelude::*;
 
 use super::decide::{Decisions, decide};
-use super::game::{Game, GameState};
-use super::intervention::Interventions;
 use super::kick_off_shot::KickOffPlay;
 use super::memory::RefereeMemory;
-use super::penalty::Penalty;
-use super::rules::{KickOffProcedure, Rules};
-use super::set_play::{SetPlay, SetPlayKind};
 use super::snapshot::{BallSnapshot, Disc, MatchSnapshot, RobotSnapshot};
 use super::status::Announcement;
 use super::touch::touches_of_cycle;
@@ -17,6 +12,7 @@ use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity};
 use crate::collision::Contacts;
 use crate::cycle::CycleClock;
 use crate::events::{CycleEvents, MatchEvent};
+use crate::game::{Game, GameState, Interventions, KickOffProcedure, Penalty, Rules, SetPlay, SetPlayKind};
 use crate::geometry::Pose;
 use crate::pitch::{Pitch, Post};
 use crate::robot::body::BodyBounds;

@@ -8,11 +8,11 @@ use super::posture::Posture;
 use crate::ball::{Ball, BallPhysics, BallVelocity, Rolling};
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
 use crate::events::{CommandKind, CycleEvents, KickMiss, KickResult, MatchEvent, Refusal};
+use crate::game::{Game, GameState, Penalty};
 use crate::geometry::{Pose, angle_of, file_units, unit, wrap_angle};
 use crate::kick_geometry::{KickType, Strike, strike};
 use crate::knowledge::Knowledge;
 use crate::random::{RandomStream, RandomStreams};
-use crate::referee::{Game, GameState, Penalty};
 use crate::team::RobotId;
 
 /// Takes over kick commands in [`CycleSystems::Act`] and strikes the ball in [`CycleSystems::Kick`].

@@ -12,10 +12,10 @@ use super::kick::{KickPhase, KickSystems};
 use super::posture::Posture;
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
 use crate::events::{CommandKind, CycleEvents, MatchEvent, Refusal};
+use crate::game::{Game, GameState, Penalty};
 use crate::geometry::{Pose, file_units, wrap_angle};
 use crate::knowledge::Knowledge;
 use crate::random::{RandomStream, RandomStreams};
-use crate::referee::{Game, GameState, Penalty};
 use crate::team::RobotId;
 
 /// Takes over walk commands in [`CycleSystems::Act`] and walks in [`CycleSystems::Move`].

@@ -17,11 +17,12 @@ use crate::ball::{Ball, BallPhysics};
 use crate::communication::CommunicationSystems;
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
 use crate::events::{CollisionPartner, CommandKind, CycleEvents, MatchEvent, Refusal};
+use crate::game::{Game, GameState, Penalty, Rules};
 use crate::geometry::Pose;
 use crate::kick_geometry::Side;
 use crate::knowledge::Knowledge;
 use crate::random::RandomStreams;
-use crate::referee::{Game, GameState, OfficiateSystems, Penalty, Rules};
+use crate::referee::OfficiateSystems;
 use crate::team::RobotId;
 
 /// Takes posture commands in [`CycleSystems::Act`]; robots fall after the collisions, before the referee looks.

@@ -6,10 +6,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::ball::{Ball, BallPhysics};
 use crate::cycle::{Cycle, CycleSystems};
+use crate::game::Penalty;
 use crate::geometry::{Pose, unit};
 use crate::knowledge::Knowledge;
 use crate::pitch::{End, GoalColour, LineJunction, LineSegment, Pitch, Post};
-use crate::referee::Penalty;
 use crate::robot::body::BodyBounds;
 use crate::team::RobotId;
 

@@ -4,8 +4,8 @@ use bevy::prelude::*;
 
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
 use crate::events::{BoundaryLine, CollisionPartner, CycleEvents, KickMiss, KickResult, MatchEvent};
+use crate::game::Evidence;
 use crate::kick_geometry::KickType;
-use crate::referee::Evidence;
 use crate::referee::report::headline;
 use crate::team::{RobotId, Team};
 

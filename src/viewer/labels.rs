@@ -10,7 +10,7 @@ use super::palette;
 use super::shown::Shown;
 use super::theme::text_size;
 use crate::cycle::CycleClock;
-use crate::referee::Penalty;
+use crate::game::Penalty;
 use crate::team::RobotId;
 
 /// The middle of a robot above its place, and how far above that, as it is seen, its name is, m.

@@ -12,7 +12,7 @@ use super::theme::{MARGIN, ThemeSystems, band, bright, card, dim, panel, problem
 use super::timeline::Timeline;
 use crate::behaviour::BehaviourRegistry;
 use crate::cycle::CycleClock;
-use crate::referee::{Game, GameState};
+use crate::game::{Game, GameState};
 use crate::scenario::{BehaviourSpec, LIBRARY, Scenario};
 use crate::team::Team;
 

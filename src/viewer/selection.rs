@@ -5,7 +5,7 @@ use bevy::prelude::*;
 use super::camera::ViewerCamera;
 use super::layout::mouse_is_for_match;
 use super::stage::pitch_from_world;
-use crate::referee::Penalty;
+use crate::game::Penalty;
 use crate::robot::Roster;
 use crate::team::{RobotId, Team};
 

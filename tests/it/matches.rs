@@ -5,7 +5,7 @@ use naoisis::prelude::*;
 use crate::support::{blue, headless_app, pink};
 
 /// A match of two halves of `half_s` seconds, played to its end. Returns the goals in the order of scoring.
-fn play(name: &str, seed: u64, half_s: f32) -> (naoisis::referee::Score, Vec<MatchEvent>) {
+fn play(name: &str, seed: u64, half_s: f32) -> (naoisis::game::Score, Vec<MatchEvent>) {
     let mut scenario = Scenario::named(name).unwrap();
     scenario.seed = seed;
     scenario.rules.half_s = half_s;

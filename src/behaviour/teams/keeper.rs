@@ -5,9 +5,9 @@ use bevy::prelude::*;
 use super::attack::attack;
 use super::looking;
 use super::player::{Decision, Player, PlayerMemory};
+use crate::game::DefenderLimit;
 use crate::kick_geometry::Side;
 use crate::pitch::End;
-use crate::referee::DefenderLimit;
 use crate::robot::posture::PostureRequest;
 
 /// Distance of the keeper's place from the middle of the goal line, m.

@@ -4,9 +4,10 @@
 use bevy::prelude::*;
 
 use super::player::{Decision, Player, PlayerMemory};
+use crate::game::{DefenderLimit, GameState};
 use crate::geometry::{Pose, angle_of, unrotate};
 use crate::pitch::End;
-use crate::referee::{DefenderLimit, GameState, formation};
+use crate::referee::formation;
 use crate::robot::motion::WalkCommand;
 use crate::robot::posture::PostureRequest;
 use crate::sensing::status::BodyStatus;
@@ -168,7 +169,8 @@ fn leads_into(player: &Player, walk: &WalkCommand, centre: Vec2, radius: f32) ->
 mod tests {
     use super::*;
     use crate::behaviour::teams::player::tests::Situation;
-    use crate::referee::{Rules, SetPlayKind, SetPlayStatus};
+    use crate::game::{Rules, SetPlayKind};
+    use crate::referee::SetPlayStatus;
     use crate::team::Team;
 
     fn walking(dx: f32, dy: f32) -> Decision {

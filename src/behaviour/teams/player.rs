@@ -7,11 +7,12 @@ use super::passing::Pass;
 use super::walking::{OBSTACLE_RANGE_M, Obstacles, POST_CLEARANCE_M, ROBOT_CLEARANCE_M, step_towards, way_around};
 use crate::belief::{BallBelief, Belief};
 use crate::communication::ReceivedMessage;
+use crate::game::Rules;
 use crate::geometry::{Pose, unit, unrotate};
 use crate::kick_geometry::KickType;
 use crate::knowledge::Knowledge;
 use crate::pitch::Pitch;
-use crate::referee::{GameStatus, Rules};
+use crate::referee::GameStatus;
 use crate::robot::head::HeadCommand;
 use crate::robot::kick::{KickRequest, KickSettings};
 use crate::robot::motion::{MotionLimits, WalkCommand};
@@ -200,7 +201,7 @@ impl<'a> Player<'a> {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::referee::GameState;
+    use crate::game::GameState;
     use crate::robot::motion::after_step;
     use crate::team::Team;
 

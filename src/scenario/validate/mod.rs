@@ -11,8 +11,8 @@ use core::ops::RangeInclusive;
 
 use super::field_path::FieldPath;
 use super::types::{BehaviourSpec, RobotSpec, Scenario, ScriptEntry};
+use crate::game::{Intervention, TimedIntervention};
 use crate::geometry::to_degrees;
-use crate::referee::{Intervention, TimedIntervention};
 use crate::robot::motion::MotionLimits;
 use crate::sensing::camera::CameraRendering;
 use crate::sensing::fidelity::Fidelity;

@@ -3,8 +3,8 @@
 use bevy::prelude::*;
 
 use crate::ball::Rolling;
+use crate::game::Intervention;
 use crate::geometry::{Pose, angle_of};
-use crate::referee::Intervention;
 use crate::team::RobotId;
 
 /// Whoever takes a robot at the head, takes it at this height at most, m.

@@ -13,8 +13,8 @@ use super::drive::DisplayFraction;
 use super::selection::{Selection, SelectionSystems};
 use super::stage::{StageSystems, between};
 use crate::cycle::CycleClock;
+use crate::game::Penalty;
 use crate::geometry::Pose;
-use crate::referee::Penalty;
 use crate::robot::PreviousPose;
 use crate::team::RobotId;
 

@@ -1,11 +1,25 @@
-//! The state of the match: game state, score, half, clock, sides.
+//! The match as data: its state, score, half, clock and sides, its rules, penalties, set plays, and the evidence for what was
+//! decided. Everybody may know these types; only the [referee](crate::referee) writes them.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::rules::Rules;
-use super::set_play::SetPlay;
-use super::shoot_out::ShootOut;
+mod evidence;
+mod intervention;
+mod penalty;
+mod rules;
+mod set_play;
+mod shoot_out;
+
+pub use evidence::{Evidence, Measurement, RobotEvidence};
+pub use intervention::{Intervention, Interventions, TimedIntervention};
+pub use penalty::{ActivePenalty, Penalty, PenaltyReason};
+pub use rules::{
+    BallOutRestart, DefenderLimit, KickOffPositions, KickOffProcedure, ReturnPlace, Rules, RulesError, SideContacts,
+};
+pub use set_play::{SetPlay, SetPlayKind};
+pub use shoot_out::{ShootOut, Shot, Standing};
+
 use crate::cycle::CycleClock;
 use crate::knowledge::Knowledge;
 use crate::pitch::End;
@@ -81,7 +95,7 @@ impl Game {
         Self {
             state: if rules.clock { GameState::Initial } else { GameState::Playing },
             half: 1,
-            cycles_left: rules.clock.then(|| half_cycles(rules, clock)),
+            cycles_left: rules.clock.then(|| rules.half_cycles(clock)),
             ..Self::default()
         }
     }
@@ -118,9 +132,4 @@ impl Game {
     pub fn first_kick_off_of_half(half: u32) -> Team {
         if half % 2 == 1 { Team::Blue } else { Team::Pink }
     }
-}
-
-/// Cycles in a half, at least one.
-pub(super) fn half_cycles(rules: &Rules, clock: &CycleClock) -> u64 {
-    u64::from(clock.cycles_in(rules.half_s)).max(1)
 }
