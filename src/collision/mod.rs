@@ -12,7 +12,7 @@ mod bodies;
 pub mod footprints;
 pub mod robots;
 
-use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity, REST_SPEED_MPS};
+use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity, REST_SPEED_MPS, RollingBall};
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
 use crate::events::{CollisionPartner, CollisionType, CycleEvents, MatchEvent};
 use crate::game::{Penalty, Rules};
@@ -132,7 +132,7 @@ fn collide(
             scratch.hold_back_from_wedged_ball(start.position, start.radius);
             path.corners.clear();
             path.corners.extend([start.position; 2]);
-            ball::RollingBall { velocity: Vec2::ZERO, ..start }
+            RollingBall { velocity: Vec2::ZERO, ..start }
         });
         pose.position = end.position;
         velocity.0 = end.velocity;

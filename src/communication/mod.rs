@@ -28,13 +28,12 @@ mod tests;
 
 pub use message::TeamMessage;
 
-use crate::cycle::{Cycle, CycleClock, CycleSystems};
+use crate::cycle::{ActSystems, Cycle, CycleClock, CycleSystems};
 use crate::events::{CommandKind, CycleEvents, MatchEvent, Refusal};
 use crate::geometry::Pose;
 use crate::knowledge::Knowledge;
 use crate::random::{RandomStream, RandomStreams};
 use crate::robot::Roster;
-use crate::robot::head::HeadSystems;
 use crate::team::{PerTeam, RobotId};
 
 /// Carries messages: sends them in [`CycleSystems::Act`], delivers them in [`CycleSystems::Communicate`].
@@ -53,22 +52,9 @@ impl Plugin for CommunicationPlugin {
             .init_resource::<Roster>()
             .add_systems(
                 Cycle,
-                (
-                    deliver_messages.in_set(CommunicationSystems::Deliver).in_set(CycleSystems::Communicate),
-                    // Refusals are reported in the same list as those of the other commands, in a fixed order.
-                    send_messages.in_set(CommunicationSystems::Send).in_set(CycleSystems::Act).before(HeadSystems),
-                ),
+                (deliver_messages.in_set(CycleSystems::Communicate), send_messages.in_set(ActSystems::Say)),
             );
     }
-}
-
-/// The systems of communication.
-#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum CommunicationSystems {
-    /// Messages arrive.
-    Deliver,
-    /// Messages leave.
-    Send,
 }
 
 /// What the robot says in this cycle, if anything. None again after every cycle.

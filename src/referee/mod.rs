@@ -85,9 +85,9 @@ pub use status::{Announcement, GameStatus, SetPlayStatus};
 pub use touch::Touch;
 
 use crate::cycle::{BeginCycle, Cycle, CycleClock, CycleSystems};
-use crate::game::{Game, Interventions, Penalty, Rules};
+use crate::game::{Game, Interventions, Penalty, Rules, TimedIntervention};
 use crate::random::RandomStream;
-use crate::scenario::Scenario;
+use crate::robot::posture::FallSystems;
 use crate::team::RobotId;
 
 /// The referee, in [`CycleSystems::Officiate`], and the robots' [`GameStatus`], in [`CycleSystems::Sense`].
@@ -111,29 +111,21 @@ impl Plugin for RefereePlugin {
                 Cycle,
                 (
                     systems::begin_match.in_set(CycleSystems::First).after(BeginCycle),
-                    status::tell_status.in_set(StatusSystems).in_set(CycleSystems::Sense),
-                    systems::officiate.in_set(OfficiateSystems).in_set(CycleSystems::Officiate),
+                    status::tell_status.in_set(CycleSystems::Sense),
+                    systems::officiate.in_set(CycleSystems::Officiate).after(FallSystems),
                 ),
             );
     }
 }
 
-/// The system in which the referee judges.
-#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct OfficiateSystems;
-
-/// The system that tells the robots the state of the game.
-#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct StatusSystems;
-
-/// Prepares the referee for the match of a scenario.
-pub fn start(world: &mut World, scenario: &Scenario, clock: &CycleClock) {
-    let game = Game::at_start(&scenario.rules, clock);
+/// Prepares the referee for a match by these rules, with this seed, in which it is made to do so much.
+pub fn start(world: &mut World, clock: &CycleClock, rules: &Rules, seed: u64, interventions: &[TimedIntervention]) {
+    let game = Game::at_start(rules, clock);
     world.insert_resource(RefereeMemory {
         announcement: Announcement::of(&game),
-        coin: Some(RandomStream::for_match(scenario.seed, "coin")),
+        coin: Some(RandomStream::for_match(seed, "coin")),
         ..default()
     });
-    world.insert_resource(Interventions::scheduled(&scenario.interventions));
+    world.insert_resource(Interventions::scheduled(interventions));
     world.insert_resource(game);
 }

@@ -7,14 +7,13 @@ use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::Roster;
-use super::motion::refusal;
-use crate::cycle::{Cycle, CycleClock, CycleSystems};
-use crate::events::{CommandKind, CycleEvents, MatchEvent};
+use crate::cycle::{ActSystems, Cycle, CycleClock};
+use crate::events::{CommandKind, CycleEvents, MatchEvent, Refusal};
 use crate::geometry::{file_units, to_radians};
 use crate::knowledge::Knowledge;
 use crate::team::RobotId;
 
-/// Turns the heads in [`CycleSystems::Act`].
+/// Turns the heads in [`ActSystems::Head`].
 pub struct HeadPlugin;
 
 impl Plugin for HeadPlugin {
@@ -22,13 +21,9 @@ impl Plugin for HeadPlugin {
         app.register_type::<HeadAngles>()
             .register_type::<HeadCommand>()
             .register_type::<HeadLimits>()
-            .add_systems(Cycle, turn_heads.in_set(HeadSystems).in_set(CycleSystems::Act));
+            .add_systems(Cycle, turn_heads.in_set(ActSystems::Head));
     }
 }
-
-/// The system that turns the heads.
-#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct HeadSystems;
 
 /// Measured joint angles of the head.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
@@ -85,7 +80,7 @@ fn turn_heads(
 ) {
     for entity in roster.entities() {
         let Ok((id, limits, mut command, mut angles)) = robots.get_mut(entity) else { continue };
-        if let Some(reason) = refusal([command.yaw, command.pitch]) {
+        if let Some(reason) = Refusal::of_numbers([command.yaw, command.pitch]) {
             events.push(MatchEvent::CommandRefused { robot: *id, command: CommandKind::Head, reason });
             *command = HeadCommand { yaw: angles.yaw, pitch: angles.pitch };
         }

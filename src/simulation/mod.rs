@@ -38,7 +38,7 @@ use crate::belief::SimpleBeliefPlugin;
 use crate::collision::CollisionPlugin;
 use crate::communication::CommunicationPlugin;
 use crate::cycle::{CycleClock, CyclePlugin, run_cycle};
-use crate::events::{CycleEvents, MatchEvent};
+use crate::events::{CycleEvents, EventsPlugin, MatchEvent};
 use crate::game::{Game, GameState};
 use crate::geometry::Pose;
 use crate::pitch::PitchPlugin;
@@ -56,6 +56,7 @@ impl PluginGroup for NaoisisPlugins {
     fn build(self) -> PluginGroupBuilder {
         PluginGroupBuilder::start::<Self>()
             .add(CyclePlugin::default())
+            .add(EventsPlugin)
             .add(MatchPlugin)
             .add(PitchPlugin)
             .add(RobotPlugin)

@@ -60,7 +60,7 @@ pub fn start(world: &mut World, scenario: &Scenario) -> Result<(), ScenarioFault
     world.insert_resource(MessagesInFlight::default());
     world.insert_resource(MessageStatistics::default());
     world.insert_resource(clock_of(scenario));
-    referee::start(world, scenario, &clock_of(scenario));
+    referee::start(world, &clock_of(scenario), &scenario.rules, scenario.seed, &scenario.interventions);
     world.insert_resource(CycleEvents::default());
     world.insert_resource(Contacts::default());
     spawn_posts(world, scenario);
