@@ -54,6 +54,7 @@ pub mod ball;
 pub mod batch;
 pub mod behaviour;
 pub mod belief;
+pub mod camera_model;
 pub mod cli;
 pub mod collision;
 pub mod communication;
@@ -74,7 +75,9 @@ pub mod robot;
 pub mod scenario;
 pub mod sensing;
 pub mod simulation;
+pub mod statistics;
 pub mod team;
+pub mod teams;
 #[cfg(feature = "viewer")]
 pub mod viewer;
 

@@ -10,8 +10,7 @@ use core::f32::consts::PI;
 
 use crate::geometry::{Pose, unit};
 use crate::kick_geometry::KickType;
-use crate::robot::head::HeadAngles;
-use crate::sensing::camera::model::NECK;
+use crate::robot::head::{HeadAngles, NECK};
 
 /// The left hip in the robot frame, m; the right one mirrored.
 pub const HIP: Vec3 = Vec3::new(0.0, 0.05, 0.2481);

@@ -32,7 +32,6 @@ use std::thread;
 
 pub mod observer;
 pub mod pairs;
-pub mod statistics;
 pub mod summary;
 pub mod table;
 

@@ -3,7 +3,6 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::statistics::median;
 use crate::ball::Ball;
 use crate::belief::{Belief, pitch_from_team};
 use crate::communication::MessageStatistics;
@@ -13,6 +12,7 @@ use crate::game::{Game, GameState, Penalty};
 use crate::geometry::Pose;
 use crate::pitch::End;
 use crate::referee::RefereeMemory;
+use crate::statistics::median;
 use crate::team::{PerTeam, RobotId, Team};
 
 /// Cycles between two looks at the beliefs; one look a cycle would tell hardly more.

@@ -3,7 +3,7 @@
 use core::fmt::{self, Write};
 
 use super::observer::MatchRow;
-use super::statistics::{Estimate, mean, share};
+use crate::statistics::{Estimate, mean, share};
 use crate::team::Team;
 
 /// What the matches of two teams come to, as the first of them sees it, with 95 % confidence.

@@ -1,7 +1,7 @@
 //! What the matches of a batch come to, variant by variant.
 
 use super::observer::MatchRow;
-use super::statistics::{Estimate, mean, share};
+use crate::statistics::{Estimate, mean, share};
 use crate::team::Team;
 
 /// What the valid matches of one variant come to, with 95 % confidence.

@@ -22,6 +22,7 @@ pub mod landmarks;
 pub mod line_sighting;
 pub mod localisation;
 pub mod localiser;
+pub mod method;
 pub mod own_pose;
 pub mod particles;
 pub mod robots;

@@ -259,8 +259,8 @@ fn pose_from_posts(
 mod tests {
     use super::*;
     use crate::belief::landmarks::LandmarkModel;
+    use crate::camera_model::CameraSide;
     use crate::pitch::{GoalColour, Pitch};
-    use crate::sensing::camera::CameraSide;
     use crate::sensing::vision::Percepts;
     use crate::team::Team;
     use approx::assert_abs_diff_eq;

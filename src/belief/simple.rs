@@ -10,13 +10,14 @@ use serde::{Deserialize, Serialize};
 use super::ball::{BallEstimate, BallModel};
 use super::landmarks::{LandmarkModel, Landmarks, Look};
 use super::localisation::StepError;
-use super::localiser::{Localisation, Localiser};
+use super::localiser::Localiser;
 
 use super::robots::{RobotTrack, SonarModel, TrackModel, advance_tracks, hear_robot, see_robot};
 use super::sighting::Sighting;
 use super::team_ball::{HeardBall, TeamBallModel, team_ball};
 use super::{BallBelief, Belief, RobotBelief, place_covariance, pose_covariance};
 use crate::behaviour::{DecideSystems, barrier};
+use crate::belief::method::Localisation;
 use crate::communication::{Inbox, ReceivedMessage};
 use crate::cycle::{Cycle, CycleClock};
 use crate::game::{GameState, ReturnPlace, Rules};

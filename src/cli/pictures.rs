@@ -4,6 +4,7 @@ use bevy::prelude::*;
 use clap::Args;
 use std::path::PathBuf;
 
+use crate::camera_model::CameraSide;
 use crate::cycle::CycleClock;
 use crate::record::album::Album;
 use crate::record::frames::FrameRecorder;
@@ -11,7 +12,6 @@ use crate::record::picture::Picture;
 use crate::record::sheet::SheetRecorder;
 use crate::record::video::VideoRecorder;
 use crate::robot::Roster;
-use crate::sensing::camera::CameraSide;
 
 /// The arguments for pictures.
 #[derive(Args, Debug, Clone, Default)]

@@ -7,11 +7,11 @@ use super::axes::{Plan, caption, remark};
 use super::marks::{ORANGE, YELLOW, bright_arrow, bright_dot, bright_line};
 use super::stage::{self, BLUE, Stage, view_of_robot};
 use crate::appearance::colours::{self, Colour};
+use crate::camera_model::CameraSide;
 use crate::events::{KickResult, MatchEvent};
 use crate::geometry::{Pose, to_degrees, wrap_angle};
 use crate::kick_geometry::KickType;
 use crate::record::canvas::{Canvas, PAPER};
-use crate::sensing::camera::CameraSide;
 use crate::sensing::camera::image::Image;
 use crate::simulation::MatchApp;
 

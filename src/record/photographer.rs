@@ -13,6 +13,7 @@ use crate::appearance::robot::RobotDesign;
 use crate::appearance::scene::{SceneDescription, SceneRobot, world_from_body};
 use crate::appearance::view::View;
 use crate::ball::{Ball, BallPhysics};
+use crate::camera_model::{CameraSide, CameraView};
 use crate::cycle::CycleClock;
 use crate::game::Penalty;
 use crate::geometry::Pose;
@@ -23,10 +24,9 @@ use crate::robot::{Roster, Velocity};
 #[cfg(feature = "gpu")]
 use crate::sensing::camera::gpu::GpuCameras;
 use crate::sensing::camera::image::{Image, Layers};
-use crate::sensing::camera::model::CameraView;
 use crate::sensing::camera::shot::Shot;
 use crate::sensing::camera::software::{Detail, PreparedScene, Renderer};
-use crate::sensing::camera::{CameraImages, CameraSettings, CameraSide};
+use crate::sensing::camera::{CameraImages, CameraSettings};
 use crate::sensing::vision::VisionSettings;
 use crate::team::RobotId;
 

@@ -5,7 +5,7 @@ use core::fmt;
 use core::str::FromStr;
 
 use super::photographer::{Photographer, view_of_field};
-use crate::sensing::camera::CameraSide;
+use crate::camera_model::CameraSide;
 use crate::sensing::camera::image::Image;
 use crate::team::{RobotId, Team};
 

@@ -10,9 +10,9 @@ use super::canvas::{Anchor, Canvas, GREY, INK, PAPER};
 use super::encoder::{Layer, RecordError, write_png};
 use super::photographer::{Photographer, view_of_field};
 use super::video::create_new;
+use crate::camera_model::CameraSide;
 use crate::cycle::CycleClock;
 use crate::game::Game;
-use crate::sensing::camera::CameraSide;
 use crate::sensing::camera::image::Image;
 use crate::team::RobotId;
 

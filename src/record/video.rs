@@ -142,7 +142,7 @@ fn side_by_side(pictures: &[(Picture, Option<Image>)], words: &str) -> Image {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sensing::camera::CameraSide;
+    use crate::camera_model::CameraSide;
     use crate::team::{RobotId, Team};
 
     #[test]

@@ -30,5 +30,5 @@ pub use library::{LIBRARY, LibraryScenario};
 pub use load::{Format, ScenarioFile, ScenarioSource};
 pub use presets::{FIELD_PRESETS, Preset, RULES_PRESETS};
 pub use setting::{NotASetting, Setting};
-pub use types::{BallSpec, BehaviourSpec, PostSpec, RobotSpec, Scenario, ScriptEntry, TeamsSpec};
+pub use types::{BallSpec, BehaviourSpec, PostSpec, RobotSpec, Scenario, TeamsSpec};
 pub use validate::ScenarioFault;

@@ -33,7 +33,6 @@ pub use spawn::{MatchEntity, resolved, start as start_match};
 
 use crate::ball::{BallPlugin, BallVelocity};
 use crate::behaviour::BehaviourPlugin;
-use crate::behaviour::teams::BuiltInTeamsPlugin;
 use crate::belief::SimpleBeliefPlugin;
 use crate::collision::CollisionPlugin;
 use crate::communication::CommunicationPlugin;
@@ -48,6 +47,7 @@ use crate::robot::{RobotPlugin, Roster};
 use crate::scenario::{Scenario, ScenarioFault};
 use crate::sensing::SensingPlugin;
 use crate::team::RobotId;
+use crate::teams::BuiltInTeamsPlugin;
 
 /// Everything that a headless match needs: no window, no renderer, no assets.
 pub struct NaoisisPlugins;

@@ -14,8 +14,8 @@ use super::hands::driving::Driving;
 use super::selection::{Choice, SelectionSystems};
 use super::shown::{Shown, Switch};
 use super::timeline::TimelineCommand;
+use crate::camera_model::CameraSide;
 use crate::cycle::CycleClock;
-use crate::sensing::camera::CameraSide;
 use crate::team::Team;
 
 /// Carries out what the keys mean.

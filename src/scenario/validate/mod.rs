@@ -10,11 +10,13 @@ use core::fmt::Display;
 use core::ops::RangeInclusive;
 
 use super::field_path::FieldPath;
-use super::types::{BehaviourSpec, RobotSpec, Scenario, ScriptEntry};
+use super::types::{BehaviourSpec, RobotSpec, Scenario};
+use crate::behaviour::script::ScriptEntry;
 use crate::game::{Intervention, TimedIntervention};
 use crate::geometry::to_degrees;
 use crate::robot::motion::MotionLimits;
 use crate::sensing::camera::CameraRendering;
+use crate::sensing::camera::RenderingUnavailable;
 use crate::sensing::fidelity::Fidelity;
 use crate::sensing::vision::VisionSource;
 
@@ -30,6 +32,14 @@ pub struct ScenarioFault {
     pub message: String,
     /// What was expected instead.
     pub expected: String,
+}
+
+impl From<RenderingUnavailable> for ScenarioFault {
+    fn from(error: RenderingUnavailable) -> Self {
+        let path = FieldPath::from("cameras").field("render");
+        let expected = "one (Mesa's lavapipe is one in software), or `software`, `off` or `auto`";
+        ScenarioFault::new(path, error.to_string(), expected)
+    }
 }
 
 impl ScenarioFault {

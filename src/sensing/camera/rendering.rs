@@ -3,15 +3,15 @@
 use bevy::prelude::*;
 
 use super::image::Layers;
-use super::model::CameraView;
 use super::noise::{Darkroom, Exposure};
 use super::shot::Shot;
 use super::software::{Detail, PreparedScene, Renderer};
-use super::{CameraImages, CameraRendering, CameraSettings, CameraSide};
+use super::{CameraImages, CameraRendering, CameraSettings};
 use crate::appearance::gather::MatchScene;
 use crate::appearance::robot::RobotDesign;
 use crate::appearance::scene::SceneDescription;
 use crate::appearance::view::View;
+use crate::camera_model::{CameraSide, CameraView};
 use crate::cycle::CycleClock;
 use crate::random::RandomStreams;
 use crate::robot::head::HeadAngles;

@@ -1,6 +1,6 @@
-use super::model::CameraView;
 use super::*;
 use crate::appearance::Label;
+use crate::camera_model::CameraView;
 use crate::cycle::run_cycle;
 use crate::geometry::Pose;
 use crate::random::RandomStreams;

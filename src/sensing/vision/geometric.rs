@@ -4,12 +4,12 @@ use bevy::prelude::*;
 
 use super::occlusion::{Occluders, Target};
 use super::{BallPercept, ClassNoise, GoalPostPercept, Percepts, RobotPercept, VisionNoise};
+use crate::camera_model::{CameraIntrinsics, CameraSide, CameraView, ViewSide};
 use crate::geometry::{Pose, unrotate};
 use crate::pitch::GoalColour;
 use crate::random::RandomStream;
 use crate::robot::head::HeadAngles;
-use crate::sensing::camera::model::{CameraIntrinsics, CameraView, ViewSide};
-use crate::sensing::camera::{CameraSettings, CameraSide};
+use crate::sensing::camera::CameraSettings;
 use crate::sensing::scene::{Scene, SceneBall, ScenePost, SceneRobot};
 use crate::team::Team;
 

@@ -137,7 +137,7 @@ impl Snapshot {
         }
         let scenario = self.resources.iter().find_map(|resource| resource.as_any().downcast_ref::<Scenario>());
         if let Some(scenario) = scenario {
-            scenario.cameras.render.make_ready(world)?;
+            scenario.cameras.render.make_ready(world).map_err(ScenarioFault::from)?;
         }
         let mut old = world.query_filtered::<Entity, With<MatchEntity>>();
         let old: Vec<Entity> = old.iter(world).collect();

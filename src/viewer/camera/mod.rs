@@ -20,14 +20,14 @@ use super::selection::{Selection, SelectionSystems};
 use super::stage::{PitchRoot, StageSystems, pose_of};
 use crate::appearance::scene::world_from_body;
 use crate::ball::Ball;
+use crate::camera_model::{CameraSide, CameraView};
 use crate::game::Penalty;
 use crate::geometry::wrap_angle;
 use crate::pitch::Pitch;
 use crate::robot::Roster;
 use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
-use crate::sensing::camera::model::CameraView;
-use crate::sensing::camera::{CameraSettings, CameraSide};
+use crate::sensing::camera::CameraSettings;
 use crate::team::RobotId;
 use viewpoint::{FIELD_OF_VIEW, Overview, Viewpoint};
 

@@ -8,10 +8,10 @@ use bevy_egui::{EguiContexts, EguiTextureHandle, EguiUserTextures};
 use std::collections::BTreeMap;
 
 use crate::behaviour::drawings::Ink;
+use crate::camera_model::{CameraIntrinsics, CameraSide};
 use crate::robot::Roster;
+use crate::sensing::camera::CameraSettings;
 use crate::sensing::camera::image::Image;
-use crate::sensing::camera::model::CameraIntrinsics;
-use crate::sensing::camera::{CameraSettings, CameraSide};
 use crate::sensing::vision::{LandmarkKind, Percepts};
 use crate::team::{RobotId, Team};
 use crate::viewer::camera::ViewerCamera;

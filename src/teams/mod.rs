@@ -26,8 +26,8 @@ pub mod walking;
 
 pub use player::{Decision, Player, PlayerMemory};
 
-use super::BehaviourApp;
-use super::drawings::{Drawings, Frame, Ink};
+use crate::behaviour::BehaviourApp;
+use crate::behaviour::drawings::{Drawings, Frame, Ink};
 use crate::belief::{Belief, SimpleBelief};
 use crate::communication::{Inbox, Outbox, TeamMessage};
 use crate::cycle::CycleClock;

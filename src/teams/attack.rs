@@ -203,10 +203,10 @@ fn post_to_look_at(player: &Player) -> Option<Vec2> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::behaviour::teams::player::tests::{Situation, after_decision};
     use crate::geometry::Pose;
     use crate::robot::body::BodyBounds;
     use crate::sensing::status::BodyStatus;
+    use crate::teams::player::tests::{Situation, after_decision};
 
     const BALL_RADIUS_M: f32 = 0.03;
 

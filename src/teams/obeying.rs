@@ -168,10 +168,10 @@ fn leads_into(player: &Player, walk: &WalkCommand, centre: Vec2, radius: f32) ->
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::behaviour::teams::player::tests::Situation;
     use crate::game::{Rules, SetPlayKind};
     use crate::referee::SetPlayStatus;
     use crate::team::Team;
+    use crate::teams::player::tests::Situation;
 
     fn walking(dx: f32, dy: f32) -> Decision {
         Decision { walk: WalkCommand { dx, dy, dtheta: 0.01 }, ..default() }
