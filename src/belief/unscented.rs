@@ -5,9 +5,8 @@
 //! standard deviations, and none in the middle. It is exact to the third order where slopes are to the first, which tells where the
 //! heading is uncertain and landmarks are near; it costs some three times as much.
 
-use bevy::math::Mat3;
+use bevy::math::{DMat3, DVec3, Mat3};
 use bevy::prelude::*;
-use nalgebra::{Cholesky, Matrix3};
 
 use super::localisation::{Innovation, PoseEstimate, StepError};
 use super::sighting::Residual;
@@ -85,20 +84,28 @@ pub fn moved_by(estimate: &PoseEstimate, step: Pose, error: &StepError) -> PoseE
 
 /// The columns of a square root of a covariance.
 fn root(covariance: &Mat3) -> [Vec3; 3] {
-    let entries = covariance.to_cols_array().map(f64::from);
-    let matrix = Matrix3::from_column_slice(&entries);
-    let floor = Matrix3::identity() * f64::from(LEAST_VARIANCE);
-    match Cholesky::new(matrix + floor) {
-        Some(cholesky) => {
-            let lower = cholesky.l();
-            [0, 1, 2].map(|column| Vec3::from_array([0, 1, 2].map(|row| lower[(row, column)] as f32)))
-        }
+    let floor = DMat3::from_diagonal(DVec3::splat(f64::from(LEAST_VARIANCE)));
+    match cholesky(&(covariance.as_dmat3() + floor)) {
+        Some(lower) => [lower.x_axis, lower.y_axis, lower.z_axis].map(|column| column.as_vec3()),
         // By rounding it is none: what is certain of it are the variances.
         None => [0, 1, 2].map(|axis| {
             let variance = covariance.col(axis)[axis].max(LEAST_VARIANCE);
             Vec3::AXES[axis] * variance.sqrt()
         }),
     }
+}
+
+/// The lower triangular L with L Lᵀ = A, after Cholesky; none of a matrix that is not positive definite. Of A, which is
+/// symmetric, the lower triangle is read.
+fn cholesky(matrix: &DMat3) -> Option<DMat3> {
+    let root = |square: f64| (square > 0.0).then(|| square.sqrt());
+    let (first, second, third) = (matrix.x_axis, matrix.y_axis, matrix.z_axis);
+    let xx = root(first.x)?;
+    let (yx, zx) = (first.y / xx, first.z / xx);
+    let yy = root(second.y - yx * yx)?;
+    let zy = (second.z - yx * zx) / yy;
+    let zz = root(third.z - zx * zx - zy * zy)?;
+    Some(DMat3::from_cols(DVec3::new(xx, yx, zx), DVec3::new(0.0, yy, zy), DVec3::new(0.0, 0.0, zz)))
 }
 
 #[cfg(test)]
@@ -129,6 +136,17 @@ mod tests {
                 let entry = points.deviations.iter().map(|point| point[row] * point[column]).sum::<f32>() / 6.0;
                 assert_abs_diff_eq!(entry, covariance.col(column)[row], epsilon = 1e-5);
             }
+        }
+    }
+
+    #[test]
+    fn a_root_is_lower_triangular_and_its_square_is_the_matrix() {
+        // (2 0 0; 6 1 0; -8 5 3) times its transpose.
+        let matrix = DMat3::from_cols_array(&[4.0, 12.0, -16.0, 12.0, 37.0, -43.0, -16.0, -43.0, 98.0]);
+        let lower = DMat3::from_cols_array(&[2.0, 6.0, -8.0, 0.0, 1.0, 5.0, 0.0, 0.0, 3.0]);
+        assert_eq!(cholesky(&matrix), Some(lower));
+        for indefinite in [DVec3::new(0.0, 1.0, 1.0), DVec3::new(1.0, -1e-9, 1.0), DVec3::new(1.0, 1.0, f64::NAN)] {
+            assert_eq!(cholesky(&DMat3::from_diagonal(indefinite)), None);
         }
     }
 

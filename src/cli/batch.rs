@@ -10,7 +10,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use super::{report, simulator};
+use super::{Program, report};
 use crate::batch::pairs::{Pairing, Pairs};
 use crate::batch::summary::Summary;
 use crate::batch::table::{Table, TableError, VariantColumns};
@@ -59,12 +59,12 @@ struct Plan {
 }
 
 /// Runs the command.
-pub fn batch(arguments: &BatchArguments) -> ExitCode {
-    let plan = match Plan::of(arguments) {
+pub fn batch(program: Program, arguments: &BatchArguments) -> ExitCode {
+    let plan = match Plan::of(program, arguments) {
         Ok(plan) => plan,
         Err(message) => return report::usage_error(&message),
     };
-    let (variants, columns) = match plan.variants(arguments) {
+    let (variants, columns) = match plan.variants(program, arguments) {
         Ok(variants) => variants,
         Err(status) => return status,
     };
@@ -92,17 +92,23 @@ pub fn batch(arguments: &BatchArguments) -> ExitCode {
     let mut failed_to_write: Option<TableError> = None;
     silence_panics();
     let started = Instant::now();
-    run_batch(&batch, earlier, simulator, &stop, |row| {
-        if !row.outcome.is_valid() {
-            progress.suspend(|| report::note(&failure(&row)));
-        }
-        if let Err(error) = table.write(&row) {
-            stop.store(true, Ordering::Relaxed);
-            failed_to_write.get_or_insert(error);
-        }
-        progress.inc(1);
-        rows.push(row);
-    });
+    run_batch(
+        &batch,
+        earlier,
+        || program.simulator(),
+        &stop,
+        |row| {
+            if !row.outcome.is_valid() {
+                progress.suspend(|| report::note(&failure(&row)));
+            }
+            if let Err(error) = table.write(&row) {
+                stop.store(true, Ordering::Relaxed);
+                failed_to_write.get_or_insert(error);
+            }
+            progress.inc(1);
+            rows.push(row);
+        },
+    );
     let wall_s = started.elapsed().as_secs_f64();
     progress.finish_and_clear();
     let is_interrupted = rows.len() < batch.len();
@@ -123,7 +129,7 @@ pub fn batch(arguments: &BatchArguments) -> ExitCode {
 
 impl Plan {
     /// What the arguments ask for: every combination of the settings, the last one changing fastest.
-    fn of(arguments: &BatchArguments) -> Result<Self, String> {
+    fn of(program: Program, arguments: &BatchArguments) -> Result<Self, String> {
         check_settings(arguments)?;
         let mut combinations: Vec<Vec<Setting>> = vec![Vec::new()];
         for sweep in &arguments.set {
@@ -134,7 +140,7 @@ impl Plan {
                 })
                 .collect();
         }
-        let pairs = if arguments.pairs.is_empty() { None } else { Some(pairs(arguments)?) };
+        let pairs = if arguments.pairs.is_empty() { None } else { Some(pairs(program, arguments)?) };
         Ok(Self { combinations, pairs })
     }
 
@@ -153,7 +159,11 @@ impl Plan {
     ///
     /// # Errors
     /// The exit status of what is wrong, which is said already.
-    fn variants(&self, arguments: &BatchArguments) -> Result<(Vec<Scenario>, VariantColumns), ExitCode> {
+    fn variants(
+        &self,
+        program: Program,
+        arguments: &BatchArguments,
+    ) -> Result<(Vec<Scenario>, VariantColumns), ExitCode> {
         let scenario_error = |error: ScenarioError| report::scenario_error(&error);
         let swept: Vec<usize> = (0..arguments.set.len()).filter(|&index| arguments.set[index].len() > 1).collect();
         let mut names: Vec<String> =
@@ -168,7 +178,7 @@ impl Plan {
             let message = format!("--pairs: {scenario} lists its robots; expected a scenario that lines up `teams`");
             return Err(report::usage_error(&message));
         }
-        let mut app = simulator();
+        let mut app = program.simulator();
         for settings in &self.combinations {
             for pairing in self.pairings() {
                 let teams = match (&self.pairs, pairing) {
@@ -209,8 +219,8 @@ fn check_settings(arguments: &BatchArguments) -> Result<(), String> {
 }
 
 /// The teams that play each other: two at least, each once.
-fn pairs(arguments: &BatchArguments) -> Result<Pairs, String> {
-    let app = simulator();
+fn pairs(program: Program, arguments: &BatchArguments) -> Result<Pairs, String> {
+    let app = program.simulator();
     let registry = app.world().resource::<BehaviourRegistry>();
     let known: Vec<&str> = registry.teams().map(|(name, _)| name).collect();
     let teams = match arguments.pairs.as_slice() {

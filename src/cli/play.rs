@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use super::pictures::PictureArguments;
-use super::report;
 use super::run::{RunArguments, run_scenario};
 use super::window::WindowArguments;
+use super::{Program, report};
 use crate::behaviour::BehaviourRegistry;
 use crate::scenario::{ScenarioError, ScenarioFile, TeamsSpec};
 
@@ -38,7 +38,7 @@ pub struct PlayArguments {
 }
 
 /// Runs the command. Without a display the match is run headless.
-pub fn play(arguments: &PlayArguments) -> ExitCode {
+pub fn play(program: Program, arguments: &PlayArguments) -> ExitCode {
     let (name, mut file) = match find(arguments) {
         Ok(found) => found,
         Err(error) => return report::scenario_error(&error),
@@ -46,18 +46,18 @@ pub fn play(arguments: &PlayArguments) -> ExitCode {
     if let Some(seed) = arguments.seed {
         file.scenario.seed = seed;
     }
-    if let Err(message) = choose_teams(&mut file, arguments) {
+    if let Err(message) = choose_teams(program, &mut file, arguments) {
         return report::usage_error(&message);
     }
     match display() {
         #[cfg(feature = "viewer")]
-        Ok(()) => watch(&name, &file, arguments),
+        Ok(()) => watch(program, &name, &file, arguments),
         #[cfg(not(feature = "viewer"))]
         Ok(()) => ExitCode::SUCCESS,
         Err(reason) => {
             report::note(&format!("{reason}: running the match headless"));
             let pictures = PictureArguments { frames: arguments.record.clone(), ..PictureArguments::default() };
-            run_scenario(&file, &RunArguments { scenario: name, pictures, ..RunArguments::default() })
+            run_scenario(program, &file, &RunArguments { scenario: name, pictures, ..RunArguments::default() })
         }
     }
 }
@@ -78,9 +78,9 @@ fn find(arguments: &PlayArguments) -> Result<(String, ScenarioFile), ScenarioErr
 }
 
 /// Puts the teams of the command line into the scenario.
-fn choose_teams(file: &mut ScenarioFile, arguments: &PlayArguments) -> Result<(), String> {
+fn choose_teams(program: Program, file: &mut ScenarioFile, arguments: &PlayArguments) -> Result<(), String> {
     let chosen = [("--blue", &arguments.blue), ("--pink", &arguments.pink)];
-    let app = super::simulator();
+    let app = program.simulator();
     let registry = app.world().resource::<BehaviourRegistry>();
     for (option, team) in chosen {
         let Some(team) = team else { continue };
@@ -132,7 +132,7 @@ pub(super) fn display() -> Result<(), &'static str> {
 }
 
 #[cfg(feature = "viewer")]
-fn watch(name: &str, file: &ScenarioFile, arguments: &PlayArguments) -> ExitCode {
+fn watch(program: Program, name: &str, file: &ScenarioFile, arguments: &PlayArguments) -> ExitCode {
     use super::window;
     use crate::record::film::Film;
     use crate::simulation::MatchApp;
@@ -140,7 +140,7 @@ fn watch(name: &str, file: &ScenarioFile, arguments: &PlayArguments) -> ExitCode
     use crate::viewer::match_panel::ScenarioSource;
     use crate::viewer::memory::ViewerMemory;
 
-    let mut app = match window::open(&arguments.window) {
+    let mut app = match window::open(program, &arguments.window) {
         Ok(app) => app,
         Err(message) => return report::usage_error(&message),
     };
@@ -170,7 +170,7 @@ mod tests {
     fn chosen(scenario: &str, blue: Option<&str>) -> Result<ScenarioFile, String> {
         let mut file = ScenarioFile::named(scenario).map_err(|error| error.to_string())?;
         let arguments = PlayArguments { blue: blue.map(str::to_owned), ..PlayArguments::default() };
-        choose_teams(&mut file, &arguments).map(|()| file)
+        choose_teams(Program { extend: &|_| {} }, &mut file, &arguments).map(|()| file)
     }
 
     #[test]

@@ -13,7 +13,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use super::pictures::PictureArguments;
-use super::{begin, outputs, report};
+use super::{Program, begin, outputs, report};
 use crate::communication::MessageStatistics;
 use crate::cycle::{CycleClock, run_cycle};
 use crate::events::{CycleEvents, MatchEvent};
@@ -24,7 +24,7 @@ use crate::record::trace::{EndReason, TracePlugin, TraceRecorder, record_cycle};
 use crate::referee::report::{HEADER, report as match_report};
 use crate::scenario::{Scenario, ScenarioFile, Setting};
 use crate::sensing::camera::CameraRendering;
-use crate::simulation::{NaoisisPlugins, Snapshot, resolved};
+use crate::simulation::{Snapshot, resolved};
 use crate::team::Team;
 
 /// Cycles between two looks at the progress bar: so few that it moves where pictures take their time.
@@ -99,23 +99,24 @@ pub(super) fn positive_seconds(word: &str) -> Result<f32, String> {
 }
 
 /// Runs the command.
-pub fn run(arguments: &RunArguments) -> ExitCode {
-    run_match(arguments, |app| begin::begin(app, arguments))
+pub fn run(program: Program, arguments: &RunArguments) -> ExitCode {
+    run_match(program, arguments, |app| begin::begin(app, arguments))
 }
 
 /// Runs a scenario with the command's other arguments.
-pub fn run_scenario(file: &ScenarioFile, arguments: &RunArguments) -> ExitCode {
-    run_match(arguments, |app| begin::begin_with(app, file, arguments))
+pub fn run_scenario(program: Program, file: &ScenarioFile, arguments: &RunArguments) -> ExitCode {
+    run_match(program, arguments, |app| begin::begin_with(app, file, arguments))
 }
 
-fn run_match(arguments: &RunArguments, begin: impl FnOnce(&mut App) -> Result<(), ExitCode>) -> ExitCode {
-    let mut app = App::new();
-    app.add_plugins((
-        // That there is no adapter is said by whoever asks for one.
-        LogPlugin { level: Level::WARN, filter: "warn,wgpu_hal::vulkan::instance=off".to_owned(), ..default() },
-        NaoisisPlugins,
-        TracePlugin,
-    ));
+fn run_match(
+    program: Program,
+    arguments: &RunArguments,
+    begin: impl FnOnce(&mut App) -> Result<(), ExitCode>,
+) -> ExitCode {
+    // That there is no adapter is said by whoever asks for one.
+    let filter = "warn,wgpu_hal::vulkan::instance=off".to_owned();
+    let log = LogPlugin { level: Level::WARN, filter, ..default() };
+    let mut app = program.simulator_with((log, TracePlugin));
     if let Err(message) = outputs::check(arguments) {
         return report::usage_error(&message);
     }

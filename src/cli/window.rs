@@ -34,8 +34,7 @@ impl Default for Began {
 /// # Errors
 /// What is wrong with the command line.
 #[cfg(feature = "viewer")]
-pub(super) fn open(arguments: &WindowArguments) -> Result<bevy::app::App, String> {
-    use crate::simulation::NaoisisPlugins;
+pub(super) fn open(program: super::Program, arguments: &WindowArguments) -> Result<bevy::app::App, String> {
     use crate::viewer::ViewerPlugins;
     use crate::viewer::first_frame::FirstFramePlugin;
     use crate::viewer::memory::ViewerMemory;
@@ -51,7 +50,9 @@ pub(super) fn open(arguments: &WindowArguments) -> Result<bevy::app::App, String
     ctrlc::set_handler(TerminalCtrlCHandlerPlugin::gracefully_exit)
         .map_err(|error| format!("cannot watch for interrupts: {error}"))?;
     let viewer = ViewerPlugins.set(FirstFramePlugin { began: arguments.began.0 });
-    app.add_plugins((viewer, NaoisisPlugins)).insert_resource(ViewerMemory::of_user());
+    app.add_plugins(viewer);
+    program.add_to(&mut app);
+    app.insert_resource(ViewerMemory::of_user());
     if let Some(report) = report {
         app.insert_resource(report);
     }

@@ -3,12 +3,10 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
+use crate::support::text;
+
 fn naoisis(folder: &Path, arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_naoisis")).current_dir(folder).args(arguments).output().unwrap()
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).unwrap()
 }
 
 #[test]

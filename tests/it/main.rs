@@ -14,6 +14,7 @@ mod interventions;
 mod kicks;
 mod localisation;
 mod matches;
+mod own_program;
 mod pairs;
 mod referee_properties;
 #[cfg(feature = "gpu")]
@@ -26,5 +27,6 @@ mod situation;
 mod snapshot;
 mod support;
 mod teams;
+mod traces;
 #[cfg(feature = "viewer")]
 mod watched;

@@ -20,6 +20,11 @@ pub fn match_of(json: &str) -> App {
     app
 }
 
+/// What a program has written, as text.
+pub fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
 /// Blue's robot with this number.
 pub const fn blue(number: u8) -> RobotId {
     RobotId::new(Team::Blue, number)
