@@ -3,11 +3,11 @@
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use naoisis::behaviour::barrier::{BarrierError, Breach};
-use naoisis::behaviour::teams::Chaser;
 use naoisis::communication::Inbox;
 use naoisis::prelude::*;
 use naoisis::robot::kick::KickPhase;
 use naoisis::robot::{Roster, Velocity};
+use naoisis::teams::Chaser;
 
 #[derive(Component, Default)]
 struct Mine;
