@@ -24,7 +24,7 @@ use bevy::prelude::*;
 use core::any::TypeId;
 
 use crate::knowledge::Knowledge;
-use crate::robot::RobotId;
+use crate::team::RobotId;
 
 /// Why a behaviour was refused.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

@@ -35,7 +35,6 @@ use std::collections::BTreeMap;
 pub mod barrier;
 pub mod drawings;
 pub mod script;
-pub mod teams;
 
 use crate::cycle::{Cycle, CycleSystems};
 use crate::knowledge::Knowledge;

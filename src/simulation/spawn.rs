@@ -13,20 +13,22 @@ use crate::collision::Contacts;
 use crate::communication::{Inbox, MessageStatistics, MessagesInFlight, Outbox};
 use crate::cycle::CycleClock;
 use crate::events::CycleEvents;
+use crate::game::Game;
 use crate::geometry::Pose;
 use crate::pitch::{Pitch, Post};
 use crate::random::RandomStreams;
-use crate::referee::{self, Game, formation};
+use crate::referee::{self, formation};
 use crate::robot::body::BodyBounds;
 use crate::robot::head::{HeadAngles, HeadCommand};
 use crate::robot::kick::{KickCommand, KickPhase};
 use crate::robot::motion::{ExecutedStep, WalkCommand};
-use crate::robot::{PreviousPose, Team, Velocity};
+use crate::robot::{PreviousPose, Velocity};
 use crate::scenario::{BehaviourSpec, FieldPath, RobotSpec, Scenario, ScenarioFault};
 use crate::sensing::odometry::Odometry;
 use crate::sensing::sonar::SonarReading;
 use crate::sensing::status::BodyStatus;
 use crate::sensing::vision::Percepts;
+use crate::team::Team;
 
 /// Marks the entities of a match: robots, ball and posts.
 #[derive(Component, Clone, Copy, Default, Debug, Reflect)]
@@ -60,7 +62,7 @@ pub fn start(world: &mut World, scenario: &Scenario) -> Result<(), ScenarioFault
     world.insert_resource(MessagesInFlight::default());
     world.insert_resource(MessageStatistics::default());
     world.insert_resource(clock_of(scenario));
-    referee::start(world, scenario, &clock_of(scenario));
+    referee::start(world, &clock_of(scenario), &scenario.rules, scenario.seed, &scenario.interventions);
     world.insert_resource(CycleEvents::default());
     world.insert_resource(Contacts::default());
     spawn_posts(world, scenario);

@@ -7,9 +7,6 @@ use naoisis::events::*;
 use naoisis::prelude::*;
 use naoisis::record::read::{Ending, TraceReader};
 use naoisis::record::trace::{EndReason, TracePlugin, TraceRecorder, record_cycle};
-use naoisis::referee::evidence::{Measurement, RobotEvidence};
-use naoisis::referee::{Evidence, Intervention, PenaltyReason, Score, SetPlayKind};
-use naoisis::robot::posture::Side;
 use naoisis::scenario::LIBRARY;
 use serde_json::Value;
 use std::collections::BTreeSet;
@@ -17,6 +14,8 @@ use std::io::Cursor;
 use std::path::Path;
 
 use crate::support::{SharedBytes, blue, headless_app, pink};
+use naoisis::game::{Evidence, Intervention, Measurement, PenaltyReason, RobotEvidence, Score, SetPlayKind};
+use naoisis::kick_geometry::Side;
 
 /// The trace of a match, to its final whistle or for so long.
 fn whole_trace(scenario: &Scenario, longest_s: f64) -> Vec<u8> {
