@@ -42,7 +42,6 @@ pub mod drawings;
 mod function;
 pub mod parameters;
 pub mod script;
-pub mod teams;
 
 use crate::cycle::{Cycle, CycleSystems};
 use crate::knowledge::Knowledge;

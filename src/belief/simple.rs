@@ -10,25 +10,27 @@ use serde::{Deserialize, Serialize};
 use super::ball::{BallEstimate, BallModel};
 use super::landmarks::{LandmarkModel, Landmarks, Look};
 use super::localisation::StepError;
-use super::localiser::{Localisation, Localiser};
+use super::localiser::Localiser;
 
 use super::robots::{RobotTrack, SonarModel, TrackModel, advance_tracks, hear_robot, see_robot};
 use super::sighting::Sighting;
 use super::team_ball::{HeardBall, TeamBallModel, team_ball};
 use super::{BallBelief, Belief, RobotBelief, place_covariance, pose_covariance};
 use crate::behaviour::{DecideSystems, barrier, behaviour};
+use crate::belief::method::Localisation;
 use crate::communication::{Inbox, ReceivedMessage};
 use crate::cycle::{Cycle, CycleClock};
+use crate::game::{GameState, ReturnPlace, Rules};
 use crate::geometry::{Pose, unit};
 use crate::knowledge::Knowledge;
 use crate::pitch::{End, Pitch};
-use crate::referee::{GameState, GameStatus, ReturnPlace, Rules, formation};
+use crate::referee::{GameStatus, formation};
 use crate::robot::head::HeadAngles;
-use crate::robot::{RobotId, Team};
 use crate::sensing::camera::CameraSettings;
 use crate::sensing::odometry::Odometry;
 use crate::sensing::sonar::{SonarReading, SonarSettings};
 use crate::sensing::vision::Percepts;
+use crate::team::{RobotId, Team};
 
 /// Updates the [`Belief`] of robots with [`SimpleBelief`] in [`DecideSystems::Believe`].
 ///

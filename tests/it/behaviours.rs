@@ -2,8 +2,8 @@
 
 use bevy::prelude::*;
 use naoisis::behaviour::barrier::Breach;
-use naoisis::behaviour::teams::Chaser;
 use naoisis::prelude::*;
+use naoisis::teams::Chaser;
 use std::sync::{Arc, Mutex};
 
 use crate::support::{blue, headless_app};

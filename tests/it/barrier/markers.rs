@@ -5,9 +5,9 @@ use bevy::ecs::component::{ComponentId, Mutable, RequiredComponentsRegistrator, 
 use bevy::ecs::world::CommandQueue;
 use core::time::Duration;
 use naoisis::behaviour::Idle;
-use naoisis::behaviour::teams::Chaser;
 use naoisis::belief::{Belief, SimpleBelief};
 use naoisis::sensing::camera::CameraSettings;
+use naoisis::teams::Chaser;
 
 #[test]
 fn a_marker_that_others_carry_is_no_marker() {
