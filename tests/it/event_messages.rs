@@ -69,8 +69,9 @@ fn a_behaviour_may_not_read_them() {
     #[derive(Component, Default)]
     struct Insider;
 
-    fn listen(mut events: MessageReader<MatchEvent>, _robots: Query<&Odometry, With<Insider>>) {
-        events.clear();
+    // A `MessageReader` does not even compile here.
+    fn listen(events: Res<Messages<MatchEvent>>, robots: Query<&Odometry, With<Insider>>) {
+        assert!(events.is_empty() && robots.is_empty());
     }
     let error = headless_app().try_add_behaviour::<Insider, _>("insider", listen).err().unwrap().to_string();
     assert!(error.contains("MatchEvent"), "{error}");
