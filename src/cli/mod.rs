@@ -35,6 +35,7 @@ use crate::simulation::{MatchApp, NaoisisPlugins};
 
 mod batch;
 mod begin;
+mod beliefs;
 mod check;
 mod figures;
 mod interrupt;
@@ -42,10 +43,12 @@ mod list;
 mod outputs;
 mod pictures;
 mod play;
+mod recordings;
 mod replay;
 mod report;
 mod run;
 mod terminal;
+mod traces;
 mod vision;
 mod window;
 

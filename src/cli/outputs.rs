@@ -82,21 +82,9 @@ fn real(path: &Path) -> PathBuf {
 
 /// That what `naoisis run` writes can be written, as far as that can be told before the match.
 pub fn check(arguments: &RunArguments) -> Result<(), String> {
-    arguments.pictures.check()?;
-    let is_standard_output = |path: &PathBuf| path.as_os_str() == STANDARD_OUTPUT;
-    if arguments.beliefs.as_ref().is_some_and(is_standard_output) {
-        return Err("--beliefs: only --trace goes to standard output; expected a file".to_owned());
-    }
-    let trace = arguments.trace.as_ref().filter(|path| !is_standard_output(path));
-    let files = [
-        ("--trace", trace),
-        ("--beliefs", arguments.beliefs.as_ref()),
-        ("--save", arguments.save.as_ref()),
-        ("--video", arguments.pictures.video.as_ref()),
-        ("--sheet", arguments.pictures.sheet.as_ref()),
-    ];
-    let files: Vec<Output> =
-        files.into_iter().filter_map(|(option, path)| Some(Output { option, path: path? })).collect();
+    arguments.recordings.check()?;
+    let mut files = arguments.recordings.outputs();
+    files.extend(arguments.save.as_deref().map(|path| Output { option: "--save", path }));
     check_files(Path::new(&arguments.scenario), &files, arguments.force)?;
     let Some(path) = &arguments.save else { return Ok(()) };
     if path.extension().is_none_or(|extension| extension != EXTENSION) {

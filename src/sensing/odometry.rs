@@ -24,7 +24,7 @@ use bevy::prelude::*;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::cycle::Cycle;
-use crate::geometry::{Pose, file_units, to_radians};
+use crate::geometry::{Pose, file_units, radians_of, to_radians};
 use crate::knowledge::Knowledge;
 use crate::random::{RandomStream, RandomStreams};
 use crate::robot::motion::{ExecutedStep, WalkCommand};
@@ -136,8 +136,8 @@ impl Preset for OdometryNoise {
     fn changed(self, changes: OdometryNoiseChanges) -> Self {
         Self {
             translation_sd_m: changes.translation_sd_m.unwrap_or(self.translation_sd_m),
-            heading_per_metre_sd: changes.heading_per_metre_sd_deg.map_or(self.heading_per_metre_sd, to_radians),
-            rotation_sd: changes.rotation_sd_deg.map_or(self.rotation_sd, to_radians),
+            heading_per_metre_sd: changes.heading_per_metre_sd_deg.map_or(self.heading_per_metre_sd, radians_of),
+            rotation_sd: changes.rotation_sd_deg.map_or(self.rotation_sd, radians_of),
             translation_scale: changes.translation_scale.unwrap_or(self.translation_scale),
             rotation_scale: changes.rotation_scale.unwrap_or(self.rotation_scale),
         }
@@ -153,9 +153,9 @@ pub(crate) struct OdometryNoiseChanges {
     #[serde(default, deserialize_with = "preset::present")]
     translation_sd_m: Option<f32>,
     #[serde(default, deserialize_with = "preset::present")]
-    heading_per_metre_sd_deg: Option<f32>,
+    heading_per_metre_sd_deg: Option<f64>,
     #[serde(default, deserialize_with = "preset::present")]
-    rotation_sd_deg: Option<f32>,
+    rotation_sd_deg: Option<f64>,
     #[serde(default, deserialize_with = "preset::present")]
     translation_scale: Option<f32>,
     #[serde(default, deserialize_with = "preset::present")]

@@ -18,8 +18,8 @@ use crate::cycle::{Cycle, CycleClock};
 use crate::game::Penalty;
 use crate::geometry::Pose;
 use crate::pitch::{Pitch, Post};
+use crate::record::cycle_record::CycleRecord;
 use crate::record::history::History;
-use crate::record::read::CycleRecord;
 use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
 use crate::robot::{Roster, Velocity};
@@ -169,8 +169,8 @@ impl SensedScene {
         self.heads.clear();
         for robot in record.robots.iter().filter(|robot| robot.penalised.is_none()) {
             let steps = self.gaits.entry(robot.id).or_default();
-            steps.follow(robot.pose, robot.velocity(), record.time_s);
-            let head = robot.head();
+            steps.follow(robot.pose, robot.velocity, record.time_s);
+            let head = robot.head;
             self.scene.robots.push(SceneRobot {
                 id: robot.id,
                 world_from_robot: world_from_body(robot.pose, robot.posture),

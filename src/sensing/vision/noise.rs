@@ -3,7 +3,7 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Deserializer, Serialize};
 
-use crate::geometry::{file_units, to_radians};
+use crate::geometry::{file_units, radians_of, to_radians};
 use crate::sensing::preset::{self, Preset};
 
 /// How well one class of things is recognised.
@@ -127,7 +127,7 @@ impl Preset for VisionNoise {
             junctions: changes.junctions.applied_to(self.junctions),
             penalty_crosses: changes.penalty_crosses.applied_to(self.penalty_crosses),
             centre_circle: changes.centre_circle.applied_to(self.centre_circle),
-            head_angle_sd: changes.head_angle_sd_deg.map_or(self.head_angle_sd, to_radians),
+            head_angle_sd: changes.head_angle_sd_deg.map_or(self.head_angle_sd, radians_of),
         }
     }
 }
@@ -153,7 +153,7 @@ pub(crate) struct VisionNoiseChanges {
     #[serde(default)]
     centre_circle: ClassChanges,
     #[serde(default, deserialize_with = "preset::present")]
-    head_angle_sd_deg: Option<f32>,
+    head_angle_sd_deg: Option<f64>,
 }
 
 /// The fields of a [`ClassNoise`] that an object changes.
