@@ -43,6 +43,7 @@ mod play;
 mod replay;
 mod report;
 mod run;
+mod run_arguments;
 mod vision;
 mod window;
 
@@ -59,7 +60,7 @@ enum Command {
     /// Watch a match in a window; the same as no command
     Play(play::PlayArguments),
     /// Run a match headless, as fast as it goes
-    Run(run::RunArguments),
+    Run(run_arguments::RunArguments),
     /// Watch a match that a trace was written of
     Replay(replay::ReplayArguments),
     /// Play many matches with different seeds, on all cores

@@ -3,7 +3,7 @@
 use bevy::prelude::*;
 use std::path::{Path, PathBuf};
 
-use super::run::RunArguments;
+use super::run_arguments::RunArguments;
 use crate::cycle::CycleClock;
 use crate::scenario::Scenario;
 use crate::simulation::snapshot::EXTENSION;
