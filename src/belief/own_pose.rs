@@ -8,8 +8,8 @@ use super::landmarks::{
     LandmarkModel, Landmarks, Look, halfway_pose, seen_goal, sighting_of_mark, sighting_of_post, waiting_pose,
 };
 use super::line_sighting::SeenLine;
-use super::method::KalmanFilter;
 use super::localisation::{Innovation, PoseEstimate, StepError, pose_from_two};
+use super::method::KalmanFilter;
 use super::sighting::Sighting;
 use super::unscented;
 use crate::geometry::Pose;

@@ -10,7 +10,6 @@
 use bevy::prelude::*;
 
 use super::Roster;
-use super::body::BodyBounds;
 use super::kick::KickPhase;
 use super::posture::{Posture, PostureCommand, PostureRequest, dive_strip};
 use crate::ball::{Ball, BallPhysics};
@@ -62,17 +61,12 @@ fn take_posture_commands(
     rules: Res<Rules>,
     game: Res<Game>,
     mut events: ResMut<CycleEvents>,
-    mut robots: Query<
-        (&RobotId, &Pose, &Penalty, &KickPhase, &mut PostureCommand, &mut Posture, &mut BodyBounds),
-        Without<Ball>,
-    >,
+    mut robots: Query<(&RobotId, &Pose, &Penalty, &KickPhase, &mut PostureCommand, &mut Posture), Without<Ball>>,
     balls: Query<(&Pose, &BallPhysics), (With<Ball>, Without<RobotId>)>,
 ) {
     let [get_up, dive] = [rules.get_up_s, rules.dive_s].map(|seconds| u64::from(clock.cycles_in(seconds)));
     for entity in roster.entities() {
-        let Ok((id, pose, penalty, kick, mut command, mut posture, mut bounds)) = robots.get_mut(entity) else {
-            continue;
-        };
+        let Ok((id, pose, penalty, kick, mut command, mut posture)) = robots.get_mut(entity) else { continue };
         // Without a request nothing changes for who stands: the usual case.
         if command.0.is_none() && posture.is_upright() {
             continue;
@@ -96,8 +90,6 @@ fn take_posture_commands(
             events.push(MatchEvent::GotUp { robot: *id });
         }
         *posture = next;
-        let body = bounds.in_posture(next);
-        bounds.set_if_neq(body);
     }
 }
 
@@ -107,7 +99,7 @@ fn fall(
     roster: Res<Roster>,
     rules: Res<Rules>,
     mut events: ResMut<CycleEvents>,
-    mut robots: Query<(&Penalty, &mut Posture, &mut BodyBounds, &mut KickPhase, &mut RandomStreams)>,
+    mut robots: Query<(&Penalty, &mut Posture, &mut KickPhase, &mut RandomStreams)>,
 ) {
     if !rules.falls {
         return;
@@ -121,13 +113,12 @@ fn fall(
     }
     for (robot, speed) in collided.drain(..) {
         let Some(entity) = roster.get(robot) else { continue };
-        let Ok((penalty, mut posture, mut bounds, mut kick, mut streams)) = robots.get_mut(entity) else { continue };
+        let Ok((penalty, mut posture, mut kick, mut streams)) = robots.get_mut(entity) else { continue };
         let probability = fall_probability(speed, rules.fall_from_mps, rules.fall_certain_mps);
         if !posture.is_upright() || penalty.is_active() || !streams.balance.chance(probability) {
             continue;
         }
         *posture = Posture::Fallen { cycles: 0 };
-        *bounds = bounds.in_posture(*posture);
         *kick = KickPhase::Ready;
         events.push(MatchEvent::Fall { robot, speed_mps: speed, probability });
     }

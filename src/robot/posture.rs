@@ -116,15 +116,18 @@ pub(super) fn dive_strip(side: Side, reach_m: f32) -> (Pose, BodyBox) {
 }
 
 impl BodyBounds {
-    /// The body with the heights of this posture.
+    /// The room that this body takes in a posture: as it is on its feet, and low where it lies.
     #[must_use]
-    pub fn in_posture(mut self, posture: Posture) -> BodyBounds {
-        let standing = BodyBounds::default();
-        let lies = matches!(posture, Posture::Fallen { .. } | Posture::Diving { .. });
-        self.torso.z_m = if lies { [0.0, LYING_HEIGHT_M] } else { standing.torso.z_m };
-        self.base.z_m = if lies { [0.0, LYING_HEIGHT_M] } else { standing.base.z_m };
-        self.height_m = if lies { LYING_HEIGHT_M } else { standing.height_m };
-        self
+    pub fn in_posture(self, posture: Posture) -> BodyBounds {
+        if !matches!(posture, Posture::Fallen { .. } | Posture::Diving { .. }) {
+            return self;
+        }
+        let z_m = [0.0, LYING_HEIGHT_M];
+        BodyBounds {
+            torso: BodyBox { z_m, ..self.torso },
+            base: BodyBox { z_m, ..self.base },
+            height_m: LYING_HEIGHT_M,
+        }
     }
 }
 
@@ -164,9 +167,15 @@ mod tests {
     }
 
     #[test]
-    fn a_lying_body_is_low_and_a_standing_one_as_before() {
-        let lying = BodyBounds::default().in_posture(Posture::Fallen { cycles: 0 });
-        assert!(lying.height_m < 0.2 && lying.torso.z_m[1] < 0.2);
-        assert_eq!(lying.in_posture(Posture::Upright), BodyBounds::default());
+    fn a_lying_body_is_low_and_any_other_as_it_is_on_its_feet() {
+        let tall = BodyBounds { height_m: 1.2, ..BodyBounds::default() };
+        for body in [BodyBounds::default(), tall] {
+            let lying = body.in_posture(Posture::Fallen { cycles: 0 });
+            assert!(lying.height_m < 0.2 && lying.torso.z_m[1] < 0.2);
+            assert_eq!((lying.torso.x_m, lying.base.half_width_m), (body.torso.x_m, body.base.half_width_m));
+            for posture in [Posture::Upright, Posture::GettingUp { cycles: 9, cycles_left: 1 }] {
+                assert_eq!(body.in_posture(posture), body);
+            }
+        }
     }
 }

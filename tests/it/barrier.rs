@@ -248,7 +248,7 @@ fn every_component_and_resource_of_the_simulation_says_what_it_is() {
         .iter_registered()
         .filter(|info| info.name().to_string().starts_with("naoisis::"))
         .filter(|info| {
-            let mark = info.type_id().and_then(|type_id| naoisis::knowledge::Knowledge::of_type(&registry, type_id));
+            let mark = info.type_id().and_then(|type_id| Knowledge::of_type(&registry, type_id));
             mark.is_none()
         })
         .map(|info| info.name().to_string())

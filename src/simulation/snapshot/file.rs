@@ -8,10 +8,11 @@ use serde::de::{DeserializeSeed, Error as _, IgnoredAny, MapAccess, SeqAccess, V
 use serde::ser::{SerializeMap, SerializeSeq};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::borrow::Cow;
-use std::io;
+use std::io::{self, Write as _};
 use std::path::Path;
 
 use super::{EntityState, Snapshot, SnapshotError, belongs_to_match};
+use crate::replace_file::replace_file;
 
 /// The format's name in files.
 const FORMAT: &str = "naoisis-snapshot";
@@ -23,14 +24,14 @@ const OWN: &str = "naoisis::";
 pub const EXTENSION: &str = "naoisis";
 
 impl Snapshot {
-    /// Writes the snapshot to a file, in place of any that is there. `world` knows its types.
+    /// Writes the snapshot to a file, in place of any that is there: whole, or not at all. `world` knows its types.
     ///
     /// # Errors
     /// When the file cannot be written.
     pub fn save(&self, path: &Path, world: &World) -> Result<(), SnapshotError> {
         let io_error = |error| SnapshotError::Io { path: path.to_owned(), error };
         let bytes = self.to_bytes(world).map_err(|error| io_error(io::Error::other(error)))?;
-        std::fs::write(path, bytes).map_err(io_error)
+        replace_file(path, |mut file| file.write_all(&bytes)).map_err(io_error)
     }
 
     /// Reads a snapshot from a file. `world` knows its types.

@@ -1,0 +1,57 @@
+//! What reaches the terminal: nothing there can be told from what a file says to it, and what cannot be printed fails.
+
+use core::fmt;
+use std::io::{self, Write};
+use std::process::ExitCode;
+
+use super::report;
+use super::visible::visible;
+
+/// Standard output, or standard error in its place, as the commands print to it. Whoever closes it has seen enough: the
+/// rest goes nowhere, quietly. Any other failure is said at the end.
+#[derive(Debug, Default)]
+pub struct Printer {
+    is_stderr: bool,
+    error: Option<io::Error>,
+}
+
+impl Printer {
+    /// Prints to standard error, where standard output is taken by something else.
+    pub fn to_stderr() -> Self {
+        Self { is_stderr: true, error: None }
+    }
+
+    /// Prints a text, with its control characters made visible.
+    pub fn print(&mut self, text: impl fmt::Display) {
+        if self.error.is_some() {
+            return;
+        }
+        let text = text.to_string();
+        let text = visible(&text);
+        let printed =
+            if self.is_stderr { write(io::stderr().lock(), &text) } else { write(io::stdout().lock(), &text) };
+        self.error = printed.err();
+    }
+
+    /// Whether nothing more can be printed.
+    pub fn is_closed(&self) -> bool {
+        self.error.is_some()
+    }
+
+    /// The exit status of a command that would end with `status`: a failure, which is said, if something that was wanted
+    /// could not be printed.
+    pub fn finish(self, status: ExitCode) -> ExitCode {
+        match self.error {
+            Some(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+                let name = if self.is_stderr { "standard error" } else { "standard output" };
+                report::failure(&format!("cannot write to {name}: {error}"))
+            }
+            _ => status,
+        }
+    }
+}
+
+fn write(mut stream: impl Write, text: &str) -> io::Result<()> {
+    stream.write_all(text.as_bytes())?;
+    stream.flush()
+}
