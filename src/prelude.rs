@@ -2,7 +2,7 @@
 
 pub use crate::ball::{Ball, BallVelocity};
 pub use crate::behaviour::drawings::{Drawings, Frame, Ink};
-pub use crate::behaviour::{BehaviourApp, BehaviourRegistry};
+pub use crate::behaviour::{BehaviourApp, BehaviourRegistry, behaviour};
 pub use crate::communication::{Inbox, Outbox, TeamMessage};
 pub use crate::cycle::{Cycle, CycleClock, CycleSystems, run_cycle};
 pub use crate::events::{CycleEvents, MatchEvent};

@@ -16,7 +16,7 @@ use super::robots::{RobotTrack, SonarModel, TrackModel, advance_tracks, hear_rob
 use super::sighting::Sighting;
 use super::team_ball::{HeardBall, TeamBallModel, team_ball};
 use super::{BallBelief, Belief, RobotBelief, place_covariance, pose_covariance};
-use crate::behaviour::{DecideSystems, barrier};
+use crate::behaviour::{DecideSystems, barrier, behaviour};
 use crate::belief::method::Localisation;
 use crate::communication::{Inbox, ReceivedMessage};
 use crate::cycle::{Cycle, CycleClock};
@@ -40,9 +40,9 @@ pub struct SimpleBeliefPlugin;
 impl Plugin for SimpleBeliefPlugin {
     fn build(&self, app: &mut App) {
         app.register_type::<Belief>().register_type::<SimpleBelief>().register_type::<SimpleBeliefMemory>();
-        let mut system = IntoSystem::into_system(estimate);
-        match barrier::inspect::<SimpleBelief>("simple belief", &mut system, app.world_mut()) {
-            Ok(()) => app.add_systems(Cycle, system.in_set(DecideSystems::Believe)),
+        let mut estimator = behaviour(estimate);
+        match barrier::inspect::<SimpleBelief>("simple belief", &mut estimator, app.world_mut()) {
+            Ok(()) => app.add_systems(Cycle, estimator.into_configs().in_set(DecideSystems::Believe)),
             Err(error) => panic!("{error}"),
         };
     }
@@ -51,7 +51,7 @@ impl Plugin for SimpleBeliefPlugin {
 /// The settings of the simple estimator; it keeps the belief of robots that have them.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[require(Belief, SimpleBeliefMemory)]
-#[reflect(Component, @Knowledge::Public)]
+#[reflect(Component, @Knowledge::Belief)]
 #[serde(default, deny_unknown_fields)]
 pub struct SimpleBelief {
     /// How the robot localises itself. Read when the match starts.

@@ -124,13 +124,23 @@ fn line_up(
         ));
     };
     let size = scenario.rules.team_size;
+    for number in 1..=size {
+        let behaviour = recipe.behaviour_of(number, size);
+        if registry.marker_of(&behaviour).is_none() {
+            return Err(ScenarioFault::new(
+                FieldPath::default().field("teams").field(team.name()),
+                format!("player {number} of the team `{name}` has the behaviour `{behaviour}`, which there is not"),
+                format!("a team whose players have some of {}", quoted(registry.behaviour_names())),
+            ));
+        }
+    }
     let game = Game::at_start(&scenario.rules, &clock_of(scenario));
     Ok((1..=size)
         .map(|number| RobotSpec {
             team,
             number,
             pose: formation(&scenario.field, size, number, game.own_end(team), game.kick_off_team == team),
-            behaviour: BehaviourSpec::Named((recipe.behaviour_of)(number, size).to_owned()),
+            behaviour: BehaviourSpec::Named(recipe.behaviour_of(number, size).into_owned()),
             ..RobotSpec::default()
         })
         .collect())

@@ -3,6 +3,7 @@
 
 mod barrier;
 mod batch;
+mod behaviours;
 mod built_in_scenarios;
 mod collisions;
 mod commands;
