@@ -78,14 +78,14 @@ fn a_rule_is_in_force_where_the_rules_name_it() {
 #[test]
 fn what_is_wrong_with_its_settings_is_located() {
     for (rules, expected) in [
-        (r#"{ "own": { "loiterin": {} } }"#, "rules.json:1:24: there is no rule `loiterin`: did you mean `loitering`?"),
+        (r#"{ "own": { "loiterin": {} } }"#, "rules.json:1:23: there is no rule `loiterin`: did you mean `loitering`?"),
         (
             r#"{ "own": { "loitering": { "limt_s": 2 } } }"#,
-            "rules.json:1:39: there is no field `limt_s`: did you mean `limit_s`?",
+            "rules.json:1:38: there is no field `limt_s`: did you mean `limit_s`?",
         ),
         (
             r#"{ "own": { "loitering": { "limit_s": "two" } } }"#,
-            "rules.json:1:50: `limit_s` is the text `two`; expected a number",
+            "rules.json:1:49: `limit_s` is the text `two`; expected a number",
         ),
     ] {
         let file = ScenarioFile::from_text(&format!(r#"{{ "rules": {rules} }}"#), Format::Json, "rules.json").unwrap();
