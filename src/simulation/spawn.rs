@@ -15,12 +15,13 @@ use crate::events::CycleEvents;
 use crate::geometry::Pose;
 use crate::pitch::{Pitch, Post};
 use crate::random::RandomStreams;
-use crate::referee::{self, Game, formation};
+use crate::referee::placing::LineUp;
+use crate::referee::{self, Game};
 use crate::robot::body::BodyBounds;
 use crate::robot::head::{HeadAngles, HeadCommand};
 use crate::robot::kick::{KickCommand, KickPhase};
 use crate::robot::motion::{ExecutedStep, WalkCommand};
-use crate::robot::{PreviousPose, Team, Velocity};
+use crate::robot::{PreviousPose, RobotId, Team, Velocity};
 use crate::scenario::{BehaviourSpec, FieldPath, RobotSpec, Scenario, ScenarioFault};
 use crate::sensing::odometry::Odometry;
 use crate::sensing::sonar::SonarReading;
@@ -95,19 +96,22 @@ fn robots_of(world: &World, scenario: &Scenario) -> Result<Vec<RobotSpec>, Scena
     }
     let mut robots = scenario.robots.clone();
     if let Some(teams) = &scenario.teams {
-        robots.extend(line_up(scenario, registry, Team::Blue, &teams.blue)?);
-        robots.extend(line_up(scenario, registry, Team::Pink, &teams.pink)?);
+        let game = Game::at_start(&scenario.rules, &clock_of(scenario));
+        let mut line_up = scenario.line_up(&game, game.kick_off(), scenario.ball.map(|ball| ball.position_m));
+        robots.extend(team_of(scenario, registry, Team::Blue, &teams.blue, &mut line_up)?);
+        robots.extend(team_of(scenario, registry, Team::Pink, &teams.pink, &mut line_up)?);
     }
     robots.sort_by_key(RobotSpec::id);
     Ok(robots)
 }
 
 /// The robots of a registered team at their places for the first kick-off.
-fn line_up(
+fn team_of(
     scenario: &Scenario,
     registry: &BehaviourRegistry,
     team: Team,
     name: &str,
+    line_up: &mut LineUp,
 ) -> Result<Vec<RobotSpec>, ScenarioFault> {
     let Some(recipe) = registry.team(name) else {
         return Err(ScenarioFault::new(
@@ -117,12 +121,11 @@ fn line_up(
         ));
     };
     let size = scenario.rules.team_size;
-    let game = Game::at_start(&scenario.rules, &clock_of(scenario));
     Ok((1..=size)
         .map(|number| RobotSpec {
             team,
             number,
-            pose: formation(&scenario.field, size, number, game.own_end(team), game.kick_off_team == team),
+            pose: line_up.put_down(RobotId::new(team, number), &BodyBounds::default()),
             behaviour: BehaviourSpec::Named((recipe.behaviour_of)(number, size).to_owned()),
             ..RobotSpec::default()
         })

@@ -64,6 +64,10 @@ impl Scenario {
         let mut checks = Checks::default();
         checks.scenario(self);
         checks.placement(self);
+        // Whoever is to be lined up must have a sound pitch to stand on.
+        if checks.faults.is_empty() {
+            checks.room_at_kick_offs(self);
+        }
         checks.faults
     }
 }
