@@ -31,4 +31,5 @@ pub use load::{Format, ScenarioFile, ScenarioSource};
 pub use presets::{FIELD_PRESETS, Preset, RULES_PRESETS};
 pub use setting::{NotASetting, Setting};
 pub use types::{BallSpec, BehaviourSpec, PostSpec, RobotSpec, Scenario, ScriptEntry, TeamsSpec};
+pub(crate) use validate::Numbers;
 pub use validate::ScenarioFault;
