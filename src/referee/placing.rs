@@ -9,12 +9,12 @@ use core::f32::consts::TAU;
 use bevy::prelude::*;
 
 use super::formation::formation;
-use super::game::Game;
 use super::snapshot::{Disc, MatchSnapshot};
+use crate::game::Game;
 use crate::geometry::{Pose, unit};
 use crate::pitch::Pitch;
 use crate::robot::body::{BodyBounds, Footprint};
-use crate::robot::{RobotId, Team};
+use crate::team::{RobotId, Team};
 
 /// Room that is left around whatever is placed, m.
 const CLEARANCE: f32 = 0.02;

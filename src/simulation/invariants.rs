@@ -10,15 +10,16 @@ use crate::belief::Belief;
 use crate::communication::Inbox;
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
 use crate::events::{CycleEvents, MatchEvent};
+use crate::game::Penalty;
 use crate::geometry::Pose;
 use crate::pitch::Post;
-use crate::referee::Penalty;
 use crate::robot::body::BodyBounds;
 use crate::robot::head::HeadAngles;
-use crate::robot::{PreviousPose, RobotId, Roster, Velocity};
+use crate::robot::{PreviousPose, Roster, Velocity};
 use crate::sensing::odometry::Odometry;
 use crate::sensing::sonar::SonarReading;
 use crate::sensing::vision::Percepts;
+use crate::team::RobotId;
 
 /// Depth of an overlap that counts as one, m.
 const TOLERANCE: f32 = 1e-4;

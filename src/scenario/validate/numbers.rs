@@ -301,8 +301,9 @@ impl Serializer for Check {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::behaviour::script::ScriptEntry;
     use crate::robot::motion::{MotionError, MotionLimits};
-    use crate::scenario::types::{BehaviourSpec, RobotSpec, Scenario, ScriptEntry};
+    use crate::scenario::types::{BehaviourSpec, RobotSpec, Scenario};
     use bevy::utils::default;
 
     #[test]
@@ -329,7 +330,7 @@ mod tests {
             assert_eq!(fault.path.to_string(), ["[1]", "[0]", "[2]"][index], "{fault}");
             assert_eq!(Numbers::FINITE.check(&wrong), Ok(()));
         }
-        let robot = crate::robot::RobotId::new(crate::robot::Team::Blue, 1);
+        let robot = crate::team::RobotId::new(crate::team::Team::Blue, 1);
         assert_eq!(limits.check(&crate::random::RandomStreams::new(1, robot)), Ok(()));
     }
 }

@@ -4,15 +4,15 @@
 use bevy::prelude::*;
 
 use super::{Checks, ScenarioFault};
+use crate::game::Game;
 use crate::geometry::Pose;
 use crate::pitch::End;
-use crate::referee::Game;
 use crate::referee::placing::LineUp;
 use crate::referee::snapshot::Disc;
 use crate::robot::body::{BodyBounds, Footprint};
-use crate::robot::{RobotId, Team};
 use crate::scenario::field_path::FieldPath;
 use crate::scenario::types::{RobotSpec, Scenario};
+use crate::team::{RobotId, Team};
 
 /// Touching is no overlap: less than this is rounding, m.
 const TOLERANCE_M: f32 = 1e-4;

@@ -15,17 +15,18 @@ use crate::behaviour::script::Script;
 use crate::collision::Contacts;
 use crate::communication::{MessageSettings, MessageStatistics, MessagesInFlight};
 use crate::cycle::CycleClock;
+use crate::game::{Game, Interventions, Penalty, Rules};
 use crate::geometry::Pose;
 use crate::knowledge::Knowledge;
 use crate::pitch::{Pitch, Post};
 use crate::random::RandomStreams;
-use crate::referee::{Game, Interventions, Penalty, RefereeMemory, Rules};
+use crate::referee::RefereeMemory;
 use crate::robot::body::{BodyBounds, BodyBox};
 use crate::robot::head::{HeadAngles, HeadLimits};
 use crate::robot::kick::{KickCommand, KickPhase, KickSettings};
 use crate::robot::motion::{ExecutedStep, MotionLimits, WalkCommand};
 use crate::robot::posture::Posture;
-use crate::robot::{PreviousPose, RobotId, Velocity};
+use crate::robot::{PreviousPose, Velocity};
 use crate::scenario::{BallSpec, BehaviourSpec, Numbers, RobotSpec, Scenario, ScenarioFault};
 use crate::sensing::camera::image::Image;
 use crate::sensing::camera::{CameraImages, CameraSettings};
@@ -34,6 +35,7 @@ use crate::sensing::sonar::SonarSettings;
 use crate::sensing::vision::VisionSettings;
 use crate::simulation::invariants::{BallState, RobotState, broken_invariants};
 use crate::simulation::spawn::MatchEntity;
+use crate::team::RobotId;
 
 /// No size, distance or speed of a match comes near this, m, s, or radians: squares of it can still be added up.
 const LARGEST_NUMBER: f32 = 1e9;
