@@ -32,5 +32,6 @@ pub use load::{Format, ScenarioFile, ScenarioSource};
 pub use presets::{FIELD_PRESETS, Preset, RULES_PRESETS};
 pub use setting::{NotASetting, Setting};
 pub use types::{BallSpec, BehaviourSpec, PostSpec, RobotSpec, Scenario, SensorValues, TeamsSpec};
+pub(crate) use validate::Numbers;
 pub use validate::ScenarioFault;
 pub(crate) use wording::unknown_name;

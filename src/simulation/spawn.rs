@@ -17,7 +17,8 @@ use crate::game::Game;
 use crate::geometry::Pose;
 use crate::pitch::{Pitch, Post};
 use crate::random::RandomStreams;
-use crate::referee::{self, formation};
+use crate::referee;
+use crate::referee::placing::LineUp;
 use crate::robot::body::BodyBounds;
 use crate::robot::head::{HeadAngles, HeadCommand};
 use crate::robot::kick::{KickCommand, KickPhase};
@@ -28,7 +29,7 @@ use crate::sensing::odometry::Odometry;
 use crate::sensing::sonar::SonarReading;
 use crate::sensing::status::BodyStatus;
 use crate::sensing::vision::Percepts;
-use crate::team::Team;
+use crate::team::{RobotId, Team};
 
 /// Marks the entities of a match: robots, ball and posts.
 #[derive(Component, Clone, Copy, Default, Debug, Reflect)]
@@ -103,19 +104,22 @@ fn robots_of(world: &World, scenario: &Scenario) -> Result<Vec<RobotSpec>, Scena
     }
     let mut robots = scenario.robots.clone();
     if let Some(teams) = &scenario.teams {
-        robots.extend(line_up(scenario, registry, Team::Blue, &teams.blue)?);
-        robots.extend(line_up(scenario, registry, Team::Pink, &teams.pink)?);
+        let game = Game::at_start(&scenario.rules, &clock_of(scenario));
+        let mut line_up = scenario.line_up(&game, game.kick_off(), scenario.ball.map(|ball| ball.position_m));
+        robots.extend(team_of(scenario, registry, Team::Blue, &teams.blue, &mut line_up)?);
+        robots.extend(team_of(scenario, registry, Team::Pink, &teams.pink, &mut line_up)?);
     }
     robots.sort_by_key(RobotSpec::id);
     Ok(robots)
 }
 
 /// The robots of a registered team at their places for the first kick-off.
-fn line_up(
+fn team_of(
     scenario: &Scenario,
     registry: &BehaviourRegistry,
     team: Team,
     name: &str,
+    line_up: &mut LineUp,
 ) -> Result<Vec<RobotSpec>, ScenarioFault> {
     let Some(recipe) = registry.team(name) else {
         return Err(ScenarioFault::new(
@@ -135,12 +139,11 @@ fn line_up(
             ));
         }
     }
-    let game = Game::at_start(&scenario.rules, &clock_of(scenario));
     Ok((1..=size)
         .map(|number| RobotSpec {
             team,
             number,
-            pose: formation(&scenario.field, size, number, game.own_end(team), game.kick_off_team == team),
+            pose: line_up.put_down(RobotId::new(team, number), &BodyBounds::default()),
             behaviour: BehaviourSpec::Named(recipe.behaviour_of(number, size).into_owned()),
             ..RobotSpec::default()
         })

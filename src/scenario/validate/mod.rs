@@ -1,9 +1,10 @@
 //! What types cannot say: that numbers are finite and within their ranges, and that nothing overlaps.
 
-mod finite;
+mod numbers;
 mod placement;
 mod settings;
 
+pub(crate) use numbers::Numbers;
 pub(super) use placement::place_ball_beside_robots;
 
 use core::fmt::Display;
@@ -77,12 +78,24 @@ impl Scenario {
     /// Everything that is wrong, numbers first, then places.
     pub fn faults(&self) -> Vec<ScenarioFault> {
         // With a number that is not finite nothing else can be judged.
-        if let Err(fault) = finite::check(self) {
+        if let Err(fault) = Numbers::FINITE.check(self) {
             return vec![fault];
         }
+        let mut checks = Checks { faults: self.faults_of_settings() };
+        checks.placement(self);
+        // Whoever is to be lined up must have a sound pitch to stand on.
+        if checks.faults.is_empty() {
+            checks.room_at_kick_offs(self);
+        }
+        checks.faults
+    }
+}
+
+impl Scenario {
+    /// What is wrong with its settings, whose numbers are finite, wherever robots, ball and posts are.
+    pub(crate) fn faults_of_settings(&self) -> Vec<ScenarioFault> {
         let mut checks = Checks::default();
         checks.scenario(self);
-        checks.placement(self);
         checks.faults
     }
 }
