@@ -87,7 +87,7 @@ pub use touch::Touch;
 use crate::cycle::{BeginCycle, Cycle, CycleClock, CycleSystems};
 use crate::game::{Game, Interventions, Penalty, Rules, TimedIntervention};
 use crate::random::RandomStream;
-use crate::robot::posture::FallSystems;
+use crate::robot::falls::FallSystems;
 use crate::team::RobotId;
 
 /// The referee, in [`CycleSystems::Officiate`], and the robots' [`GameStatus`], in [`CycleSystems::Sense`].
@@ -111,7 +111,7 @@ impl Plugin for RefereePlugin {
                 Cycle,
                 (
                     systems::begin_match.in_set(CycleSystems::First).after(BeginCycle),
-                    status::tell_status.in_set(CycleSystems::Sense),
+                    systems::tell_status.in_set(CycleSystems::Sense),
                     systems::officiate.in_set(CycleSystems::Officiate).after(FallSystems),
                 ),
             );

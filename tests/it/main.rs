@@ -17,6 +17,7 @@ mod golden;
 mod images;
 mod interventions;
 mod kicks;
+mod ladder;
 mod localisation;
 mod matches;
 mod outputs;
