@@ -10,6 +10,7 @@
 //!
 //! Whatever is wrong on the way is a [`ScenarioError`] that points at the line and column and says what was expected.
 
+mod build;
 mod error;
 mod field_path;
 mod library;
@@ -20,15 +21,17 @@ mod read;
 mod scanner;
 mod setting;
 mod shape;
+mod source;
 mod types;
 mod validate;
-mod wording;
+pub(crate) mod wording;
 
 pub use error::{Place, ScenarioError, ScenarioErrorKind};
 pub use field_path::{FieldPath, Segment};
 pub use library::{LIBRARY, LibraryScenario};
-pub use load::{Format, ScenarioFile, ScenarioSource};
+pub use load::{Format, ScenarioFile};
 pub use presets::{FIELD_PRESETS, Preset, RULES_PRESETS};
 pub use setting::{NotASetting, Setting};
+pub use source::ScenarioSource;
 pub use types::{BallSpec, BehaviourSpec, PostSpec, RobotSpec, Scenario, ScriptEntry, TeamsSpec};
 pub use validate::ScenarioFault;

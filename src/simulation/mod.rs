@@ -21,6 +21,7 @@ use bevy::app::PluginGroupBuilder;
 use bevy::prelude::*;
 
 pub mod invariants;
+pub(crate) mod names;
 mod settings;
 mod situation;
 pub mod snapshot;

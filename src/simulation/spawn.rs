@@ -2,6 +2,7 @@
 
 use bevy::prelude::*;
 
+use super::names;
 use super::settings::RobotSettings;
 use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity};
 use crate::behaviour::BehaviourRegistry;
@@ -82,16 +83,8 @@ pub fn resolved(world: &World, scenario: &Scenario) -> Scenario {
 /// their behaviours exist.
 fn robots_of(world: &World, scenario: &Scenario) -> Result<Vec<RobotSpec>, ScenarioFault> {
     let registry = world.resource::<BehaviourRegistry>();
-    for (index, robot) in scenario.robots.iter().enumerate() {
-        if let BehaviourSpec::Named(name) = &robot.behaviour
-            && registry.marker_of(name).is_none()
-        {
-            return Err(ScenarioFault::new(
-                FieldPath::default().field("robots").index(index).field("behaviour"),
-                format!("there is no behaviour `{name}`"),
-                format!("a script, or one of {}", quoted(registry.behaviour_names())),
-            ));
-        }
+    if let Some(fault) = names::unknown(registry, scenario).into_iter().next() {
+        return Err(fault);
     }
     let mut robots = scenario.robots.clone();
     if let Some(teams) = &scenario.teams {
@@ -110,11 +103,7 @@ fn line_up(
     name: &str,
 ) -> Result<Vec<RobotSpec>, ScenarioFault> {
     let Some(recipe) = registry.team(name) else {
-        return Err(ScenarioFault::new(
-            FieldPath::default().field("teams").field(team.name()),
-            format!("there is no team `{name}`"),
-            format!("one of {}", quoted(registry.teams().map(|(name, _)| name))),
-        ));
+        return Err(names::no_team(registry, FieldPath::default().field("teams").field(team.name()), name));
     };
     let size = scenario.rules.team_size;
     let game = Game::at_start(&scenario.rules, &clock_of(scenario));
@@ -131,10 +120,6 @@ fn line_up(
 
 fn clock_of(scenario: &Scenario) -> CycleClock {
     CycleClock { cycle: 0, period_s: scenario.cycle_s }
-}
-
-fn quoted<'a>(names: impl Iterator<Item = &'a str>) -> String {
-    names.map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
 }
 
 fn spawn_posts(world: &mut World, scenario: &Scenario) {
