@@ -12,10 +12,10 @@
 mod common;
 
 use bevy::prelude::*;
-use naoisis::batch::statistics::share;
 use naoisis::belief::{Belief, SimpleBelief};
 use naoisis::prelude::*;
 use naoisis::random::RandomStream;
+use naoisis::statistics::share;
 
 /// How fast the keepers walk sideways at most, m per cycle.
 const STEP_M: f32 = 0.2 / 30.0;
@@ -64,7 +64,7 @@ fn step_to(belief: &Belief, y: f32, walk: &mut WalkCommand) {
 
 fn look_at_ball(belief: &Belief, head: &mut HeadCommand) {
     if let Some(ball) = belief.ball_in_robot() {
-        *head = naoisis::behaviour::teams::looking::look_at(ball);
+        *head = naoisis::teams::looking::look_at(ball);
     }
 }
 

@@ -12,11 +12,11 @@
 mod common;
 
 use bevy::prelude::*;
-use naoisis::batch::statistics::median;
 use naoisis::belief::{Belief, SimpleBelief};
+use naoisis::game::Intervention;
 use naoisis::prelude::*;
-use naoisis::referee::Intervention;
 use naoisis::sensing::odometry::Odometry;
+use naoisis::statistics::median;
 
 const ROBOT: RobotId = RobotId::new(Team::Blue, 2);
 /// Where it starts, and where it is carried.

@@ -8,10 +8,10 @@
 mod common;
 
 use bevy::prelude::*;
-use naoisis::batch::statistics::mean;
 use naoisis::belief::{Belief, SimpleBelief};
 use naoisis::geometry::{angle_of, unrotate};
 use naoisis::prelude::*;
+use naoisis::statistics::mean;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 

@@ -3,12 +3,24 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use crate::cycle::{BeginCycle, Cycle, CycleSystems};
+use crate::game::{Evidence, GameState, Intervention, PenaltyReason, Score, SetPlayKind};
 use crate::geometry::file_units;
+use crate::kick_geometry::{KickType, Side};
 use crate::knowledge::Knowledge;
-use crate::referee::{Evidence, GameState, Intervention, PenaltyReason, Score, SetPlayKind};
-use crate::robot::kick::KickType;
-use crate::robot::posture::Side;
-use crate::robot::{RobotId, Team};
+use crate::team::{RobotId, Team};
+
+/// Keeps the events of the cycle under way.
+pub struct EventsPlugin;
+
+impl Plugin for EventsPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<CycleEvents>().register_type::<CycleEvents>().add_systems(
+            Cycle,
+            (|mut events: ResMut<CycleEvents>| events.clear()).in_set(BeginCycle).in_set(CycleSystems::First),
+        );
+    }
+}
 
 /// The events of the cycle under way, in the order in which they happened.
 #[derive(Resource, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, Deref, DerefMut)]
@@ -128,6 +140,23 @@ pub enum Refusal {
     /// It is not allowed now: the rules do not have it, or the robot is busy or penalised.
     NotAllowed,
 }
+
+impl Refusal {
+    /// Why a command with these numbers is refused, if it is: metres and radians beyond [`LARGEST_COMMAND`] are an error of
+    /// the behaviour, where merely ambitious ones are scaled down.
+    pub fn of_numbers<const COUNT: usize>(numbers: [f32; COUNT]) -> Option<Refusal> {
+        if numbers.iter().any(|number| !number.is_finite()) {
+            Some(Refusal::NotFinite)
+        } else if numbers.iter().any(|number| number.abs() > LARGEST_COMMAND) {
+            Some(Refusal::TooLarge)
+        } else {
+            None
+        }
+    }
+}
+
+/// The largest number that a command may have, in metres or radians.
+pub const LARGEST_COMMAND: f32 = 1000.0;
 
 /// A line over which the ball left the pitch.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
@@ -390,5 +419,18 @@ mod optional_degrees {
 
     pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f32>, D::Error> {
         Ok(Option::<f32>::deserialize(deserializer)?.map(crate::geometry::to_radians))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_no_number_is_refused_and_what_is_absurd_too() {
+        assert_eq!(Refusal::of_numbers([0.0, f32::NAN]), Some(Refusal::NotFinite));
+        assert_eq!(Refusal::of_numbers([0.0, f32::INFINITY]), Some(Refusal::NotFinite));
+        assert_eq!(Refusal::of_numbers([0.0, -1e9]), Some(Refusal::TooLarge));
+        assert_eq!(Refusal::of_numbers([0.0, 999.0]), None);
     }
 }

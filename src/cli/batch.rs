@@ -229,7 +229,7 @@ fn pairs(program: Program, arguments: &BatchArguments) -> Result<Pairs, String> 
         teams => teams.to_vec(),
     };
     if let Some(team) = teams.iter().find(|team| !known.contains(&team.as_str())) {
-        return Err(format!("--pairs: {}", names::no_team(registry, FieldPath::default(), team).in_words()));
+        return Err(format!("--pairs: {}", names::no_team(registry, &FieldPath::default(), team).in_words()));
     }
     if let Some((_, team)) = teams.iter().enumerate().find(|(index, team)| teams[..*index].contains(team)) {
         return Err(format!("--pairs: the team `{team}` is there twice; expected each team once"));

@@ -6,7 +6,6 @@ use std::process::ExitCode;
 
 use super::report;
 use super::terminal::Printer;
-use crate::behaviour::BehaviourRegistry;
 use crate::scenario::{ScenarioError, ScenarioFile};
 use crate::simulation::{MatchApp, names};
 
@@ -39,8 +38,7 @@ pub fn check(arguments: &CheckArguments, app: &mut App) -> ExitCode {
 
 /// What is wrong with a file: with its fields, with the names in it, and at last with starting its match.
 fn errors_of(file: &str, app: &mut App) -> Vec<ScenarioError> {
-    let registry = app.world().resource::<BehaviourRegistry>();
-    match ScenarioFile::check(file, |scenario| names::unknown(registry, scenario)) {
+    match ScenarioFile::check(file, |scenario| names::unknown(app.world(), scenario)) {
         Ok(file) => app.start_match(&file.scenario).err().map(|fault| file.source.error(&fault)).into_iter().collect(),
         Err(errors) => errors,
     }

@@ -6,8 +6,8 @@ use std::process::ExitCode;
 use super::report;
 use super::terminal::Printer;
 use crate::behaviour::{BehaviourRegistry, TeamRecipe};
+use crate::game::Rules;
 use crate::pitch::Pitch;
-use crate::referee::Rules;
 use crate::scenario::{FIELD_PRESETS, LIBRARY, RULES_PRESETS, ScenarioError};
 
 /// Robots of the largest team that there can be.
@@ -67,7 +67,7 @@ fn behaviours(registry: &BehaviourRegistry) -> Vec<(String, String)> {
         let sizes = 1..=LARGEST_TEAM;
         sizes
             .flat_map(|size| (1..=size).map(move |number| (number, size)))
-            .any(|(number, size)| (team.behaviour_of)(number, size) == behaviour)
+            .any(|(number, size)| team.behaviour_of(number, size) == behaviour)
     };
     let row = |behaviour: &str| {
         let teams: Vec<&str> =

@@ -96,7 +96,7 @@ fn choose_teams(program: Program, file: &mut ScenarioFile, arguments: &PlayArgum
     for (option, team) in chosen {
         let Some(team) = team else { continue };
         if registry.team(team).is_none() {
-            let fault = names::no_team(registry, FieldPath::default(), team);
+            let fault = names::no_team(registry, &FieldPath::default(), team);
             return Err(format!("{option}: {}", fault.in_words()));
         }
         let Some(teams) = &mut file.scenario.teams else {

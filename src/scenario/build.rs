@@ -6,7 +6,6 @@ use serde_json::{Map, Value};
 use super::error::{ScenarioError, ScenarioErrorKind};
 use super::field_path::{FieldPath, Segment};
 use super::load::ScenarioFile;
-use super::outline::Aim;
 use super::presets;
 use super::shape::{ShapeError, Strict};
 use super::source::{Finding, ScenarioSource};
@@ -78,11 +77,11 @@ fn read_types(mut value: Value, findings: &mut Vec<Finding>) -> Option<Scenario>
             Ok(scenario) => return Some(scenario),
             Err(error) => error,
         };
-        let path = FieldPath::from(error.path());
+        let fault = shape_fault(&error, &FieldPath::default());
+        let path = fault.path.clone();
         // A hole that was left by something taken out of it is no mistake of the file.
-        let is_news = findings.iter().all(|finding| !finding.fault.path.starts_with(&path));
-        if is_news {
-            findings.push(shape_finding(path.clone(), error.inner()));
+        if findings.iter().all(|finding| !finding.fault.path.starts_with(&path)) {
+            findings.push(Finding { kind: ScenarioErrorKind::Shape, fault });
         }
         if !take_out(&mut value, &path) {
             return None;
@@ -91,10 +90,12 @@ fn read_types(mut value: Value, findings: &mut Vec<Finding>) -> Option<Scenario>
     None
 }
 
-fn shape_finding(path: FieldPath, error: &ShapeError) -> Finding {
-    let aim = if matches!(error, ShapeError::UnknownField { .. }) { Aim::Key } else { Aim::Value };
-    let (message, expected) = error.words(path.last_part().as_deref());
-    Finding { kind: ScenarioErrorKind::Shape, fault: ScenarioFault::new(path, message, expected), aim }
+/// What is wrong with the shape of settings that scenarios have at `root`.
+pub fn shape_fault(error: &serde_path_to_error::Error<ShapeError>, root: &FieldPath) -> ScenarioFault {
+    let path = FieldPath::from(error.path()).within(root);
+    let (message, expected) = error.inner().words(path.last_part().as_deref());
+    let fault = ScenarioFault::new(path, message, expected);
+    if error.inner().is_about_key() { fault.at_key() } else { fault }
 }
 
 /// Takes out what is at `path`, or what that is in. An element leaves an empty object, so that the others keep their places.

@@ -1,16 +1,20 @@
 //! Loading scenarios: from files, from the embedded library, from text.
 
 use core::fmt;
+use serde::de::DeserializeOwned;
+use serde_json::Value;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 use std::sync::Arc;
 
-use super::build::build;
+use super::build::{build, shape_fault};
 use super::error::{Place, ScenarioError, ScenarioErrorKind};
+use super::field_path::FieldPath;
 use super::library::LIBRARY;
 use super::read;
 use super::setting::Setting;
+use super::shape::Strict;
 use super::source::ScenarioSource;
 use super::validate::ScenarioFault;
 use super::wording::did_you_mean;
@@ -294,4 +298,12 @@ fn not_found(name: &str, path: &Path) -> ScenarioError {
     let meant = if meant.is_empty() { meant } else { format!("{meant} That is a built-in scenario's name") };
     let message = format!("there is no such file{meant}");
     ScenarioError::of_file(ScenarioErrorKind::NotFound, name, message, expected_name())
+}
+
+/// Reads settings that scenarios have at `path`, of a type that only the program knows.
+///
+/// # Errors
+/// What is wrong with them, and where.
+pub(crate) fn read_settings<T: DeserializeOwned>(value: &Value, path: &FieldPath) -> Result<T, ScenarioFault> {
+    serde_path_to_error::deserialize(Strict(value)).map_err(|error| shape_fault(&error, path))
 }

@@ -8,11 +8,11 @@ use super::load::Format;
 use super::read::read;
 use super::validate::ScenarioFault;
 use super::wording::{did_you_mean, one_of, quoted};
+use crate::game::Rules;
 use crate::pitch::Pitch;
-use crate::referee::Rules;
-use crate::robot::Team;
 use crate::sensing::odometry::OdometryNoise;
 use crate::sensing::vision::VisionNoise;
+use crate::team::Team;
 
 /// A named set of values, as a file in RON that is embedded in the program.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -82,7 +82,7 @@ pub fn resolve(root: &mut Map<String, Value>) -> Vec<ScenarioFault> {
         }
     }
     fill_in_noises(root, &path, &Map::new(), &mut faults);
-    let common: Map<String, Value> = ["motion", "sonar", "odometry", "head", "vision"]
+    let common: Map<String, Value> = ["motion", "sonar", "odometry", "head", "vision", "sensors"]
         .iter()
         .filter_map(|&field| Some((field.to_owned(), root.get(field)?.clone())))
         .collect();

@@ -28,13 +28,11 @@ pub(super) struct Finding {
     pub kind: ScenarioErrorKind,
     /// The field, what is wrong, and what was expected.
     pub fault: ScenarioFault,
-    /// Which part of the field.
-    pub aim: Aim,
 }
 
 impl From<ScenarioFault> for Finding {
     fn from(fault: ScenarioFault) -> Self {
-        Self { kind: ScenarioErrorKind::Value, fault, aim: Aim::Value }
+        Self { kind: ScenarioErrorKind::Value, fault }
     }
 }
 
@@ -63,11 +61,11 @@ impl ScenarioSource {
     }
 
     fn placed(&self, outline: &Node, finding: &Finding) -> ScenarioError {
-        let Finding { kind, fault, aim } = finding;
+        let Finding { kind, fault } = finding;
         if let Some(setting) = self.settings.iter().rev().find(|setting| setting.concerns(&fault.path)) {
             return setting.error(*kind, &fault.message, &fault.expected);
         }
-        let place = Place::new(&self.text, find(outline, &fault.path, fault.related.as_ref(), *aim));
+        let place = Place::new(&self.text, find(outline, &fault.path, fault.related.as_ref(), fault.aim));
         ScenarioError::of_file(*kind, &self.name, fault.message.clone(), fault.expected.clone())
             .at(place)
             .in_field(fault.path.clone())

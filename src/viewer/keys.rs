@@ -14,9 +14,9 @@ use super::hands::driving::Driving;
 use super::selection::{Choice, SelectionSystems};
 use super::shown::{Shown, Switch};
 use super::timeline::TimelineCommand;
+use crate::camera_model::CameraSide;
 use crate::cycle::CycleClock;
-use crate::robot::Team;
-use crate::sensing::camera::CameraSide;
+use crate::team::Team;
 
 /// Carries out what the keys mean.
 pub struct KeysPlugin;

@@ -12,9 +12,9 @@ use super::theme::{MARGIN, ThemeSystems, band, bright, card, dim, panel, problem
 use super::timeline::Timeline;
 use crate::behaviour::BehaviourRegistry;
 use crate::cycle::CycleClock;
-use crate::referee::{Game, GameState};
-use crate::robot::Team;
+use crate::game::{Game, GameState};
 use crate::scenario::{BehaviourSpec, LIBRARY, Scenario};
+use crate::team::Team;
 
 /// Height of the score, logical pixels.
 const SCORE_HEIGHT: f32 = 30.0;

@@ -46,11 +46,12 @@ use super::timeline::Timeline;
 use super::widgets::{Widgets, WidgetsSystems};
 use crate::ball::Ball;
 use crate::cycle::CycleClock;
+use crate::game::{Game, Penalty};
 use crate::geometry::to_degrees;
-use crate::referee::{Game, Penalty};
+use crate::robot::Roster;
 use crate::robot::head::HeadAngles;
-use crate::robot::{RobotId, Roster};
 use crate::scenario::Scenario;
+use crate::team::RobotId;
 
 /// The height at which a robot is best clicked at, m.
 const CHEST_M: f32 = 0.3;

@@ -5,8 +5,9 @@ use bevy::prelude::*;
 use super::camera::ViewerCamera;
 use super::layout::mouse_is_for_match;
 use super::stage::pitch_from_world;
-use crate::referee::Penalty;
-use crate::robot::{RobotId, Roster, Team};
+use crate::game::Penalty;
+use crate::robot::Roster;
+use crate::team::{RobotId, Team};
 
 /// A press and a release with less movement between them are a click, logical pixels.
 const CLICK_PIXELS: f32 = 4.0;

@@ -9,7 +9,7 @@ use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 use super::palette;
 use super::shown::Shown;
-use crate::robot::Team;
+use crate::team::Team;
 
 /// Distance of the panels from the window's edge, logical pixels.
 pub const MARGIN: f32 = 10.0;

@@ -3,6 +3,7 @@
 
 mod barrier;
 mod batch;
+mod behaviours;
 mod built_in_scenarios;
 mod collisions;
 mod commands;
@@ -25,6 +26,7 @@ mod rule_cases;
 mod scenario_errors;
 mod scenario_files;
 mod sensing;
+mod sensors;
 mod situation;
 mod snapshot;
 mod support;

@@ -20,14 +20,15 @@ use super::selection::{Selection, SelectionSystems};
 use super::stage::{PitchRoot, StageSystems, pose_of};
 use crate::appearance::scene::world_from_body;
 use crate::ball::Ball;
+use crate::camera_model::{CameraSide, CameraView};
+use crate::game::Penalty;
 use crate::geometry::wrap_angle;
 use crate::pitch::Pitch;
-use crate::referee::Penalty;
+use crate::robot::Roster;
 use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
-use crate::robot::{RobotId, Roster};
-use crate::sensing::camera::model::CameraView;
-use crate::sensing::camera::{CameraSettings, CameraSide};
+use crate::sensing::camera::CameraSettings;
+use crate::team::RobotId;
 use viewpoint::{FIELD_OF_VIEW, Overview, Viewpoint};
 
 /// How fast the camera goes where it should, 1/s.
@@ -362,7 +363,7 @@ mod tests {
     fn only_the_eyes_of_a_selected_robot_are_looked_through() {
         let view = Viewpoint::behind(Pose::default());
         let camera = |mode| ViewerCamera { current: view, wanted: view, mode };
-        let selection = Selection(Some(RobotId::new(crate::robot::Team::Pink, 2)));
+        let selection = Selection(Some(RobotId::new(crate::team::Team::Pink, 2)));
         let eyes = camera(CameraMode::Eyes(CameraSide::Bottom)).eyes(&selection);
         assert_eq!(eyes.map(|(_, side)| side), Some(CameraSide::Bottom));
         assert_eq!(camera(CameraMode::Ball).eyes(&selection), None);

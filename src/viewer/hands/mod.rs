@@ -22,9 +22,10 @@ use super::selection::{Selection, SelectionSystems, pointed_at};
 use super::stage::{pitch_from_world, pose_of, world_from_pitch};
 use super::timeline::Timeline;
 use crate::ball::{Ball, BallPhysics};
+use crate::game::{Intervention, Interventions, Penalty, PenaltyReason};
 use crate::pitch::Pitch;
-use crate::referee::{Intervention, Interventions, Penalty, PenaltyReason};
-use crate::robot::{RobotId, Roster};
+use crate::robot::Roster;
+use crate::team::RobotId;
 use aim::{Grip, Held, Sight};
 
 /// A ball is small on the screen: it is meant by a click so many logical pixels beside it.
@@ -275,9 +276,9 @@ fn draw_intentions(hands: Res<Hands>, interventions: Res<Interventions>, balls: 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::Team;
     use crate::scenario::Scenario;
     use crate::simulation::{MatchApp, NaoisisPlugins};
+    use crate::team::Team;
     use crate::viewer::camera::ViewPreset;
     use crate::viewer::drive::DrivePlugin;
     use crate::viewer::event_log::EventLogPlugin;

@@ -7,7 +7,7 @@ use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 use super::driving::{self, Driving};
 use super::{HandAction, Notice};
 use crate::cycle::CycleClock;
-use crate::referee::Penalty;
+use crate::game::Penalty;
 use crate::robot::Roster;
 use crate::viewer::film::{Filming, ToggleFilm};
 use crate::viewer::keys::Action;

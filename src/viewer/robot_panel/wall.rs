@@ -5,9 +5,10 @@ use bevy_egui::EguiContexts;
 use bevy_egui::egui::{self, Align2, Grid};
 
 use super::pictures::Pictures;
-use crate::robot::{RobotId, Roster};
-use crate::sensing::camera::CameraSide;
+use crate::camera_model::CameraSide;
+use crate::robot::Roster;
 use crate::sensing::vision::Percepts;
+use crate::team::RobotId;
 use crate::viewer::keys::Action;
 use crate::viewer::layout;
 use crate::viewer::selection::Choice;

@@ -133,7 +133,7 @@ fn hint(cycle: u64, marks: &[Mark], length: u64, time: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::Team;
+    use crate::team::Team;
 
     #[test]
     fn a_place_in_the_bar_is_a_cycle_and_back() {
