@@ -302,23 +302,27 @@ impl SensorRegistry {
 
     /// Checks what a scenario says of sensors: that there are such, and that they have such settings.
     pub(super) fn check(&self, scenario: &Scenario) -> Result<(), ScenarioFault> {
-        let root = FieldPath::default();
-        self.check_specs(&scenario.sensors, &root.field("sensors"))?;
-        for (index, robot) in scenario.robots.iter().enumerate() {
-            self.check_specs(&robot.sensors, &root.field("robots").index(index).field("sensors"))?;
-        }
-        Ok(())
+        self.faults(scenario).into_iter().next().map_or(Ok(()), Err)
     }
 
-    fn check_specs(&self, specs: &SensorValues, path: &FieldPath) -> Result<(), ScenarioFault> {
-        for (name, value) in &specs.0 {
+    /// All that is wrong with what a scenario says of sensors.
+    pub(super) fn faults(&self, scenario: &Scenario) -> Vec<ScenarioFault> {
+        let root = FieldPath::default();
+        let of_robots = scenario.robots.iter().enumerate().flat_map(|(index, robot)| {
+            self.faults_of(&robot.sensors, root.field("robots").index(index).field("sensors"))
+        });
+        self.faults_of(&scenario.sensors, root.field("sensors")).chain(of_robots).collect()
+    }
+
+    fn faults_of(&self, specs: &SensorValues, path: FieldPath) -> impl Iterator<Item = ScenarioFault> {
+        specs.0.iter().filter_map(move |(name, value)| {
             let path = path.key(name);
-            let sensor = self.sensors.get(name).ok_or_else(|| unknown_name(&path, "sensor", name, self.names()))?;
-            if !value.is_null() {
-                (sensor.check)(value, &path)?;
+            match self.sensors.get(name) {
+                None => Some(unknown_name(&path, "sensor", name, self.names()).at_key()),
+                Some(_) if value.is_null() => None,
+                Some(sensor) => (sensor.check)(value, &path).err(),
             }
-        }
-        Ok(())
+        })
     }
 
     /// Gives a robot its sensors, with the settings that the scenario has for it.

@@ -2,6 +2,7 @@
 
 use bevy::prelude::*;
 
+use super::names;
 use super::sensors::{SensorRecord, SensorRegistry};
 use super::settings::RobotSettings;
 use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity};
@@ -24,6 +25,7 @@ use crate::robot::head::{HeadAngles, HeadCommand};
 use crate::robot::kick::{KickCommand, KickPhase};
 use crate::robot::motion::{ExecutedStep, WalkCommand};
 use crate::robot::{PreviousPose, Velocity};
+use crate::scenario::wording::one_of;
 use crate::scenario::{BehaviourSpec, FieldPath, RobotSpec, Scenario, ScenarioFault};
 use crate::sensing::odometry::Odometry;
 use crate::sensing::sonar::SonarReading;
@@ -50,7 +52,6 @@ pub(super) fn ball_component<C: Component + Clone>(world: &World) -> Option<C> {
 pub fn start(world: &mut World, scenario: &Scenario) -> Result<(), ScenarioFault> {
     scenario.validate()?;
     let robots = robots_of(world, scenario)?;
-    world.resource::<SensorRegistry>().check(scenario)?;
     scenario.cameras.render.make_ready(world)?;
     let mut old = world.query_filtered::<Entity, With<MatchEntity>>();
     let old: Vec<Entity> = old.iter(world).collect();
@@ -91,16 +92,8 @@ pub fn resolved(world: &World, scenario: &Scenario) -> Scenario {
 /// their behaviours exist.
 fn robots_of(world: &World, scenario: &Scenario) -> Result<Vec<RobotSpec>, ScenarioFault> {
     let registry = world.resource::<BehaviourRegistry>();
-    for (index, robot) in scenario.robots.iter().enumerate() {
-        if let BehaviourSpec::Named(name) = &robot.behaviour
-            && registry.marker_of(name).is_none()
-        {
-            return Err(ScenarioFault::new(
-                FieldPath::default().field("robots").index(index).field("behaviour"),
-                format!("there is no behaviour `{name}`"),
-                format!("a script, or one of {}", quoted(registry.behaviour_names())),
-            ));
-        }
+    if let Some(fault) = names::unknown(world, scenario).into_iter().next() {
+        return Err(fault);
     }
     let mut robots = scenario.robots.clone();
     if let Some(teams) = &scenario.teams {
@@ -122,11 +115,7 @@ fn team_of(
     line_up: &mut LineUp,
 ) -> Result<Vec<RobotSpec>, ScenarioFault> {
     let Some(recipe) = registry.team(name) else {
-        return Err(ScenarioFault::new(
-            FieldPath::default().field("teams").field(team.name()),
-            format!("there is no team `{name}`"),
-            format!("one of {}", quoted(registry.teams().map(|(name, _)| name))),
-        ));
+        return Err(names::no_team(registry, &FieldPath::default().field("teams").field(team.name()), name));
     };
     let size = scenario.rules.team_size;
     for number in 1..=size {
@@ -135,7 +124,7 @@ fn team_of(
             return Err(ScenarioFault::new(
                 FieldPath::default().field("teams").field(team.name()),
                 format!("player {number} of the team `{name}` has the behaviour `{behaviour}`, which there is not"),
-                format!("a team whose players have some of {}", quoted(registry.behaviour_names())),
+                format!("a team whose players have some of {}", one_of(registry.behaviour_names())),
             ));
         }
     }
@@ -152,10 +141,6 @@ fn team_of(
 
 fn clock_of(scenario: &Scenario) -> CycleClock {
     CycleClock { cycle: 0, period_s: scenario.cycle_s }
-}
-
-fn quoted<'a>(names: impl Iterator<Item = &'a str>) -> String {
-    names.map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
 }
 
 fn spawn_posts(world: &mut World, scenario: &Scenario) {

@@ -35,7 +35,7 @@ impl Checks {
                 if torsos_overlap(robot.pose, other.pose) {
                     let message = format!("{} and {} stand in one place", other.id(), robot.id());
                     let fault = ScenarioFault::new(pose_path(index), message, "a place where the two have room");
-                    self.faults.push(fault.related_to(pose_path(other_index)));
+                    self.push(fault.related_to(pose_path(other_index)));
                 }
             }
             for post in scenario.field.goal_posts() {
@@ -55,7 +55,7 @@ impl Checks {
                 if torso_reaches(robot, post.position_m, post.radius_m) {
                     let message = format!("{} stands in the post at {}", robot.id(), words(post.position_m));
                     let fault = ScenarioFault::new(pose_path(robot_index), message, "a place clear of posts");
-                    self.faults.push(fault.related_to(path.clone()));
+                    self.push(fault.related_to(path.clone()));
                 }
             }
         }
@@ -69,7 +69,7 @@ impl Checks {
             if torso_reaches(robot, ball.position_m, ball.radius_m) {
                 let message = format!("the ball at {} is inside {}", words(ball.position_m), robot.id());
                 let expected = "a place clear of the robots' torsos; a ball to kick lies 0.10 m to 0.22 m in front";
-                self.faults.push(ScenarioFault::new(path.clone(), message, expected).related_to(pose_path(index)));
+                self.push(ScenarioFault::new(path.clone(), message, expected).related_to(pose_path(index)));
             }
         }
         for (position, radius) in posts(scenario) {
