@@ -38,6 +38,13 @@
 //! | save a match and go on from it | [`simulation::snapshot`] |
 //! | add a system at the right place | [`cycle::CycleSystems`] |
 //!
+//! # What may grow
+//!
+//! Enums that name kinds of things (events, penalties, kicks, noises) and what the simulation hands out (percepts, statuses,
+//! evidence, records) are `#[non_exhaustive]`: a `match` on them has an arm for the rest, a test makes them by `new` or `default`.
+//! What a program builds itself (scenarios, rules, settings) gets new fields, too, each with a default: end a literal with
+//! `..default()`, and it builds with the next version.
+//!
 //! # The ladder
 //!
 //! The modules of this crate are rooms of a house that is a ladder: a room knows the rooms before it in this table and none
@@ -46,7 +53,7 @@
 //!
 //! | rooms, from the ground up | what is there |
 //! |---|---|
-//! | `knowledge` `geometry` `statistics` `kick_geometry` `replace_file` | plain words and plain mathematics |
+//! | `knowledge` `geometry` `statistics` `kick_geometry` `named_values` `replace_file` | plain words and plain mathematics |
 //! | `team` `cycle` | who, and when |
 //! | `pitch` `ball` `random` | what is played with, and chance |
 //! | `game` | the match as data: state, score, rules, penalties, set plays, evidence |
@@ -65,13 +72,6 @@
 //! | `figures` `viewer` | pictures of the paper; the window |
 //! | `cli` | the commands |
 //! | `prelude` `guide` | for whoever builds on it |
-//!
-//! # What may grow
-//!
-//! Enums that name kinds of things (events, penalties, kicks, noises) and what the simulation hands out (percepts, statuses,
-//! evidence, records) are `#[non_exhaustive]`: a `match` on them has an arm for the rest, a test makes them by `new` or `default`.
-//! What a program builds itself (scenarios, rules, settings) gets new fields, too, each with a default: end a literal with
-//! `..default()`, and it builds with the next version.
 //!
 //! # Units and frames
 //!
@@ -104,6 +104,7 @@ pub mod geometry;
 pub mod guide;
 pub mod kick_geometry;
 pub mod knowledge;
+pub mod named_values;
 pub mod pitch;
 pub mod prelude;
 pub mod random;

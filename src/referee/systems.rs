@@ -5,6 +5,7 @@ use bevy::prelude::*;
 use super::decide::{Decisions, decide};
 use super::kick_off_shot::KickOffPlay;
 use super::memory::RefereeMemory;
+use super::own_rules::OwnRules;
 use super::snapshot::{BallSnapshot, Disc, MatchSnapshot, RobotSnapshot};
 use super::status::{Announcement, GameStatus};
 use super::touch::touches_of_cycle;
@@ -66,6 +67,7 @@ pub(super) fn officiate(
     mut scratch: Local<Scratch>,
     clock: Res<CycleClock>,
     rules: Res<Rules>,
+    own_rules: Res<OwnRules>,
     pitch: Res<Pitch>,
     roster: Res<Roster>,
     contacts: Res<Contacts>,
@@ -133,7 +135,7 @@ pub(super) fn officiate(
         interventions: &interventions.queue,
         contacts: pairs,
     };
-    decide(&snapshot, &mut memory, decisions);
+    decide(&snapshot, &own_rules, &mut memory, decisions);
 
     if !interventions.queue.is_empty() {
         interventions.queue.clear();

@@ -36,7 +36,7 @@ pub(crate) use load::read_settings;
 pub use presets::{FIELD_PRESETS, Preset, RULES_PRESETS};
 pub use setting::{NotASetting, Setting};
 pub use source::ScenarioSource;
-pub use types::{BallSpec, BehaviourSpec, PostSpec, RobotSpec, Scenario, SensorValues, TeamsSpec};
+pub use types::{BallSpec, BehaviourSpec, PostSpec, RobotSpec, Scenario, TeamsSpec};
 pub(crate) use validate::Numbers;
 pub use validate::ScenarioFault;
 pub(crate) use wording::unknown_name;

@@ -1,13 +1,14 @@
-//! The names of behaviours, teams and sensors in a scenario: whether the program has what they stand for.
+//! The names of behaviours, teams, sensors and rules in a scenario: whether the program has what they stand for.
 
 use bevy::prelude::*;
 
+use super::rules::RuleRegistry;
 use super::sensors::SensorRegistry;
 use crate::behaviour::BehaviourRegistry;
 use crate::scenario::{BehaviourSpec, FieldPath, Scenario, ScenarioFault, unknown_name};
 use crate::team::Team;
 
-/// A fault for each name that nobody has registered, and for each setting of a sensor of the program's own. That a name is
+/// A fault for each name that nobody has registered, and for each setting of a sensor or rule of the program's own. That a name is
 /// empty is a fault of the scenario itself.
 pub fn unknown(world: &World, scenario: &Scenario) -> Vec<ScenarioFault> {
     let registry = world.resource::<BehaviourRegistry>();
@@ -26,7 +27,8 @@ pub fn unknown(world: &World, scenario: &Scenario) -> Vec<ScenarioFault> {
     let teams = named
         .filter(|(_, name)| !name.trim().is_empty() && registry.team(name).is_none())
         .map(|(team, name)| no_team(registry, &root.field("teams").field(team.name()), name));
-    robots.chain(teams).chain(world.resource::<SensorRegistry>().faults(scenario)).collect()
+    let sensors = world.resource::<SensorRegistry>().faults(scenario);
+    robots.chain(teams).chain(sensors).chain(world.resource::<RuleRegistry>().faults(scenario)).collect()
 }
 
 /// The fault of a team's name that nobody has registered.

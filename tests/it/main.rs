@@ -22,6 +22,7 @@ mod localisation;
 mod matches;
 mod outputs;
 mod own_program;
+mod own_rules;
 mod pairs;
 mod referee_properties;
 #[cfg(feature = "gpu")]
