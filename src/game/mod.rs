@@ -13,7 +13,7 @@ mod shoot_out;
 
 pub use evidence::{Evidence, Measurement, RobotEvidence};
 pub use intervention::{Intervention, Interventions, TimedIntervention};
-pub use penalty::{ActivePenalty, Penalty, PenaltyReason};
+pub use penalty::{ActivePenalty, Penalty, PenaltyReason, RuleName};
 pub use rules::{
     BallOutRestart, DefenderLimit, KickOffPositions, KickOffProcedure, ReturnPlace, Rules, RulesError, SideContacts,
 };

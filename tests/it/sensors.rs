@@ -3,15 +3,13 @@
 use bevy::prelude::*;
 use naoisis::prelude::*;
 use naoisis::record::read::TraceReader;
-use naoisis::record::trace::TraceRecorder;
-use naoisis::record::{RecordPlugin, recorder};
 use naoisis::scenario::{Format, ScenarioFile, Setting};
 use naoisis::sensing::scene::Scene;
 use naoisis::simulation::{Snapshot, change_settings};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-use crate::support::{SharedBytes, blue, headless_app};
+use crate::support::{begin_trace, blue, headless_app};
 
 /// How far a robot hears the ball.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
@@ -121,12 +119,10 @@ fn what_is_wrong_is_found_before_the_match_and_located() {
 
 #[test]
 fn readings_are_in_the_trace_and_come_back_from_it() {
-    let bytes = SharedBytes::default();
     let mut app = app();
-    app.add_plugins(RecordPlugin);
     let scenario = Scenario::from_json(SCENARIO).unwrap();
     app.start_match(&scenario).unwrap();
-    recorder::start(app.world_mut(), vec![Box::new(TraceRecorder::plain("trace", bytes.clone()))]);
+    let bytes = begin_trace(&mut app);
     app.run_cycles(3);
     let written = bytes.written();
     let heard = app.robot::<BallNoise>(blue(2)).unwrap().distance_m.unwrap();

@@ -5,26 +5,22 @@ use bevy::reflect::enums::{Enum, VariantInfo};
 use bevy::reflect::{TypeInfo, Typed};
 use naoisis::events::*;
 use naoisis::prelude::*;
-use naoisis::record::RecordPlugin;
 use naoisis::record::read::{Ending, TraceReader};
 use naoisis::record::recorder::{self, EndReason};
-use naoisis::record::trace::TraceRecorder;
 use naoisis::scenario::LIBRARY;
 use std::collections::BTreeSet;
 use std::io::Cursor;
 use std::path::Path;
 
-use crate::support::{SharedBytes, blue, headless_app, pink};
+use crate::support::{begin_trace, blue, headless_app, pink};
 use naoisis::game::{Evidence, Intervention, Measurement, PenaltyReason, RobotEvidence, Score, SetPlayKind};
 use naoisis::kick_geometry::Side;
 
 /// The trace of a match, to its final whistle or for so long.
 fn whole_trace(scenario: &Scenario, longest_s: f64) -> Vec<u8> {
-    let bytes = SharedBytes::default();
     let mut app = headless_app();
-    app.add_plugins(RecordPlugin);
     app.start_match(scenario).unwrap_or_else(|fault| panic!("{}: {fault}", scenario.name));
-    recorder::start(app.world_mut(), vec![Box::new(TraceRecorder::plain("trace", bytes.clone()))]);
+    let bytes = begin_trace(&mut app);
     app.run_until((longest_s / scenario.cycle_s) as usize, |app| app.is_finished());
     recorder::finish(app.world_mut(), EndReason::FinalWhistle).into_iter().for_each(|said| assert!(said.is_ok()));
     bytes.written()
