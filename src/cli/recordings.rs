@@ -17,7 +17,7 @@ pub trait Recording {
     }
 
     /// The files that it writes anew.
-    fn outputs(&self) -> Vec<Output<'_>>;
+    fn outputs(&self) -> Vec<Output>;
 
     /// Whether it takes standard output, so that nothing else may be printed there.
     fn takes_standard_output(&self) -> bool {
@@ -61,7 +61,7 @@ impl Recordings {
     }
 
     /// The files that are written anew.
-    pub fn outputs(&self) -> Vec<Output<'_>> {
+    pub fn outputs(&self) -> Vec<Output> {
         self.all().into_iter().flat_map(Recording::outputs).collect()
     }
 

@@ -6,6 +6,7 @@
 //! hardly fit on. `PROPTEST_CASES` asks for more of them.
 
 use bevy::math::{Vec2, ops};
+use core::f32::consts::PI;
 use core::ops::RangeInclusive;
 use naoisis::ball::Rolling;
 use naoisis::behaviour::script::ScriptEntry;
@@ -63,8 +64,9 @@ fn place(range: f32) -> impl Strategy<Value = Vec2> {
 }
 
 fn pose(range: f32) -> impl Strategy<Value = Pose> {
-    (place(range), -180.0f32..180.0)
-        .prop_map(|(position, degrees)| Pose { position, heading: to_radians(degrees.round()) })
+    let whole_degrees = (-180.0f32..180.0).prop_map(|degrees| to_radians(degrees.round()));
+    let heading = prop_oneof![2 => whole_degrees, 1 => -7.0f32..7.0, 1 => select(vec![-0.0, -PI, PI, 1e-12])];
+    (place(range), heading).prop_map(|(position, heading)| Pose { position, heading })
 }
 
 fn ball() -> impl Strategy<Value = Option<BallSpec>> {
@@ -255,8 +257,8 @@ fn without_faults(mut scenario: Scenario) -> Scenario {
     scenario
 }
 
-/// Plays a match and looks at everything that it says.
-fn play(scenario: &Scenario) -> Result<(), TestCaseError> {
+/// Plays a match and looks at everything that it says. Its trace.
+fn play(scenario: &Scenario) -> Result<Vec<u8>, TestCaseError> {
     let mut app = headless_app();
     app.start_match(scenario).map_err(|fault| TestCaseError::fail(fault.to_string()))?;
     let bytes = begin_trace(&mut app);
@@ -268,18 +270,35 @@ fn play(scenario: &Scenario) -> Result<(), TestCaseError> {
         }
     }
     drop(app);
-    let written = std::io::Cursor::new(bytes.written());
-    let mut trace =
-        TraceReader::new(Path::new("trace"), written).map_err(|error| TestCaseError::fail(error.to_string()))?;
+    let written = bytes.written();
+    let mut trace = TraceReader::new(Path::new("trace"), std::io::Cursor::new(written.clone()))
+        .map_err(|error| TestCaseError::fail(error.to_string()))?;
     while trace.next_cycle().map_err(|error| TestCaseError::fail(error.to_string()))?.is_some() {}
-    Ok(())
+    Ok(written)
 }
 
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, max_shrink_iters: 2000, ..ProptestConfig::default() })]
 
     #[test]
-    fn whatever_is_accepted_can_be_played(scenario in scenario()) {
-        play(&scenario.0)?;
+    fn whatever_is_accepted_can_be_played_and_the_header_of_its_trace_plays_it_again(scenario in scenario(), ron: bool) {
+        let trace = play(&scenario.0)?;
+        let header = trace.split(|byte| *byte == b'\n').next().unwrap_or_default();
+        let header: serde_json::Value = serde_json::from_slice(header).unwrap();
+        let text = header["scenario"].to_string();
+        let again = if ron {
+            let scenario: Scenario = serde_json::from_str(&text).unwrap();
+            Scenario::from_ron(&ron::to_string(&scenario).unwrap())
+        } else {
+            Scenario::from_json(&text)
+        };
+        let again = again.map_err(|error| TestCaseError::fail(format!("{error}\n{text}")))?;
+        let traced_again = play(&again)?;
+        let differing = trace.split(|byte| *byte == b'\n').zip(traced_again.split(|byte| *byte == b'\n')).find(|(one, other)| one != other);
+        if let Some((one, other)) = differing {
+            let [one, other] = [one, other].map(String::from_utf8_lossy);
+            prop_assert!(false, "written\n{one}\nand then\n{other}");
+        }
+        prop_assert_eq!(trace.len(), traced_again.len());
     }
 }
