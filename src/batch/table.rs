@@ -46,6 +46,7 @@ const NO_TABLE: &str = "this is no table of matches";
 
 /// Why a table cannot be written or gone on with.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum TableError {
     /// It cannot be read or written.
     #[error("{path}: the table cannot be read or written: {error}")]

@@ -9,6 +9,7 @@ use super::wording::in_words;
 
 /// What kind of thing is wrong.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[non_exhaustive]
 pub enum ScenarioErrorKind {
     /// There is no such file or built-in scenario.
     NotFound,

@@ -116,6 +116,7 @@ impl OdometryNoise {
 /// What a robot's odometry counts.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum OdometrySource {
     /// The steps of its legs, with their errors.
     #[default]
