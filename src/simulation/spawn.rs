@@ -2,6 +2,7 @@
 
 use bevy::prelude::*;
 
+use super::rules::RuleRegistry;
 use super::sensors::{SensorRecord, SensorRegistry};
 use super::settings::RobotSettings;
 use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity};
@@ -12,7 +13,7 @@ use crate::belief::{Belief, SimpleBelief, team_from_pitch};
 use crate::collision::Contacts;
 use crate::communication::{Inbox, MessageStatistics, MessagesInFlight, Outbox};
 use crate::cycle::CycleClock;
-use crate::events::CycleEvents;
+use crate::events::{CycleEvents, MatchEvent};
 use crate::game::Game;
 use crate::geometry::Pose;
 use crate::pitch::{Pitch, Post};
@@ -51,6 +52,7 @@ pub fn start(world: &mut World, scenario: &Scenario) -> Result<(), ScenarioFault
     scenario.validate()?;
     let robots = robots_of(world, scenario)?;
     world.resource::<SensorRegistry>().check(scenario)?;
+    world.resource::<RuleRegistry>().check(scenario)?;
     scenario.cameras.render.make_ready(world)?;
     let mut old = world.query_filtered::<Entity, With<MatchEntity>>();
     let old: Vec<Entity> = old.iter(world).collect();
@@ -65,6 +67,7 @@ pub fn start(world: &mut World, scenario: &Scenario) -> Result<(), ScenarioFault
     world.insert_resource(clock_of(scenario));
     referee::start(world, &clock_of(scenario), &scenario.rules, scenario.seed, &scenario.interventions);
     world.insert_resource(CycleEvents::default());
+    world.resource_mut::<Messages<MatchEvent>>().clear();
     world.insert_resource(Contacts::default());
     spawn_posts(world, scenario);
     spawn_ball(world, scenario);

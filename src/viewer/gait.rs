@@ -5,8 +5,8 @@
 
 use bevy::prelude::*;
 
-use super::drive::DisplayFraction;
 use super::figure::Figure;
+use super::shared::DisplayFraction;
 use crate::appearance::gait::Gait;
 use crate::appearance::scene::world_from_body;
 use crate::cycle::CycleClock;

@@ -148,6 +148,12 @@ pub fn band(ui: &mut egui::Ui, team: Team, size: egui::Vec2) {
     ui.painter().rect_filled(area, rounding, palette::in_panel(palette::team(team)));
 }
 
+/// A time as minutes and seconds.
+pub fn minutes(seconds: f32) -> String {
+    let whole = seconds.max(0.0).floor() as u32;
+    format!("{}:{:02}", whole / 60, whole % 60)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -15,9 +15,8 @@ use crate::robot::head::{HeadAngles, HeadCommand, HeadLimits};
 use crate::robot::kick::{KickCommand, KickRequest};
 use crate::robot::motion::{MotionLimits, WalkCommand};
 use crate::team::RobotId;
-use crate::viewer::camera::{ViewPreset, ViewerCamera};
-use crate::viewer::keys::KeysSystems;
-use crate::viewer::selection::Selection;
+use crate::viewer::camera::ViewerCamera;
+use crate::viewer::shared::{KeysSystems, Selection, ViewPreset};
 
 /// How fast the head follows the keys, of the speed that its joints reach: slow enough to aim.
 const HEAD_SHARE: f32 = 0.3;

@@ -9,8 +9,7 @@ use bevy_egui::EguiPostUpdateSet;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::drive::DisplayFraction;
-use super::selection::{Selection, SelectionSystems};
+use super::shared::{DisplayFraction, Selection, SelectionSystems};
 use super::stage::{StageSystems, between};
 use crate::cycle::CycleClock;
 use crate::game::Penalty;

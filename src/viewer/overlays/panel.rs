@@ -8,7 +8,7 @@ use super::{Overlay, OverlayCommand, Overlays};
 use crate::robot::Roster;
 use crate::team::RobotId;
 use crate::viewer::layout;
-use crate::viewer::selection::Selection;
+use crate::viewer::shared::Selection;
 use crate::viewer::shown::Shown;
 use crate::viewer::theme::{MARGIN, ThemeSystems, bright, card, dim, panel, team_colour, text_size};
 

@@ -11,13 +11,12 @@ mod state;
 mod wall;
 mod wording;
 
-use super::camera::{CameraSystems, Covered};
+use super::camera::Covered;
 use super::chronicle::Chronicle;
 use super::eyes::{EyesSystems, Watched};
-use super::keys::Action;
 use super::layout;
 use super::overlays::OverlaySystems;
-use super::selection::{Choice, Selection};
+use super::shared::{Action, CameraSystems, Choice, Selection};
 use super::shown::{Shown, Switch};
 use super::theme::{MARGIN, ThemeSystems, band, bright, card, dim, panel, text_size};
 use super::timeline::Timeline;

@@ -19,7 +19,7 @@ use crate::viewer::camera::eyes::image_in_window;
 use crate::viewer::eyes::{EyeImages, Watched};
 use crate::viewer::overlays::{Overlay, Overlays, junction_letter};
 use crate::viewer::palette;
-use crate::viewer::selection::Selection;
+use crate::viewer::shared::Selection;
 use crate::viewer::theme::text_size;
 
 /// The images as the panels have them.

@@ -10,7 +10,7 @@ use crate::behaviour::script::Script;
 use crate::belief::{Belief, SimpleBelief};
 use crate::knowledge::Knowledge;
 use crate::robot::Roster;
-use crate::viewer::selection::Selection;
+use crate::viewer::shared::Selection;
 use crate::viewer::shown::Shown;
 
 /// Longer values are cut, characters.

@@ -9,9 +9,8 @@ use crate::camera_model::CameraSide;
 use crate::robot::Roster;
 use crate::sensing::vision::Percepts;
 use crate::team::RobotId;
-use crate::viewer::keys::Action;
 use crate::viewer::layout;
-use crate::viewer::selection::Choice;
+use crate::viewer::shared::{Action, Choice};
 use crate::viewer::theme::{MARGIN, band, card, dim, panel, text_size};
 
 /// Robots in a row.

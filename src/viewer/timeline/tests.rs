@@ -4,8 +4,9 @@ use crate::record::trace::{TracePlugin, TraceRecorder, record_cycle};
 use crate::sensing::vision::Percepts;
 use crate::simulation::{MatchApp, NaoisisPlugins};
 use crate::team::{RobotId, Team};
-use crate::viewer::drive::{DrivePlugin, ViewerCommand};
+use crate::viewer::drive::DrivePlugin;
 use crate::viewer::event_log::EventLogPlugin;
+use crate::viewer::shared::ViewerCommand;
 use bevy::time::TimeUpdateStrategy;
 use core::time::Duration;
 
