@@ -128,7 +128,7 @@ impl Referee<'_, '_> {
     /// Ball and robots are put at their places for a kick-off.
     fn place_for_kick_off(&mut self, team: Option<Team>) {
         self.decisions.game.restarts += 1;
-        let Self { seen, decisions, memory } = self;
+        let Self { seen, decisions, memory, .. } = self;
         let ball = seen.ball.map(|ball| Disc { centre: Vec2::ZERO, radius: ball.radius });
         let team_size = seen.rules.team_size;
         let mut line_up = LineUp::new(seen.pitch, seen.posts, ball, &decisions.game, team_size, team);
