@@ -340,9 +340,11 @@ impl SimpleBeliefMemory {
             age_s: ball.age_s,
             heard_from: None,
         });
+        // What is believed to be absurdly far away has a covariance that there is no number for.
+        let seen = seen.filter(BallBelief::is_finite);
         belief.ball = match seen {
             Some(ball) if ball.age_s < settings.ball_trust_s => seen,
-            _ => self.heard_ball(settings).or(seen),
+            _ => self.heard_ball(settings).filter(BallBelief::is_finite).or(seen),
         };
         belief.team_mates.clear();
         belief.opponents.clear();
@@ -362,6 +364,9 @@ impl SimpleBeliefMemory {
                 covariance: in_team(track.position, track.covariance),
                 age_s: track.age_s,
             };
+            if !robot.is_finite() {
+                continue;
+            }
             if track.team != team {
                 belief.opponents.push(robot);
                 continue;
