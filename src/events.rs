@@ -1,4 +1,29 @@
 //! What happened in a cycle: kicks, collisions, goals, verdicts, refused commands.
+//!
+//! [`CycleEvents`] has those of the cycle under way. They are [messages](Message) besides, for systems of a program's own:
+//!
+//! ```
+//! use bevy::prelude::*;
+//! use naoisis::prelude::*;
+//!
+//! #[derive(Resource, Default)]
+//! struct Kicks(u32);
+//!
+//! fn count_kicks(mut events: MessageReader<MatchEvent>, mut kicks: ResMut<Kicks>) {
+//!     kicks.0 += events.read().filter(|event| matches!(event, MatchEvent::Kick { .. })).count() as u32;
+//! }
+//!
+//! let mut app = App::new();
+//! app.add_plugins(NaoisisPlugins).init_resource::<Kicks>();
+//! app.add_systems(Cycle, count_kicks.in_set(CycleSystems::Last));
+//! app.start_match(&Scenario::named("kick_right_straight")?)?.run_cycles(30);
+//! assert_eq!(app.world().resource::<Kicks>().0, 1);
+//! # Ok::<(), Box<dyn core::error::Error>>(())
+//! ```
+//!
+//! In the [`Cycle`] a system has those of this cycle from [`CycleSystems::Record`] on, and before that those of the last one; in
+//! `Update` and other schedules of a frame those of all cycles since it last ran. They are the referee's truth: a behaviour may
+//! not read them.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -10,17 +35,28 @@ use crate::kick_geometry::{KickType, Side};
 use crate::knowledge::Knowledge;
 use crate::team::{RobotId, Team};
 
-/// Keeps the events of the cycle under way.
+/// Messages are kept until the frame after the next, as Bevy's are, and where there are no frames, so many at least.
+const KEPT_MESSAGES: usize = 256;
+
+/// Keeps the events of the cycle under way, and publishes them as messages.
 pub struct EventsPlugin;
 
 impl Plugin for EventsPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<CycleEvents>().register_type::<CycleEvents>().add_systems(
-            Cycle,
-            (|mut events: ResMut<CycleEvents>| events.clear()).in_set(BeginCycle).in_set(CycleSystems::First),
-        );
+        app.init_resource::<CycleEvents>()
+            .register_type::<CycleEvents>()
+            .add_message::<MatchEvent>()
+            .add_systems(
+                Cycle,
+                (|mut events: ResMut<CycleEvents>| events.clear()).in_set(BeginCycle).in_set(CycleSystems::First),
+            )
+            .add_systems(Cycle, publish_events.in_set(PublishEvents).in_set(CycleSystems::CheckInvariants));
     }
 }
+
+/// The events become messages: whatever makes events comes before.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct PublishEvents;
 
 /// The events of the cycle under way, in the order in which they happened.
 #[derive(Resource, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, Deref, DerefMut)]
@@ -30,6 +66,7 @@ pub struct CycleEvents(pub Vec<MatchEvent>);
 /// What came of a kick.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum KickResult {
     /// The ball was struck.
     Kicked,
@@ -42,6 +79,7 @@ pub enum KickResult {
 /// Why a kick missed.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum KickMiss {
     /// The robot lies, gets up or dives.
     Down,
@@ -62,6 +100,7 @@ pub enum KickMiss {
 /// What met in a collision.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum CollisionType {
     /// Two moving robots.
     MovingRobots,
@@ -81,6 +120,7 @@ pub enum CollisionType {
 
 /// What a robot or the ball ran into.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect)]
+#[non_exhaustive]
 pub enum CollisionPartner {
     /// Another robot.
     Robot(RobotId),
@@ -114,6 +154,7 @@ impl<'de> Deserialize<'de> for CollisionPartner {
 /// A command that a behaviour may give.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum CommandKind {
     /// [`WalkCommand`](crate::robot::motion::WalkCommand).
     Walk,
@@ -130,6 +171,7 @@ pub enum CommandKind {
 /// Why a command was refused.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Refusal {
     /// A number in it is not finite.
     NotFinite,
@@ -171,6 +213,7 @@ pub enum BoundaryLine {
 /// Why a goal does not count.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum DisallowedGoal {
     /// It was shot straight from the kick-off.
     KickOffShot,
@@ -179,8 +222,9 @@ pub enum DisallowedGoal {
 }
 
 /// Something that happened in a cycle.
-#[derive(Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Message, Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum MatchEvent {
     /// A kick command was carried out, or not.
     Kick {
@@ -404,6 +448,16 @@ impl MatchEvent {
             _ => field("kind"),
         }
     }
+}
+
+fn publish_events(events: Res<CycleEvents>, mut messages: ResMut<Messages<MatchEvent>>) {
+    if events.is_empty() {
+        return;
+    }
+    if messages.iter_current_update_messages().len() >= KEPT_MESSAGES {
+        messages.update();
+    }
+    messages.write_batch(events.iter().cloned());
 }
 
 mod optional_degrees {

@@ -5,6 +5,7 @@ use std::path::Path;
 
 /// The two spellings of a scenario.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[non_exhaustive]
 pub enum Format {
     /// Rusty Object Notation, `.ron`.
     Ron,

@@ -6,7 +6,7 @@ use bevy::prelude::*;
 
 use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity};
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
-use crate::events::{CycleEvents, MatchEvent};
+use crate::events::{CycleEvents, MatchEvent, PublishEvents};
 use crate::game::Penalty;
 use crate::geometry::Pose;
 use crate::pitch::Post;
@@ -24,7 +24,7 @@ pub struct InvariantPlugin;
 
 impl Plugin for InvariantPlugin {
     fn build(&self, app: &mut App) {
-        app.add_systems(Cycle, check_invariants.in_set(CycleSystems::CheckInvariants));
+        app.add_systems(Cycle, check_invariants.in_set(CycleSystems::CheckInvariants).before(PublishEvents));
     }
 }
 

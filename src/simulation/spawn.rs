@@ -12,7 +12,7 @@ use crate::belief::{Belief, SimpleBelief, team_from_pitch};
 use crate::collision::Contacts;
 use crate::communication::{Inbox, MessageStatistics, MessagesInFlight, Outbox};
 use crate::cycle::CycleClock;
-use crate::events::CycleEvents;
+use crate::events::{CycleEvents, MatchEvent};
 use crate::game::Game;
 use crate::geometry::Pose;
 use crate::pitch::{Pitch, Post};
@@ -64,6 +64,7 @@ pub fn start(world: &mut World, scenario: &Scenario) -> Result<(), ScenarioFault
     world.insert_resource(clock_of(scenario));
     referee::start(world, &clock_of(scenario), &scenario.rules, scenario.seed, &scenario.interventions);
     world.insert_resource(CycleEvents::default());
+    world.resource_mut::<Messages<MatchEvent>>().clear();
     world.insert_resource(Contacts::default());
     spawn_posts(world, scenario);
     spawn_ball(world, scenario);

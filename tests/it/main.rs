@@ -8,6 +8,7 @@ mod built_in_scenarios;
 mod collisions;
 mod commands;
 mod determinism;
+mod event_messages;
 mod exit_status;
 mod figures;
 mod golden;
