@@ -5,10 +5,9 @@ use bevy::prelude::*;
 use super::geometric::Observer;
 use super::occlusion::Target;
 use super::{ClassNoise, LandmarkKind, LandmarkPercept};
-use crate::pitch::LineSegment;
+use crate::pitch::{LineSegment, Markings};
 use crate::sensing::camera::CameraSide;
 use crate::sensing::camera::model::ViewSide;
-use crate::sensing::scene::Markings;
 
 /// A shorter stretch of line is not recognised, pixels.
 const SHORTEST_LINE_PX: f32 = 10.0;

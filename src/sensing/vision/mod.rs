@@ -40,6 +40,7 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use crate::appearance::scene::Scene;
 use crate::cycle::Cycle;
 use crate::geometry::{Pose, angle_of};
 use crate::knowledge::Knowledge;
@@ -49,7 +50,7 @@ use crate::robot::head::HeadAngles;
 use crate::robot::{RobotId, Team};
 use crate::sensing::camera::{CameraSettings, CameraSide};
 use crate::sensing::jobs::SensingThreads;
-use crate::sensing::scene::{Scene, ScenePlugin, SensingSystems};
+use crate::sensing::scene::{ScenePlugin, SensingSystems};
 
 mod geometric;
 pub mod image;
