@@ -168,7 +168,7 @@ pub enum MatchEvent {
         #[serde(skip_serializing_if = "Option::is_none")]
         reason: Option<KickMiss>,
         /// The direction in which the ball left, in the pitch frame, radians (degrees in files).
-        #[serde(rename = "direction_deg", with = "optional_degrees", skip_serializing_if = "Option::is_none")]
+        #[serde(rename = "direction_deg", with = "optional_degrees", default, skip_serializing_if = "Option::is_none")]
         direction: Option<f32>,
         /// The speed with which it left, m/s.
         #[serde(skip_serializing_if = "Option::is_none")]

@@ -3,5 +3,5 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    naoisis::cli::main()
+    naoisis::cli::run(|_| {})
 }

@@ -46,7 +46,7 @@ impl MatchScene<'_, '_> {
             }
             let posture = posture.copied().unwrap_or_default();
             let gait = gait.copied().unwrap_or_default();
-            scene.robots.push(SceneRobot { posture, head, gait, ..SceneRobot::standing(id, pose, bounds) });
+            scene.robots.push(SceneRobot { head, gait, ..SceneRobot::standing(id, pose, bounds).in_posture(posture) });
         }
         scene.robots.sort_unstable_by_key(|robot| robot.id);
         scene.posts.clear();

@@ -47,7 +47,7 @@ pub struct SceneRobot {
     pub head: HeadAngles,
     /// How its limbs are moving.
     pub gait: Gait,
-    /// Its boxes.
+    /// Its boxes, as it stands or lies.
     pub bounds: BodyBounds,
     /// The greatest distance of a point of its boxes from its origin, on the ground, m.
     pub reach: f32,
@@ -120,6 +120,12 @@ impl SceneRobot {
             bounds,
             reach: bounds.torso.reach().max(bounds.base.reach()),
         }
+    }
+
+    /// The robot in this posture instead.
+    #[must_use]
+    pub fn in_posture(self, posture: Posture) -> Self {
+        Self { posture, bounds: self.bounds.in_posture(posture), ..self }
     }
 
     /// Where its body is: standing, lying or in the air.

@@ -3,14 +3,14 @@
 use bevy::prelude::*;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
-use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-use super::{report, simulator};
+use super::interrupt::Interrupt;
+use super::terminal::Printer;
+use super::{Program, report};
 use crate::batch::pairs::{Pairing, Pairs};
 use crate::batch::summary::Summary;
 use crate::batch::table::{Table, TableError, VariantColumns};
@@ -59,12 +59,12 @@ struct Plan {
 }
 
 /// Runs the command.
-pub fn batch(arguments: &BatchArguments) -> ExitCode {
-    let plan = match Plan::of(arguments) {
+pub fn batch(program: Program, arguments: &BatchArguments) -> ExitCode {
+    let plan = match Plan::of(program, arguments) {
         Ok(plan) => plan,
         Err(message) => return report::usage_error(&message),
     };
-    let (variants, columns) = match plan.variants(arguments) {
+    let (variants, columns) = match plan.variants(program, arguments) {
         Ok(variants) => variants,
         Err(status) => return status,
     };
@@ -83,8 +83,9 @@ pub fn batch(arguments: &BatchArguments) -> ExitCode {
         Ok(opened) => opened,
         Err(error) => return report::usage_error(&error.to_string()),
     };
-    let stop = match stop_on_interrupt() {
-        Ok(stop) => stop,
+    let watched = Interrupt::watch(|| report::note("finishing the matches under way; interrupt again to leave them"));
+    let interrupt = match watched {
+        Ok(interrupt) => interrupt,
         Err(message) => return report::failure(&message),
     };
     let earlier = rows.len();
@@ -92,38 +93,44 @@ pub fn batch(arguments: &BatchArguments) -> ExitCode {
     let mut failed_to_write: Option<TableError> = None;
     silence_panics();
     let started = Instant::now();
-    run_batch(&batch, earlier, simulator, &stop, |row| {
-        if !row.outcome.is_valid() {
-            progress.suspend(|| report::note(&failure(&row)));
-        }
-        if let Err(error) = table.write(&row) {
-            stop.store(true, Ordering::Relaxed);
-            failed_to_write.get_or_insert(error);
-        }
-        progress.inc(1);
-        rows.push(row);
-    });
+    run_batch(
+        &batch,
+        earlier,
+        || program.simulator(),
+        interrupt.stop(),
+        |row| {
+            if !row.outcome.is_valid() {
+                progress.suspend(|| report::note(&failure(&row)));
+            }
+            if let Err(error) = table.write(&row) {
+                interrupt.stop().store(true, Ordering::SeqCst);
+                failed_to_write.get_or_insert(error);
+            }
+            progress.inc(1);
+            rows.push(row);
+        },
+    );
     let wall_s = started.elapsed().as_secs_f64();
     progress.finish_and_clear();
     let is_interrupted = rows.len() < batch.len();
     if let Some(error) = failed_to_write {
-        return report::failure(&format!("cannot write the table: {error}"));
+        return report::failure(&error.to_string());
     }
+    let mut printer = Printer::default();
     if !arguments.quiet {
-        let text = text(&plan, &batch, &columns, &rows, earlier, wall_s);
-        if io::stdout().write_all(text.as_bytes()).is_err() {
-            return ExitCode::SUCCESS;
-        }
+        printer.print(text(&plan, &batch, &columns, &rows, earlier, wall_s));
     }
     if is_interrupted && let Some(path) = &arguments.csv {
         report::note(&format!("interrupted; the same command goes on where {} ends", path.display()));
     }
-    if rows.iter().all(|row| row.outcome.is_valid()) { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+    let all_valid = rows.iter().all(|row| row.outcome.is_valid());
+    let status = printer.finish(if all_valid { ExitCode::SUCCESS } else { ExitCode::FAILURE });
+    if is_interrupted { interrupt.finish(status) } else { status }
 }
 
 impl Plan {
     /// What the arguments ask for: every combination of the settings, the last one changing fastest.
-    fn of(arguments: &BatchArguments) -> Result<Self, String> {
+    fn of(program: Program, arguments: &BatchArguments) -> Result<Self, String> {
         check_settings(arguments)?;
         let mut combinations: Vec<Vec<Setting>> = vec![Vec::new()];
         for sweep in &arguments.set {
@@ -134,7 +141,7 @@ impl Plan {
                 })
                 .collect();
         }
-        let pairs = if arguments.pairs.is_empty() { None } else { Some(pairs(arguments)?) };
+        let pairs = if arguments.pairs.is_empty() { None } else { Some(pairs(program, arguments)?) };
         Ok(Self { combinations, pairs })
     }
 
@@ -153,7 +160,11 @@ impl Plan {
     ///
     /// # Errors
     /// The exit status of what is wrong, which is said already.
-    fn variants(&self, arguments: &BatchArguments) -> Result<(Vec<Scenario>, VariantColumns), ExitCode> {
+    fn variants(
+        &self,
+        program: Program,
+        arguments: &BatchArguments,
+    ) -> Result<(Vec<Scenario>, VariantColumns), ExitCode> {
         let scenario_error = |error: ScenarioError| report::scenario_error(&error);
         let swept: Vec<usize> = (0..arguments.set.len()).filter(|&index| arguments.set[index].len() > 1).collect();
         let mut names: Vec<String> =
@@ -168,7 +179,7 @@ impl Plan {
             let message = format!("--pairs: {scenario} lists its robots; expected a scenario that lines up `teams`");
             return Err(report::usage_error(&message));
         }
-        let mut app = simulator();
+        let mut app = program.simulator();
         for settings in &self.combinations {
             for pairing in self.pairings() {
                 let teams = match (&self.pairs, pairing) {
@@ -209,8 +220,8 @@ fn check_settings(arguments: &BatchArguments) -> Result<(), String> {
 }
 
 /// The teams that play each other: two at least, each once.
-fn pairs(arguments: &BatchArguments) -> Result<Pairs, String> {
-    let app = simulator();
+fn pairs(program: Program, arguments: &BatchArguments) -> Result<Pairs, String> {
+    let app = program.simulator();
     let registry = app.world().resource::<BehaviourRegistry>();
     let known: Vec<&str> = registry.teams().map(|(name, _)| name).collect();
     let teams = match arguments.pairs.as_slice() {
@@ -233,20 +244,6 @@ fn pairs(arguments: &BatchArguments) -> Result<Pairs, String> {
         );
     }
     Ok(Pairs::of(teams))
-}
-
-/// A flag that the first interrupt sets: matches under way are finished. The second one ends the program at once.
-fn stop_on_interrupt() -> Result<Arc<AtomicBool>, String> {
-    let stop = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&stop);
-    ctrlc::set_handler(move || {
-        if flag.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-        report::note("finishing the matches under way; interrupt again to leave them");
-    })
-    .map_err(|error| format!("cannot watch for interrupts: {error}"))?;
-    Ok(stop)
 }
 
 /// A match that panics is reported as one, without the story of its stack.

@@ -1,7 +1,33 @@
-//! The command line: one file a command.
+//! The command line: one file a command. A program of one's own has all of it with [`run`]:
+//!
+//! ```no_run
+//! use bevy::prelude::*;
+//! use naoisis::prelude::*;
+//! use std::process::ExitCode;
+//!
+//! #[derive(Component, Default)]
+//! struct Rusher;
+//!
+//! fn rush(mut robots: Query<(&Percepts, &mut WalkCommand), With<Rusher>>) {
+//!     for (percepts, mut walk) in &mut robots {
+//!         walk.dx = if percepts.ball.is_some() { 0.005 } else { 0.0 };
+//!     }
+//! }
+//!
+//! fn main() -> ExitCode {
+//!     naoisis::cli::run(|app| {
+//!         app.add_behaviour::<Rusher, _>("rusher", rush);
+//!         app.add_team("rushers", "Everybody rushes.", |_, _| "rusher");
+//!     })
+//! }
+//! ```
+//!
+//! `my_team batch match3v3 --matches 100 --pairs rushers,roles` plays it on all cores then, `my_team` alone opens the window,
+//! `my_team list teams` knows the team, and so does `my_team check`.
 
-use bevy::app::App;
+use bevy::app::{App, Plugins};
 use clap::{Parser, Subcommand};
+use std::io;
 use std::process::ExitCode;
 
 use crate::behaviour::BehaviourRegistry;
@@ -11,6 +37,7 @@ mod batch;
 mod begin;
 mod check;
 mod figures;
+mod interrupt;
 mod list;
 mod outputs;
 mod pictures;
@@ -18,6 +45,7 @@ mod play;
 mod replay;
 mod report;
 mod run;
+mod terminal;
 mod vision;
 mod window;
 
@@ -49,31 +77,74 @@ enum Command {
     Vision(vision::VisionArguments),
 }
 
-/// Parses the command line and carries it out.
-pub fn main() -> ExitCode {
-    match CommandLine::parse().command {
-        Some(Command::Play(arguments)) => play::play(&arguments),
-        Some(Command::Run(arguments)) => run::run(&arguments),
-        Some(Command::Replay(arguments)) => replay::replay(&arguments),
-        Some(Command::Batch(arguments)) => batch::batch(&arguments),
+/// Parses the command line and carries it out: the whole of a `main`. `extend` adds behaviours, teams, sensors and plugins
+/// to the app of every match, after the [`NaoisisPlugins`]: to that of the window, and to one a match and thread of a batch.
+///
+/// # Panics
+/// When `extend` does, such as for a behaviour that the barrier refuses.
+pub fn run(extend: impl Fn(&mut App) + Sync) -> ExitCode {
+    let program = Program { extend: &extend };
+    let command_line = match CommandLine::try_parse() {
+        Ok(command_line) => command_line,
+        Err(error) => return said_by_clap(&error),
+    };
+    match command_line.command {
+        Some(Command::Play(arguments)) => play::play(program, &arguments),
+        Some(Command::Run(arguments)) => run::run(program, &arguments),
+        Some(Command::Replay(arguments)) => replay::replay(program, &arguments),
+        Some(Command::Batch(arguments)) => batch::batch(program, &arguments),
         Some(Command::Check(arguments)) => {
-            let mut app = simulator();
+            let mut app = program.simulator();
             check::check(&arguments, |scenario| app.start_match(scenario).map(|_| ()))
         }
         Some(Command::Figures(arguments)) => figures::figures(&arguments),
         Some(Command::List(arguments)) => {
-            let app = simulator();
+            let app = program.simulator();
             let teams = app.world().resource::<BehaviourRegistry>().teams();
             list::list(&arguments, teams.map(|(name, team)| (name.to_owned(), team.description.clone())))
         }
         Some(Command::Vision(arguments)) => vision::vision(&arguments),
-        None => play::play(&play::PlayArguments::default()),
+        None => play::play(program, &play::PlayArguments::default()),
     }
 }
 
-/// A simulator without a match, with all built-in behaviours and teams.
-fn simulator() -> App {
-    let mut app = App::new();
-    app.add_plugins(NaoisisPlugins);
-    app
+/// Prints what is wrong with the command line, or what was asked of it: help, or the version.
+fn said_by_clap(error: &clap::Error) -> ExitCode {
+    let status = ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(1));
+    match error.print() {
+        Err(problem) if !error.use_stderr() && problem.kind() != io::ErrorKind::BrokenPipe => {
+            report::failure(&format!("cannot write to standard output: {problem}"))
+        }
+        _ => status,
+    }
+}
+
+/// The program that the commands are part of: what it adds to each of its matches.
+#[derive(Clone, Copy)]
+struct Program<'a> {
+    extend: &'a (dyn Fn(&mut App) + Sync),
+}
+
+impl Program<'_> {
+    /// A simulator without a match, with all behaviours and teams that there are.
+    fn simulator(self) -> App {
+        self.simulator_with(())
+    }
+
+    /// A simulator with more plugins.
+    fn simulator_with<M>(self, plugins: impl Plugins<M>) -> App {
+        let mut app = App::new();
+        app.add_plugins(plugins);
+        self.add_to(&mut app);
+        // Nothing runs this app, which would do so.
+        app.finish();
+        app.cleanup();
+        app
+    }
+
+    /// Adds the simulation, and the program's own.
+    fn add_to(self, app: &mut App) {
+        app.add_plugins(NaoisisPlugins);
+        (self.extend)(app);
+    }
 }

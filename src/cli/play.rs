@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use super::pictures::PictureArguments;
-use super::report;
-use super::run::{RunArguments, run_scenario};
+use super::run::{RunArguments, length_s, run_scenario};
 use super::window::WindowArguments;
+use super::{Program, report};
 use crate::behaviour::BehaviourRegistry;
 use crate::scenario::{ScenarioError, ScenarioFile, TeamsSpec};
 
@@ -32,13 +32,16 @@ pub struct PlayArguments {
     /// Record what the window shows from the start, as PNG files in this new or empty folder; without a display, the field
     #[arg(long, value_name = "DIR")]
     pub record: Option<PathBuf>,
+    /// Write in place of frames that are there already
+    #[arg(long)]
+    pub force: bool,
     /// The window.
     #[command(flatten)]
     pub window: WindowArguments,
 }
 
-/// Runs the command. Without a display the match is run headless.
-pub fn play(arguments: &PlayArguments) -> ExitCode {
+/// Runs the command. Without a display the match is run headless, which is said: a script does not wait for an answer.
+pub fn play(program: Program, arguments: &PlayArguments) -> ExitCode {
     let (name, mut file) = match find(arguments) {
         Ok(found) => found,
         Err(error) => return report::scenario_error(&error),
@@ -46,18 +49,25 @@ pub fn play(arguments: &PlayArguments) -> ExitCode {
     if let Some(seed) = arguments.seed {
         file.scenario.seed = seed;
     }
-    if let Err(message) = choose_teams(&mut file, arguments) {
+    if let Err(message) = choose_teams(program, &mut file, arguments) {
         return report::usage_error(&message);
     }
     match display() {
         #[cfg(feature = "viewer")]
-        Ok(()) => watch(&name, &file, arguments),
+        Ok(()) => watch(program, &name, &file, arguments),
         #[cfg(not(feature = "viewer"))]
         Ok(()) => ExitCode::SUCCESS,
         Err(reason) => {
-            report::note(&format!("{reason}: running the match headless"));
+            let length_s = length_s(&file.scenario);
+            report::note(&format!(
+                "{reason}: running the match headless, {length_s:.0} s of it, as fast as it goes; Ctrl-C ends it"
+            ));
             let pictures = PictureArguments { frames: arguments.record.clone(), ..PictureArguments::default() };
-            run_scenario(&file, &RunArguments { scenario: name, pictures, ..RunArguments::default() })
+            run_scenario(
+                program,
+                &file,
+                &RunArguments { scenario: name, pictures, force: arguments.force, ..RunArguments::default() },
+            )
         }
     }
 }
@@ -78,9 +88,9 @@ fn find(arguments: &PlayArguments) -> Result<(String, ScenarioFile), ScenarioErr
 }
 
 /// Puts the teams of the command line into the scenario.
-fn choose_teams(file: &mut ScenarioFile, arguments: &PlayArguments) -> Result<(), String> {
+fn choose_teams(program: Program, file: &mut ScenarioFile, arguments: &PlayArguments) -> Result<(), String> {
     let chosen = [("--blue", &arguments.blue), ("--pink", &arguments.pink)];
-    let app = super::simulator();
+    let app = program.simulator();
     let registry = app.world().resource::<BehaviourRegistry>();
     for (option, team) in chosen {
         let Some(team) = team else { continue };
@@ -132,15 +142,17 @@ pub(super) fn display() -> Result<(), &'static str> {
 }
 
 #[cfg(feature = "viewer")]
-fn watch(name: &str, file: &ScenarioFile, arguments: &PlayArguments) -> ExitCode {
+fn watch(program: Program, name: &str, file: &ScenarioFile, arguments: &PlayArguments) -> ExitCode {
+    use super::pictures::or_force;
     use super::window;
     use crate::record::film::Film;
+    use crate::record::frames::remove_frames;
     use crate::simulation::MatchApp;
     use crate::viewer::film::Filming;
     use crate::viewer::match_panel::ScenarioSource;
     use crate::viewer::memory::ViewerMemory;
 
-    let mut app = match window::open(&arguments.window) {
+    let mut app = match window::open(program, &arguments.window) {
         Ok(app) => app,
         Err(message) => return report::usage_error(&message),
     };
@@ -155,9 +167,10 @@ fn watch(name: &str, file: &ScenarioFile, arguments: &PlayArguments) -> ExitCode
     let name = path.ok().and_then(|path| path.to_str().map(str::to_owned)).unwrap_or_else(|| name.to_owned());
     app.world_mut().resource_mut::<ViewerMemory>().note_scenario(&name);
     if let Some(folder) = &arguments.record {
-        match Film::create_frames(folder) {
+        let cleared = if arguments.force { remove_frames(folder) } else { Ok(()) };
+        match cleared.and_then(|()| Film::create_frames(folder)) {
             Ok(film) => app.world_mut().resource_mut::<Filming>().begin(film, 0.0),
-            Err(error) => return report::usage_error(&format!("--record: {error}")),
+            Err(error) => return report::usage_error(&format!("--record: {error}{}", or_force(&error))),
         }
     }
     window::show(app)
@@ -170,7 +183,7 @@ mod tests {
     fn chosen(scenario: &str, blue: Option<&str>) -> Result<ScenarioFile, String> {
         let mut file = ScenarioFile::named(scenario).map_err(|error| error.to_string())?;
         let arguments = PlayArguments { blue: blue.map(str::to_owned), ..PlayArguments::default() };
-        choose_teams(&mut file, &arguments).map(|()| file)
+        choose_teams(Program { extend: &|_| {} }, &mut file, &arguments).map(|()| file)
     }
 
     #[test]

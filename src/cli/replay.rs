@@ -2,13 +2,13 @@
 
 use clap::Args;
 use std::fmt::Write as _;
-use std::io::{self, Write as _};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use super::play::display;
-use super::report;
+use super::terminal::Printer;
 use super::window::WindowArguments;
+use super::{Program, report};
 use crate::record::history::{MarkKind, ReadTrace};
 use crate::record::read::Ending;
 use crate::record::trace::EndReason;
@@ -27,7 +27,8 @@ pub struct ReplayArguments {
 const BROKEN_OFF: &str = "the trace is broken off: what it has until there is shown";
 
 /// Runs the command. Without a display the trace is read, and summed up.
-pub fn replay(arguments: &ReplayArguments) -> ExitCode {
+#[cfg_attr(not(feature = "viewer"), expect(unused_variables, reason = "only a window has the program's own in it"))]
+pub fn replay(program: Program, arguments: &ReplayArguments) -> ExitCode {
     let trace = match ReadTrace::open(&arguments.trace) {
         Ok(trace) => trace,
         Err(error) => return report::usage_error(&error.to_string()),
@@ -41,25 +42,25 @@ pub fn replay(arguments: &ReplayArguments) -> ExitCode {
     }
     match display() {
         #[cfg(feature = "viewer")]
-        Ok(()) => watch(arguments, trace),
+        Ok(()) => watch(program, arguments, trace),
         #[cfg(not(feature = "viewer"))]
         Ok(()) => ExitCode::SUCCESS,
         Err(reason) => {
             report::note(&format!("{reason}: the trace is only summed up"));
-            // Whoever closed standard output does not want to know.
-            let _ = io::stdout().write_all(summary(&trace).as_bytes());
-            ExitCode::SUCCESS
+            let mut printer = Printer::default();
+            printer.print(summary(&trace));
+            printer.finish(ExitCode::SUCCESS)
         }
     }
 }
 
 #[cfg(feature = "viewer")]
-fn watch(arguments: &ReplayArguments, trace: ReadTrace) -> ExitCode {
+fn watch(program: Program, arguments: &ReplayArguments, trace: ReadTrace) -> ExitCode {
     use super::window;
     use crate::viewer::hands::Notice;
     use crate::viewer::timeline;
 
-    let mut app = match window::open(&arguments.window) {
+    let mut app = match window::open(program, &arguments.window) {
         Ok(app) => app,
         Err(message) => return report::usage_error(&message),
     };

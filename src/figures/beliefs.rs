@@ -124,7 +124,7 @@ fn missing(missing: &'static str) -> FigureError {
 
 /// A stage from above.
 fn draw_stage(canvas: &mut Canvas, at: Vec2, moment: &Moment, earlier: Option<&Moment>, is_first: bool) {
-    let plan = Plan::new(at, Vec2::new(452.0, 400.0), Vec2::new(0.18, 0.0), 213.0, false);
+    let plan = Plan::new(at, Vec2::new(452.0, 400.0), Vec2::new(-0.1, 0.0), 170.0, false);
     let mut picture = Canvas::scaled(plan.axes.size, canvas.scale(), PAPER);
     let inner = Plan { axes: Axes { at: Vec2::ZERO, ..plan.axes }, ..plan };
     inner.picture(&mut picture, &moment.scene);

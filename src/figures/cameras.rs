@@ -50,7 +50,7 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
     let mut canvas = Canvas::scaled(SIZE, scale, PAPER);
     let origin = Vec2::new(30.0, 56.0);
     caption(&mut canvas, "a", "The scene: the blue robot is on the halfway line", origin - Vec2::Y * 18.0);
-    let scene_view = view_from(Vec3::new(0.75, -3.9, 2.0), Vec3::new(1.12, -0.2, 0.05), 0.42, SCENE, scale);
+    let scene_view = view_from(Vec3::new(0.6, -5.6, 2.9), Vec3::new(1.35, -0.35, 0.05), 0.42, SCENE, scale);
     canvas.pixels(&stage::draw(stage.scene(), &scene_view), origin);
 
     for (index, letter) in ('b'..='i').enumerate() {

@@ -105,21 +105,18 @@ fn on_picture(view: &View, places: &[Vec2], scale: f32) -> Vec<Vec2> {
 /// From above: the ball every tenth of a second, and the directions in which it comes and leaves.
 fn draw_plan(canvas: &mut Canvas, moments: &[Moment], hit: usize, base: [Vec2; 4]) {
     let at = Vec2::new(110.0, 650.0);
-    let plan = Plan::new(at, Vec2::new(680.0, 400.0), Vec2::new(-0.1, 0.02), 350.0, false);
+    let plan = Plan::new(at, Vec2::new(680.0, 400.0), Vec2::new(-0.1, 0.03), 320.0, false);
     plan.picture(canvas, &moments[hit].scene);
     // The ball bounces off the bounds of the robot's base.
     let corners = base.map(|corner| plan.place(corner));
     canvas.dashes(&[corners[0], corners[1], corners[2], corners[3], corners[0]], PAPER, 2.0);
-    let is_inside = |place: &Vec2| place.cmpgt(at).all() && place.cmplt(at + plan.axes.size).all();
+    let radius = 0.03 * plan.points_per_metre() * 0.7;
+    let edge = Vec2::splat(radius + 2.0);
+    let is_inside = |place: &Vec2| place.cmpgt(at + edge).all() && place.cmplt(at + plan.axes.size - edge).all();
     for (index, moment) in moments.iter().enumerate().step_by(3) {
         let place = plan.place(moment.ball);
         if is_inside(&place) {
-            bright_dot(
-                canvas,
-                place,
-                0.03 * plan.points_per_metre() * 0.7,
-                if index < hit { ORANGE } else { SKY_BLUE },
-            );
+            bright_dot(canvas, place, radius, if index < hit { ORANGE } else { SKY_BLUE });
         }
     }
     let [arriving, leaving] = [moments[hit - 1].velocity, moments[hit].velocity];

@@ -6,6 +6,7 @@ use super::FigureError;
 use super::axes::Plan;
 use super::marks::{YELLOW, bright_arrow, bright_words, measure};
 use super::stage::Stage;
+use crate::ball::BallPhysics;
 use crate::record::canvas::{Anchor, Canvas, INK, PAPER};
 use crate::sensing::camera::image::Image;
 
@@ -14,7 +15,7 @@ const POINTS_PER_METRE: f32 = 196.0;
 
 /// Draws it.
 pub fn draw(scale: f32) -> Result<Image, FigureError> {
-    let stage = Stage::begin(r#"{ "rules": "free", "ball": null }"#)?;
+    let stage = Stage::begin(r#"{ "rules": "free", "ball": { "position_m": [0.95, 0.95] } }"#)?;
     let pitch = &stage.scene().pitch;
     let carpet = pitch.carpet_half_extents();
     let mut canvas = Canvas::scaled(SIZE, scale, PAPER);
@@ -60,13 +61,16 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
 
     // The pitch frame.
     for (axis, name) in [(Vec2::X, "x"), (Vec2::Y, "y")] {
-        let [from, to] = [plan.place(Vec2::ZERO), plan.place(0.42 * axis)];
+        // The mark in its origin stays to be seen.
+        let [from, to] = [plan.place(0.09 * axis), plan.place(0.42 * axis)];
         bright_arrow(&mut canvas, [from, to], YELLOW, 3.0);
         bright_words(&mut canvas, name, plan.place(0.42 * axis + Vec2::new(0.08, 0.04)), 22.0, Anchor::Middle);
     }
     let name = |canvas: &mut Canvas, place: Vec2, words: &str| {
         bright_words(canvas, words, plan.place(place), 19.0, Anchor::Middle);
     };
+    let ball = format!("ball, {:.0} cm", 200.0 * BallPhysics::default().radius_m);
+    name(&mut canvas, stage.ball() + Vec2::new(0.0, 0.1), &ball);
     name(&mut canvas, negative_cross + Vec2::new(0.0, 0.13), "penalty mark");
     name(&mut canvas, positive_cross + Vec2::new(0.0, 0.13), "penalty mark");
     name(&mut canvas, Vec2::new(-x - 0.26, -goal.width_m / 2.0 - 0.2), "blue goal");

@@ -17,8 +17,8 @@ const SIZE: Vec2 = Vec2::new(1600.0, 800.0);
 const PANEL: Vec2 = Vec2::new(300.0, 620.0);
 /// How much of the world is in a panel's height, m: from a little below the ground.
 const HEIGHT_M: [f32; 2] = [-0.02, 0.62];
-/// How far away the eye is, m: so far that the robots' proportions are those of a drawing.
-const EYE_M: f32 = 5.0;
+/// How far away the eye is, m: so far that what is nearer looks no larger, and the axes hold for all of the robot.
+const EYE_M: f32 = 60.0;
 /// Samples to a side of a pixel, from which the edges of what is cut out are made smooth.
 const SAMPLES: u32 = 4;
 

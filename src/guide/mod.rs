@@ -14,6 +14,7 @@
 //! | example | shows |
 //! |---|---|
 //! | `first_behaviour` | a robot that looks for the ball and kicks it |
+//! | `own_program` | a whole naoisis with a team of one's own: window, batches, replays and all other commands |
 //! | `headless_test` | a test of a behaviour on `MinimalPlugins` |
 //! | `belief_fusion` | what a camera, a sonar and team-mates know together |
 //! | `keeper_intercepts` | what the ball's velocity is worth to a keeper |

@@ -18,7 +18,7 @@ pub struct Evidence {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ball_m: Option<Vec2>,
     /// The robots concerned.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub robots: Vec<RobotEvidence>,
     /// What was measured, and the limit.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -137,12 +137,8 @@ impl SensedScene {
             let gait = self.gaits.entry(robot.id).or_default();
             gait.kick = history.last_kick(robot.id, record.cycle).map(|kick| kick.struck(period_s));
             gait.follow(robot.pose, robot.velocity(), record.time_s);
-            SceneRobot {
-                posture: robot.posture,
-                head: robot.head(),
-                gait: *gait,
-                ..SceneRobot::standing(robot.id, robot.pose, BodyBounds::default())
-            }
+            let body = SceneRobot::standing(robot.id, robot.pose, BodyBounds::default()).in_posture(robot.posture);
+            SceneRobot { head: robot.head(), gait: *gait, ..body }
         }));
         self.scene.ball = record.ball.map(|ball| SceneBall {
             position: ball.position_m.truncate(),

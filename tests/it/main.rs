@@ -7,6 +7,7 @@ mod built_in_scenarios;
 mod collisions;
 mod commands;
 mod determinism;
+mod exit_status;
 mod figures;
 mod golden;
 mod images;
@@ -14,6 +15,8 @@ mod interventions;
 mod kicks;
 mod localisation;
 mod matches;
+mod outputs;
+mod own_program;
 mod pairs;
 mod referee_properties;
 #[cfg(feature = "gpu")]
@@ -26,5 +29,6 @@ mod situation;
 mod snapshot;
 mod support;
 mod teams;
+mod traces;
 #[cfg(feature = "viewer")]
 mod watched;

@@ -167,8 +167,8 @@ fn a_robot_does_not_see_itself() {
 fn a_robot_that_lies_down_is_flat() {
     let mut scene = scene();
     scene.robots.truncate(1);
-    scene.robots[0].pose = Pose::new(1.0, 0.0, 0.0);
-    scene.robots[0].posture = Posture::Fallen { cycles: 3 };
+    let standing = SceneRobot::standing(scene.robots[0].id, Pose::new(1.0, 0.0, 0.0), BodyBounds::default());
+    scene.robots[0] = standing.in_posture(Posture::Fallen { cycles: 3 });
     let (image, view) = (draw(&scene, &view(), RobotDesign::Nao), view());
     let highest = image.labels.iter().position(|&label| label == Label::BlueRobot as u8).unwrap() / 160;
     let top = view.project(Vec3::new(1.0, 0.0, 0.25)).unwrap();
