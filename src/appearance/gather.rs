@@ -6,13 +6,13 @@ use bevy::prelude::*;
 use super::gait::Gait;
 use super::scene::{Scene, SceneBall, ScenePost, SceneRobot};
 use crate::ball::{Ball, BallPhysics};
+use crate::game::Penalty;
 use crate::geometry::Pose;
 use crate::pitch::{Pitch, Post};
-use crate::referee::Penalty;
-use crate::robot::RobotId;
 use crate::robot::body::BodyBounds;
 use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
+use crate::team::RobotId;
 
 /// What a system needs to gather the [`Scene`] of the match.
 #[derive(SystemParam)]

@@ -8,12 +8,13 @@ use serde::{Deserialize, Serialize};
 use super::gait::Gait;
 use super::posing::{Limb, about_x, about_y, world_from_standing};
 use crate::geometry::{Pose, unit};
+use crate::kick_geometry::Side;
 use crate::knowledge::Knowledge;
 use crate::pitch::{Markings, Pitch, Post};
-use crate::robot::RobotId;
 use crate::robot::body::BodyBounds;
 use crate::robot::head::HeadAngles;
-use crate::robot::posture::{Posture, Side};
+use crate::robot::posture::Posture;
+use crate::team::RobotId;
 
 /// What there is on the pitch at one instant, pitch frame. As a resource, it is what there is to sense in this cycle.
 #[derive(Resource, Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]

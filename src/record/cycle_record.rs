@@ -2,18 +2,21 @@
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::collections::BTreeMap;
 
 use crate::behaviour::drawings::Drawings;
 use crate::belief::Belief;
 use crate::communication::ReceivedMessage;
 use crate::events::MatchEvent;
+use crate::game::{GameState, PenaltyReason, Score};
 use crate::geometry::{Pose, file_units, to_radians};
-use crate::referee::{GameState, PenaltyReason, Score};
+use crate::robot::Velocity;
 use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
-use crate::robot::{RobotId, Velocity};
 use crate::sensing::sonar::SonarReading;
 use crate::sensing::vision::Percepts;
+use crate::team::RobotId;
 
 /// The world after a cycle, as a trace has it.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
@@ -67,6 +70,9 @@ pub struct RobotRecord {
     pub inbox: Vec<ReceivedMessage>,
     /// What it believed.
     pub belief: Option<Belief>,
+    /// What sensors of the program's own read, by name.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub sensors: BTreeMap<String, Value>,
     /// What its behaviour drew.
     #[serde(default, skip_serializing_if = "Drawings::is_empty")]
     pub drawings: Drawings,

@@ -9,17 +9,18 @@ use bevy::prelude::*;
 use crate::appearance::robot::RobotDesign;
 use crate::appearance::scene::Scene;
 use crate::appearance::view::View;
+use crate::camera_model::{CameraSide, CameraView};
 use crate::cycle::CycleClock;
 use crate::pitch::Pitch;
-use crate::robot::{RobotId, Roster};
+use crate::robot::Roster;
 #[cfg(feature = "gpu")]
 use crate::sensing::camera::gpu::GpuCameras;
 use crate::sensing::camera::image::{Image, Layers};
-use crate::sensing::camera::model::CameraView;
 use crate::sensing::camera::shot::Shot;
 use crate::sensing::camera::software::{Detail, PreparedScene, Renderer};
-use crate::sensing::camera::{CameraImages, CameraSettings, CameraSide};
+use crate::sensing::camera::{CameraImages, CameraSettings};
 use crate::sensing::vision::VisionSettings;
+use crate::team::RobotId;
 
 /// Faces around a cylinder in its pictures.
 const SEGMENTS: usize = 20;

@@ -7,17 +7,18 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::kick::{KickPhase, KickSystems};
+use super::Roster;
+use super::kick::KickPhase;
 use super::posture::Posture;
-use super::{RobotId, Roster};
-use crate::cycle::{Cycle, CycleClock, CycleSystems};
+use crate::cycle::{ActSystems, Cycle, CycleClock, CycleSystems};
 use crate::events::{CommandKind, CycleEvents, MatchEvent, Refusal};
+use crate::game::{Game, GameState, Penalty};
 use crate::geometry::{Pose, file_units, wrap_angle};
 use crate::knowledge::Knowledge;
 use crate::random::{RandomStream, RandomStreams};
-use crate::referee::{Game, GameState, Penalty};
+use crate::team::RobotId;
 
-/// Takes over walk commands in [`CycleSystems::Act`] and walks in [`CycleSystems::Move`].
+/// Takes over walk commands in [`ActSystems::Walk`] and walks in [`CycleSystems::Move`].
 pub struct MotionPlugin;
 
 impl Plugin for MotionPlugin {
@@ -25,14 +26,10 @@ impl Plugin for MotionPlugin {
         app.register_type::<WalkCommand>()
             .register_type::<ExecutedStep>()
             .register_type::<MotionLimits>()
-            .add_systems(Cycle, take_walk_commands.in_set(CycleSystems::Act).after(KickSystems::TakeCommands))
+            .add_systems(Cycle, take_walk_commands.in_set(ActSystems::Walk))
             .add_systems(Cycle, walk.in_set(CycleSystems::Move));
     }
 }
-
-/// A displacement larger than this in metres or radians is refused as an error of the behaviour, where a merely
-/// ambitious one is scaled down.
-pub const LARGEST_COMMAND: f32 = 1000.0;
 
 /// The displacement wanted in this cycle. Null again after every cycle.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
@@ -50,6 +47,28 @@ impl WalkCommand {
     /// A command of these displacements: metres, metres and radians.
     pub const fn new(dx: f32, dy: f32, dtheta: f32) -> Self {
         Self { dx, dy, dtheta }
+    }
+
+    /// The displacement of one cycle at these velocities: forward and to the left, m/s, and counter-clockwise, rad/s. The same
+    /// walk however long the cycles are.
+    ///
+    /// ```
+    /// use bevy::prelude::*;
+    /// use naoisis::prelude::*;
+    ///
+    /// #[derive(Component, Default)]
+    /// struct Circler;
+    ///
+    /// fn circle(clock: Res<CycleClock>, mut robots: Query<&mut WalkCommand, With<Circler>>) {
+    ///     for mut walk in &mut robots {
+    ///         // Around a circle with a radius of 1 m.
+    ///         *walk = WalkCommand::at_velocity(0.15, 0.0, 0.15, &clock);
+    ///     }
+    /// }
+    /// ```
+    pub fn at_velocity(forward_mps: f32, left_mps: f32, turn_radps: f32, clock: &CycleClock) -> Self {
+        let period = clock.period();
+        Self::new(forward_mps * period, left_mps * period, turn_radps * period)
     }
 
     /// Whether it asks for no motion at all.
@@ -125,7 +144,7 @@ fn take_walk_commands(
             continue;
         };
         let wanted = core::mem::take(&mut *command);
-        let wanted = match refusal([wanted.dx, wanted.dy, wanted.dtheta]) {
+        let wanted = match Refusal::of_numbers([wanted.dx, wanted.dy, wanted.dtheta]) {
             None => wanted,
             Some(reason) => {
                 events.push(MatchEvent::CommandRefused { robot: *id, command: CommandKind::Walk, reason });
@@ -146,17 +165,6 @@ fn walk(mut robots: Query<(&ExecutedStep, &mut Pose)>) {
         if !step.0.is_null() {
             *pose = after_step(*pose, step.0);
         }
-    }
-}
-
-/// Why numbers in a command are refused, if they are.
-pub fn refusal<const COUNT: usize>(numbers: [f32; COUNT]) -> Option<Refusal> {
-    if numbers.iter().any(|number| !number.is_finite()) {
-        Some(Refusal::NotFinite)
-    } else if numbers.iter().any(|number| number.abs() > LARGEST_COMMAND) {
-        Some(Refusal::TooLarge)
-    } else {
-        None
     }
 }
 
@@ -202,6 +210,23 @@ mod tests {
     fn a_command_within_the_limits_is_carried_out_exactly() {
         let command = WalkCommand::new(0.004, -0.003, 0.05);
         assert_eq!(exact_step(command), command);
+    }
+
+    #[test]
+    fn a_velocity_is_the_same_walk_however_long_the_cycles_are() {
+        for cycles_per_second in [10, 30, 83] {
+            let clock = CycleClock { period_s: 1.0 / f64::from(cycles_per_second), ..CycleClock::default() };
+            let limits = MotionLimits { max_linear_mps: 1.0, max_angular: 2.0, ..MotionLimits::default() };
+            let mut stream = RandomStream::for_match(1, "test");
+            let command = WalkCommand::at_velocity(0.5, 0.0, 0.5, &clock);
+            let mut pose = Pose::default();
+            for _ in 0..cycles_per_second {
+                pose = after_step(pose, executed_step(command, &limits, clock.period(), &mut stream));
+            }
+            // An arc of 0.5 rad with a radius of 1 m, but for the corners of its steps: half of a turn of 0.05 rad at most.
+            assert_abs_diff_eq!(pose.position, Vec2::new(0.5_f32.sin(), 1.0 - 0.5_f32.cos()), epsilon = 0.0125);
+            assert_abs_diff_eq!(pose.heading, 0.5, epsilon = 1e-5);
+        }
     }
 
     #[test]
@@ -256,13 +281,5 @@ mod tests {
             assert!(mean.abs() < 4.0 * sd / f64::from(count).sqrt());
             assert!((spread / sd - 1.0).abs() < 4.0 * 0.005);
         }
-    }
-
-    #[test]
-    fn what_is_no_number_is_refused_and_what_is_absurd_too() {
-        assert_eq!(refusal([0.0, f32::NAN]), Some(Refusal::NotFinite));
-        assert_eq!(refusal([0.0, f32::INFINITY]), Some(Refusal::NotFinite));
-        assert_eq!(refusal([0.0, -1e9]), Some(Refusal::TooLarge));
-        assert_eq!(refusal([0.0, 999.0]), None);
     }
 }

@@ -8,12 +8,12 @@ use super::load::Format;
 use super::read::read;
 use super::validate::ScenarioFault;
 use super::wording::{did_you_mean, one_of, quoted};
+use crate::game::Rules;
 use crate::pitch::Pitch;
-use crate::referee::Rules;
-use crate::robot::Team;
 use crate::sensing::odometry::OdometryNoise;
 use crate::sensing::preset::Preset as NoisePreset;
 use crate::sensing::vision::VisionNoise;
+use crate::team::Team;
 
 /// A named set of values, as a file in RON that is embedded in the program.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -78,7 +78,7 @@ pub fn resolve(root: &mut Map<String, Value>) -> Result<(), ScenarioFault> {
         }
     }
     fill_in_noises(root, &path)?;
-    let common: Vec<(&str, Value)> = ["motion", "sonar", "odometry", "head", "vision"]
+    let common: Vec<(&str, Value)> = ["motion", "sonar", "odometry", "head", "vision", "sensors"]
         .iter()
         .filter_map(|&field| Some((field, root.get(field)?.clone())))
         .collect();

@@ -3,7 +3,7 @@
 use bevy::prelude::*;
 
 use crate::appearance::gather::MatchScene;
-use crate::appearance::scene::Scene;
+pub use crate::appearance::scene::Scene;
 use crate::cycle::{Cycle, CycleSystems};
 use crate::pitch::Pitch;
 

@@ -21,11 +21,13 @@ use bevy::app::PluginGroupBuilder;
 use bevy::prelude::*;
 
 pub mod invariants;
+pub mod sensors;
 mod settings;
 mod situation;
 pub mod snapshot;
 mod spawn;
 
+pub use sensors::{SensorApp, SensorRegistry};
 pub use settings::change_settings;
 pub use situation::situation;
 pub use snapshot::{Snapshot, SnapshotError};
@@ -33,19 +35,21 @@ pub use spawn::{MatchEntity, resolved, start as start_match};
 
 use crate::ball::{BallPlugin, BallVelocity};
 use crate::behaviour::BehaviourPlugin;
-use crate::behaviour::teams::BuiltInTeamsPlugin;
 use crate::belief::SimpleBeliefPlugin;
 use crate::collision::CollisionPlugin;
 use crate::communication::CommunicationPlugin;
 use crate::cycle::{CycleClock, CyclePlugin, run_cycle};
-use crate::events::{CycleEvents, MatchEvent};
+use crate::events::{CycleEvents, EventsPlugin, MatchEvent};
+use crate::game::{Game, GameState};
 use crate::geometry::Pose;
 use crate::pitch::PitchPlugin;
 use crate::random::RandomStreams;
-use crate::referee::{Game, GameState, RefereePlugin};
-use crate::robot::{RobotId, RobotPlugin, Roster};
+use crate::referee::RefereePlugin;
+use crate::robot::{RobotPlugin, Roster};
 use crate::scenario::{Scenario, ScenarioFault};
 use crate::sensing::SensingPlugin;
+use crate::team::RobotId;
+use crate::teams::BuiltInTeamsPlugin;
 
 /// Everything that a headless match needs: no window, no renderer, no assets.
 pub struct NaoisisPlugins;
@@ -54,6 +58,7 @@ impl PluginGroup for NaoisisPlugins {
     fn build(self) -> PluginGroupBuilder {
         PluginGroupBuilder::start::<Self>()
             .add(CyclePlugin::default())
+            .add(EventsPlugin)
             .add(MatchPlugin)
             .add(PitchPlugin)
             .add(RobotPlugin)
@@ -74,7 +79,11 @@ struct MatchPlugin;
 
 impl Plugin for MatchPlugin {
     fn build(&self, app: &mut App) {
-        app.register_type::<MatchEntity>().register_type::<Scenario>().register_type::<RandomStreams>();
+        app.register_type::<MatchEntity>()
+            .register_type::<Scenario>()
+            .register_type::<RandomStreams>()
+            .register_type::<sensors::SensorRecord>()
+            .init_resource::<SensorRegistry>();
     }
 }
 

@@ -13,18 +13,19 @@ use crate::appearance::gait::Gait;
 use crate::appearance::gather::MatchScene;
 use crate::appearance::scene::{Scene, SceneBall, SceneRobot};
 use crate::appearance::view::View;
+use crate::camera_model::{CameraSide, CameraView};
 use crate::cycle::{Cycle, CycleClock};
 use crate::record::history::History;
 use crate::record::read::CycleRecord;
+use crate::robot::Roster;
 use crate::robot::body::BodyBounds;
-use crate::robot::{RobotId, Roster};
 use crate::scenario::Scenario;
 use crate::sensing::camera::image::{Image, Layers};
-use crate::sensing::camera::model::CameraView;
 use crate::sensing::camera::software::{Detail, PreparedScene, Renderer};
-use crate::sensing::camera::{CameraImages, CameraSettings, CameraSide};
+use crate::sensing::camera::{CameraImages, CameraSettings};
 use crate::sensing::jobs::{self, SensingThreads};
 use crate::sensing::scene::SensingSystems;
+use crate::team::RobotId;
 
 /// Draws what robots see, for people.
 pub struct EyesPlugin;
@@ -203,9 +204,9 @@ fn draw_watched(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::Team;
     use crate::robot::head::HeadAngles;
     use crate::simulation::{MatchApp, NaoisisPlugins};
+    use crate::team::Team;
 
     const BLUE: RobotId = RobotId::new(Team::Blue, 1);
 

@@ -10,11 +10,14 @@ use core::fmt::Display;
 use core::ops::RangeInclusive;
 
 use super::field_path::FieldPath;
-use super::types::{BehaviourSpec, RobotSpec, Scenario, ScriptEntry};
+use super::outline::Aim;
+use super::types::{BehaviourSpec, RobotSpec, Scenario};
+use crate::behaviour::script::ScriptEntry;
+use crate::game::{Intervention, TimedIntervention};
 use crate::geometry::to_degrees;
-use crate::referee::{Intervention, TimedIntervention};
 use crate::robot::motion::MotionLimits;
 use crate::sensing::camera::CameraRendering;
+use crate::sensing::camera::RenderingUnavailable;
 use crate::sensing::fidelity::Fidelity;
 use crate::sensing::vision::VisionSource;
 
@@ -30,12 +33,28 @@ pub struct ScenarioFault {
     pub message: String,
     /// What was expected instead.
     pub expected: String,
+    /// Which part of the field is at fault.
+    pub(super) aim: Aim,
+}
+
+impl From<RenderingUnavailable> for ScenarioFault {
+    fn from(error: RenderingUnavailable) -> Self {
+        let path = FieldPath::from("cameras").field("render");
+        let expected = "one (Mesa's lavapipe is one in software), or `software`, `off` or `auto`";
+        ScenarioFault::new(path, error.to_string(), expected)
+    }
 }
 
 impl ScenarioFault {
     /// Something wrong at `path`.
     pub fn new(path: FieldPath, message: impl Into<String>, expected: impl Into<String>) -> Self {
-        Self { path, related: None, message: message.into(), expected: expected.into() }
+        Self { path, related: None, message: message.into(), expected: expected.into(), aim: Aim::Value }
+    }
+
+    /// The fault of a field's name, rather than of its value.
+    #[must_use]
+    pub(crate) fn at_key(self) -> Self {
+        Self { aim: Aim::Key, ..self }
     }
 
     /// The fault with another field that has to do with it.

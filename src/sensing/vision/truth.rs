@@ -4,10 +4,10 @@ use bevy::prelude::*;
 
 use super::{BallPercept, GoalPostPercept, LandmarkKind, LandmarkPercept, Percepts, RobotPercept};
 use crate::appearance::scene::Scene;
+use crate::camera_model::{CameraIntrinsics, CameraSide, CameraView};
 use crate::geometry::Pose;
 use crate::robot::head::HeadAngles;
-use crate::sensing::camera::model::{CameraIntrinsics, CameraView};
-use crate::sensing::camera::{CameraSettings, CameraSide};
+use crate::sensing::camera::CameraSettings;
 
 /// Fills the percepts with everything, wherever the robot looks. The camera is the lower one if that has the thing in its
 /// image, otherwise the upper one; the pixel of what no camera sees is outside the image.

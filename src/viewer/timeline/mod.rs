@@ -12,13 +12,15 @@ use bevy::time::TimeSystems;
 mod bar;
 mod moment;
 
-use super::drive::{DisplayFraction, Playback, Speed};
 use super::event_log::EventLog;
+use super::shared::{DisplayFraction, Playback, TimelineCommand};
+use super::speed::Speed;
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
 use crate::record::history::{History, ReadTrace};
 use crate::record::trace::MatchLine;
 use crate::scenario::{BehaviourSpec, Scenario, ScenarioFault};
 use crate::simulation;
+use crate::simulation::sensors::ReadingsAreRecorded;
 pub use bar::TimelineBarPlugin;
 use moment::{Present, put_record};
 
@@ -31,6 +33,7 @@ pub struct TimelinePlugin;
 impl Plugin for TimelinePlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<History>()
+            .init_resource::<ReadingsAreRecorded>()
             .init_resource::<Timeline>()
             .add_message::<TimelineCommand>()
             .add_systems(Cycle, keep_cycle.in_set(CycleSystems::Record))
@@ -42,19 +45,6 @@ impl Plugin for TimelinePlugin {
 /// The system that lets the past go on.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct TimelineSystems;
-
-/// What the user wants to see.
-#[derive(Message, Clone, Copy, PartialEq, Debug)]
-pub enum TimelineCommand {
-    /// The end of this cycle; of one that is not there yet, the present.
-    GoTo(u64),
-    /// So many cycles later; earlier, if negative. The match stands then.
-    Step(i64),
-    /// So many seconds later; earlier, if negative.
-    Skip(f64),
-    /// The match as it is now; of a replay, its end.
-    Present,
-}
 
 /// Which moment of the match is shown.
 #[derive(Resource, Default, Debug)]

@@ -9,7 +9,7 @@ use crate::pitch::Pitch;
 use crate::robot::body::BodyBounds;
 use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
-use crate::robot::{RobotId, Team};
+use crate::team::{RobotId, Team};
 use bevy::math::{Vec2, Vec3};
 
 /// A scene with two robots, one in front of the other, and the ball.
