@@ -26,6 +26,7 @@ impl Plugin for GaitPlugin {
     fn build(&self, app: &mut App) {
         app.register_type::<Gait>()
             .init_resource::<Roster>()
+            .init_resource::<CycleEvents>()
             .add_systems(Cycle, (follow_robots, note_kicks).chain().in_set(CycleSystems::Record));
     }
 }
