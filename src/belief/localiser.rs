@@ -6,8 +6,9 @@ use serde::{Deserialize, Serialize};
 use super::landmarks::{Landmarks, Look, halfway_pose, waiting_pose};
 use super::localisation::{PoseEstimate, StepError};
 use super::method::Localisation;
-use super::own_pose::{KalmanFilter, OwnPose, PLACED_SD, RETURNED_SD};
+use super::own_pose::{OwnPose, PLACED_SD, RETURNED_SD};
 use super::particles::ParticleFilter;
+use crate::belief::method::KalmanFilter;
 use crate::geometry::Pose;
 use crate::team::RobotId;
 

@@ -1,4 +1,4 @@
-//! What scenarios name of the localisation: which filter does it.
+//! Which filter does the localisation: what scenarios name.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 /// How a robot localises itself.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Localisation {
     /// By an extended Kalman filter, quick and exact; a robot that has lost its way searches with particles.
     #[default]
@@ -15,4 +16,15 @@ pub enum Localisation {
     Unscented,
     /// By a particle filter: several ideas at a time, and some ten times as costly.
     Particles,
+}
+
+/// How a Kalman filter carries its estimate through steps and measurements.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum KalmanFilter {
+    /// By slopes at its mean.
+    #[default]
+    Extended,
+    /// By poses around its mean.
+    Unscented,
 }

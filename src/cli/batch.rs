@@ -43,7 +43,7 @@ pub struct BatchArguments {
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
     /// Stop each match after this many simulated seconds
-    #[arg(long, value_name = "S", value_parser = super::run::positive_seconds, allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", value_parser = super::run_arguments::positive_seconds, allow_negative_numbers = true)]
     pub duration: Option<f32>,
     /// Print nothing but errors
     #[arg(long)]

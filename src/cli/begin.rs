@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use super::report;
-use super::run::RunArguments;
+use super::run_arguments::RunArguments;
 use crate::cycle::CycleClock;
 use crate::scenario::{FieldPath, Format, Scenario, ScenarioFile};
 use crate::simulation::snapshot::EXTENSION;

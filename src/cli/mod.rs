@@ -45,7 +45,9 @@ mod play;
 mod replay;
 mod report;
 mod run;
+mod run_arguments;
 mod terminal;
+mod visible;
 mod vision;
 mod window;
 
@@ -62,7 +64,7 @@ enum Command {
     /// Watch a match in a window; the same as no command
     Play(play::PlayArguments),
     /// Run a match headless, as fast as it goes
-    Run(run::RunArguments),
+    Run(run_arguments::RunArguments),
     /// Watch a match that a trace was written of
     Replay(replay::ReplayArguments),
     /// Play many matches with different seeds, on all cores

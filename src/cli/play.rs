@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use super::pictures::PictureArguments;
-use super::run::{RunArguments, length_s, run_scenario};
+use super::run::{length_s, run_scenario};
+use super::run_arguments::RunArguments;
 use super::window::WindowArguments;
 use super::{Program, report};
 use crate::behaviour::BehaviourRegistry;

@@ -2,17 +2,16 @@
 
 use bevy::log::{Level, LogPlugin};
 use bevy::prelude::*;
-use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::collections::BTreeMap;
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
 
 use super::interrupt::Interrupt;
 use super::outputs::STANDARD_OUTPUT;
-use super::pictures::PictureArguments;
+use super::run_arguments::RunArguments;
 use super::terminal::Printer;
 use super::{Program, begin, outputs, report};
 use crate::communication::MessageStatistics;
@@ -23,84 +22,12 @@ use crate::record::album::Album;
 use crate::record::beliefs::BeliefRecorder;
 use crate::record::trace::{EndReason, TracePlugin, TraceRecorder, record_cycle};
 use crate::referee::report::{HEADER, report as match_report};
-use crate::scenario::{Scenario, ScenarioFile, Setting};
-use crate::sensing::camera::CameraRendering;
+use crate::scenario::{Scenario, ScenarioFile};
 use crate::simulation::{Snapshot, resolved};
 use crate::team::Team;
 
 /// Cycles between two looks at the progress bar: so few that it moves where pictures take their time.
 const CYCLES_PER_PROGRESS: u64 = 16;
-
-/// What `--cameras` may say.
-#[derive(ValueEnum, Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Cameras {
-    /// No images
-    Off,
-    /// On the processor
-    Software,
-    /// On a graphics card
-    Gpu,
-}
-
-impl From<Cameras> for CameraRendering {
-    fn from(cameras: Cameras) -> Self {
-        match cameras {
-            Cameras::Off => CameraRendering::Off,
-            Cameras::Software => CameraRendering::Software,
-            Cameras::Gpu => CameraRendering::Gpu,
-        }
-    }
-}
-
-/// Arguments of `naoisis run`.
-#[derive(Args, Debug, Clone, Default)]
-pub struct RunArguments {
-    /// A scenario file (.ron or .json), the name of a built-in scenario (see `naoisis list scenarios`), or a saved match
-    /// to go on with (.naoisis)
-    pub scenario: String,
-    /// Seed of all random numbers, instead of the scenario's
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
-    pub seed: Option<u64>,
-    /// Set a field of the scenario: messages.loss=0.2
-    #[arg(long, value_name = "PATH=VALUE")]
-    pub set: Vec<Setting>,
-    /// Stop after this many simulated seconds
-    #[arg(long, value_name = "S", value_parser = positive_seconds, allow_negative_numbers = true)]
-    pub duration: Option<f32>,
-    /// Whether, and by what, the robots' camera images are rendered, instead of the scenario's word
-    #[arg(long, value_enum, value_name = "off|software|gpu")]
-    pub cameras: Option<Cameras>,
-    /// Write a trace: a .jsonl file, .jsonl.zst for a compressed one, - for standard output
-    #[arg(long, value_name = "FILE")]
-    pub trace: Option<PathBuf>,
-    /// Write what the robots believe against what is true: a .csv file, and a summary at the end
-    #[arg(long, value_name = "FILE")]
-    pub beliefs: Option<PathBuf>,
-    #[command(flatten)]
-    pub pictures: PictureArguments,
-    /// Save the match (.naoisis), to go on with it later
-    #[arg(long, value_name = "FILE")]
-    pub save: Option<PathBuf>,
-    /// Save it at this time, rather than at the end
-    #[arg(long, value_name = "S", value_parser = positive_seconds, allow_negative_numbers = true, requires = "save")]
-    pub save_at: Option<f32>,
-    /// Write over files that are there already, and in place of earlier frames
-    #[arg(long)]
-    pub force: bool,
-    /// Print the match report: every decision of the referee, and why
-    #[arg(long)]
-    pub explain: bool,
-    /// Print nothing but errors
-    #[arg(long)]
-    pub quiet: bool,
-}
-
-pub(super) fn positive_seconds(word: &str) -> Result<f32, String> {
-    match word.parse::<f32>() {
-        Ok(seconds) if seconds.is_finite() && seconds > 0.0 => Ok(seconds),
-        _ => Err("expected a positive number of seconds".to_owned()),
-    }
-}
 
 /// Runs the command.
 pub fn run(program: Program, arguments: &RunArguments) -> ExitCode {
@@ -121,14 +48,14 @@ fn run_match(
     let filter = "warn,wgpu_hal::vulkan::instance=off".to_owned();
     let log = LogPlugin { level: Level::WARN, filter, ..default() };
     let mut app = program.simulator_with((log, TracePlugin));
-    if let Err(message) = outputs::check(arguments) {
+    if let Err(message) = arguments.check_outputs() {
         return report::usage_error(&message);
     }
     if let Err(status) = begin(&mut app) {
         return status;
     }
     let scenario = app.world().resource::<Scenario>().clone();
-    if let Err(message) = outputs::check_time_of_saving(app.world(), &scenario, arguments) {
+    if let Err(message) = arguments.check_time_of_saving(app.world(), &scenario) {
         return report::usage_error(&message);
     }
     let interrupt = match Interrupt::watch(|| {}) {

@@ -4,6 +4,7 @@ use bevy::prelude::*;
 
 use super::game_stuck::Remedy;
 use super::memory::RefereeMemory;
+use super::own_rules::OwnRules;
 use super::set_play;
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use super::{ball_holding, collision, fallen, game_stuck, illegal_defender, inactive, leaving_field, stalling};
@@ -27,7 +28,7 @@ pub struct Decisions {
 }
 
 /// Judges a cycle. `memory` is carried from cycle to cycle; `decisions` is only room to write in.
-pub fn decide(snapshot: &MatchSnapshot, memory: &mut RefereeMemory, decisions: &mut Decisions) {
+pub fn decide(snapshot: &MatchSnapshot, own_rules: &OwnRules, memory: &mut RefereeMemory, decisions: &mut Decisions) {
     memory.match_robots(snapshot.robots);
     memory.note_touches(snapshot);
     decisions.game.clone_from(snapshot.game);
@@ -38,7 +39,7 @@ pub fn decide(snapshot: &MatchSnapshot, memory: &mut RefereeMemory, decisions: &
     decisions.ball_velocity = Vec2::ZERO;
     decisions.game.state_cycles += 1;
     let seen = MatchSnapshot { last_touch: memory.last_touch, ..*snapshot };
-    let mut referee = Referee { seen: &seen, memory, decisions };
+    let mut referee = Referee { seen: &seen, own_rules, memory, decisions };
     match snapshot.game.state {
         GameState::Initial | GameState::Finished => {}
         GameState::Ready => referee.judge_ready(),
@@ -58,6 +59,7 @@ pub fn decide(snapshot: &MatchSnapshot, memory: &mut RefereeMemory, decisions: &
 pub(super) struct Referee<'a, 'b> {
     /// What was seen at the end of the cycle.
     pub(super) seen: &'a MatchSnapshot<'a>,
+    own_rules: &'a OwnRules,
     pub(super) memory: &'b mut RefereeMemory,
     pub(super) decisions: &'b mut Decisions,
 }
@@ -126,11 +128,14 @@ impl Referee<'_, '_> {
                 Some(set_play) => set_play::advance_encroachment(record.cycles_encroaching, set_play, self.seen, robot),
                 None => 0,
             };
+            self.own_rules.advance(&mut record.own_cycles, self.seen, robot);
         }
         for index in 0..self.decisions.robots.len() {
+            let robot = &self.seen.robots[index];
+            let own_rules = || self.own_rules.judge(&self.memory.robots[index].own_cycles, self.seen, robot);
             if self.decisions.robots[index].is_present()
-                && self.seen.robots[index].is_present()
-                && let Some((reason, evidence)) = self.judge_robot(index)
+                && robot.is_present()
+                && let Some((reason, evidence)) = self.judge_robot(index).or_else(own_rules)
             {
                 self.penalise(index, reason, evidence);
             }

@@ -62,6 +62,7 @@ mod intervention;
 pub mod kick_off_shot;
 pub mod leaving_field;
 pub mod memory;
+pub mod own_rules;
 mod penalise;
 pub mod placing;
 pub mod positions;
@@ -80,6 +81,7 @@ pub mod touch;
 
 pub use formation::formation;
 pub use memory::RefereeMemory;
+pub use own_rules::OwnRule;
 pub use positions::IllegalPosition;
 pub use status::{Announcement, GameStatus, SetPlayStatus};
 pub use touch::Touch;
@@ -87,7 +89,7 @@ pub use touch::Touch;
 use crate::cycle::{BeginCycle, Cycle, CycleClock, CycleSystems};
 use crate::game::{Game, Interventions, Penalty, Rules, TimedIntervention};
 use crate::random::RandomStream;
-use crate::robot::posture::FallSystems;
+use crate::robot::falls::FallSystems;
 use crate::team::RobotId;
 
 /// The referee, in [`CycleSystems::Officiate`], and the robots' [`GameStatus`], in [`CycleSystems::Sense`].
@@ -99,6 +101,7 @@ impl Plugin for RefereePlugin {
             .init_resource::<Rules>()
             .init_resource::<RefereeMemory>()
             .init_resource::<Interventions>()
+            .init_resource::<own_rules::OwnRules>()
             .register_type::<Interventions>()
             .register_type::<Game>()
             .register_type::<Rules>()
@@ -111,7 +114,7 @@ impl Plugin for RefereePlugin {
                 Cycle,
                 (
                     systems::begin_match.in_set(CycleSystems::First).after(BeginCycle),
-                    status::tell_status.in_set(CycleSystems::Sense),
+                    systems::tell_status.in_set(CycleSystems::Sense),
                     systems::officiate.in_set(CycleSystems::Officiate).after(FallSystems),
                 ),
             );

@@ -5,8 +5,9 @@ use bevy::prelude::*;
 use super::decide::{Decisions, decide};
 use super::kick_off_shot::KickOffPlay;
 use super::memory::RefereeMemory;
+use super::own_rules::OwnRules;
 use super::snapshot::{BallSnapshot, Disc, MatchSnapshot, RobotSnapshot};
-use super::status::Announcement;
+use super::status::{Announcement, GameStatus};
 use super::touch::touches_of_cycle;
 use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity};
 use crate::collision::Contacts;
@@ -66,6 +67,7 @@ pub(super) fn officiate(
     mut scratch: Local<Scratch>,
     clock: Res<CycleClock>,
     rules: Res<Rules>,
+    own_rules: Res<OwnRules>,
     pitch: Res<Pitch>,
     roster: Res<Roster>,
     contacts: Res<Contacts>,
@@ -133,7 +135,7 @@ pub(super) fn officiate(
         interventions: &interventions.queue,
         contacts: pairs,
     };
-    decide(&snapshot, &mut memory, decisions);
+    decide(&snapshot, &own_rules, &mut memory, decisions);
 
     if !interventions.queue.is_empty() {
         interventions.queue.clear();
@@ -167,5 +169,35 @@ pub(super) fn officiate(
             // Whoever is put down is put on its feet.
             *posture = Posture::Upright;
         }
+    }
+}
+
+/// Tells the robots the state of the game, as far as they may know it yet.
+pub(super) fn tell_status(
+    clock: Res<CycleClock>,
+    game: Res<Game>,
+    memory: Res<RefereeMemory>,
+    mut robots: Query<(&RobotId, &Penalty, &mut GameStatus)>,
+) {
+    let told = &memory.announcement;
+    for (id, penalty, mut status) in &mut robots {
+        let record = memory.record(*id);
+        *status = GameStatus {
+            state: told.state,
+            score: told.score,
+            half: game.half,
+            time_left_s: game.time_left_s(&clock),
+            time_s: clock.start_time_s() as f32,
+            own_end: game.own_end(id.team),
+            kick_off_team: told.kick_off.unwrap_or(game.kick_off_team),
+            drop_ball: told.kick_off.is_none(),
+            set_play: told.set_play,
+            shoot_out: game.shoot_out.map(|shoot_out| shoot_out.team),
+            penalised: penalty.is_active(),
+            penalty: penalty.0.map(|penalty| penalty.reason),
+            restarts: record.map_or(0, |record| record.restarts),
+            hand_placements: record.map_or(0, |record| record.hand_placements),
+            whistles: game.whistles,
+        };
     }
 }

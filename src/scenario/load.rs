@@ -1,6 +1,5 @@
 //! Loading scenarios: from files, from the embedded library, from text.
 
-use core::fmt;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 use std::fs::File;
@@ -10,7 +9,8 @@ use std::sync::Arc;
 
 use super::error::{Place, ScenarioError, ScenarioErrorKind};
 use super::field_path::{FieldPath, Segment};
-use super::library::LIBRARY;
+use super::format::Format;
+use super::library::{LIBRARY, LibraryScenario};
 use super::outline::{Aim, Node};
 use super::setting::Setting;
 use super::shape::{ShapeError, Strict};
@@ -21,43 +21,6 @@ use crate::scenario::Scenario;
 
 /// Larger files are no scenarios.
 const LARGEST_FILE_BYTES: u64 = 16 << 20;
-
-/// The two spellings of a scenario.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Format {
-    /// Rusty Object Notation, `.ron`.
-    Ron,
-    /// JSON, `.json`.
-    Json,
-}
-
-impl Format {
-    /// The format that a file's name tells.
-    pub fn of_path(path: &Path) -> Option<Format> {
-        let extension = path.extension()?.to_str()?.to_ascii_lowercase();
-        match extension.as_str() {
-            "ron" => Some(Format::Ron),
-            "json" => Some(Format::Json),
-            _ => None,
-        }
-    }
-
-    pub(super) fn smallest_scenario(self) -> &'static str {
-        match self {
-            Format::Ron => "`(robots: [(team: blue, number: 1)])`",
-            Format::Json => "`{ \"robots\": [{ \"team\": \"blue\", \"number\": 1 }] }`",
-        }
-    }
-}
-
-impl fmt::Display for Format {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(match self {
-            Format::Ron => "RON",
-            Format::Json => "JSON",
-        })
-    }
-}
 
 /// The text that a scenario came from: whatever turns out to be wrong with the scenario later can still be placed.
 #[derive(Clone, PartialEq, Debug)]
@@ -348,4 +311,14 @@ fn shape_error(source: &ScenarioSource, error: &serde_path_to_error::Error<Shape
     let aim = if error.inner().is_about_key() { Aim::Key } else { Aim::Value };
     let (message, expected) = error.inner().words(path.last_field());
     source.located(ScenarioErrorKind::Shape, &path, None, aim, &message, &expected)
+}
+
+impl LibraryScenario {
+    /// What it shows, in a sentence.
+    ///
+    /// # Errors
+    /// When the file is wrong, which a test rules out.
+    pub fn description(&self) -> Result<String, ScenarioError> {
+        ScenarioFile::from_text(self.text, self.format, self.name).map(|file| file.scenario.description)
+    }
 }

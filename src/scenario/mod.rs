@@ -12,6 +12,7 @@
 
 mod error;
 mod field_path;
+mod format;
 mod library;
 mod load;
 mod outline;
@@ -26,11 +27,12 @@ mod wording;
 
 pub use error::{Place, ScenarioError, ScenarioErrorKind};
 pub use field_path::{FieldPath, Segment};
+pub use format::Format;
 pub use library::{LIBRARY, LibraryScenario};
 pub(crate) use load::read_settings;
-pub use load::{Format, ScenarioFile, ScenarioSource};
+pub use load::{ScenarioFile, ScenarioSource};
 pub use presets::{FIELD_PRESETS, Preset, RULES_PRESETS};
 pub use setting::{NotASetting, Setting};
-pub use types::{BallSpec, BehaviourSpec, PostSpec, RobotSpec, Scenario, SensorValues, TeamsSpec};
+pub use types::{BallSpec, BehaviourSpec, PostSpec, RobotSpec, Scenario, TeamsSpec};
 pub use validate::ScenarioFault;
 pub(crate) use wording::unknown_name;

@@ -4,7 +4,7 @@ use serde::Serialize;
 use serde_json::{Map, Value};
 
 use super::field_path::FieldPath;
-use super::load::Format;
+use super::format::Format;
 use super::read::read;
 use super::validate::ScenarioFault;
 use super::wording::{did_you_mean, one_of, quoted};

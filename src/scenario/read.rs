@@ -5,8 +5,9 @@ use ron::extensions::Extensions;
 use serde::Deserialize;
 use serde_json::Value;
 
-use super::load::Format;
+use super::format::Format;
 use super::outline::{Content, Node};
+use super::scanner::outline_of;
 use super::wording::quoted;
 
 /// A text that could not be read.
@@ -34,7 +35,7 @@ pub fn read(text: &str, format: Format) -> Result<(Value, Node), SyntaxFault> {
         Format::Json => serde_json::from_str(text).map_err(|error| json_fault(text, &error))?,
         Format::Ron => read_ron(text)?,
     };
-    let outline = Node::of_text(text).ok_or_else(|| SyntaxFault {
+    let outline = outline_of(text).ok_or_else(|| SyntaxFault {
         span: first..first,
         message: "the structure of the file is not clear".to_owned(),
         expected: format!("plain {format}"),
@@ -234,7 +235,7 @@ fn ron_fault(text: &str, error: &ron::error::SpannedError) -> SyntaxFault {
 
 /// The first thing that RON has and a scenario has not: byte strings, and keys that are no words.
 fn odd_ron(text: &str) -> Option<SyntaxFault> {
-    let outline = Node::of_text(text)?;
+    let outline = outline_of(text)?;
     if let Some(entry) = outline.find_odd_key() {
         return Some(SyntaxFault {
             span: entry.key_span.clone(),

@@ -56,7 +56,7 @@ pub fn unknown_name<'a>(
     } else {
         one_of(known)
     };
-    ScenarioFault::new(path.clone(), message, expected).at_key()
+    ScenarioFault::new(path.clone(), message, expected)
 }
 
 #[cfg(test)]

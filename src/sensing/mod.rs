@@ -25,6 +25,7 @@ pub mod fidelity;
 pub mod jobs;
 pub mod odometry;
 pub(crate) mod preset;
+pub mod rendering;
 pub mod scene;
 pub mod sonar;
 pub mod status;
@@ -39,6 +40,7 @@ impl Plugin for SensingPlugin {
             scene::ScenePlugin,
             camera::CameraPlugin,
             vision::VisionPlugin,
+            rendering::RenderingPlugin,
             sonar::SonarPlugin,
             odometry::OdometryPlugin,
             status::BodyStatusPlugin,

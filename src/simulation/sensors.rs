@@ -58,7 +58,8 @@ use std::collections::BTreeMap;
 
 use crate::cycle::Cycle;
 use crate::knowledge::Knowledge;
-use crate::scenario::{FieldPath, RobotSpec, Scenario, ScenarioFault, SensorValues, read_settings, unknown_name};
+use crate::named_values::NamedValues;
+use crate::scenario::{FieldPath, RobotSpec, Scenario, ScenarioFault, read_settings, unknown_name};
 use crate::sensing::scene::SensingSystems;
 use crate::team::RobotId;
 
@@ -76,6 +77,7 @@ impl<T: Component + Default + Serialize + Reflect + Typed + GetTypeRegistration>
 /// Why a sensor was refused.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("sensor `{sensor}` is refused: {reason}")]
+#[non_exhaustive]
 pub struct SensorError {
     /// The name under which it should have been registered.
     pub sensor: String,
@@ -207,32 +209,19 @@ pub struct ReadingsAreRecorded;
 /// What a robot's registered sensors read, by name, as traces have it.
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect)]
 #[reflect(Component, @Knowledge::Truth)]
-pub struct SensorRecord(SensorValues);
+pub struct SensorRecord(NamedValues);
 
 impl SensorRecord {
     /// The readings by the names of the sensors.
     pub fn readings(&self) -> &BTreeMap<String, Value> {
         &self.0.0
     }
-
-    fn note(&mut self, sensor: &str, reading: Option<Value>) {
-        let readings = &mut self.0.0;
-        match (reading, readings.get_mut(sensor)) {
-            (Some(reading), Some(old)) => *old = reading,
-            (Some(reading), None) => {
-                readings.insert(sensor.to_owned(), reading);
-            }
-            (None, _) => {
-                readings.remove(sensor);
-            }
-        }
-    }
 }
 
 fn write_down<Reading: SensorReading>(sensor: String) -> impl FnMut(Query<(&Reading, &mut SensorRecord)>) {
     move |mut robots| {
         for (reading, mut record) in &mut robots {
-            record.note(&sensor, as_value(reading));
+            record.0.set(&sensor, as_value(reading));
         }
     }
 }
@@ -288,7 +277,7 @@ impl Sensor {
         }
         let reading = (self.reading)(robot.as_readonly());
         if let Some(mut record) = robot.get_mut::<SensorRecord>() {
-            record.note(name, reading);
+            record.0.set(name, reading);
         }
     }
 }
@@ -309,10 +298,11 @@ impl SensorRegistry {
         Ok(())
     }
 
-    fn check_specs(&self, specs: &SensorValues, path: &FieldPath) -> Result<(), ScenarioFault> {
+    fn check_specs(&self, specs: &NamedValues, path: &FieldPath) -> Result<(), ScenarioFault> {
         for (name, value) in &specs.0 {
             let path = path.key(name);
-            let sensor = self.sensors.get(name).ok_or_else(|| unknown_name(&path, "sensor", name, self.names()))?;
+            let sensor =
+                self.sensors.get(name).ok_or_else(|| unknown_name(&path, "sensor", name, self.names()).at_key())?;
             if !value.is_null() {
                 (sensor.check)(value, &path)?;
             }
@@ -340,5 +330,5 @@ impl SensorRegistry {
 
 /// The robot's own settings of a sensor, and else the common ones, if the scenario says any.
 fn settings_of<'a>(name: &str, scenario: &'a Scenario, robot: &'a RobotSpec) -> Option<&'a Value> {
-    robot.sensors.0.get(name).or_else(|| scenario.sensors.0.get(name))
+    robot.sensors.get(name).or_else(|| scenario.sensors.get(name))
 }

@@ -2,6 +2,7 @@
 
 use bevy::prelude::*;
 
+use super::rules::RuleRegistry;
 use super::sensors::SensorRegistry;
 use crate::ball::BallPhysics;
 use crate::robot::Roster;
@@ -71,6 +72,7 @@ pub fn change_settings(world: &mut World, scenario: &Scenario) -> Result<(), Sce
         return Err(ScenarioFault::new(FieldPath::from(*field), message, expected));
     }
     world.resource::<SensorRegistry>().check(scenario)?;
+    world.resource::<RuleRegistry>().check(scenario)?;
     scenario.cameras.render.make_ready(world)?;
     if old.messages != scenario.messages {
         world.insert_resource(scenario.messages.clone());

@@ -2,6 +2,7 @@
 
 use bevy::prelude::*;
 
+use super::rules::RuleRegistry;
 use super::sensors::{SensorRecord, SensorRegistry};
 use super::settings::RobotSettings;
 use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity};
@@ -50,6 +51,7 @@ pub fn start(world: &mut World, scenario: &Scenario) -> Result<(), ScenarioFault
     scenario.validate()?;
     let robots = robots_of(world, scenario)?;
     world.resource::<SensorRegistry>().check(scenario)?;
+    world.resource::<RuleRegistry>().check(scenario)?;
     scenario.cameras.render.make_ready(world)?;
     let mut old = world.query_filtered::<Entity, With<MatchEntity>>();
     let old: Vec<Entity> = old.iter(world).collect();

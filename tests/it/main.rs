@@ -15,10 +15,12 @@ mod golden;
 mod images;
 mod interventions;
 mod kicks;
+mod ladder;
 mod localisation;
 mod matches;
 mod outputs;
 mod own_program;
+mod own_rules;
 mod pairs;
 mod referee_properties;
 #[cfg(feature = "gpu")]

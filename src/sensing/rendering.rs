@@ -1,26 +1,38 @@
 //! Fills [`CameraImages`]: which images are due, and who draws them.
+//!
+//! It knows the cameras and the vision: robots that see by their images have some without being asked.
 
 use bevy::prelude::*;
 
-use super::image::Layers;
-use super::noise::{Darkroom, Exposure};
-use super::shot::Shot;
-use super::software::{Detail, PreparedScene, Renderer};
-use super::{CameraImages, CameraRendering, CameraSettings};
+use super::camera::image::Layers;
+use super::camera::noise::{Darkroom, Exposure};
+use super::camera::shot::Shot;
+use super::camera::software::{Detail, PreparedScene, Renderer};
+use super::camera::{CameraImages, CameraRendering, CameraSettings};
+use super::jobs::{self, SensingThreads};
+use super::scene::SensingSystems;
+use super::vision::{VisionSettings, VisionSource};
 use crate::appearance::robot::RobotDesign;
 use crate::appearance::scene::Scene;
 use crate::appearance::view::View;
 use crate::camera_model::{CameraSide, CameraView};
-use crate::cycle::CycleClock;
+use crate::cycle::{Cycle, CycleClock};
 use crate::random::RandomStreams;
 use crate::robot::head::HeadAngles;
-use crate::sensing::jobs::{self, SensingThreads};
-use crate::sensing::vision::{VisionSettings, VisionSource};
 use crate::team::RobotId;
+
+/// Takes the robots' images in [`SensingSystems::Images`].
+pub struct RenderingPlugin;
+
+impl Plugin for RenderingPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<SensingThreads>().add_systems(Cycle, take_images.in_set(SensingSystems::Images));
+    }
+}
 
 /// Memory that is kept from cycle to cycle.
 #[derive(Default)]
-pub(super) struct Studio {
+struct Studio {
     /// One a design.
     prepared: [PreparedScene; 2],
     jobs: Vec<Job>,
@@ -62,11 +74,11 @@ impl CameraSettings {
 }
 
 /// Draws the images that are due in this cycle.
-pub(super) fn take_images(
+fn take_images(
     mut studio: Local<Studio>,
     clock: Res<CycleClock>,
     threads: Res<SensingThreads>,
-    #[cfg(feature = "gpu")] mut gpu: Option<ResMut<super::gpu::GpuCameras>>,
+    #[cfg(feature = "gpu")] mut gpu: Option<ResMut<super::camera::gpu::GpuCameras>>,
     scene: Res<Scene>,
     mut robots: Query<(
         Entity,
