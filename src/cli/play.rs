@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use super::pictures::PictureArguments;
+use super::recordings::Recordings;
 use super::run::{length_s, run_scenario};
 use super::run_arguments::RunArguments;
 use super::window::WindowArguments;
@@ -65,10 +66,11 @@ pub fn play(program: Program, arguments: &PlayArguments) -> ExitCode {
                 "{reason}: running the match headless, {length_s:.0} s of it, as fast as it goes; Ctrl-C ends it"
             ));
             let pictures = PictureArguments { frames: arguments.record.clone(), ..PictureArguments::default() };
+            let recordings = Recordings { pictures, ..Recordings::default() };
             run_scenario(
                 program,
                 &file,
-                &RunArguments { scenario: name, pictures, force: arguments.force, ..RunArguments::default() },
+                &RunArguments { scenario: name, recordings, force: arguments.force, ..RunArguments::default() },
             )
         }
     }
