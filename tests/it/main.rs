@@ -7,6 +7,7 @@ mod behaviours;
 mod built_in_scenarios;
 mod collisions;
 mod commands;
+mod completeness;
 mod determinism;
 mod event_messages;
 mod exit_status;
