@@ -4,13 +4,10 @@ use bevy::log::{Level, LogPlugin};
 use bevy::prelude::*;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::collections::BTreeMap;
-use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
 
 use super::interrupt::Interrupt;
-use super::outputs::STANDARD_OUTPUT;
-use super::recordings::Recordings;
 use super::run_arguments::RunArguments;
 use super::terminal::Printer;
 use super::{Program, begin, outputs, report};
