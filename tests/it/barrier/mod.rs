@@ -354,7 +354,9 @@ fn every_component_and_resource_of_the_simulation_says_what_it_is() {
     unmarked.sort();
     let expected = [
         "naoisis::behaviour::BehaviourRegistry",
+        "naoisis::referee::own_rules::OwnRules",
         "naoisis::sensing::jobs::SensingThreads",
+        "naoisis::simulation::rules::RuleRegistry",
         "naoisis::simulation::sensors::SensorRegistry",
     ];
     assert_eq!(unmarked, expected);
