@@ -12,6 +12,15 @@ use crate::belief::method::KalmanFilter;
 use crate::geometry::Pose;
 use crate::team::RobotId;
 
+impl From<KalmanFilter> for Localisation {
+    fn from(filter: KalmanFilter) -> Self {
+        match filter {
+            KalmanFilter::Extended => Localisation::Kalman,
+            KalmanFilter::Unscented => Localisation::Unscented,
+        }
+    }
+}
+
 /// A filter of any kind.
 #[derive(Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 pub enum Localiser {
@@ -38,6 +47,19 @@ impl Localiser {
             Localisation::Particles => {
                 Localiser::Particles(ParticleFilter::around(robot, pose, PLACED_SD[0], PLACED_SD[1]))
             }
+        }
+    }
+
+    /// Starts anew at a pose, team frame, where its numbers have run away: it was fed what cannot be for long, or goes on
+    /// from a saved match that was written by hand.
+    pub fn keep_finite(&mut self, robot: RobotId, last: Pose) {
+        let (is_finite, kind) = match self {
+            Localiser::Kalman(own) => (own.estimate.is_finite(), own.filter.into()),
+            Localiser::Searching(filter, kalman) => (filter.is_finite(), (*kalman).into()),
+            Localiser::Particles(filter) => (filter.is_finite(), Localisation::Particles),
+        };
+        if !is_finite {
+            *self = Localiser::placed(kind, robot, if last.is_finite() { last } else { Pose::default() });
         }
     }
 

@@ -187,6 +187,7 @@ fn estimate(
             memory.watch_robots(percepts, settings);
             memory.hear_robots(sonar, &pitch, &settings.sonar);
         }
+        memory.keep_finite(id, belief.pose);
         memory.write(&mut belief, id.team, settings);
     }
 }
@@ -308,6 +309,13 @@ impl SimpleBeliefMemory {
                 hear_robot(&mut self.tracks, distance, heading, settings.half_angle, model);
             }
         }
+    }
+
+    /// Forgets what numbers cannot express any more.
+    fn keep_finite(&mut self, robot: RobotId, last_pose: Pose) {
+        self.own.keep_finite(robot, last_pose);
+        self.ball = self.ball.filter(BallEstimate::is_finite);
+        self.tracks.retain(|track| track.position.is_finite() && track.covariance.is_finite());
     }
 
     fn write(&self, belief: &mut Belief, team: Team, settings: &SimpleBelief) {

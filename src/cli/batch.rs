@@ -16,8 +16,8 @@ use crate::batch::summary::Summary;
 use crate::batch::table::{Table, TableError, VariantColumns};
 use crate::batch::{Batch, MatchRow, run_batch};
 use crate::behaviour::BehaviourRegistry;
-use crate::scenario::{Scenario, ScenarioError, ScenarioFile, Setting};
-use crate::simulation::MatchApp;
+use crate::scenario::{FieldPath, Scenario, ScenarioError, ScenarioFile, Setting};
+use crate::simulation::{MatchApp, names};
 
 /// Arguments of `naoisis batch`.
 #[derive(Args, Debug, Clone)]
@@ -229,7 +229,7 @@ fn pairs(program: Program, arguments: &BatchArguments) -> Result<Pairs, String> 
         teams => teams.to_vec(),
     };
     if let Some(team) = teams.iter().find(|team| !known.contains(&team.as_str())) {
-        return Err(format!("--pairs: there is no team `{team}`; expected some of {}", known.join(", ")));
+        return Err(format!("--pairs: {}", names::no_team(registry, &FieldPath::default(), team).in_words()));
     }
     if let Some((_, team)) = teams.iter().enumerate().find(|(index, team)| teams[..*index].contains(team)) {
         return Err(format!("--pairs: the team `{team}` is there twice; expected each team once"));

@@ -31,7 +31,7 @@ use std::io;
 use std::process::ExitCode;
 
 use crate::behaviour::BehaviourRegistry;
-use crate::simulation::{MatchApp, NaoisisPlugins};
+use crate::simulation::NaoisisPlugins;
 
 mod batch;
 mod begin;
@@ -95,15 +95,10 @@ pub fn run(extend: impl Fn(&mut App) + Sync) -> ExitCode {
         Some(Command::Run(arguments)) => run::run(program, &arguments),
         Some(Command::Replay(arguments)) => replay::replay(program, &arguments),
         Some(Command::Batch(arguments)) => batch::batch(program, &arguments),
-        Some(Command::Check(arguments)) => {
-            let mut app = program.simulator();
-            check::check(&arguments, |scenario| app.start_match(scenario).map(|_| ()))
-        }
+        Some(Command::Check(arguments)) => check::check(&arguments, &mut program.simulator()),
         Some(Command::Figures(arguments)) => figures::figures(&arguments),
         Some(Command::List(arguments)) => {
-            let app = program.simulator();
-            let teams = app.world().resource::<BehaviourRegistry>().teams();
-            list::list(&arguments, teams.map(|(name, team)| (name.to_owned(), team.description.clone())))
+            list::list(&arguments, program.simulator().world().resource::<BehaviourRegistry>())
         }
         Some(Command::Vision(arguments)) => vision::vision(&arguments),
         None => play::play(program, &play::PlayArguments::default()),

@@ -10,7 +10,8 @@ use super::run_arguments::RunArguments;
 use super::window::WindowArguments;
 use super::{Program, report};
 use crate::behaviour::BehaviourRegistry;
-use crate::scenario::{ScenarioError, ScenarioFile, TeamsSpec};
+use crate::scenario::{FieldPath, ScenarioError, ScenarioFile, TeamsSpec};
+use crate::simulation::names;
 
 /// The match that is played when none is named.
 const DEFAULT_SCENARIO: &str = "match3v3";
@@ -96,8 +97,8 @@ fn choose_teams(program: Program, file: &mut ScenarioFile, arguments: &PlayArgum
     for (option, team) in chosen {
         let Some(team) = team else { continue };
         if registry.team(team).is_none() {
-            let teams: Vec<&str> = registry.teams().map(|(name, _)| name).collect();
-            return Err(format!("{option}: there is no team `{team}`: expected one of {}", teams.join(", ")));
+            let fault = names::no_team(registry, &FieldPath::default(), team);
+            return Err(format!("{option}: {}", fault.in_words()));
         }
         let Some(teams) = &mut file.scenario.teams else {
             let name = &file.source.name;
@@ -196,6 +197,6 @@ mod tests {
     #[test]
     fn an_unknown_team_is_a_mistake() {
         let message = chosen(DEFAULT_SCENARIO, Some("nobody")).expect_err("no such team");
-        assert!(message.starts_with("--blue: there is no team `nobody`: expected one of "), "{message}");
+        assert!(message.starts_with("--blue: there is no team `nobody`; expected one of "), "{message}");
     }
 }

@@ -6,7 +6,7 @@ use super::game_stuck::Remedy;
 use super::memory::RefereeMemory;
 use super::own_rules::OwnRules;
 use super::set_play;
-use super::snapshot::{MatchSnapshot, RobotSnapshot};
+use super::snapshot::{BallSnapshot, MatchSnapshot, RobotSnapshot};
 use super::{ball_holding, collision, fallen, game_stuck, illegal_defender, inactive, leaving_field, stalling};
 use crate::events::MatchEvent;
 use crate::game::{Evidence, Game, GameState, PenaltyReason};
@@ -76,7 +76,9 @@ pub(super) enum Stoppage {
 impl Referee<'_, '_> {
     /// The snapshot with what was decided so far in this cycle.
     pub(super) fn now(&self) -> MatchSnapshot<'_> {
-        MatchSnapshot { game: &self.decisions.game, robots: &self.decisions.robots, ..*self.seen }
+        let placed = |ball: BallSnapshot<'_>| self.decisions.ball.unwrap_or(ball.position);
+        let ball = self.seen.ball.map(|ball| BallSnapshot { position: placed(ball), ..ball });
+        MatchSnapshot { game: &self.decisions.game, robots: &self.decisions.robots, ball, ..*self.seen }
     }
 
     fn judge_play(&mut self) {

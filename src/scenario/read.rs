@@ -1,4 +1,4 @@
-//! From text to a tree of values, with an outline that knows where they stand.
+//! From text to a tree of values.
 
 use core::ops::Range;
 use ron::extensions::Extensions;
@@ -21,8 +21,8 @@ pub struct SyntaxFault {
     pub expected: String,
 }
 
-/// The values of a text and where they stand.
-pub fn read(text: &str, format: Format) -> Result<(Value, Node), SyntaxFault> {
+/// The values of a text.
+pub fn read(text: &str, format: Format) -> Result<Value, SyntaxFault> {
     let first = text.len() - text.trim_start().len();
     if first == text.len() {
         return Err(SyntaxFault {
@@ -53,7 +53,7 @@ pub fn read(text: &str, format: Format) -> Result<(Value, Node), SyntaxFault> {
     if format == Format::Ron {
         mend_ron(&mut value, &outline, text);
     }
-    Ok((value, outline))
+    Ok(value)
 }
 
 /// RON as the values of JSON. Words become strings, `(a: 1)` an object, `(1, 2)` a list and `variant(1)` an object
@@ -257,7 +257,7 @@ mod tests {
     use serde_json::json;
 
     fn ron(text: &str) -> Value {
-        read(text, Format::Ron).unwrap().0
+        read(text, Format::Ron).unwrap()
     }
 
     #[test]

@@ -24,7 +24,6 @@ pub mod camera;
 pub mod fidelity;
 pub mod jobs;
 pub mod odometry;
-pub(crate) mod preset;
 pub mod rendering;
 pub mod scene;
 pub mod sonar;

@@ -21,6 +21,7 @@ use bevy::app::PluginGroupBuilder;
 use bevy::prelude::*;
 
 pub mod invariants;
+pub(crate) mod names;
 pub mod rules;
 pub mod sensors;
 mod settings;

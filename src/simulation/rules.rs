@@ -163,26 +163,29 @@ impl RuleRegistry {
         Some((name, self.rules.get(&name)?))
     }
 
-    /// Checks what a scenario says of the program's own rules: that there are such, and that they have such settings.
-    pub(super) fn check(&self, scenario: &Scenario) -> Result<(), ScenarioFault> {
+    /// What is wrong with what a scenario says of the program's own rules: that there are none such, or that they have no such
+    /// settings.
+    pub(super) fn faults(&self, scenario: &Scenario) -> Vec<ScenarioFault> {
         let path = FieldPath::from("rules.own");
-        for (name, settings) in &scenario.rules.own.0 {
+        let of_settings = scenario.rules.own.0.iter().filter_map(|(name, settings)| {
             let path = path.key(name);
-            let (_, rule) = self.get(name).ok_or_else(|| unknown_name(&path, "rule", name, self.names()).at_key())?;
-            if !settings.is_null() {
-                rule.settings.read(settings, &path)?;
+            match self.get(name) {
+                None => Some(unknown_name(&path, "rule", name, self.names()).at_key()),
+                Some(_) if settings.is_null() => None,
+                Some((_, rule)) => rule.settings.read(settings, &path).err(),
             }
-        }
+        });
+        let mut faults: Vec<ScenarioFault> = of_settings.collect();
         for (index, timed) in scenario.interventions.iter().enumerate() {
             if let Intervention::Penalise { reason: PenaltyReason::Own(name), .. } = timed.intervention
                 && !self.rules.contains_key(&name)
             {
                 let path = FieldPath::from("interventions").index(index).field("do.penalise.reason");
                 let built_in = PenaltyReason::BUILT_IN.iter().map(PenaltyReason::name);
-                return Err(unknown_name(&path, "penalty", name.as_str(), built_in.chain(self.names())));
+                faults.push(unknown_name(&path, "penalty", name.as_str(), built_in.chain(self.names())));
             }
         }
-        Ok(())
+        faults
     }
 }
 

@@ -288,26 +288,24 @@ impl SensorRegistry {
         self.sensors.keys().map(String::as_str)
     }
 
-    /// Checks what a scenario says of sensors: that there are such, and that they have such settings.
-    pub(super) fn check(&self, scenario: &Scenario) -> Result<(), ScenarioFault> {
+    /// What is wrong with what a scenario says of sensors: that there are none such, or that they have no such settings.
+    pub(super) fn faults(&self, scenario: &Scenario) -> Vec<ScenarioFault> {
         let root = FieldPath::default();
-        self.check_specs(&scenario.sensors, &root.field("sensors"))?;
-        for (index, robot) in scenario.robots.iter().enumerate() {
-            self.check_specs(&robot.sensors, &root.field("robots").index(index).field("sensors"))?;
-        }
-        Ok(())
+        let of_robots = scenario.robots.iter().enumerate().flat_map(|(index, robot)| {
+            self.faults_of(&robot.sensors, root.field("robots").index(index).field("sensors"))
+        });
+        self.faults_of(&scenario.sensors, root.field("sensors")).chain(of_robots).collect()
     }
 
-    fn check_specs(&self, specs: &NamedValues, path: &FieldPath) -> Result<(), ScenarioFault> {
-        for (name, value) in &specs.0 {
+    fn faults_of(&self, specs: &NamedValues, path: FieldPath) -> impl Iterator<Item = ScenarioFault> {
+        specs.0.iter().filter_map(move |(name, value)| {
             let path = path.key(name);
-            let sensor =
-                self.sensors.get(name).ok_or_else(|| unknown_name(&path, "sensor", name, self.names()).at_key())?;
-            if !value.is_null() {
-                (sensor.check)(value, &path)?;
+            match self.sensors.get(name) {
+                None => Some(unknown_name(&path, "sensor", name, self.names()).at_key()),
+                Some(_) if value.is_null() => None,
+                Some(sensor) => (sensor.check)(value, &path).err(),
             }
-        }
-        Ok(())
+        })
     }
 
     /// Gives a robot its sensors, with the settings that the scenario has for it.

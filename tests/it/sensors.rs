@@ -34,7 +34,7 @@ struct BallNoise {
     distance_m: Option<f32>,
 }
 
-fn listen(scene: Res<Scene>, mut robots: Query<(&Pose, &Ear, &mut BallNoise, &mut naoisis::random::RandomStreams)>) {
+fn listen(scene: Res<Scene>, mut robots: Query<(&Pose, &Ear, &mut BallNoise, &mut RandomStreams)>) {
     for (pose, ear, mut noise, mut streams) in &mut robots {
         let distance = scene.ball.map(|ball| ball.position.distance(pose.position));
         let heard = distance.filter(|distance| *distance < ear.range_m);

@@ -205,6 +205,21 @@ impl Percepts {
         landmarks.clear();
     }
 
+    /// Whether every number in them is finite.
+    pub fn is_finite(&self) -> bool {
+        let Percepts { ball, goal_posts, robots, landmarks } = self;
+        let seen = ball.iter().map(|seen| (seen.pixel, seen.position_m));
+        let seen = seen.chain(goal_posts.iter().map(|seen| (seen.pixel, seen.position_m)));
+        let seen = seen.chain(robots.iter().map(|seen| (seen.pixel, seen.position_m)));
+        let seen = seen.chain(landmarks.iter().map(|seen| (seen.pixel, seen.position_m)));
+        let mut ends = landmarks.iter().filter_map(|seen| match seen.kind {
+            LandmarkKind::Line { end_pixel, end_position_m } => Some((end_pixel, end_position_m)),
+            LandmarkKind::Junction { .. } | LandmarkKind::PenaltyCross | LandmarkKind::CentreCircle => None,
+        });
+        let is_finite = |(pixel, place): (Vec2, Vec2)| pixel.is_finite() && place.is_finite();
+        seen.into_iter().all(is_finite) && ends.all(is_finite)
+    }
+
     /// Puts everything in the order of the images: upper camera first, from left to right.
     fn sort(&mut self) {
         self.goal_posts.sort_unstable_by(|a, b| image_order((a.camera, a.pixel), (b.camera, b.pixel)));
