@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use super::pictures::PictureArguments;
+use super::recordings::Recordings;
 use super::run::{length_s, run_scenario};
 use super::run_arguments::RunArguments;
 use super::window::WindowArguments;
@@ -65,10 +66,11 @@ pub fn play(program: Program, arguments: &PlayArguments) -> ExitCode {
                 "{reason}: running the match headless, {length_s:.0} s of it, as fast as it goes; Ctrl-C ends it"
             ));
             let pictures = PictureArguments { frames: arguments.record.clone(), ..PictureArguments::default() };
+            let recordings = Recordings { pictures, ..Recordings::default() };
             run_scenario(
                 program,
                 &file,
-                &RunArguments { scenario: name, pictures, force: arguments.force, ..RunArguments::default() },
+                &RunArguments { scenario: name, recordings, force: arguments.force, ..RunArguments::default() },
             )
         }
     }
@@ -197,6 +199,6 @@ mod tests {
     #[test]
     fn an_unknown_team_is_a_mistake() {
         let message = chosen(DEFAULT_SCENARIO, Some("nobody")).expect_err("no such team");
-        assert!(message.starts_with("--blue: there is no team `nobody`; expected one of "), "{message}");
+        assert!(message.starts_with("--blue: there is no team `nobody`; expected `chasers`"), "{message}");
     }
 }

@@ -4,26 +4,21 @@ use bevy::log::{Level, LogPlugin};
 use bevy::prelude::*;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::collections::BTreeMap;
-use std::io;
-use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
 
 use super::interrupt::Interrupt;
-use super::outputs::STANDARD_OUTPUT;
 use super::run_arguments::RunArguments;
 use super::terminal::Printer;
 use super::{Program, begin, outputs, report};
-use crate::communication::MessageStatistics;
 use crate::cycle::{CycleClock, run_cycle};
 use crate::events::{CycleEvents, MatchEvent};
 use crate::game::Game;
-use crate::record::album::Album;
-use crate::record::beliefs::BeliefRecorder;
-use crate::record::trace::{EndReason, TracePlugin, TraceRecorder, record_cycle};
+use crate::record::RecordPlugin;
+use crate::record::recorder::{self, EndReason, Recorders};
 use crate::referee::report::{HEADER, report as match_report};
 use crate::scenario::{Scenario, ScenarioFile};
-use crate::simulation::{Snapshot, resolved};
+use crate::simulation::Snapshot;
 use crate::team::Team;
 
 /// Cycles between two looks at the progress bar: so few that it moves where pictures take their time.
@@ -47,7 +42,7 @@ fn run_match(
     // That there is no adapter is said by whoever asks for one.
     let filter = "warn,wgpu_hal::vulkan::instance=off".to_owned();
     let log = LogPlugin { level: Level::WARN, filter, ..default() };
-    let mut app = program.simulator_with((log, TracePlugin));
+    let mut app = program.simulator_with((log, RecordPlugin));
     if let Err(message) = arguments.check_outputs() {
         return report::usage_error(&message);
     }
@@ -62,29 +57,13 @@ fn run_match(
         Ok(interrupt) => interrupt,
         Err(message) => return report::failure(&message),
     };
-    if let Err(message) = arguments.pictures.begin(app.world_mut(), arguments.force) {
-        return report::usage_error(&message);
-    }
-    match open_trace(arguments) {
-        Ok(None) => {}
-        Ok(Some(mut recorder)) => {
-            recorder.write_header(&resolved(app.world(), &scenario));
-            app.insert_resource(recorder);
-            if let Err(error) = app.world_mut().run_system_cached(record_cycle) {
-                return report::failure(&format!("cannot record the start: {error}"));
-            }
-        }
+    match arguments.recordings.open(app.world(), arguments.force) {
+        Ok(recorders) if recorders.is_empty() => {}
+        Ok(recorders) => recorder::start(app.world_mut(), recorders),
         Err(message) => return report::usage_error(&message),
     }
-    if let Some(path) = &arguments.beliefs {
-        match BeliefRecorder::create(path) {
-            Ok(recorder) => app.insert_resource(recorder),
-            Err(error) => {
-                return report::usage_error(&format!("cannot write the beliefs to {}: {error}", path.display()));
-            }
-        };
-    }
-    let mut printer = if arguments.traces_to_standard_output() { Printer::to_stderr() } else { Printer::default() };
+    let taken = arguments.recordings.take_standard_output();
+    let mut printer = if taken { Printer::to_stderr() } else { Printer::default() };
     if arguments.explain {
         printer.print(title(&scenario));
     }
@@ -103,28 +82,11 @@ fn run_match(
     if outcome.reason == EndReason::Interrupted { interrupt.finish(status) } else { status }
 }
 
-impl RunArguments {
-    /// Whether the trace takes standard output.
-    fn traces_to_standard_output(&self) -> bool {
-        self.trace.as_ref().is_some_and(|path| path.as_os_str() == STANDARD_OUTPUT)
-    }
-}
-
 /// Saves the match, if that is asked for.
 fn save(world: &mut World, arguments: &RunArguments) -> Result<(), String> {
     let Some(path) = &arguments.save else { return Ok(()) };
     let saved = Snapshot::take(world).and_then(|snapshot| snapshot.save(path, world));
     saved.map_err(|error| format!("cannot save the match: {error}"))
-}
-
-fn open_trace(arguments: &RunArguments) -> Result<Option<TraceRecorder>, String> {
-    let Some(path) = &arguments.trace else { return Ok(None) };
-    if arguments.traces_to_standard_output() {
-        return Ok(Some(TraceRecorder::plain(io::stdout())));
-    }
-    TraceRecorder::create(path)
-        .map(Some)
-        .map_err(|error| format!("cannot write the trace to {}: {error}", path.display()))
 }
 
 /// What came of a run.
@@ -173,19 +135,11 @@ fn run_to_the_end(
             outcome.reason = EndReason::Interrupted;
             break;
         }
-        if world.get_resource::<TraceRecorder>().is_some_and(|recorder| recorder.error().is_some())
-            || world.get_resource::<Album>().is_some_and(Album::has_failed)
-        {
+        if world.get_resource::<Recorders>().is_some_and(Recorders::has_failed) {
             outcome.reason = EndReason::Failed;
             break;
         }
         run_cycle(world);
-        if world.contains_resource::<Album>() {
-            world.resource_scope(|world, mut album: Mut<Album>| album.record(world));
-        }
-        if world.contains_resource::<BeliefRecorder>() {
-            world.resource_scope(|world, mut recorder: Mut<BeliefRecorder>| recorder.record(world));
-        }
         let time_s = world.resource::<CycleClock>().end_time_s();
         let to_play_s = world.resource::<Game>().time_left_s(world.resource::<CycleClock>());
         for event in world.resource::<CycleEvents>().iter() {
@@ -235,26 +189,15 @@ fn finish(
 ) -> ExitCode {
     let clock = *world.resource::<CycleClock>();
     let score = world.resource::<Game>().score;
-    let messages = *world.resource::<MessageStatistics>();
-    if let Some(recorder) = world.remove_resource::<TraceRecorder>()
-        && let Err(error) = recorder.finish(outcome.reason, score, clock.cycle, messages)
-    {
-        // Whoever reads the trace from a pipe may have seen enough.
-        if error.kind() == io::ErrorKind::BrokenPipe {
-            return ExitCode::SUCCESS;
-        }
-        return failed_to_write("the trace", arguments.trace.as_deref(), &error);
-    }
-    if let Some(album) = world.remove_resource::<Album>()
-        && let Err(error) = album.finish()
-    {
-        return report::failure(&format!("cannot write the pictures: {error}; what was written before can be seen"));
-    }
-    if let Some(recorder) = world.remove_resource::<BeliefRecorder>() {
-        match recorder.finish() {
-            Ok(summary) if arguments.quiet => drop(summary),
-            Ok(summary) => printer.print(summary),
-            Err(error) => return failed_to_write("the beliefs", arguments.beliefs.as_deref(), &error),
+    for said in recorder::finish(world, outcome.reason) {
+        match said {
+            Ok(Some(summary)) if !arguments.quiet => printer.print(summary),
+            Ok(_) => {}
+            // Whoever reads a trace from a pipe may have seen enough.
+            Err(error) if error.is_broken_pipe() => return ExitCode::SUCCESS,
+            Err(error) => {
+                return report::failure(&format!("cannot write {error}; what was written before is of use still"));
+            }
         }
     }
     if !arguments.quiet {
@@ -271,13 +214,6 @@ fn finish(
             outcome.broken_invariants.len()
         )),
     }
-}
-
-/// Says that a file could not be written; exit status 1.
-fn failed_to_write(what: &str, path: Option<&Path>, error: &io::Error) -> ExitCode {
-    let path = path.unwrap_or(Path::new(STANDARD_OUTPUT));
-    let name = if path.as_os_str() == STANDARD_OUTPUT { "standard output".into() } else { path.to_string_lossy() };
-    report::failure(&format!("cannot write {what} to {name}: {error}"))
 }
 
 /// What match the report is of.

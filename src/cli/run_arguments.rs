@@ -4,8 +4,8 @@ use bevy::prelude::*;
 use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
 
-use super::outputs::{Output, STANDARD_OUTPUT, check_files, cycle_at};
-use super::pictures::PictureArguments;
+use super::outputs::{Output, check_files, cycle_at};
+use super::recordings::Recordings;
 use crate::cycle::CycleClock;
 use crate::scenario::{Scenario, Setting};
 use crate::sensing::camera::CameraRendering;
@@ -50,14 +50,8 @@ pub struct RunArguments {
     /// Whether, and by what, the robots' camera images are rendered, instead of the scenario's word
     #[arg(long, value_enum, value_name = "off|software|gpu")]
     pub cameras: Option<Cameras>,
-    /// Write a trace: a .jsonl file, .jsonl.zst for a compressed one, - for standard output
-    #[arg(long, value_name = "FILE")]
-    pub trace: Option<PathBuf>,
-    /// Write what the robots believe against what is true: a .csv file, and a summary at the end
-    #[arg(long, value_name = "FILE")]
-    pub beliefs: Option<PathBuf>,
     #[command(flatten)]
-    pub pictures: PictureArguments,
+    pub recordings: Recordings,
     /// Save the match (.naoisis), to go on with it later
     #[arg(long, value_name = "FILE")]
     pub save: Option<PathBuf>,
@@ -78,21 +72,9 @@ pub struct RunArguments {
 impl RunArguments {
     /// That what `naoisis run` writes can be written, as far as that can be told before the match.
     pub fn check_outputs(&self) -> Result<(), String> {
-        self.pictures.check()?;
-        let is_standard_output = |path: &PathBuf| path.as_os_str() == STANDARD_OUTPUT;
-        if self.beliefs.as_ref().is_some_and(is_standard_output) {
-            return Err("--beliefs: only --trace goes to standard output; expected a file".to_owned());
-        }
-        let trace = self.trace.as_ref().filter(|path| !is_standard_output(path));
-        let files = [
-            ("--trace", trace),
-            ("--beliefs", self.beliefs.as_ref()),
-            ("--save", self.save.as_ref()),
-            ("--video", self.pictures.video.as_ref()),
-            ("--sheet", self.pictures.sheet.as_ref()),
-        ];
-        let files: Vec<Output> =
-            files.into_iter().filter_map(|(option, path)| Some(Output { option, path: path? })).collect();
+        self.recordings.check()?;
+        let mut files = self.recordings.outputs();
+        files.extend(self.save.as_deref().map(|path| Output { option: "--save", path }));
         check_files(Path::new(&self.scenario), &files, self.force)?;
         let Some(path) = &self.save else { return Ok(()) };
         if path.extension().is_none_or(|extension| extension != EXTENSION) {

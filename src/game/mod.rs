@@ -129,6 +129,18 @@ impl Game {
         self.cycles_left.map(|cycles| (cycles as f64 * clock.period_s) as f32)
     }
 
+    /// Cycles left of what the game waits for: of `ready` and `set`, of a free kick, of a shot in a shoot-out.
+    pub fn secondary_cycles_left(&self, rules: &Rules, clock: &CycleClock) -> Option<u64> {
+        let left = |duration_s: f32, cycles: u64| u64::from(clock.cycles_in(duration_s)).saturating_sub(cycles);
+        match (self.state, &self.set_play, &self.shoot_out) {
+            (GameState::Ready, ..) => Some(left(rules.ready_s, self.state_cycles)),
+            (GameState::Set, ..) => Some(left(rules.set_s, self.state_cycles)),
+            (GameState::Playing, Some(set_play), _) => Some(set_play.cycles_left),
+            (GameState::Playing, None, Some(shoot_out)) => Some(left(rules.shoot_out_s, shoot_out.shot.cycles)),
+            (GameState::Initial | GameState::Playing | GameState::Finished, ..) => None,
+        }
+    }
+
     /// The team that kicks off the half: blue the first, then in turn.
     pub fn first_kick_off_of_half(half: u32) -> Team {
         if half % 2 == 1 { Team::Blue } else { Team::Pink }

@@ -42,7 +42,7 @@ pub fn build(
         let faults = if is_whole { scenario.faults() } else { scenario.faults_of_parts() };
         let taken_out: Vec<FieldPath> = findings.iter().map(|finding| finding.fault.path.clone()).collect();
         let faults = faults.into_iter().chain(names(&scenario));
-        findings.extend(faults.filter(|fault| !may_come_of(&fault.path, &taken_out)).map(Finding::from));
+        findings.extend(faults.filter(|fault| !fault.may_come_of(&taken_out)).map(Finding::from));
         if findings.is_empty() && errors.is_empty() {
             return Ok(ScenarioFile { scenario, source });
         }
@@ -129,25 +129,4 @@ fn value_at<'a>(root: &'a mut Value, segments: &[Segment]) -> Option<&'a mut Val
         Segment::Field(name) => value.get_mut(name),
         Segment::Index(index) => value.get_mut(*index),
     })
-}
-
-/// Whether a fault at `path` may be there only because something was taken out: of the same part of the scenario, or of what
-/// its robot has from the common settings.
-fn may_come_of(path: &FieldPath, taken_out: &[FieldPath]) -> bool {
-    fn part(path: &FieldPath) -> &[Segment] {
-        match path.segments() {
-            [_, Segment::Index(_), ..] => &path.segments()[..2],
-            segments => &segments[..segments.len().min(1)],
-        }
-    }
-    let common = match path.segments() {
-        [_, Segment::Index(_), Segment::Field(field), ..] => match field.as_str() {
-            "head_deg" => "head",
-            "behaviour" => "messages",
-            field => field,
-        },
-        _ => "",
-    };
-    let is_common = |other: &FieldPath| part(other) == part(&FieldPath::from(common));
-    taken_out.iter().any(|other| part(other) == part(path) || (!common.is_empty() && is_common(other)))
 }

@@ -15,8 +15,8 @@ use crate::appearance::scene::{Scene, SceneBall, SceneRobot};
 use crate::appearance::view::View;
 use crate::camera_model::{CameraSide, CameraView};
 use crate::cycle::{Cycle, CycleClock};
+use crate::record::cycle_record::CycleRecord;
 use crate::record::history::History;
-use crate::record::read::CycleRecord;
 use crate::robot::Roster;
 use crate::robot::body::BodyBounds;
 use crate::scenario::Scenario;
@@ -137,9 +137,9 @@ impl SensedScene {
         self.scene.robots.extend(on_pitch.map(|robot| {
             let gait = self.gaits.entry(robot.id).or_default();
             gait.kick = history.last_kick(robot.id, record.cycle).map(|kick| kick.struck(period_s));
-            gait.follow(robot.pose, robot.velocity(), record.time_s);
+            gait.follow(robot.pose, robot.velocity, record.time_s);
             let body = SceneRobot::standing(robot.id, robot.pose, BodyBounds::default()).in_posture(robot.posture);
-            SceneRobot { head: robot.head(), gait: *gait, ..body }
+            SceneRobot { head: robot.head, gait: *gait, ..body }
         }));
         self.scene.ball = record.ball.map(|ball| SceneBall {
             position: ball.position_m.truncate(),

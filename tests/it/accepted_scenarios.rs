@@ -15,7 +15,8 @@ use naoisis::geometry::to_radians;
 use naoisis::kick_geometry::Side;
 use naoisis::prelude::*;
 use naoisis::record::read::TraceReader;
-use naoisis::record::trace::{TracePlugin, TraceRecorder};
+use naoisis::record::trace::TraceRecorder;
+use naoisis::record::{RecordPlugin, recorder};
 use naoisis::robot::motion::{MotionError, MotionLimits};
 use naoisis::robot::posture::PostureRequest;
 use naoisis::scenario::{BallSpec, BehaviourSpec, PostSpec, RULES_PRESETS, RobotSpec, TeamsSpec};
@@ -260,11 +261,9 @@ fn without_faults(mut scenario: Scenario) -> Scenario {
 fn play(scenario: &Scenario) -> Result<(), TestCaseError> {
     let bytes = SharedBytes::default();
     let mut app = headless_app();
-    app.add_plugins(TracePlugin);
+    app.add_plugins(RecordPlugin);
     app.start_match(scenario).map_err(|fault| TestCaseError::fail(fault.to_string()))?;
-    let mut recorder = TraceRecorder::plain(bytes.clone());
-    recorder.write_header(scenario);
-    app.insert_resource(recorder);
+    recorder::start(app.world_mut(), vec![Box::new(TraceRecorder::plain("trace", bytes.clone()))]);
     for cycle in 1..=CYCLES {
         app.run_cycles(1);
         for event in app.events() {

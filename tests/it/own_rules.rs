@@ -4,7 +4,8 @@ use bevy::prelude::*;
 use naoisis::game::{Evidence, PenaltyReason, RuleName};
 use naoisis::prelude::*;
 use naoisis::record::read::TraceReader;
-use naoisis::record::trace::{TracePlugin, TraceRecorder, record_cycle};
+use naoisis::record::trace::TraceRecorder;
+use naoisis::record::{RecordPlugin, recorder};
 use naoisis::referee::report::report;
 use naoisis::referee::snapshot::{MatchSnapshot, RobotSnapshot};
 use naoisis::scenario::{Format, ScenarioFile};
@@ -109,13 +110,10 @@ fn what_is_wrong_with_its_settings_is_located() {
 fn a_verdict_is_reported_traced_and_saved() {
     let bytes = SharedBytes::default();
     let mut app = app();
-    app.add_plugins(TracePlugin);
+    app.add_plugins(RecordPlugin);
     let scenario = scenario(r#"{ "loitering": { "limit_s": 2 } }"#);
     app.start_match(&scenario).unwrap();
-    let mut recorder = TraceRecorder::plain(bytes.clone());
-    recorder.write_header(&scenario);
-    app.insert_resource(recorder);
-    app.world_mut().run_system_cached(record_cycle).unwrap();
+    recorder::start(app.world_mut(), vec![Box::new(TraceRecorder::plain("rules", bytes.clone()))]);
     app.run_cycles(60);
     let penalty = app.events().iter().find(|event| matches!(event, MatchEvent::Penalty { .. })).unwrap().clone();
     let report = report(2.0, None, &penalty).unwrap();

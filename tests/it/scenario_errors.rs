@@ -382,7 +382,7 @@ fn a_check_finds_everything_and_nothing_that_only_follows() {
         "9:5: `robots[1]` is the number 3; expected an object",
         "10:31: `head_deg[1]` is the text `down`; expected a number",
         "11:33: there is no preset `lout`",
-        "12:43: `max_linear_mps` is 8; expected 0 to 5 m/s",
+        "12:42: `max_linear_mps` is 8; expected 0 to 5 m/s",
         "14:21: `radius_m` is 7; expected more than 0",
     ];
     let errors = all_errors("wrong.ron", text);

@@ -286,6 +286,9 @@ impl<'a> Values<'a> {
                 continue;
             }
             let limits = match Knowledge::of_type_info(type_info) {
+                _ if type_info.type_id() == TypeId::of::<CycleClock>() => {
+                    Numbers { counts_go_on: true, ..Numbers::FINITE }
+                }
                 Some(Knowledge::Truth | Knowledge::Sensor) => Numbers { largest: LARGEST_NUMBER, counts_go_on: true },
                 Some(Knowledge::Command | Knowledge::Belief) => Numbers { counts_go_on: true, ..Numbers::FINITE },
                 Some(Knowledge::Public) | None => Numbers::FINITE,
