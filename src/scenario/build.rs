@@ -5,10 +5,9 @@ use serde_json::{Map, Value};
 
 use super::error::{ScenarioError, ScenarioErrorKind};
 use super::field_path::{FieldPath, Segment};
-use super::load::ScenarioFile;
 use super::presets;
 use super::shape::{ShapeError, Strict};
-use super::source::{Finding, ScenarioSource};
+use super::source::{Finding, ScenarioFile, ScenarioSource};
 use super::types::Scenario;
 use super::validate::{ScenarioFault, place_ball_beside_robots};
 
