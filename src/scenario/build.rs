@@ -103,10 +103,9 @@ fn take_out(root: &mut Value, path: &FieldPath) -> bool {
     let segments = path.segments();
     for length in (0..segments.len()).rev() {
         match (value_at(root, &segments[..length]), &segments[length]) {
-            (Some(Value::Object(fields)), Segment::Field(name)) => {
-                if fields.remove(name).is_some() {
-                    return true;
-                }
+            (Some(Value::Object(fields)), Segment::Field(name)) if fields.contains_key(name) => {
+                fields.remove(name);
+                return true;
             }
             (Some(Value::Array(elements)), Segment::Index(index)) => {
                 let empty = Value::Object(Map::new());
