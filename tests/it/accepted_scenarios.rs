@@ -9,7 +9,7 @@ use bevy::math::{Vec2, ops};
 use core::ops::RangeInclusive;
 use naoisis::ball::Rolling;
 use naoisis::behaviour::script::ScriptEntry;
-use naoisis::belief::Localisation;
+use naoisis::belief::method::Localisation;
 use naoisis::communication::{MessageSettings, TeamMessage};
 use naoisis::game::{Intervention, PenaltyReason, TimedIntervention};
 use naoisis::geometry::to_radians;
