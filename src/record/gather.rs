@@ -8,7 +8,9 @@ use bevy::prelude::*;
 use std::collections::BTreeMap;
 
 use super::cycle_record::{BallRecord, CycleRecord, GameRecord, PenaltyRecord, RobotRecord};
+use super::formats::LogFormatApp;
 use super::recorder;
+use super::trace::TraceRecorder;
 use super::vocabulary::{Command, Commanded, Perceived};
 use crate::ball::{Ball, BallPhysics, BallVelocity};
 use crate::behaviour::drawings::Drawings;
@@ -29,6 +31,11 @@ impl Plugin for RecordPlugin {
     fn build(&self, app: &mut App) {
         let is_recorded = resource_exists::<CurrentRecord>;
         app.init_resource::<ReadingsAreRecorded>()
+            .add_log_format(
+                "trace",
+                "a line of JSON a cycle, compressed if its name ends in .zst",
+                TraceRecorder::create,
+            )
             .configure_sets(
                 Cycle,
                 (
