@@ -44,6 +44,7 @@ mod logs;
 mod outputs;
 mod pictures;
 mod play;
+mod recording;
 mod recordings;
 mod replay;
 mod report;

@@ -7,9 +7,11 @@ use super::beliefs::BeliefArguments;
 use super::logs::LogArguments;
 use super::outputs::Output;
 use super::pictures::PictureArguments;
+use super::recording::Recording;
 use super::traces::TraceArguments;
 use crate::record::recorder::Recorder;
 
+<<<<<<< HEAD
 /// The options of a way to record.
 pub trait Recording {
     /// That the options fit each other.
@@ -29,6 +31,8 @@ pub trait Recording {
     fn open(&self, world: &World, force: bool) -> Result<Vec<Box<dyn Recorder>>, String>;
 }
 
+=======
+>>>>>>> main
 macro_rules! recordings {
     ($($name:ident: $arguments:ty,)*) => {
         /// The options of all ways to record.

@@ -8,22 +8,25 @@ use bevy::prelude::*;
 use std::collections::BTreeMap;
 
 use super::cycle_record::{BallRecord, CycleRecord, GameRecord, PenaltyRecord, RobotRecord};
+<<<<<<< HEAD
 use super::formats::LogFormatApp;
 use super::recorder;
 use super::trace::TraceRecorder;
+=======
+>>>>>>> main
 use super::vocabulary::{Command, Commanded, Perceived};
 use crate::ball::{Ball, BallPhysics, BallVelocity};
 use crate::behaviour::drawings::Drawings;
 use crate::belief::Belief;
-use crate::cycle::{Cycle, CycleClock, CycleSystems};
+use crate::cycle::CycleClock;
 use crate::events::{CycleEvents, MatchEvent};
 use crate::game::{Game, Penalty, Rules};
 use crate::geometry::Pose;
 use crate::robot::posture::Posture;
 use crate::robot::{Roster, Velocity};
-use crate::simulation::sensors::ReadingsAreRecorded;
 use crate::team::RobotId;
 
+<<<<<<< HEAD
 /// Gathers the [`CurrentRecord`] of every cycle while there is one, and lets the [recorders](recorder) have it.
 pub struct RecordPlugin;
 
@@ -55,6 +58,8 @@ impl Plugin for RecordPlugin {
     }
 }
 
+=======
+>>>>>>> main
 /// The systems of recording.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum RecordSystems {
@@ -161,12 +166,16 @@ pub fn gather_start(world: &mut World) {
     let _ = world.run_system_cached(gather_record);
 }
 
-fn note_commands(mut current: ResMut<CurrentRecord>, robots: Query<(&RobotId, Commanded)>, ticks: SystemChangeTick) {
+pub(super) fn note_commands(
+    mut current: ResMut<CurrentRecord>,
+    robots: Query<(&RobotId, Commanded)>,
+    ticks: SystemChangeTick,
+) {
     let (since, now) = (current.gathered, ticks.this_run());
     current.commands.clear();
     current.commands.extend(robots.iter().map(|(id, robot)| (*id, robot.command(since, now))));
 }
 
-fn gather_record(mut current: ResMut<CurrentRecord>, recorded: RecordedMatch) {
+pub(super) fn gather_record(mut current: ResMut<CurrentRecord>, recorded: RecordedMatch) {
     recorded.gather(&mut current);
 }
