@@ -6,7 +6,7 @@ use core::str::FromStr;
 use std::path::PathBuf;
 
 use super::outputs::{Output, STANDARD_OUTPUT};
-use super::recordings::Recording;
+use super::recording::Recording;
 use crate::record::formats::LogFormats;
 use crate::record::recorder::Recorder;
 

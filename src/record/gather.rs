@@ -8,12 +8,6 @@ use bevy::prelude::*;
 use std::collections::BTreeMap;
 
 use super::cycle_record::{BallRecord, CycleRecord, GameRecord, PenaltyRecord, RobotRecord};
-<<<<<<< HEAD
-use super::formats::LogFormatApp;
-use super::recorder;
-use super::trace::TraceRecorder;
-=======
->>>>>>> main
 use super::vocabulary::{Command, Commanded, Perceived};
 use crate::ball::{Ball, BallPhysics, BallVelocity};
 use crate::behaviour::drawings::Drawings;
@@ -26,40 +20,6 @@ use crate::robot::posture::Posture;
 use crate::robot::{Roster, Velocity};
 use crate::team::RobotId;
 
-<<<<<<< HEAD
-/// Gathers the [`CurrentRecord`] of every cycle while there is one, and lets the [recorders](recorder) have it.
-pub struct RecordPlugin;
-
-impl Plugin for RecordPlugin {
-    fn build(&self, app: &mut App) {
-        let is_recorded = resource_exists::<CurrentRecord>;
-        app.init_resource::<ReadingsAreRecorded>()
-            .add_log_format(
-                "trace",
-                "a line of JSON a cycle, compressed if its name ends in .zst",
-                TraceRecorder::create,
-            )
-            .configure_sets(
-                Cycle,
-                (
-                    (RecordSystems::Gather, RecordSystems::Keep).chain().in_set(CycleSystems::Record),
-                    // Recorders have the whole world to look at: they come when nobody else is at work.
-                    RecordSystems::Write.after(CycleSystems::Record).before(CycleSystems::Last),
-                ),
-            )
-            .add_systems(
-                Cycle,
-                (
-                    note_commands.after(CycleSystems::Decide).before(CycleSystems::Act).run_if(is_recorded),
-                    gather_record.in_set(RecordSystems::Gather).run_if(is_recorded),
-                    recorder::record_cycle.in_set(RecordSystems::Write).run_if(resource_exists::<recorder::Recorders>),
-                ),
-            );
-    }
-}
-
-=======
->>>>>>> main
 /// The systems of recording.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum RecordSystems {
