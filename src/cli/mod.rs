@@ -1,4 +1,4 @@
-//! The command line: one file a command. A program of one's own has all of it with [`run`]:
+//! The command line: one file a command. A program of one's own has all of it with [`run()`]:
 //!
 //! ```no_run
 //! use bevy::prelude::*;

@@ -160,8 +160,8 @@ impl Scenario {
 /// Durations of a cycle that can be, s.
 const CYCLE_S: RangeInclusive<f64> = 0.001..=1.0;
 
-/// More faults than these say nothing new, and would take memory.
-const MOST_FAULTS: usize = 1000;
+/// More faults than these say nothing new, and would take memory and time.
+pub(super) const MOST_FAULTS: usize = 100;
 
 /// Collects faults.
 #[derive(Default)]
