@@ -6,10 +6,8 @@
 #![expect(clippy::print_stdout, reason = "an example says what it finds")]
 
 use bevy::prelude::*;
-use naoisis::game::Evidence;
 use naoisis::prelude::*;
 use naoisis::referee::report::report;
-use naoisis::referee::snapshot::{MatchSnapshot, RobotSnapshot};
 use serde::Deserialize;
 use std::process::ExitCode;
 

@@ -21,6 +21,9 @@ impl From<KalmanFilter> for Localisation {
     }
 }
 
+/// No robot believes that it is farther away than this, m: squares of it can still be added up.
+const FARTHEST_M: f32 = 1e6;
+
 /// A filter of any kind.
 #[derive(Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 pub enum Localiser {
@@ -58,8 +61,9 @@ impl Localiser {
             Localiser::Searching(filter, kalman) => (filter.is_finite(), (*kalman).into()),
             Localiser::Particles(filter) => (filter.is_finite(), Localisation::Particles),
         };
-        if !is_finite {
-            *self = Localiser::placed(kind, robot, if last.is_finite() { last } else { Pose::default() });
+        let is_near = |pose: Pose| pose.is_finite() && pose.position.abs().max_element() < FARTHEST_M;
+        if !(is_finite && is_near(self.estimate().pose)) {
+            *self = Localiser::placed(kind, robot, if is_near(last) { last } else { Pose::default() });
         }
     }
 

@@ -199,6 +199,6 @@ mod tests {
     #[test]
     fn an_unknown_team_is_a_mistake() {
         let message = chosen(DEFAULT_SCENARIO, Some("nobody")).expect_err("no such team");
-        assert!(message.starts_with("--blue: there is no team `nobody`; expected one of "), "{message}");
+        assert!(message.starts_with("--blue: there is no team `nobody`; expected `chasers`"), "{message}");
     }
 }

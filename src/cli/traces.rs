@@ -6,7 +6,7 @@ use std::io;
 use std::path::PathBuf;
 
 use super::outputs::{Output, STANDARD_OUTPUT};
-use super::recordings::Recording;
+use super::recording::Recording;
 use crate::record::fields::Fields;
 use crate::record::recorder::Recorder;
 use crate::record::trace::TraceRecorder;
@@ -47,13 +47,13 @@ impl Recording for TraceArguments {
         self.trace.as_ref().is_some_and(|path| path.as_os_str() == STANDARD_OUTPUT)
     }
 
-    fn open(&self, _: &World, _: bool) -> Result<Option<Box<dyn Recorder>>, String> {
+    fn open(&self, _: &World, _: bool) -> Result<Vec<Box<dyn Recorder>>, String> {
         let recorder = match self.file() {
             Some(path) => TraceRecorder::create(&path).map_err(|error| format!("--trace: {error}"))?,
             None if self.takes_standard_output() => TraceRecorder::plain("standard output", io::stdout()),
-            None => return Ok(None),
+            None => return Ok(Vec::new()),
         };
         let recorder = recorder.every(self.trace_every.unwrap_or(1));
-        Ok(Some(Box::new(recorder.with_fields(self.trace_fields.clone().unwrap_or_default()))))
+        Ok(vec![Box::new(recorder.with_fields(self.trace_fields.clone().unwrap_or_default()))])
     }
 }

@@ -11,7 +11,7 @@ mod markings;
 
 use crate::knowledge::Knowledge;
 pub use goals::GoalPost;
-pub use markings::{JunctionShape, LineJunction, LineSegment};
+pub use markings::{JunctionShape, LineJunction, LineSegment, Markings};
 
 /// Registers the pitch's types.
 pub struct PitchPlugin;

@@ -136,6 +136,13 @@ pub struct KickMark {
     pub kick_type: KickType,
 }
 
+impl KickMark {
+    /// The kick and when it struck the ball, s, in a match with cycles of so many seconds.
+    pub fn struck(self, period_s: f64) -> (KickType, f64) {
+        (self.kick_type, self.cycle.saturating_sub(1) as f64 * period_s)
+    }
+}
+
 /// Some records in a row, as bytes.
 #[derive(Clone, Default, Debug)]
 struct Block {
@@ -332,7 +339,8 @@ impl History {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::record::gather::{CurrentRecord, RecordPlugin, gather_start};
+    use crate::record::RecordPlugin;
+    use crate::record::gather::{CurrentRecord, gather_start};
     use crate::simulation::{MatchApp, NaoisisPlugins};
 
     #[test]

@@ -2,7 +2,7 @@
 //!
 //! At the end of every cycle the referee looks at a [`snapshot`] of the match. The rules, one file each, are plain
 //! functions of it; what they say becomes [`decide::Decisions`], which one system carries out. Every verdict is a
-//! [`MatchEvent`](crate::events::MatchEvent) with its [`Evidence`]: who, where, what was measured, the rule in one
+//! [`MatchEvent`](crate::events::MatchEvent) with its [`Evidence`](crate::game::Evidence): who, where, what was measured, the rule in one
 //! sentence, and what would have changed it. `naoisis run --explain` prints them as a [match report](report).
 //!
 //! # Rules as data
@@ -35,12 +35,13 @@
 //! [`GameStatus`]. It comes back on the halfway line at the side away from the ball (2010), or from where it waited
 //! (2025).
 //!
-//! What whoever runs the match can do to it, by command or at a given time of a scenario, is an [`Intervention`].
+//! What whoever runs the match can do to it, by command or at a given time of a scenario, is an [`Intervention`](crate::game::Intervention).
 //!
 //! # An example of its own
 //!
-//! A rule is a file with a function over the snapshot that returns [`Evidence`], a switch in [`Rules`], and a line in
-//! [`decide`]; `tests/rule_cases` has a scenario just inside and one just outside of each.
+//! A rule is a file with a function over the snapshot that returns [`Evidence`](crate::game::Evidence), a switch in [`Rules`],
+//! and a row in a table: [`robot_rules`] for what single robots do; others have a line in [`decide`]. `tests/rule_cases` has a
+//! scenario just inside and one just outside of each.
 
 use bevy::prelude::*;
 
@@ -69,6 +70,7 @@ pub mod positions;
 pub mod removal;
 pub mod report;
 mod restarts;
+pub mod robot_rules;
 pub mod set_play;
 pub mod shoot_out;
 pub mod snapshot;

@@ -5,10 +5,9 @@ use serde_json::{Map, Value};
 
 use super::error::{ScenarioError, ScenarioErrorKind};
 use super::field_path::{FieldPath, Segment};
-use super::load::ScenarioFile;
 use super::presets;
 use super::shape::{ShapeError, Strict};
-use super::source::{Finding, ScenarioSource};
+use super::source::{Finding, ScenarioFile, ScenarioSource};
 use super::types::Scenario;
 use super::validate::{ScenarioFault, place_ball_beside_robots};
 
@@ -42,11 +41,12 @@ pub fn build(
         let faults = if is_whole { scenario.faults() } else { scenario.faults_of_parts() };
         let taken_out: Vec<FieldPath> = findings.iter().map(|finding| finding.fault.path.clone()).collect();
         let faults = faults.into_iter().chain(names(&scenario));
-        findings.extend(faults.filter(|fault| !may_come_of(&fault.path, &taken_out)).map(Finding::from));
+        findings.extend(faults.filter(|fault| !fault.may_come_of(&taken_out)).map(Finding::from));
         if findings.is_empty() && errors.is_empty() {
             return Ok(ScenarioFile { scenario, source });
         }
     }
+    findings.truncate(ScenarioFile::MOST_ERRORS);
     errors.extend(source.errors(&findings));
     errors.sort_by_key(|error| (error.line(), error.column()));
     // What is wrong with a common setting is wrong with every robot that shares it.
@@ -104,10 +104,9 @@ fn take_out(root: &mut Value, path: &FieldPath) -> bool {
     let segments = path.segments();
     for length in (0..segments.len()).rev() {
         match (value_at(root, &segments[..length]), &segments[length]) {
-            (Some(Value::Object(fields)), Segment::Field(name)) => {
-                if fields.remove(name).is_some() {
-                    return true;
-                }
+            (Some(Value::Object(fields)), Segment::Field(name)) if fields.contains_key(name) => {
+                fields.remove(name);
+                return true;
             }
             (Some(Value::Array(elements)), Segment::Index(index)) => {
                 let empty = Value::Object(Map::new());
@@ -129,25 +128,4 @@ fn value_at<'a>(root: &'a mut Value, segments: &[Segment]) -> Option<&'a mut Val
         Segment::Field(name) => value.get_mut(name),
         Segment::Index(index) => value.get_mut(*index),
     })
-}
-
-/// Whether a fault at `path` may be there only because something was taken out: of the same part of the scenario, or of what
-/// its robot has from the common settings.
-fn may_come_of(path: &FieldPath, taken_out: &[FieldPath]) -> bool {
-    fn part(path: &FieldPath) -> &[Segment] {
-        match path.segments() {
-            [_, Segment::Index(_), ..] => &path.segments()[..2],
-            segments => &segments[..segments.len().min(1)],
-        }
-    }
-    let common = match path.segments() {
-        [_, Segment::Index(_), Segment::Field(field), ..] => match field.as_str() {
-            "head_deg" => "head",
-            "behaviour" => "messages",
-            field => field,
-        },
-        _ => "",
-    };
-    let is_common = |other: &FieldPath| part(other) == part(&FieldPath::from(common));
-    taken_out.iter().any(|other| part(other) == part(path) || (!common.is_empty() && is_common(other)))
 }

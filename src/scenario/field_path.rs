@@ -59,6 +59,14 @@ impl FieldPath {
         }
     }
 
+    /// The part of the scenario that it is in: a setting, or an element of a list.
+    pub(super) fn part(&self) -> &[Segment] {
+        match self.segments() {
+            [_, Segment::Index(_), ..] => &self.0[..2],
+            segments => &segments[..segments.len().min(1)],
+        }
+    }
+
     /// The last field and what of it is meant, such as `pose[1]`; none for the whole scenario.
     pub(super) fn last_part(&self) -> Option<String> {
         let field = self.0.iter().rposition(|segment| matches!(segment, Segment::Field(_)))?;

@@ -1,8 +1,8 @@
 //! What a robot can know: its cameras, sonars, joints, steps and its own state.
 //!
 //! A sensor is two components of a robot: its settings, and its reading, which the settings require. One system fills
-//! it, once a cycle. All sensors of all robots read the same instant, the start of the cycle, which [`scene::Scene`]
-//! has gathered for them. Each page below says what a sensor measures, in which units and how often, with which
+//! it, once a cycle. All sensors of all robots read the same instant, the start of the cycle, which is gathered for them in
+//! the [`Scene`](crate::appearance::scene::Scene). Each page below says what a sensor measures, in which units and how often, with which
 //! noise, and what the real NAO does.
 //!
 //! | sensor | settings | reading |

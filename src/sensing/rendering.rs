@@ -12,9 +12,8 @@ use super::camera::{CameraImages, CameraRendering, CameraSettings};
 use super::jobs::{self, SensingThreads};
 use super::scene::SensingSystems;
 use super::vision::{VisionSettings, VisionSource};
-use crate::appearance::gather::MatchScene;
 use crate::appearance::robot::RobotDesign;
-use crate::appearance::scene::SceneDescription;
+use crate::appearance::scene::Scene;
 use crate::appearance::view::View;
 use crate::camera_model::{CameraSide, CameraView};
 use crate::cycle::{Cycle, CycleClock};
@@ -34,7 +33,6 @@ impl Plugin for RenderingPlugin {
 /// Memory that is kept from cycle to cycle.
 #[derive(Default)]
 struct Studio {
-    scene: SceneDescription,
     /// One a design.
     prepared: [PreparedScene; 2],
     jobs: Vec<Job>,
@@ -81,7 +79,7 @@ fn take_images(
     clock: Res<CycleClock>,
     threads: Res<SensingThreads>,
     #[cfg(feature = "gpu")] mut gpu: Option<ResMut<super::camera::gpu::GpuCameras>>,
-    mut source: MatchScene,
+    scene: Res<Scene>,
     mut robots: Query<(
         Entity,
         &RobotId,
@@ -99,14 +97,12 @@ fn take_images(
     if !robots.iter().any(|(_, _, _, settings, vision, ..)| is_due(settings, vision).is_some()) {
         return;
     }
-    source.gather(clock.start_time_s(), &mut studio.scene);
     let mut is_wanted = [false; 2];
     for (entity, id, head, settings, vision, mut images, mut streams) in &mut robots {
         let Some(renderer) = is_due(settings, vision) else { continue };
         let is_gpu = renderer == CameraRendering::Gpu;
         // Robots that are not on the pitch, and those that lie, have no images.
-        let place = studio.scene.robots.iter().find(|robot| robot.id == *id);
-        let Some(place) = place.filter(|robot| robot.is_upright()) else {
+        let Some(body) = scene.robot(*id).filter(|robot| robot.is_upright()) else {
             images.clear();
             continue;
         };
@@ -118,7 +114,7 @@ fn take_images(
                 images.side_mut(side).clear();
                 continue;
             }
-            let mut view = View::of_robot(&camera, place.world_from_robot, *id);
+            let mut view = View::of_robot(&camera, body.world_from_robot(), *id);
             view.shadows = settings.shadows;
             studio.jobs.push(Job {
                 robot: entity,
@@ -136,7 +132,7 @@ fn take_images(
     }
     for design in RobotDesign::BOTH {
         if is_wanted[design as usize] {
-            studio.prepared[design as usize].prepare(&studio.scene, Detail { design, ..Detail::default() });
+            studio.prepared[design as usize].prepare(&scene, Detail { design, ..Detail::default() });
         }
     }
     #[cfg(feature = "gpu")]
@@ -144,7 +140,7 @@ fn take_images(
         let mut shots: Vec<&mut Shot> =
             studio.jobs.iter_mut().filter(|job| job.is_gpu).map(|job| &mut job.shot).collect();
         if !shots.is_empty()
-            && let Err(error) = gpu.get().draw(&studio.scene, &mut shots)
+            && let Err(error) = gpu.get().draw(&scene, &mut shots)
         {
             error!("no camera images in cycle {}: {error}", clock.cycle);
             shots.iter_mut().for_each(|shot| shot.image.clear());

@@ -8,6 +8,7 @@ mod behaviours;
 mod built_in_scenarios;
 mod collisions;
 mod commands;
+mod completeness;
 mod damaged_saves;
 mod determinism;
 mod event_messages;

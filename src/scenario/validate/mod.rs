@@ -10,10 +10,10 @@ pub(super) use placement::place_ball_beside_robots;
 use core::fmt::Display;
 use core::ops::RangeInclusive;
 
-use super::field_path::FieldPath;
+use super::field_path::{FieldPath, Segment};
 use super::outline::Aim;
 use super::types::{BehaviourSpec, RobotSpec, Scenario};
-use super::wording::in_words;
+use super::wording::{did_you_mean, in_words, one_of, quoted};
 use crate::behaviour::script::ScriptEntry;
 use crate::game::{Intervention, TimedIntervention};
 use crate::geometry::to_degrees;
@@ -64,12 +64,45 @@ impl ScenarioFault {
         in_words(&self.message, &self.expected)
     }
 
+    /// Whether it may be there only because something else is wrong: in the same part of the scenario, in what its robot
+    /// has from the common settings, or in the other field that it has to do with.
+    pub(super) fn may_come_of(&self, wrong: &[FieldPath]) -> bool {
+        let common = match self.path.segments() {
+            [_, Segment::Index(_), Segment::Field(field), ..] => match field.as_str() {
+                "head_deg" => "head",
+                "behaviour" => "messages",
+                field => field,
+            },
+            _ => "",
+        };
+        let common = FieldPath::from(common);
+        let own = [Some(&self.path), self.related.as_ref(), Some(&common)];
+        let mut parts = own.into_iter().flatten().map(FieldPath::part).filter(|part| !part.is_empty());
+        parts.any(|part| wrong.iter().any(|other| other.part() == part))
+    }
+
     /// The fault with another field that has to do with it.
     #[must_use]
     pub fn related_to(mut self, path: FieldPath) -> Self {
         self.related = Some(path);
         self
     }
+}
+
+/// The fault of a name in a file that names nothing which the program has.
+pub fn unknown_name<'a>(
+    path: &FieldPath,
+    what: &str,
+    name: &str,
+    known: impl Iterator<Item = &'a str> + Clone,
+) -> ScenarioFault {
+    let message = format!("there is no {what} {}{}", quoted(name), did_you_mean(name, known.clone()));
+    let expected = if known.clone().next().is_none() {
+        format!("none: this program has registered no {what}")
+    } else {
+        one_of(known)
+    };
+    ScenarioFault::new(path.clone(), message, expected)
 }
 
 impl Scenario {
@@ -83,15 +116,21 @@ impl Scenario {
 
     /// Everything that is wrong, numbers first, then places; of very many faults the first.
     pub fn faults(&self) -> Vec<ScenarioFault> {
-        self.checked(|checks| {
-            checks.parts(self);
-            checks.whole(self);
-            checks.placement(self);
-            // Whoever is to be lined up must have a sound pitch to stand on.
-            if checks.faults.is_empty() {
-                checks.room_at_kick_offs(self);
-            }
-        })
+        let mut faults = self.faults_of_parts();
+        let wrong: Vec<FieldPath> = faults.iter().map(|fault| fault.path.clone()).collect();
+        // On a field that cannot be nothing has its place.
+        if !wrong.iter().any(|path| path.starts_with(&FieldPath::from("field"))) {
+            let more = self.checked(|checks| {
+                checks.whole(self);
+                checks.placement(self);
+                // Whoever is to be lined up must have a sound pitch to stand on.
+                if wrong.is_empty() && checks.faults.is_empty() {
+                    checks.room_at_kick_offs(self);
+                }
+            });
+            faults.extend(more.into_iter().filter(|fault| !wrong.contains(&fault.path) && !fault.may_come_of(&wrong)));
+        }
+        faults
     }
 
     /// What is wrong with its settings, whose numbers are finite, wherever robots, ball and posts are.
@@ -121,8 +160,8 @@ impl Scenario {
 /// Durations of a cycle that can be, s.
 const CYCLE_S: RangeInclusive<f64> = 0.001..=1.0;
 
-/// More faults than these say nothing new, and would take memory.
-const MOST_FAULTS: usize = 1000;
+/// More faults than these say nothing new, and would take memory and time.
+pub(super) const MOST_FAULTS: usize = 100;
 
 /// Collects faults.
 #[derive(Default)]
@@ -319,7 +358,10 @@ impl Checks {
         let path = path.field("do");
         let carpet = scenario.field.carpet_half_extents();
         let (robot, place) = match timed.intervention {
-            Intervention::PlaceBall { position_m, .. } => (None, Some(("place_ball.position_m", position_m))),
+            Intervention::PlaceBall { position_m, velocity_mps } => {
+                self.ball_speed(path.field("place_ball.velocity_mps"), velocity_mps);
+                (None, Some(("place_ball.position_m", position_m)))
+            }
             Intervention::DropBall { position_m } => (None, Some(("drop_ball.position_m", position_m))),
             Intervention::PlaceRobot { robot, pose } => {
                 (Some(("place_robot.robot", robot)), Some(("place_robot.pose", pose.position)))

@@ -40,6 +40,7 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use crate::appearance::scene::Scene;
 use crate::camera_model::CameraSide;
 use crate::cycle::Cycle;
 use crate::geometry::{Pose, angle_of};
@@ -49,7 +50,7 @@ use crate::random::RandomStreams;
 use crate::robot::head::HeadAngles;
 use crate::sensing::camera::CameraSettings;
 use crate::sensing::jobs::SensingThreads;
-use crate::sensing::scene::{Scene, ScenePlugin, SensingSystems};
+use crate::sensing::scene::{ScenePlugin, SensingSystems};
 use crate::team::{RobotId, Team};
 
 mod geometric;

@@ -52,6 +52,7 @@ pub(super) fn check(snapshot: &Snapshot, registry: &TypeRegistry) -> Result<(), 
     let resources = Values { what: "the match", values: &snapshot.resources };
     resources.check_numbers(registry)?;
     let settings = settings_of_match(&resources)?;
+    resources.check_settings(&settings)?;
     let mut seen = Seen::default();
     for entity in &snapshot.entities {
         check_entity(entity, &settings, registry, &mut seen)?;
@@ -286,6 +287,9 @@ impl<'a> Values<'a> {
                 continue;
             }
             let limits = match Knowledge::of_type_info(type_info) {
+                _ if type_info.type_id() == TypeId::of::<CycleClock>() => {
+                    Numbers { counts_go_on: true, ..Numbers::FINITE }
+                }
                 Some(Knowledge::Truth | Knowledge::Sensor) => Numbers { largest: LARGEST_NUMBER, counts_go_on: true },
                 Some(Knowledge::Command | Knowledge::Belief) => Numbers { counts_go_on: true, ..Numbers::FINITE },
                 Some(Knowledge::Public) | None => Numbers::FINITE,

@@ -173,7 +173,7 @@ fn truth_inside_parameter_sets_nested_queries_and_derived_data_is_refused() {
         _pose: Changed<Pose>,
     }
     fn sneaks(robots: Query<Sneaky, With<Mine>>) {
-        let _ = robots.iter().map(|robot| (robot.percepts.goal_posts.len(), *robot.inner.pose)).count();
+        let _: Vec<_> = robots.iter().map(|robot| (robot.percepts.goal_posts.len(), *robot.inner.pose)).collect();
     }
     assert!(forbidden_component(sneaks).ends_with("Pose"));
     assert!(forbidden_component(|_: Query<&Percepts, Moved>| {}).ends_with("Pose"));
@@ -274,7 +274,7 @@ fn robots_have_the_same_components_from_the_first_cycle_to_the_last() {
     };
     let before = components(&mut app);
     app.run_cycles(300);
-    app.world_mut().commands().queue(naoisis::game::Intervention::Penalise {
+    app.world_mut().commands().queue(Intervention::Penalise {
         robot: crate::support::blue(2),
         reason: default(),
         duration_s: Some(5.0),
@@ -354,7 +354,9 @@ fn every_component_and_resource_of_the_simulation_says_what_it_is() {
     unmarked.sort();
     let expected = [
         "naoisis::behaviour::BehaviourRegistry",
+        "naoisis::referee::own_rules::OwnRules",
         "naoisis::sensing::jobs::SensingThreads",
+        "naoisis::simulation::rules::RuleRegistry",
         "naoisis::simulation::sensors::SensorRegistry",
     ];
     assert_eq!(unmarked, expected);
