@@ -13,6 +13,8 @@ const PLACES: usize = 5;
 const DIGITS: usize = 6;
 /// Digits of a small number.
 const LEAST_DIGITS: usize = 3;
+/// Larger numbers have no places.
+const LARGEST: f64 = 1e10;
 /// A small number has at most so many places: what is smaller is nothing.
 const MOST_PLACES: usize = 12;
 
@@ -33,6 +35,9 @@ pub(super) struct LeanNumbers;
 impl Formatter for LeanNumbers {
     fn write_f32<W: ?Sized + Write>(&mut self, writer: &mut W, number: f32) -> io::Result<()> {
         let size = f64::from(number.abs());
+        if size >= LARGEST {
+            return CompactFormatter.write_f32(writer, number);
+        }
         // Of large numbers the places go first.
         let places = (0..PLACES).find(|places| size >= POWERS[DIGITS - 1 - places] as f64).unwrap_or(PLACES);
         write_number(writer, f64::from(number), places)
@@ -45,8 +50,6 @@ impl Formatter for LeanNumbers {
 
 /// Writes a number with so many places at most, or more if it is small.
 fn write_number<W: ?Sized + Write>(writer: &mut W, number: f64, places: usize) -> io::Result<()> {
-    /// Larger numbers have no places.
-    const LARGEST: f64 = 1e10;
     /// Long enough for the largest number with all its places, a point and a sign.
     const LONGEST: usize = 32;
 
@@ -110,7 +113,7 @@ mod tests {
         let single = [0.0_f32, -0.0, 1.0, -0.1, 3.141_592_7, 12.345_678, -160.234_56, 123_456.78, 9_876_543.0, 1e20];
         assert_eq!(
             single.map(lean),
-            ["0.0", "0.0", "1.0", "-0.1", "3.14159", "12.3457", "-160.235", "123457.0", "9876543.0", "1e20"]
+            ["0.0", "0.0", "1.0", "-0.1", "3.14159", "12.3457", "-160.235", "123457.0", "9876543.0", "1e+20"]
         );
         assert_eq!(
             [0.009_876_54_f32, 1.234_5e-5, -1.234_5e-9, 1e-15].map(lean),

@@ -334,7 +334,7 @@ mod tests {
     fn what_is_wrong_is_said_with_its_place() {
         assert_eq!(
             message(&[HEADER, &cycle(0), "{\"type\":\"cycle\",\"cycle\":x}", ""]),
-            "match.jsonl:3:25: expected value; expected a line of a trace: an object with a `type`"
+            "match.jsonl:3:25: expected value; expected a cycle of a trace"
         );
         assert_eq!(
             message(&[HEADER, &cycle(0), "{\"type\":\"cycle\",\"cycle\":1,\"robots\":[]}", ""]),

@@ -263,14 +263,14 @@ fn abilities() -> impl Strategy<Value = Abilities> {
             }
         });
     let class = || {
-        (within(0.0..=1000.0), within(0.0..=1.0), within(0.0..=1.0), option::of(within(0.0..=1000.0))).prop_map(
-            |(pixel_sd, miss_probability, false_positive_probability, max_distance_m)| ClassNoise {
+        (within(0.0..=1000.0), within(0.0..=1.0), within(0.0..=1.0), option::of(within(0.0..=1000.0)))
+            .prop_map(|(pixel_sd, miss_probability, false_positive_probability, max_distance_m)| ClassNoise {
                 pixel_sd,
                 miss_probability,
                 false_positive_probability,
                 max_distance_m,
-            },
-        )
+            })
+            .boxed()
     };
     let vision = ([class(), class(), class(), class(), class(), class(), class()], degrees(0.0..=180.0)).prop_map(
         |([ball, goal_posts, robots, lines, junctions, penalty_crosses, centre_circle], head_angle_sd)| {
@@ -322,9 +322,16 @@ fn abilities() -> impl Strategy<Value = Abilities> {
                 speed_sd,
             }
         });
-    let any = (sonar, odometry, vision, messages, head, kicks).prop_map(
-        |(sonar, odometry, vision, messages, head, kicks)| Abilities { sonar, odometry, vision, messages, head, kicks },
-    );
+    // On the heap: together they are too large for the stack of a test.
+    let any = (sonar.boxed(), odometry.boxed(), vision.boxed(), messages.boxed(), head.boxed(), kicks.boxed())
+        .prop_map(|(sonar, odometry, vision, messages, head, kicks)| Abilities {
+            sonar,
+            odometry,
+            vision,
+            messages,
+            head,
+            kicks,
+        });
     mostly(Abilities::default(), any)
 }
 
@@ -339,7 +346,7 @@ fn scenario() -> impl Strategy<Value = Accepted> {
     });
     let who = prop_oneof![3 => vec(robot(), 0..9).prop_map(Ok), 1 => teams.prop_map(Err)];
     let localisation = select(vec![Localisation::Kalman, Localisation::Unscented, Localisation::Particles]);
-    let numbers = (any::<u64>(), cycle_s, ball(), motion(), rules(), field(), abilities(), localisation);
+    let numbers = (any::<u64>(), cycle_s, ball(), motion(), rules(), field().boxed(), abilities(), localisation);
     (numbers, (who, vec(post, 0..4), vec(intervention(), 0..4)))
         .prop_map(
             |((seed, cycle_s, ball, motion, rules, field, abilities, localisation), (who, posts, interventions))| {
