@@ -20,6 +20,7 @@ pub mod picture;
 mod png_file;
 pub mod read;
 pub mod recorder;
+mod scaling;
 pub mod sheet;
 pub mod trace;
 pub mod video;
