@@ -4,29 +4,12 @@ use bevy::prelude::*;
 use clap::Args;
 
 use super::beliefs::BeliefArguments;
+use super::logs::LogArguments;
 use super::outputs::Output;
 use super::pictures::PictureArguments;
+use super::recording::Recording;
 use super::traces::TraceArguments;
 use crate::record::recorder::Recorder;
-
-/// The options of a way to record.
-pub trait Recording {
-    /// That the options fit each other.
-    fn check(&self) -> Result<(), String> {
-        Ok(())
-    }
-
-    /// The files that it writes anew.
-    fn outputs(&self) -> Vec<Output<'_>>;
-
-    /// Whether it takes standard output, so that nothing else may be printed there.
-    fn takes_standard_output(&self) -> bool {
-        false
-    }
-
-    /// Opens what is to be written of the match in the world, with `force` in place of what is there; none if nothing is.
-    fn open(&self, world: &World, force: bool) -> Result<Option<Box<dyn Recorder>>, String>;
-}
 
 macro_rules! recordings {
     ($($name:ident: $arguments:ty,)*) => {
@@ -52,6 +35,7 @@ recordings! {
     pictures: PictureArguments,
     trace: TraceArguments,
     beliefs: BeliefArguments,
+    logs: LogArguments,
 }
 
 impl Recordings {
@@ -72,6 +56,7 @@ impl Recordings {
 
     /// Opens everything that is to be written of the match in the world, with `force` in place of what is there.
     pub fn open(&self, world: &World, force: bool) -> Result<Vec<Box<dyn Recorder>>, String> {
-        self.all().into_iter().filter_map(|recording| recording.open(world, force).transpose()).collect()
+        let opened = self.all().into_iter().map(|recording| recording.open(world, force));
+        Ok(opened.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
     }
 }

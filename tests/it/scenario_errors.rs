@@ -212,7 +212,6 @@ fn interventions_that_cannot_be() {
         ("place_robot(robot: blue1, pose: «(9, 0, 0))", "(9, 0) is outside the carpet", "within"),
         ("place_ball(position_m: «(0, 9))", "(0, 9) is outside the carpet", "within"),
         ("«restart", "`restart`", "place_ball"),
-        ("penalise(robot: blue1, reason: «dancing)", "`dancing`", "pushing"),
     ];
     for (marked, message, expected) in cases {
         refuses_ron(&format!("(robots: [()], interventions: [(at_s: 1, do: {marked})])"), message, expected);
@@ -383,7 +382,7 @@ fn a_check_finds_everything_and_nothing_that_only_follows() {
         "10:31: `head_deg[1]` is the text `down`; expected a number",
         "11:33: there is no preset `lout`",
         "12:42: `max_linear_mps` is 8; expected 0 to 5 m/s",
-        "14:21: `radius_m` is 7; expected more than 0",
+        "14:22: `radius_m` is 7; expected more than 0",
     ];
     let errors = all_errors("wrong.ron", text);
     for (error, start) in errors.iter().zip(expected) {
@@ -406,8 +405,8 @@ fn a_check_of_sound_fields_finds_all_places_and_settings() {
 
 #[test]
 fn files_and_lists_have_an_end() {
-    let error = all_errors("large.json", &format!("{{ \"name\": \"{}\" }}", "x".repeat(5 << 20)));
-    assert!(error[0].contains("too large for a scenario: it has more than 4 MiB; expected at most 4 MiB"), "{error:?}");
+    let error = all_errors("large.json", &format!("{{ \"name\": \"{}\" }}", "x".repeat(3 << 20)));
+    assert!(error[0].contains("too large for a scenario: it has more than 2 MiB; expected at most 2 MiB"), "{error:?}");
     let many = |field: &str, count: usize| format!("{{ \"{field}\": [{}] }}", vec!["{}"; count].join(","));
     for (field, most) in [("robots", 510), ("posts", 1000), ("interventions", 10_000)] {
         let errors = all_errors("many.json", &many(field, most + 1));

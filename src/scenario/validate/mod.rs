@@ -13,7 +13,7 @@ use core::ops::RangeInclusive;
 use super::field_path::{FieldPath, Segment};
 use super::outline::Aim;
 use super::types::{BehaviourSpec, RobotSpec, Scenario};
-use super::wording::in_words;
+use super::wording::{did_you_mean, in_words, one_of, quoted};
 use crate::behaviour::script::ScriptEntry;
 use crate::game::{Intervention, TimedIntervention};
 use crate::geometry::to_degrees;
@@ -89,6 +89,22 @@ impl ScenarioFault {
     }
 }
 
+/// The fault of a name in a file that names nothing which the program has.
+pub fn unknown_name<'a>(
+    path: &FieldPath,
+    what: &str,
+    name: &str,
+    known: impl Iterator<Item = &'a str> + Clone,
+) -> ScenarioFault {
+    let message = format!("there is no {what} {}{}", quoted(name), did_you_mean(name, known.clone()));
+    let expected = if known.clone().next().is_none() {
+        format!("none: this program has registered no {what}")
+    } else {
+        one_of(known)
+    };
+    ScenarioFault::new(path.clone(), message, expected)
+}
+
 impl Scenario {
     /// Checks what types cannot say. Names of behaviours and teams are not checked here: they are the program's.
     ///
@@ -144,8 +160,8 @@ impl Scenario {
 /// Durations of a cycle that can be, s.
 const CYCLE_S: RangeInclusive<f64> = 0.001..=1.0;
 
-/// More faults than these say nothing new, and would take memory.
-const MOST_FAULTS: usize = 1000;
+/// More faults than these say nothing new, and would take memory and time.
+pub(super) const MOST_FAULTS: usize = 100;
 
 /// Collects faults.
 #[derive(Default)]
@@ -342,7 +358,10 @@ impl Checks {
         let path = path.field("do");
         let carpet = scenario.field.carpet_half_extents();
         let (robot, place) = match timed.intervention {
-            Intervention::PlaceBall { position_m, .. } => (None, Some(("place_ball.position_m", position_m))),
+            Intervention::PlaceBall { position_m, velocity_mps } => {
+                self.ball_speed(path.field("place_ball.velocity_mps"), velocity_mps);
+                (None, Some(("place_ball.position_m", position_m)))
+            }
             Intervention::DropBall { position_m } => (None, Some(("drop_ball.position_m", position_m))),
             Intervention::PlaceRobot { robot, pose } => {
                 (Some(("place_robot.robot", robot)), Some(("place_robot.pose", pose.position)))
