@@ -45,6 +45,11 @@ impl VideoFile {
         // Every picture comes out as soon as it is in.
         settings.mbtree = false;
         settings.scenecut = 0;
+        // Twice as fast for a fifth more bytes: codes of variable length instead of arithmetic ones, and each picture told from
+        // the one before, whose light is the same.
+        settings.cabac = false;
+        settings.num_ref_frames = 1;
+        settings.weightp = false;
         let encoder = Encoder::new(settings)
             .map_err(|error| RecordError::Encoding { path: path.to_owned(), message: format!("{error:?}") })?;
         let plane = |share: usize| vec![0; width * height / share];
