@@ -24,6 +24,7 @@ mod plugin;
 mod png_file;
 pub mod read;
 pub mod recorder;
+mod scaling;
 pub mod sheet;
 pub mod trace;
 pub mod trace_fields;
