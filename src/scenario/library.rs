@@ -82,5 +82,7 @@ mod tests {
         };
         assert_eq!(named(super::super::FIELD_PRESETS), files_in("fields"));
         assert_eq!(named(super::super::RULES_PRESETS), files_in("rules"));
+        assert_eq!(named(super::super::BALL_PRESETS), files_in("balls"));
+        assert_eq!(named(super::super::MODELS), files_in("robots"));
     }
 }

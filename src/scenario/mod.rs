@@ -4,7 +4,8 @@
 //! file mean the same. Files are RON or JSON of the same shape; [`Scenario::load`] and its relatives read them:
 //!
 //! 1. the text becomes a tree of values, and an outline that knows where each of them stands;
-//! 2. presets are filled in, and what robots do not say for themselves is taken from the common settings;
+//! 2. presets are filled in, what the file does not say is taken from its [realism](Realisms), and what robots do not say
+//!    for themselves from the common settings;
 //! 3. the tree becomes a [`Scenario`];
 //! 4. [`Scenario::validate`] checks what types cannot say: ranges, and that nothing overlaps.
 //!
@@ -16,9 +17,11 @@ mod field_path;
 mod format;
 mod library;
 mod load;
+mod models;
 mod outline;
 mod presets;
 mod read;
+mod realism;
 mod scanner;
 mod setting;
 mod shape;
@@ -32,7 +35,9 @@ pub use field_path::{FieldPath, Segment};
 pub use format::Format;
 pub use library::{LIBRARY, LibraryScenario};
 pub(crate) use load::read_settings;
-pub use presets::{FIELD_PRESETS, Preset, RULES_PRESETS};
+pub use models::{MODELS, RobotModel};
+pub use presets::{BALL_PRESETS, FIELD_PRESETS, Preset, RULES_PRESETS};
+pub use realism::{Realism, Realisms};
 pub use setting::{NotASetting, Setting};
 pub use source::{ScenarioFile, ScenarioSource};
 pub use types::{BallSpec, BehaviourSpec, PostSpec, RobotSpec, Scenario, TeamsSpec};

@@ -1,11 +1,15 @@
-//! Presets: named fields, rules and noise, and how a scenario's own values are laid over them.
+//! Presets: named fields, rules, balls and noise, and how a scenario's own values are laid over them and over those of its
+//! realism.
 
-use serde::Serialize;
-use serde_json::{Map, Value};
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value, json};
 
 use super::field_path::FieldPath;
 use super::format::Format;
+use super::models::{MODELS, RobotModel};
 use super::read::read;
+use super::realism::{Realism, Realisms};
+use super::types::Scenario;
 use super::validate::ScenarioFault;
 use super::wording::{did_you_mean, one_of, quoted};
 use crate::game::Rules;
@@ -45,6 +49,13 @@ pub const RULES_PRESETS: &[Preset] = &[
     Preset { name: "free", text: include_str!("../../assets/rules/free.ron") },
 ];
 
+/// The balls that come with the program: `assets/balls`.
+pub const BALL_PRESETS: &[Preset] = &[
+    Preset { name: "naoisis", text: include_str!("../../assets/balls/naoisis.ron") },
+    Preset { name: "spl2010", text: include_str!("../../assets/balls/spl2010.ron") },
+    Preset { name: "spl2025", text: include_str!("../../assets/balls/spl2025.ron") },
+];
+
 impl Pitch {
     /// The pitch of this name among the [`FIELD_PRESETS`].
     pub fn preset(name: &str) -> Option<Pitch> {
@@ -62,7 +73,7 @@ impl Rules {
 }
 
 /// Fields whose value is a choice with contents, as object and field: another choice replaces it as a whole.
-const CHOICES: [(&str, &str); 1] = [("sonar", "noise")];
+const CHOICES: [(&str, &str); 2] = [("sonar", "noise"), ("ball", "rolling")];
 
 /// Fills in what a file says by name or leaves to others: presets, the common settings for each robot, and jersey
 /// numbers. This is the one place where presets become values.
@@ -71,17 +82,30 @@ const CHOICES: [(&str, &str); 1] = [("sonar", "noise")];
 pub fn resolve(root: &mut Map<String, Value>) -> Vec<ScenarioFault> {
     let mut faults = Vec::new();
     let path = FieldPath::default();
-    for (field, presets) in [("field", FIELD_PRESETS), ("rules", RULES_PRESETS)] {
-        let names: Vec<&str> = presets.iter().map(|preset| preset.name).collect();
-        let value_of = |name: &str| presets.iter().find(|preset| preset.name == name).map(Preset::value);
+    let real = settings_of_realism(root, &mut faults);
+    for (field, presets) in [("field", FIELD_PRESETS), ("rules", RULES_PRESETS), ("ball", BALL_PRESETS)] {
+        // Without a ball there is nothing to fill in.
         if let Some(value) = root.get_mut(field)
-            && let Err(fault) = fill_in(value, &path.field(field), &names, value_of, || None)
+            && !(field == "ball" && value.is_null())
+            && let Err(fault) = fill_in_named(value, &path.field(field), presets)
         {
             faults.push(fault);
             root.remove(field);
         }
     }
-    fill_in_noises(root, &path, &Map::new(), &mut faults);
+    fill_in_noises(root, &path, &real, &mut faults);
+    for (field, mut real) in real {
+        match root.get_mut(&field) {
+            None => {
+                root.insert(field, real);
+            }
+            Some(own @ Value::Object(_)) => {
+                lay_over(&mut real, own.take(), &field);
+                *own = real;
+            }
+            Some(_) => {}
+        }
+    }
     let common: Map<String, Value> = ["motion", "sonar", "odometry", "head", "vision", "sensors"]
         .iter()
         .filter_map(|&field| Some((field.to_owned(), root.get(field)?.clone())))
@@ -99,6 +123,72 @@ pub fn resolve(root: &mut Map<String, Value>) -> Vec<ScenarioFault> {
     }
     number(robots);
     faults
+}
+
+/// The settings that come of the realism: what a scenario has where it says nothing itself. None of the paper's, which are the
+/// defaults.
+///
+/// A model or a word that there is not is taken out, and becomes a fault.
+fn settings_of_realism(root: &mut Map<String, Value>, faults: &mut Vec<ScenarioFault>) -> Map<String, Value> {
+    let path = FieldPath::default();
+    let model = match root.get("model").map(|model| (model, model.as_str().and_then(RobotModel::named))) {
+        Some((_, Some(model))) => model,
+        None => RobotModel::named(&Scenario::default().model).unwrap_or_else(RobotModel::unknown),
+        Some((model, None)) => {
+            let names: Vec<&str> = MODELS.iter().map(|preset| preset.name).collect();
+            let message = match model.as_str() {
+                Some(name) => {
+                    format!("there is no model {}{}", quoted(name), did_you_mean(name, names.iter().copied()))
+                }
+                None => "`model` is no name of a model".to_owned(),
+            };
+            faults.push(ScenarioFault::new(path.field("model"), message, one_of(names)));
+            root.remove("model");
+            RobotModel::unknown()
+        }
+    };
+    // What is wrong with the words is found when the types are read.
+    let Some(realisms) = root.get("realism").and_then(|words| Realisms::deserialize(words).ok()) else {
+        return Map::new();
+    };
+    let ideal = ideal_settings();
+    let mut settings = Map::new();
+    for (part, realism) in realisms.parts() {
+        let of_part = match realism {
+            Realism::Paper => continue,
+            Realism::Ideal => ideal.get(part).cloned(),
+            Realism::Realistic => model.realistic.get(part).cloned(),
+        };
+        let Some(mut of_part) = of_part else { continue };
+        if part == "ball"
+            && (root.get("ball").is_some_and(Value::is_null)
+                || fill_in_named(&mut of_part, &path.field("ball"), BALL_PRESETS).is_err())
+        {
+            continue;
+        }
+        settings.insert(part.to_owned(), of_part);
+    }
+    let mut noises = Vec::new();
+    fill_in_noises(&mut settings, &path, &Map::new(), &mut noises);
+    settings
+}
+
+/// What is different from the paper without noise.
+fn ideal_settings() -> Map<String, Value> {
+    let noiseless = |noise: serde_json::Result<Value>| json!({ "noise": noise.unwrap_or_default() });
+    let settings = [
+        ("vision", noiseless(serde_json::to_value(VisionNoise::none()))),
+        ("odometry", noiseless(serde_json::to_value(OdometryNoise::none()))),
+        ("sonar", json!({ "noise": "none", "miss_probability": 0.0 })),
+    ];
+    settings.into_iter().map(|(part, value)| (part.to_owned(), value)).collect()
+}
+
+/// Replaces the name of one of these presets by its values.
+fn fill_in_named(value: &mut Value, path: &FieldPath, presets: &[Preset]) -> Result<(), ScenarioFault> {
+    let names: Vec<&str> = presets.iter().map(|preset| preset.name).collect();
+    let value_of = |name: &str| presets.iter().find(|preset| preset.name == name).map(Preset::value);
+    fill_in(value, path, &names, value_of, || None)
 }
 
 /// Fills in the presets of the sensors' noises. Where none is named, fields are changes of the `common` settings' noise.
@@ -177,7 +267,8 @@ fn fill_in(
         return Err(ScenarioFault::new(name_path, message, expected));
     };
     if value.is_object() {
-        lay_over(&mut preset, value.take(), "");
+        let field = path.last_field().unwrap_or_default();
+        lay_over(&mut preset, value.take(), field);
     }
     *value = preset;
     Ok(())
@@ -224,7 +315,9 @@ fn number(robots: &mut [Value]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use serde_json::json;
+    use crate::ball::Rolling;
+    use crate::scenario::BallSpec;
+    use crate::sensing::sonar::SonarNoise;
 
     fn resolved(value: Value) -> Result<Value, Vec<ScenarioFault>> {
         let Value::Object(mut root) = value else { panic!("not an object") };
@@ -297,6 +390,46 @@ mod tests {
         assert_eq!(value["robots"][0]["vision"]["noise"], expected);
         let own: OdometryNoise = serde_json::from_value(value["robots"][1]["odometry"]["noise"].clone()).unwrap();
         assert_eq!(own, OdometryNoise { translation_scale: 1.5, ..OdometryNoise::default() });
+    }
+
+    #[test]
+    fn what_a_scenario_does_not_say_comes_of_its_realism_and_each_part_has_its_own() {
+        let read = |value: Value| serde_json::from_value::<Scenario>(resolved(value).unwrap()).unwrap();
+        assert_eq!(read(json!({ "realism": "paper" })), Scenario::default());
+        let ideal = read(json!({ "realism": "ideal", "sonar": { "max_m": 0.5 } }));
+        assert_eq!((ideal.vision.noise, ideal.odometry.noise), (VisionNoise::none(), OdometryNoise::none()));
+        assert_eq!((ideal.sonar.noise, ideal.sonar.max_m), (SonarNoise::None, 0.5));
+        let real = read(json!({
+            "realism": "realistic", "model": "nao_v6",
+            "ball": { "position_m": [1, 0], "rolling": { "exponential_per_s": 1.0 } },
+            "vision": { "noise": { "ball": { "pixel_sd": 2.0 } } },
+            "robots": [{ "vision": { "noise": { "head_angle_sd_deg": 0.0 } } }, { "sonar": { "noise": "none" } }],
+        }));
+        let ball = real.ball.unwrap();
+        assert_eq!((ball.radius_m, ball.rolling), (0.05, Rolling::ExponentialPerS(1.0)));
+        assert_eq!((real.motion.max_linear_mps, real.messages.max_messages), (0.23, Some(1200)));
+        assert_eq!((real.vision.noise.ball.pixel_sd, real.vision.noise.ball.miss_probability), (2.0, 0.1));
+        let own = real.robots[0].vision.unwrap().noise;
+        assert_eq!((own.ball, own.head_angle_sd), (real.vision.noise.ball, 0.0));
+        let own = real.robots[1].sonar.unwrap();
+        assert_eq!((own.noise, own.min_m), (SonarNoise::None, 0.2));
+        let kicks = read(json!({ "realism": { "kicks": "realistic" }, "ball": null }));
+        let Scenario { kicks: settings, realism, .. } = Scenario::default();
+        assert_ne!(kicks.kicks, settings);
+        assert_eq!(
+            Scenario { kicks: settings, realism, ball: Some(BallSpec::default()), ..kicks },
+            Scenario::default()
+        );
+        let value = json!({ "realism": "realistic", "vision": { "noise": "none" }, "ball": "naoisis" });
+        let own = read(value);
+        assert_eq!((own.vision.noise, own.ball), (VisionNoise::none(), Some(BallSpec::default())));
+    }
+
+    #[test]
+    fn a_model_that_there_is_not_is_refused_with_the_names() {
+        let fault = &resolved(json!({ "model": "nao6" })).unwrap_err()[0];
+        assert_eq!(fault.message, "there is no model `nao6`: did you mean `nao_v6`?");
+        assert_eq!((fault.path.to_string().as_str(), fault.expected.as_str()), ("model", "`nao` or `nao_v6`"));
     }
 
     #[test]

@@ -6,6 +6,7 @@ use serde::de::{self, MapAccess, Visitor};
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+use super::realism::Realisms;
 use crate::ball::Rolling;
 use crate::behaviour::script::ScriptEntry;
 use crate::belief::localisation_method::LocalisationMethod;
@@ -39,6 +40,10 @@ pub struct Scenario {
     pub cycle_s: f64,
     /// When to stop, s; without it, at the final whistle, or after 60 s where the rules have no clock.
     pub duration_s: Option<f32>,
+    /// The [model](super::RobotModel) of the robots.
+    pub model: String,
+    /// How much of a real robot there is in the settings that are not given here.
+    pub realism: Realisms,
     /// The pitch.
     pub field: Pitch,
     /// The rules.
@@ -89,6 +94,8 @@ impl Default for Scenario {
             seed: 1,
             cycle_s: 1.0 / 30.0,
             duration_s: None,
+            model: "nao".to_owned(),
+            realism: Realisms::default(),
             field: Pitch::default(),
             rules: Rules::default(),
             ball: Some(BallSpec::default()),
