@@ -187,8 +187,7 @@ impl History {
             self.clear();
             self.first_cycle = cycle;
         }
-        rmp_serde::encode::write_named(&mut self.open.bytes, record)
-            .map_err(|error| HistoryError(error.to_string()))?;
+        serde_json::to_writer(&mut self.open.bytes, record).map_err(|error| HistoryError(error.to_string()))?;
         self.open.ends.push(self.open.bytes.len());
         self.marks.extend(events.iter().filter_map(|event| Mark::of(event, cycle)));
         self.kicks.extend(events.iter().filter_map(|event| match event {
@@ -231,7 +230,7 @@ impl History {
             }
         };
         let start = if place == 0 { 0 } else { ends[place - 1] };
-        let record = rmp_serde::from_slice(&bytes[start..ends[place]]);
+        let record = serde_json::from_slice(&bytes[start..ends[place]]);
         record.map(Some).map_err(|error| HistoryError(error.to_string()))
     }
 

@@ -207,7 +207,6 @@ impl RobotSpec {
 
 /// What controls a robot: `"idle"`, the name of a registered behaviour, or `{ "script": [...] }`.
 #[derive(Clone, PartialEq, Debug, Reflect)]
-#[reflect(Serialize, Deserialize)]
 pub enum BehaviourSpec {
     /// A registered behaviour; `idle` does nothing.
     Named(String),
