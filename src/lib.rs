@@ -68,6 +68,7 @@ pub mod prelude;
 pub mod random;
 pub mod record;
 pub mod referee;
+mod replace_file;
 pub mod robot;
 pub mod scenario;
 pub mod sensing;

@@ -82,6 +82,10 @@ impl TryRng for RandomStream {
 #[derive(Component, Clone, Debug, PartialEq, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Truth)]
 pub struct RandomStreams {
+    seed: u64,
+    robot: RobotId,
+    /// Those that a program has asked for.
+    own: Vec<(String, RandomStream)>,
     /// Error of the executed walk.
     pub motion: RandomStream,
     /// Error of a kick's direction and speed.
@@ -105,6 +109,9 @@ impl RandomStreams {
     pub fn new(seed: u64, robot: RobotId) -> Self {
         let stream = |purpose| RandomStream::new(seed, robot, purpose);
         Self {
+            seed,
+            robot,
+            own: Vec::new(),
             motion: stream("motion"),
             kick: stream("kick"),
             vision: stream("vision"),
@@ -114,6 +121,18 @@ impl RandomStreams {
             camera: stream("camera"),
             balance: stream("balance"),
         }
+    }
+
+    /// The robot's stream for a purpose of the program's own, such as the noise of a sensor. It begins when it is first asked
+    /// for, and is saved with the match.
+    pub fn own(&mut self, purpose: &str) -> &mut RandomStream {
+        let index = self.own.iter().position(|(name, _)| name == purpose).unwrap_or_else(|| {
+            // Named as none of the simulation's is.
+            let stream = RandomStream::new(self.seed, self.robot, &format!("own {purpose}"));
+            self.own.push((purpose.to_owned(), stream));
+            self.own.len() - 1
+        });
+        &mut self.own[index].1
     }
 }
 
@@ -139,6 +158,17 @@ mod tests {
         assert_ne!(reference, first(RandomStream::new(2, blue1, "motion")));
         assert_ne!(reference, first(RandomStream::new(1, blue1, "kick")));
         assert_ne!(reference, first(RandomStream::new(1, RobotId::new(Team::Pink, 1), "motion")));
+    }
+
+    #[test]
+    fn a_purpose_of_ones_own_has_a_stream_that_disturbs_no_other() {
+        let robot = RobotId::new(Team::Blue, 1);
+        let mut streams = RandomStreams::new(1, robot);
+        let first = streams.own("ear").next_u64();
+        assert_ne!(streams.own("nose").next_u64(), first);
+        assert_ne!(streams.own("ear").next_u64(), first);
+        assert_eq!(RandomStreams::new(1, robot).own("ear").next_u64(), first);
+        assert_ne!(RandomStreams::new(1, robot).own("sonar").next_u64(), streams.sonar.next_u64());
     }
 
     #[test]

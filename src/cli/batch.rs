@@ -3,13 +3,13 @@
 use bevy::prelude::*;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
-use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::Instant;
 
+use super::interrupt::Interrupt;
+use super::terminal::Printer;
 use super::{Program, report};
 use crate::batch::pairs::{Pairing, Pairs};
 use crate::batch::summary::Summary;
@@ -83,8 +83,9 @@ pub fn batch(program: Program, arguments: &BatchArguments) -> ExitCode {
         Ok(opened) => opened,
         Err(error) => return report::usage_error(&error.to_string()),
     };
-    let stop = match stop_on_interrupt() {
-        Ok(stop) => stop,
+    let watched = Interrupt::watch(|| report::note("finishing the matches under way; interrupt again to leave them"));
+    let interrupt = match watched {
+        Ok(interrupt) => interrupt,
         Err(message) => return report::failure(&message),
     };
     let earlier = rows.len();
@@ -96,13 +97,13 @@ pub fn batch(program: Program, arguments: &BatchArguments) -> ExitCode {
         &batch,
         earlier,
         || program.simulator(),
-        &stop,
+        interrupt.stop(),
         |row| {
             if !row.outcome.is_valid() {
                 progress.suspend(|| report::note(&failure(&row)));
             }
             if let Err(error) = table.write(&row) {
-                stop.store(true, Ordering::Relaxed);
+                interrupt.stop().store(true, Ordering::SeqCst);
                 failed_to_write.get_or_insert(error);
             }
             progress.inc(1);
@@ -113,18 +114,18 @@ pub fn batch(program: Program, arguments: &BatchArguments) -> ExitCode {
     progress.finish_and_clear();
     let is_interrupted = rows.len() < batch.len();
     if let Some(error) = failed_to_write {
-        return report::failure(&format!("cannot write the table: {error}"));
+        return report::failure(&error.to_string());
     }
+    let mut printer = Printer::default();
     if !arguments.quiet {
-        let text = text(&plan, &batch, &columns, &rows, earlier, wall_s);
-        if io::stdout().write_all(text.as_bytes()).is_err() {
-            return ExitCode::SUCCESS;
-        }
+        printer.print(text(&plan, &batch, &columns, &rows, earlier, wall_s));
     }
     if is_interrupted && let Some(path) = &arguments.csv {
         report::note(&format!("interrupted; the same command goes on where {} ends", path.display()));
     }
-    if rows.iter().all(|row| row.outcome.is_valid()) { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+    let all_valid = rows.iter().all(|row| row.outcome.is_valid());
+    let status = printer.finish(if all_valid { ExitCode::SUCCESS } else { ExitCode::FAILURE });
+    if is_interrupted { interrupt.finish(status) } else { status }
 }
 
 impl Plan {
@@ -243,20 +244,6 @@ fn pairs(program: Program, arguments: &BatchArguments) -> Result<Pairs, String> 
         );
     }
     Ok(Pairs::of(teams))
-}
-
-/// A flag that the first interrupt sets: matches under way are finished. The second one ends the program at once.
-fn stop_on_interrupt() -> Result<Arc<AtomicBool>, String> {
-    let stop = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&stop);
-    ctrlc::set_handler(move || {
-        if flag.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-        report::note("finishing the matches under way; interrupt again to leave them");
-    })
-    .map_err(|error| format!("cannot watch for interrupts: {error}"))?;
-    Ok(stop)
 }
 
 /// A match that panics is reported as one, without the story of its stack.

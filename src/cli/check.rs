@@ -1,10 +1,10 @@
 //! `naoisis check`: whether scenario files are right.
 
 use clap::Args;
-use std::io::{self, Write};
 use std::process::ExitCode;
 
 use super::report;
+use super::terminal::Printer;
 use crate::scenario::{Scenario, ScenarioError, ScenarioFault, ScenarioFile};
 
 /// Arguments of `naoisis check`.
@@ -20,17 +20,14 @@ pub struct CheckArguments {
 /// `starts` tells whether a match could start: whether the behaviours and teams that a scenario names exist.
 pub fn check(arguments: &CheckArguments, mut starts: impl FnMut(&Scenario) -> Result<(), ScenarioFault>) -> ExitCode {
     let mut status = ExitCode::SUCCESS;
+    let mut printer = Printer::default();
     for file in &arguments.files {
         match check_one(file, &mut starts) {
-            Ok(()) => {
-                if writeln!(io::stdout(), "{file}: ok").is_err() {
-                    return status;
-                }
-            }
+            Ok(()) => printer.print(format_args!("{file}: ok\n")),
             Err(error) => status = report::scenario_error(&error),
         }
     }
-    status
+    printer.finish(status)
 }
 
 fn check_one(file: &str, starts: &mut impl FnMut(&Scenario) -> Result<(), ScenarioFault>) -> Result<(), ScenarioError> {

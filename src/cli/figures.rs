@@ -2,11 +2,13 @@
 
 use clap::Args;
 use std::fs;
-use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use super::interrupt::Interrupt;
+use super::outputs::EXISTS;
 use super::report;
+use super::terminal::Printer;
 use crate::figures::{FIGURES, Figure};
 use crate::record::encoder::{Layer, write_png};
 
@@ -48,7 +50,15 @@ pub fn figures(arguments: &FiguresArguments) -> ExitCode {
     if let Err(message) = prepare(&arguments.out, &chosen, arguments.force) {
         return report::usage_error(&message);
     }
+    let interrupt = match Interrupt::watch(|| {}) {
+        Ok(interrupt) => interrupt,
+        Err(message) => return report::failure(&message),
+    };
+    let mut printer = Printer::default();
     for (figure, path) in chosen {
+        if interrupt.is_stopped() {
+            break;
+        }
         let image = match figure.draw(arguments.scale) {
             Ok(image) => image,
             Err(error) => return report::failure(&error.to_string()),
@@ -57,11 +67,10 @@ pub fn figures(arguments: &FiguresArguments) -> ExitCode {
             return report::failure(&format!("{}: {error}", path.display()));
         }
         if !arguments.quiet {
-            // Whoever closed standard output wants the figures all the same.
-            let _ = writeln!(io::stdout().lock(), "{}", path.display());
+            printer.print(format_args!("{}\n", path.display()));
         }
     }
-    ExitCode::SUCCESS
+    interrupt.finish(printer.finish(ExitCode::SUCCESS))
 }
 
 /// Makes the folder. Everything that can be found out before the first figure is drawn, is.
@@ -69,10 +78,7 @@ fn prepare(folder: &Path, chosen: &[(&Figure, PathBuf)], force: bool) -> Result<
     fs::create_dir_all(folder).map_err(|error| format!("--out: {}: {error}", folder.display()))?;
     for (_, path) in chosen {
         if path.exists() && !force {
-            return Err(format!(
-                "--out: {}: there is such a file already; expected another folder, or --force to write over it",
-                path.display()
-            ));
+            return Err(format!("--out: {}: {EXISTS}", path.display()));
         }
     }
     Ok(())

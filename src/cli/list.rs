@@ -1,10 +1,10 @@
 //! `naoisis list`: what comes with the program, by name.
 
 use clap::{Args, ValueEnum};
-use std::io::{self, Write};
 use std::process::ExitCode;
 
 use super::report;
+use super::terminal::Printer;
 use crate::pitch::Pitch;
 use crate::referee::Rules;
 use crate::scenario::{FIELD_PRESETS, LIBRARY, RULES_PRESETS, ScenarioError};
@@ -40,9 +40,9 @@ pub fn list(arguments: &ListArguments, teams: impl IntoIterator<Item = (String, 
     };
     match rows {
         Ok(rows) => {
-            // Whoever closed standard output has seen enough.
-            let _ = io::stdout().write_all(table(&rows).as_bytes());
-            ExitCode::SUCCESS
+            let mut printer = Printer::default();
+            printer.print(table(&rows));
+            printer.finish(ExitCode::SUCCESS)
         }
         Err(error) => report::scenario_error(&error),
     }

@@ -27,6 +27,7 @@
 
 use bevy::app::{App, Plugins};
 use clap::{Parser, Subcommand};
+use std::io;
 use std::process::ExitCode;
 
 use crate::behaviour::BehaviourRegistry;
@@ -36,6 +37,7 @@ mod batch;
 mod begin;
 mod check;
 mod figures;
+mod interrupt;
 mod list;
 mod outputs;
 mod pictures;
@@ -43,6 +45,7 @@ mod play;
 mod replay;
 mod report;
 mod run;
+mod terminal;
 mod vision;
 mod window;
 
@@ -81,7 +84,11 @@ enum Command {
 /// When `extend` does, such as for a behaviour that the barrier refuses.
 pub fn run(extend: impl Fn(&mut App) + Sync) -> ExitCode {
     let program = Program { extend: &extend };
-    match CommandLine::parse().command {
+    let command_line = match CommandLine::try_parse() {
+        Ok(command_line) => command_line,
+        Err(error) => return said_by_clap(&error),
+    };
+    match command_line.command {
         Some(Command::Play(arguments)) => play::play(program, &arguments),
         Some(Command::Run(arguments)) => run::run(program, &arguments),
         Some(Command::Replay(arguments)) => replay::replay(program, &arguments),
@@ -98,6 +105,17 @@ pub fn run(extend: impl Fn(&mut App) + Sync) -> ExitCode {
         }
         Some(Command::Vision(arguments)) => vision::vision(&arguments),
         None => play::play(program, &play::PlayArguments::default()),
+    }
+}
+
+/// Prints what is wrong with the command line, or what was asked of it: help, or the version.
+fn said_by_clap(error: &clap::Error) -> ExitCode {
+    let status = ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(1));
+    match error.print() {
+        Err(problem) if !error.use_stderr() && problem.kind() != io::ErrorKind::BrokenPipe => {
+            report::failure(&format!("cannot write to standard output: {problem}"))
+        }
+        _ => status,
     }
 }
 

@@ -1,6 +1,8 @@
-//! What `naoisis run` writes: checked before the match, not after it.
+//! What commands write: checked before the match, not after it. Nothing is written over what a command reads, and over
+//! what was there before only when it is told to.
 
 use bevy::prelude::*;
+use std::fs::{self, Metadata};
 use std::path::{Path, PathBuf};
 
 use super::run::RunArguments;
@@ -8,25 +10,94 @@ use crate::cycle::CycleClock;
 use crate::scenario::Scenario;
 use crate::simulation::snapshot::EXTENSION;
 
-/// That no output would be written over what the match begins with, or over another output.
+/// The word for standard output in place of a file.
+pub const STANDARD_OUTPUT: &str = "-";
+
+/// A file that an option lets a command write.
+pub struct Output<'a> {
+    /// The option, such as `--trace`.
+    pub option: &'static str,
+    /// The file.
+    pub path: &'a Path,
+}
+
+/// That no output is a file that the command reads, nor another output; and without `force`, that there is none of them
+/// yet. Devices and pipes can be written to as they are.
+pub fn check_files(input: &Path, outputs: &[Output], force: bool) -> Result<(), String> {
+    for (index, Output { option, path }) in outputs.iter().enumerate() {
+        if input.exists() && is_same_file(path, input) {
+            return Err(format!(
+                "{option}: {}: this would write over {}, which the command reads; expected another file",
+                path.display(),
+                input.display(),
+            ));
+        }
+        if let Some(other) = outputs[..index].iter().find(|other| is_same_file(path, other.path)) {
+            return Err(format!(
+                "{option}: {}: {} writes this file already; expected another one",
+                path.display(),
+                other.option
+            ));
+        }
+        if !force && path.metadata().is_ok_and(|there| there.is_file()) {
+            return Err(format!("{option}: {}: {EXISTS}", path.display()));
+        }
+    }
+    Ok(())
+}
+
+/// What is said of a file that is not written over.
+pub const EXISTS: &str = "there is such a file already; expected another name, or --force to write over it";
+
+/// Whether two paths lead to one file, by whatever names and links. Devices are not files that could be lost.
+fn is_same_file(one: &Path, other: &Path) -> bool {
+    match (one.metadata(), other.metadata()) {
+        (Ok(there), Ok(other_there)) => there.is_file() && is_same_inode(one, &there, other, &other_there),
+        (Err(_), Err(_)) => real(one) == real(other),
+        _ => false,
+    }
+}
+
+#[cfg(unix)]
+fn is_same_inode(_: &Path, there: &Metadata, _: &Path, other_there: &Metadata) -> bool {
+    use std::os::unix::fs::MetadataExt;
+
+    (there.dev(), there.ino()) == (other_there.dev(), other_there.ino())
+}
+
+#[cfg(not(unix))]
+fn is_same_inode(one: &Path, _: &Metadata, other: &Path, _: &Metadata) -> bool {
+    real(one) == real(other)
+}
+
+/// The path without links, as far as it exists.
+fn real(path: &Path) -> PathBuf {
+    let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    match (path.canonicalize(), absolute.parent().map(Path::canonicalize), absolute.file_name()) {
+        (Ok(real), _, _) => real,
+        (Err(_), Some(Ok(folder)), Some(name)) => folder.join(name),
+        _ => absolute,
+    }
+}
+
+/// That what `naoisis run` writes can be written, as far as that can be told before the match.
 pub fn check(arguments: &RunArguments) -> Result<(), String> {
     arguments.pictures.check()?;
-    let input = PathBuf::from(&arguments.scenario);
-    let outputs = [("--trace", &arguments.trace), ("--beliefs", &arguments.beliefs), ("--save", &arguments.save)];
-    let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
-    let real = |path: &Path| path.canonicalize().unwrap_or_else(|_| absolute(path));
-    let mut taken = vec![("the scenario", real(&input))];
-    for (option, path) in outputs {
-        let Some(path) = path.as_deref().filter(|path| path.as_os_str() != "-") else { continue };
-        let path = real(path);
-        if let Some((what, _)) = taken.iter().find(|(_, other)| *other == path) {
-            return Err(format!("{option}: this would write over {what}; expected another file"));
-        }
-        taken.push((option, path));
-    }
-    if arguments.beliefs.as_ref().is_some_and(|path| path.as_os_str() == "-") {
+    let is_standard_output = |path: &PathBuf| path.as_os_str() == STANDARD_OUTPUT;
+    if arguments.beliefs.as_ref().is_some_and(is_standard_output) {
         return Err("--beliefs: only --trace goes to standard output; expected a file".to_owned());
     }
+    let trace = arguments.trace.as_ref().filter(|path| !is_standard_output(path));
+    let files = [
+        ("--trace", trace),
+        ("--beliefs", arguments.beliefs.as_ref()),
+        ("--save", arguments.save.as_ref()),
+        ("--video", arguments.pictures.video.as_ref()),
+        ("--sheet", arguments.pictures.sheet.as_ref()),
+    ];
+    let files: Vec<Output> =
+        files.into_iter().filter_map(|(option, path)| Some(Output { option, path: path? })).collect();
+    check_files(Path::new(&arguments.scenario), &files, arguments.force)?;
     let Some(path) = &arguments.save else { return Ok(()) };
     if path.extension().is_none_or(|extension| extension != EXTENSION) {
         return Err(format!("--save: {}: expected a file name that ends in .{EXTENSION}", path.display()));
@@ -35,6 +106,17 @@ pub fn check(arguments: &RunArguments) -> Result<(), String> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     if !folder.is_dir() || path.is_dir() {
         return Err(format!("--save: {}: expected a file in a folder that exists", path.display()));
+    }
+    Ok(())
+}
+
+/// Makes room for a file that is made anew: with `force`, one that is there goes.
+///
+/// # Errors
+/// When it cannot be removed.
+pub fn make_room(path: &Path, force: bool) -> Result<(), String> {
+    if force && path.metadata().is_ok_and(|there| there.is_file()) {
+        fs::remove_file(path).map_err(|error| format!("{}: {error}", path.display()))?;
     }
     Ok(())
 }
@@ -62,4 +144,43 @@ pub fn check_time_of_saving(world: &World, scenario: &Scenario, arguments: &RunA
 /// The cycle at whose end a match is this old, s.
 pub fn cycle_at(time_s: f32, clock: &CycleClock) -> u64 {
     (f64::from(time_s) / clock.period_s).round() as u64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check(input: &Path, outputs: &[(&'static str, &Path)], force: bool) -> Result<(), String> {
+        let outputs: Vec<Output> = outputs.iter().map(|&(option, path)| Output { option, path }).collect();
+        check_files(input, &outputs, force)
+    }
+
+    #[test]
+    fn neither_inputs_nor_what_is_there_nor_each_other_are_written_over() {
+        let folder = tempfile::tempdir().unwrap();
+        let [input, link, old, new] =
+            ["input.json", "link.jsonl", "old.jsonl", "new.jsonl"].map(|name| folder.path().join(name));
+        fs::write(&input, "{}").unwrap();
+        fs::write(&old, "old").unwrap();
+        fs::hard_link(&input, &link).unwrap();
+        assert_eq!(check(&input, &[("--trace", &new)], false), Ok(()));
+        assert!(check(&input, &[("--trace", &old)], false).unwrap_err().contains("--force"));
+        assert_eq!(check(&input, &[("--trace", &old)], true), Ok(()));
+        for force in [false, true] {
+            for path in [&input, &link] {
+                let message = check(&input, &[("--trace", path)], force).unwrap_err();
+                assert!(message.contains("which the command reads"), "{message}");
+            }
+            let detour = folder.path().join("./new.jsonl");
+            let message = check(&input, &[("--trace", &new), ("--beliefs", &detour)], force).unwrap_err();
+            assert!(message.contains("--trace writes this file already"), "{message}");
+        }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_device_is_no_file_that_could_be_lost() {
+        let null = Path::new("/dev/null");
+        assert_eq!(check(null, &[("--trace", null), ("--beliefs", null)], false), Ok(()));
+    }
 }

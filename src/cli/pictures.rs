@@ -4,9 +4,11 @@ use bevy::prelude::*;
 use clap::Args;
 use std::path::PathBuf;
 
+use super::outputs;
 use crate::cycle::CycleClock;
 use crate::record::album::Album;
-use crate::record::frames::FrameRecorder;
+use crate::record::encoder::RecordError;
+use crate::record::frames::{FrameRecorder, remove_frames};
 use crate::record::picture::Picture;
 use crate::record::sheet::SheetRecorder;
 use crate::record::video::VideoRecorder;
@@ -16,7 +18,7 @@ use crate::sensing::camera::CameraSide;
 /// The arguments for pictures.
 #[derive(Args, Debug, Clone, Default)]
 pub struct PictureArguments {
-    /// Write frames into a new folder: PNG files of the field, and of the robots' cameras where these are on
+    /// Write frames into a new or empty folder: PNG files of the field, and of the robots' cameras where these are on
     #[arg(long, value_name = "DIR")]
     pub frames: Option<PathBuf>,
     /// Write a video of the field, or of `--views` side by side: a new .mp4 file
@@ -51,8 +53,9 @@ impl PictureArguments {
         Ok(())
     }
 
-    /// Opens what is to be written and takes the first pictures of a match that has been started.
-    pub fn begin(&self, world: &mut World) -> Result<(), String> {
+    /// Opens what is to be written, with `force` in place of what is there, and takes the first pictures of a match that
+    /// has been started.
+    pub fn begin(&self, world: &mut World, force: bool) -> Result<(), String> {
         for picture in &self.views {
             if let Picture::Camera(robot, _) = picture
                 && world.resource::<Roster>().get(*robot).is_none()
@@ -75,14 +78,17 @@ impl PictureArguments {
             let Some((robot, side)) = camera.or_else(first) else {
                 return Err("--sheet: no robot plays; expected one through whose eyes it can be seen".to_owned());
             };
+            outputs::make_room(path, force).map_err(|error| format!("--sheet: {error}"))?;
             let sheet = SheetRecorder::create(path, robot, side);
             album.sheet = Some(sheet.map_err(|error| format!("--sheet: {error}"))?);
         }
         if let Some(folder) = &self.frames {
-            let frames = FrameRecorder::create(folder, every, self.views.clone());
-            album.frames = Some(frames.map_err(|error| format!("--frames: {error}"))?);
+            let cleared = if force { remove_frames(folder) } else { Ok(()) };
+            let frames = cleared.and_then(|()| FrameRecorder::create(folder, every, self.views.clone()));
+            album.frames = Some(frames.map_err(|error| format!("--frames: {error}{}", or_force(&error)))?);
         }
         if let Some(path) = &self.video {
+            outputs::make_room(path, force).map_err(|error| format!("--video: {error}"))?;
             let video = VideoRecorder::create(path, every, self.views.clone(), cycle_s);
             album.video = Some(video.map_err(|error| format!("--video: {error}"))?);
         }
@@ -92,6 +98,11 @@ impl PictureArguments {
         }
         Ok(())
     }
+}
+
+/// What else would help against an error: frames that are there already can be replaced.
+pub fn or_force(error: &RecordError) -> &'static str {
+    if matches!(error, RecordError::NotEmpty(_)) { ", or --force to replace frames that are there" } else { "" }
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use super::pictures::PictureArguments;
-use super::run::{RunArguments, run_scenario};
+use super::run::{RunArguments, length_s, run_scenario};
 use super::window::WindowArguments;
 use super::{Program, report};
 use crate::behaviour::BehaviourRegistry;
@@ -32,12 +32,15 @@ pub struct PlayArguments {
     /// Record what the window shows from the start, as PNG files in this new or empty folder; without a display, the field
     #[arg(long, value_name = "DIR")]
     pub record: Option<PathBuf>,
+    /// Write in place of frames that are there already
+    #[arg(long)]
+    pub force: bool,
     /// The window.
     #[command(flatten)]
     pub window: WindowArguments,
 }
 
-/// Runs the command. Without a display the match is run headless.
+/// Runs the command. Without a display the match is run headless, which is said: a script does not wait for an answer.
 pub fn play(program: Program, arguments: &PlayArguments) -> ExitCode {
     let (name, mut file) = match find(arguments) {
         Ok(found) => found,
@@ -55,9 +58,16 @@ pub fn play(program: Program, arguments: &PlayArguments) -> ExitCode {
         #[cfg(not(feature = "viewer"))]
         Ok(()) => ExitCode::SUCCESS,
         Err(reason) => {
-            report::note(&format!("{reason}: running the match headless"));
+            let length_s = length_s(&file.scenario);
+            report::note(&format!(
+                "{reason}: running the match headless, {length_s:.0} s of it, as fast as it goes; Ctrl-C ends it"
+            ));
             let pictures = PictureArguments { frames: arguments.record.clone(), ..PictureArguments::default() };
-            run_scenario(program, &file, &RunArguments { scenario: name, pictures, ..RunArguments::default() })
+            run_scenario(
+                program,
+                &file,
+                &RunArguments { scenario: name, pictures, force: arguments.force, ..RunArguments::default() },
+            )
         }
     }
 }
@@ -133,8 +143,10 @@ pub(super) fn display() -> Result<(), &'static str> {
 
 #[cfg(feature = "viewer")]
 fn watch(program: Program, name: &str, file: &ScenarioFile, arguments: &PlayArguments) -> ExitCode {
+    use super::pictures::or_force;
     use super::window;
     use crate::record::film::Film;
+    use crate::record::frames::remove_frames;
     use crate::simulation::MatchApp;
     use crate::viewer::film::Filming;
     use crate::viewer::match_panel::ScenarioSource;
@@ -155,9 +167,10 @@ fn watch(program: Program, name: &str, file: &ScenarioFile, arguments: &PlayArgu
     let name = path.ok().and_then(|path| path.to_str().map(str::to_owned)).unwrap_or_else(|| name.to_owned());
     app.world_mut().resource_mut::<ViewerMemory>().note_scenario(&name);
     if let Some(folder) = &arguments.record {
-        match Film::create_frames(folder) {
+        let cleared = if arguments.force { remove_frames(folder) } else { Ok(()) };
+        match cleared.and_then(|()| Film::create_frames(folder)) {
             Ok(film) => app.world_mut().resource_mut::<Filming>().begin(film, 0.0),
-            Err(error) => return report::usage_error(&format!("--record: {error}")),
+            Err(error) => return report::usage_error(&format!("--record: {error}{}", or_force(&error))),
         }
     }
     window::show(app)

@@ -2,11 +2,11 @@
 
 use clap::Args;
 use std::fmt::Write as _;
-use std::io::{self, Write as _};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use super::play::display;
+use super::terminal::Printer;
 use super::window::WindowArguments;
 use super::{Program, report};
 use crate::record::history::{MarkKind, ReadTrace};
@@ -47,9 +47,9 @@ pub fn replay(program: Program, arguments: &ReplayArguments) -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(reason) => {
             report::note(&format!("{reason}: the trace is only summed up"));
-            // Whoever closed standard output does not want to know.
-            let _ = io::stdout().write_all(summary(&trace).as_bytes());
-            ExitCode::SUCCESS
+            let mut printer = Printer::default();
+            printer.print(summary(&trace));
+            printer.finish(ExitCode::SUCCESS)
         }
     }
 }

@@ -5,6 +5,7 @@ use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, Na
 use std::io::{self, IsTerminal, Write};
 use std::process::ExitCode;
 
+use super::terminal::{visible, visible_in_place};
 use crate::scenario::ScenarioError;
 
 /// Exit status of a command whose arguments or files are wrong.
@@ -25,7 +26,7 @@ pub fn usage_error(message: &str) -> ExitCode {
 /// Says what is wrong with a scenario file, with the lines around it on a terminal; exit status 2.
 pub fn scenario_error(error: &ScenarioError) -> ExitCode {
     let style = if io::stderr().is_terminal() { Style::of_terminal() } else { Style::Paragraph };
-    print_error(&rendered(error, style));
+    print_rendered(&rendered(error, style));
     ExitCode::from(USAGE_ERROR)
 }
 
@@ -35,6 +36,11 @@ pub fn note(message: &str) {
 }
 
 fn print_error(text: &str) {
+    print_rendered(&visible(text));
+}
+
+/// Prints a text that may have control characters of its own.
+fn print_rendered(text: &str) {
     // Whoever closed standard error does not want to know.
     let _ = writeln!(io::stderr().lock(), "{text}");
 }
@@ -62,17 +68,17 @@ impl Style {
 
 fn rendered(error: &ScenarioError, style: Style) -> String {
     let mut theme = match style {
-        Style::Paragraph => return format!("error: {error}"),
+        Style::Paragraph => return visible(&format!("error: {error}")).into_owned(),
         Style::Snippet => GraphicalTheme::unicode_nocolor(),
         Style::ColouredSnippet => GraphicalTheme::unicode(),
     };
     "error:".clone_into(&mut theme.characters.error);
-    let source = error.place().map(|place| NamedSource::new(error.file(), place.text().to_owned()));
+    let source = error.place().map(|place| NamedSource::new(visible(error.file()), visible_in_place(place.text())));
     let handler = GraphicalReportHandler::new_themed(theme).with_wrap_lines(false).with_links(false);
     let mut text = String::new();
     match handler.render_report(&mut text, &Report { error, source }) {
         Ok(()) => text.trim().to_owned(),
-        Err(fmt::Error) => format!("error: {error}"),
+        Err(fmt::Error) => visible(&format!("error: {error}")).into_owned(),
     }
 }
 
@@ -85,7 +91,7 @@ struct Report<'a> {
 
 impl fmt::Display for Report<'_> {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(&self.error.headline())
+        formatter.write_str(&visible(&self.error.headline()))
     }
 }
 
@@ -93,7 +99,7 @@ impl std::error::Error for Report<'_> {}
 
 impl Diagnostic for Report<'_> {
     fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
-        Some(Box::new(format!("expected {}", self.error.expected())))
+        Some(Box::new(visible(&format!("expected {}", self.error.expected())).into_owned()))
     }
 
     fn source_code(&self) -> Option<&dyn SourceCode> {
@@ -132,6 +138,16 @@ mod tests {
         assert!(text.contains("╰── here") && text.contains("help: expected `name`"), "{text}");
         assert!(!text.contains('\u{1b}'));
         assert!(rendered(&error(), Style::ColouredSnippet).contains('\u{1b}'));
+    }
+
+    #[test]
+    fn what_a_file_says_to_the_terminal_does_not_reach_it() {
+        let text = "(\n  name: \"\u{1b}[2J\", sede: 2,\n)\n";
+        let error = Scenario::from_text(text, Format::Ron, "\u{1b}.ron").expect_err("a misspelled field");
+        for style in [Style::Paragraph, Style::Snippet] {
+            assert!(!rendered(&error, style).contains('\u{1b}'));
+        }
+        assert!(!rendered(&error, Style::ColouredSnippet).contains("\u{1b}[2J"));
     }
 
     #[test]

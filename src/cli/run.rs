@@ -5,14 +5,15 @@ use bevy::prelude::*;
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::collections::BTreeMap;
-use std::io::{self, Write};
-use std::path::PathBuf;
+use std::io;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
+use super::interrupt::Interrupt;
+use super::outputs::STANDARD_OUTPUT;
 use super::pictures::PictureArguments;
+use super::terminal::Printer;
 use super::{Program, begin, outputs, report};
 use crate::communication::MessageStatistics;
 use crate::cycle::{CycleClock, run_cycle};
@@ -83,6 +84,9 @@ pub struct RunArguments {
     /// Save it at this time, rather than at the end
     #[arg(long, value_name = "S", value_parser = positive_seconds, allow_negative_numbers = true, requires = "save")]
     pub save_at: Option<f32>,
+    /// Write over files that are there already, and in place of earlier frames
+    #[arg(long)]
+    pub force: bool,
     /// Print the match report: every decision of the referee, and why
     #[arg(long)]
     pub explain: bool,
@@ -127,13 +131,11 @@ fn run_match(
     if let Err(message) = outputs::check_time_of_saving(app.world(), &scenario, arguments) {
         return report::usage_error(&message);
     }
-    let interrupted = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&interrupted);
-    if let Err(error) = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed)) {
-        return report::failure(&format!("cannot watch for interrupts: {error}"));
-    }
-    // Of what is recorded, only a trace and beliefs are written over files that are there: so they come last.
-    if let Err(message) = arguments.pictures.begin(app.world_mut()) {
+    let interrupt = match Interrupt::watch(|| {}) {
+        Ok(interrupt) => interrupt,
+        Err(message) => return report::failure(&message),
+    };
+    if let Err(message) = arguments.pictures.begin(app.world_mut(), arguments.force) {
         return report::usage_error(&message);
     }
     match open_trace(arguments) {
@@ -155,12 +157,13 @@ fn run_match(
             }
         };
     }
+    let mut printer = if arguments.traces_to_standard_output() { Printer::to_stderr() } else { Printer::default() };
     if arguments.explain {
-        print_beside_trace(arguments, &title(&scenario));
+        printer.print(title(&scenario));
     }
     let started_at_cycle = app.world().resource::<CycleClock>().cycle;
     let started = Instant::now();
-    let mut outcome = run_to_the_end(app.world_mut(), &scenario, &interrupted, arguments);
+    let mut outcome = run_to_the_end(app.world_mut(), &scenario, &interrupt, &mut printer, arguments);
     let wall_s = started.elapsed().as_secs_f64();
     if !outcome.saved {
         outcome.not_saved = save(app.world_mut(), arguments).err();
@@ -168,7 +171,16 @@ fn run_match(
             report::note(&format!("the match ended before {save_at_s} s: it was saved as it ended"));
         }
     }
-    finish(app.world_mut(), &outcome, started_at_cycle, wall_s, arguments)
+    let status = finish(app.world_mut(), &outcome, started_at_cycle, wall_s, &mut printer, arguments);
+    let status = printer.finish(status);
+    if outcome.reason == EndReason::Interrupted { interrupt.finish(status) } else { status }
+}
+
+impl RunArguments {
+    /// Whether the trace takes standard output.
+    fn traces_to_standard_output(&self) -> bool {
+        self.trace.as_ref().is_some_and(|path| path.as_os_str() == STANDARD_OUTPUT)
+    }
 }
 
 /// Saves the match, if that is asked for.
@@ -180,7 +192,7 @@ fn save(world: &mut World, arguments: &RunArguments) -> Result<(), String> {
 
 fn open_trace(arguments: &RunArguments) -> Result<Option<TraceRecorder>, String> {
     let Some(path) = &arguments.trace else { return Ok(None) };
-    if path.as_os_str() == "-" {
+    if arguments.traces_to_standard_output() {
         return Ok(Some(TraceRecorder::plain(io::stdout())));
     }
     TraceRecorder::create(path)
@@ -205,13 +217,13 @@ struct Outcome {
 fn run_to_the_end(
     world: &mut World,
     scenario: &Scenario,
-    interrupted: &AtomicBool,
+    interrupt: &Interrupt,
+    printer: &mut Printer,
     arguments: &RunArguments,
 ) -> Outcome {
     let period_s = world.resource::<CycleClock>().period_s;
     let last_cycle = scenario.last_cycle();
-    let match_s = scenario.rules.half_s * scenario.rules.halves as f32;
-    let progress = progress_bar(scenario.end_s().unwrap_or(match_s), arguments.quiet);
+    let progress = progress_bar(length_s(scenario), arguments.quiet);
     let mut outcome = Outcome { reason: EndReason::Duration, ..default() };
     let save_cycle = arguments.save_at.map(|at_s| outputs::cycle_at(at_s, world.resource::<CycleClock>()));
     loop {
@@ -230,7 +242,7 @@ fn run_to_the_end(
         if last_cycle.is_some_and(|last| cycle >= last) {
             break;
         }
-        if interrupted.load(Ordering::Relaxed) {
+        if interrupt.is_stopped() {
             outcome.reason = EndReason::Interrupted;
             break;
         }
@@ -254,7 +266,7 @@ fn run_to_the_end(
                 && let Some(text) = match_report(time_s, to_play_s, event)
             {
                 *outcome.decisions.entry(event.kind()).or_default() += 1;
-                progress.suspend(|| print_beside_trace(arguments, &format!("{text}\n")));
+                progress.suspend(|| printer.print(format_args!("{text}\n")));
             }
             match event {
                 MatchEvent::Goal { team, .. } => outcome.goals.push((time_s, *team)),
@@ -267,6 +279,11 @@ fn run_to_the_end(
     }
     progress.finish_and_clear();
     outcome
+}
+
+/// How long a match is, s of its own time: without what the referee adds.
+pub(super) fn length_s(scenario: &Scenario) -> f32 {
+    scenario.end_s().unwrap_or(scenario.rules.half_s * scenario.rules.halves as f32)
 }
 
 /// Simulated seconds of the match's; hidden where standard error is no terminal.
@@ -286,6 +303,7 @@ fn finish(
     outcome: &Outcome,
     started_at_cycle: u64,
     wall_s: f64,
+    printer: &mut Printer,
     arguments: &RunArguments,
 ) -> ExitCode {
     let clock = *world.resource::<CycleClock>();
@@ -298,7 +316,7 @@ fn finish(
         if error.kind() == io::ErrorKind::BrokenPipe {
             return ExitCode::SUCCESS;
         }
-        return report::failure(&format!("cannot write the trace: {error}"));
+        return failed_to_write("the trace", arguments.trace.as_deref(), &error);
     }
     if let Some(album) = world.remove_resource::<Album>()
         && let Err(error) = album.finish()
@@ -308,13 +326,13 @@ fn finish(
     if let Some(recorder) = world.remove_resource::<BeliefRecorder>() {
         match recorder.finish() {
             Ok(summary) if arguments.quiet => drop(summary),
-            Ok(summary) => print_beside_trace(arguments, &summary),
-            Err(error) => return report::failure(&format!("cannot write the beliefs: {error}")),
+            Ok(summary) => printer.print(summary),
+            Err(error) => return failed_to_write("the beliefs", arguments.beliefs.as_deref(), &error),
         }
     }
     if !arguments.quiet {
-        print_beside_trace(arguments, &tally(&outcome.decisions));
-        print_beside_trace(arguments, &summary(outcome, clock, started_at_cycle, score, wall_s));
+        printer.print(tally(&outcome.decisions));
+        printer.print(summary(outcome, clock, started_at_cycle, score, wall_s));
     }
     if let Some(message) = &outcome.not_saved {
         return report::failure(message);
@@ -328,12 +346,11 @@ fn finish(
     }
 }
 
-/// Prints to standard output, or where the trace goes there, to standard error. Whoever has closed it does not want
-/// to know.
-fn print_beside_trace(arguments: &RunArguments, text: &str) {
-    let trace_to_stdout = arguments.trace.as_ref().is_some_and(|path| path.as_os_str() == "-");
-    let _ =
-        if trace_to_stdout { io::stderr().write_all(text.as_bytes()) } else { io::stdout().write_all(text.as_bytes()) };
+/// Says that a file could not be written; exit status 1.
+fn failed_to_write(what: &str, path: Option<&Path>, error: &io::Error) -> ExitCode {
+    let path = path.unwrap_or(Path::new(STANDARD_OUTPUT));
+    let name = if path.as_os_str() == STANDARD_OUTPUT { "standard output".into() } else { path.to_string_lossy() };
+    report::failure(&format!("cannot write {what} to {name}: {error}"))
 }
 
 /// What match the report is of.

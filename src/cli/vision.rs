@@ -1,9 +1,11 @@
 //! `naoisis vision`: how well image vision sees, as a table.
 
 use clap::{Args, ValueEnum};
-use std::io::{self, Write};
 use std::process::ExitCode;
 
+use super::interrupt::Interrupt;
+use super::report;
+use super::terminal::Printer;
 use crate::appearance::robot::RobotDesign;
 use crate::random::RandomStream;
 use crate::sensing::vision::image::accuracy::{self, Conditions};
@@ -41,15 +43,20 @@ pub fn vision(arguments: &VisionArguments) -> ExitCode {
         Some(Design::Nao) => &[RobotDesign::Nao],
         None => &RobotDesign::BOTH,
     };
+    // There is nothing to be closed.
+    if let Err(message) = Interrupt::end_at_once() {
+        return report::failure(&message);
+    }
+    let mut printer = Printer::default();
     for &design in designs {
         // Both designs stand in the same scenes.
         let mut stream = RandomStream::for_match(arguments.seed, "accuracy of image vision");
         let conditions = Conditions { design, shadows: arguments.shadows, ..Conditions::default() };
         let table = accuracy::measure(arguments.scenes as usize, conditions, &mut || stream.uniform());
-        // Whoever closed standard output has seen enough.
-        if writeln!(io::stdout(), "{design:?} robots: {table}").is_err() {
+        printer.print(format_args!("{design:?} robots: {table}\n"));
+        if printer.is_closed() {
             break;
         }
     }
-    ExitCode::SUCCESS
+    printer.finish(ExitCode::SUCCESS)
 }

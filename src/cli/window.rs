@@ -35,6 +35,7 @@ impl Default for Began {
 /// What is wrong with the command line.
 #[cfg(feature = "viewer")]
 pub(super) fn open(program: super::Program, arguments: &WindowArguments) -> Result<bevy::app::App, String> {
+    use super::interrupt::Interrupt;
     use crate::viewer::ViewerPlugins;
     use crate::viewer::first_frame::FirstFramePlugin;
     use crate::viewer::memory::ViewerMemory;
@@ -47,12 +48,11 @@ pub(super) fn open(program: super::Program, arguments: &WindowArguments) -> Resu
     };
     let mut app = bevy::app::App::new();
     // Bevy's own would leave a program that was started in the background to be killed, with files that are not whole.
-    ctrlc::set_handler(TerminalCtrlCHandlerPlugin::gracefully_exit)
-        .map_err(|error| format!("cannot watch for interrupts: {error}"))?;
+    let interrupt = Interrupt::watch(TerminalCtrlCHandlerPlugin::gracefully_exit)?;
     let viewer = ViewerPlugins.set(FirstFramePlugin { began: arguments.began.0 });
     app.add_plugins(viewer);
     program.add_to(&mut app);
-    app.insert_resource(ViewerMemory::of_user());
+    app.insert_resource(ViewerMemory::of_user()).insert_resource(interrupt);
     if let Some(report) = report {
         app.insert_resource(report);
     }
@@ -62,11 +62,14 @@ pub(super) fn open(program: super::Program, arguments: &WindowArguments) -> Resu
 /// Shows the window until it is closed.
 #[cfg(feature = "viewer")]
 pub(super) fn show(mut app: bevy::app::App) -> std::process::ExitCode {
+    use super::interrupt::Interrupt;
     use bevy::app::AppExit;
     use std::process::ExitCode;
 
+    // The app is gone when the window is.
+    let interrupt = app.world().resource::<Interrupt>().clone();
     match app.run() {
-        AppExit::Success => ExitCode::SUCCESS,
-        AppExit::Error(code) => ExitCode::from(code.get()),
+        AppExit::Error(code) if !interrupt.is_stopped() => ExitCode::from(code.get()),
+        AppExit::Success | AppExit::Error(_) => interrupt.finish(ExitCode::SUCCESS),
     }
 }

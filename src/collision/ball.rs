@@ -19,8 +19,10 @@ const LEAST_APPROACH: f32 = 1e-5;
 const MOST_BOUNCES: usize = 24;
 /// From so many bounces in a row off the same obstacle on, the ball rolls along it rather than bounces.
 const BOUNCES_TO_ROLL_ALONG: usize = 8;
-/// It then parts from the obstacle by at least this much, m/s, and ever faster the longer it has not got away.
+/// It then parts from the obstacle by at least this much, m/s, and twice as fast each time that it has not got away.
 const LEAST_PARTING_SPEED: f32 = 0.002;
+/// Within a step of the search for contacts, the ball gets no deeper than this into an obstacle that it touches, m.
+const DEEPEST_STEP: f32 = 5.0 * CONTACT_DISTANCE;
 /// Most steps of one conservative advancement: a ball that grazes a turning robot at little more than the contact
 /// distance goes ahead by as much at a time, and in a long cycle has some 20 cm to go.
 const MOST_ADVANCES: usize = 2048;
@@ -98,8 +100,15 @@ impl Obstacle {
         (start.position.distance(end.position) + turn * base.reach()) / duration
     }
 
-    fn is_turning(&self) -> bool {
-        matches!(self, Obstacle::Base { start, end, .. } if start.heading != end.heading)
+    fn is_moving(&self) -> bool {
+        matches!(self, Obstacle::Base { start, end, .. } if start != end)
+    }
+
+    /// Whether a ball at this place could touch the obstacle at any time of the cycle.
+    fn is_near(&self, place: Vec2, ball_radius: f32) -> bool {
+        let (centre, radius) = self.bounds();
+        let reach = radius + ball_radius;
+        centre.distance_squared(place) <= reach * reach
     }
 
     /// A circle that holds the obstacle during the whole cycle.
@@ -159,8 +168,7 @@ pub struct BallContact {
 /// the path to `path`, its start and end included.
 ///
 /// A ball that overlaps an obstacle at the start may stay where it is (a NAO kicks a ball that lies over its toes),
-/// but gets no deeper. Returns none when the ball is wedged: it has nowhere to go from between obstacles that close
-/// in on it.
+/// but gets no deeper. Returns none when the ball is wedged: it has nowhere to go from obstacles that close in on it.
 pub fn roll_ball(
     ball: RollingBall,
     obstacles: &[Obstacle],
@@ -177,18 +185,19 @@ pub fn roll_ball(
         let next = obstacles
             .iter()
             .enumerate()
-            .filter_map(|(index, obstacle)| {
-                let clearance = clearance_at_start(obstacle, &ball);
-                time_of_contact(&now, obstacle, clearance, time, duration).map(|contact| (contact, index))
-            })
+            .filter_map(|(index, obstacle)| Some((time_of_contact(&ball, &now, obstacle, time, duration)?, index)))
             .min_by(|((first, ..), _), ((second, ..), _)| first.total_cmp(second));
         let Some(((contact_time, normal), index)) = next else {
-            let end = now.after(duration - time);
+            let mut end = now.after(duration - time);
+            for obstacle in obstacles {
+                end.position += way_out(obstacle, &ball, end.position, 1.0);
+            }
             path.push(end.position);
-            return Some(end);
+            return obstacles.iter().all(|obstacle| is_clear(obstacle, &ball, &end)).then_some(end);
         };
         now = now.after(contact_time - time);
         time = contact_time;
+        now.position += way_out(&obstacles[index], &ball, now.position, time / duration);
         path.push(now.position);
         let surface = obstacles[index].velocity_at(now.position, time / duration, duration);
         let approach_speed = -(now.velocity - surface).dot(normal);
@@ -206,13 +215,13 @@ pub fn roll_ball(
 
 /// How fast the ball parts at least from the obstacle that it has just met.
 ///
-/// A ball that rolls along the side of a robot which turns towards it is met again and again, sooner each time: without
-/// end, were it left to the restitution alone.
+/// A ball that rolls along the side of a robot which turns towards it is met again and again, sooner each time, and so is
+/// one that a robot pushes through grass: without end, were it left to the restitution alone.
 fn least_parting_speed(contacts: &[BallContact]) -> f32 {
     let Some(last) = contacts.last() else { return 0.0 };
     let in_a_row = contacts.iter().rev().take_while(|contact| contact.obstacle == last.obstacle).count();
     match in_a_row.checked_sub(BOUNCES_TO_ROLL_ALONG) {
-        Some(beyond) => LEAST_PARTING_SPEED * ((1 + beyond) * (1 + beyond)) as f32,
+        Some(beyond) => LEAST_PARTING_SPEED * (1_u32 << beyond) as f32,
         None => 0.0,
     }
 }
@@ -222,21 +231,37 @@ fn clearance_at_start(obstacle: &Obstacle, ball: &RollingBall) -> f32 {
     obstacle.signed_distance(ball.position, 0.0).0.min(ball.radius)
 }
 
+/// The way out of an obstacle that the ball got into by less than a step of the search for contacts. Left there, it would
+/// get deeper by as much in every cycle.
+fn way_out(obstacle: &Obstacle, start: &RollingBall, position: Vec2, share: f32) -> Vec2 {
+    if !obstacle.is_near(position, start.radius) {
+        return Vec2::ZERO;
+    }
+    let (distance, normal) = obstacle.signed_distance(position, share);
+    let depth = clearance_at_start(obstacle, start) - distance;
+    if (0.0..=DEEPEST_STEP).contains(&depth) { normal * depth } else { Vec2::ZERO }
+}
+
+/// Whether the ball at the `end` of the cycle is no closer to the obstacle than it may be. Whatever rolling it among them
+/// has come to, this holds in the end.
+fn is_clear(obstacle: &Obstacle, start: &RollingBall, end: &RollingBall) -> bool {
+    !obstacle.is_near(end.position, end.radius)
+        || obstacle.signed_distance(end.position, 1.0).0 > clearance_at_start(obstacle, start) - DEEPEST_STEP
+}
+
 /// When, from `start` on, the ball touches the obstacle while approaching it, and the normal there.
 fn time_of_contact(
+    at_start_of_cycle: &RollingBall,
     ball: &RollingBall,
     obstacle: &Obstacle,
-    clearance: f32,
     start: f32,
     duration: f32,
 ) -> Option<(f32, Vec2)> {
-    let ball_speed = ball.velocity.length();
-    let bound = ball_speed + obstacle.greatest_speed(duration);
-    let (centre, radius) = obstacle.bounds();
-    let reach = radius + ball.radius + bound * (duration - start) + CONTACT_DISTANCE;
-    if bound == 0.0 || centre.distance_squared(ball.position) > reach * reach {
+    let bound = ball.velocity.length() + obstacle.greatest_speed(duration);
+    if bound == 0.0 || !obstacle.is_near(ball.position, ball.radius + bound * (duration - start) + CONTACT_DISTANCE) {
         return None;
     }
+    let clearance = clearance_at_start(obstacle, at_start_of_cycle);
     let mut time = start;
     for _ in 0..MOST_ADVANCES {
         let now = ball.after(time - start);
@@ -249,11 +274,12 @@ fn time_of_contact(
             if approach > LEAST_APPROACH {
                 return Some((time, normal));
             }
-            // Straight past a convex obstacle that does not turn, what has begun to part never meets again.
-            if !obstacle.is_turning() {
+            // Straight past a convex obstacle that stands, what has begun to part never meets again. One that moves may
+            // turn towards the ball, or catch up with it as it slows down.
+            if !obstacle.is_moving() {
                 return None;
             }
-            safe = safe.max(10.0 * CONTACT_DISTANCE / bound);
+            safe = safe.max(DEEPEST_STEP / bound);
         }
         time += safe;
         if time >= duration {
@@ -395,7 +421,80 @@ mod tests {
         assert_eq!(end, None);
     }
 
+    /// A number of a range, as often as not small or at its end.
+    fn up_to(most: f32) -> impl Strategy<Value = f32> {
+        prop_oneof![Just(most), 0.0..most, (-4.0f32..0.0).prop_map(move |power| most * 10.0_f32.powf(power))]
+    }
+
+    fn any_drag() -> impl Strategy<Value = Rolling> {
+        prop_oneof![up_to(1000.0).prop_map(Rolling::ExponentialPerS), up_to(1000.0).prop_map(Rolling::ConstantMps2)]
+    }
+
+    fn any_pose(range: f32) -> impl Strategy<Value = Pose> {
+        (-range..range, -range..range, -3.14f32..3.14).prop_map(|(x, y, heading)| Pose::new(x, y, heading))
+    }
+
+    /// A robot near the ball that walks, turns, or stands.
+    fn any_base() -> impl Strategy<Value = Obstacle> {
+        (any_pose(0.4), up_to(5.0), -3.14f32..3.14, prop_oneof![Just(0.0), -0.1f32..0.1, -3.1f32..3.1]).prop_map(
+            |(start, way, direction, turn)| {
+                let position = start.position + unit(direction) * way;
+                base(start, Pose { position, heading: wrap_angle(start.heading + turn) })
+            },
+        )
+    }
+
+    fn any_obstacle() -> impl Strategy<Value = Obstacle> {
+        prop_oneof![
+            4 => any_base(),
+            1 => (any_pose(0.5), 0.001f32..1.0)
+                .prop_map(|(place, radius)| Obstacle::Cylinder { centre: place.position, radius }),
+        ]
+    }
+
     proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(2000) })]
+
+        #[test]
+        fn whatever_the_ball_meets_it_gets_no_deeper_into_it(
+            place in any_pose(0.4), speed in up_to(100.0), radius in 0.005f32..0.5, rolling in any_drag(),
+            restitution in 0.0f32..=1.0, obstacles in proptest::collection::vec(any_obstacle(), 1..5),
+            duration in 0.001f32..1.0,
+        ) {
+            let velocity = unit(place.heading) * speed;
+            let start = RollingBall { position: place.position, velocity, radius, rolling, restitution };
+            let (end, _) = roll(start, &obstacles, duration);
+            let Some(end) = end else { return Ok(()) };
+            prop_assert!(end.position.is_finite() && end.velocity.is_finite());
+            for obstacle in &obstacles {
+                let (before, after) = (obstacle.signed_distance(start.position, 0.0).0,
+                    obstacle.signed_distance(end.position, 1.0).0);
+                prop_assert!(after > before.min(radius) - 1e-3, "{before} {after} {obstacle:?}");
+            }
+        }
+
+        #[test]
+        fn a_robot_pushes_the_ball_ahead_through_grass_of_any_depth(
+            drag in up_to(30.0), constant: bool, walking_speed in 0.01f32..1.0, y in -0.09f32..0.09,
+            radius in 0.02f32..0.12, duration in 0.005f32..0.25,
+        ) {
+            let rolling = if constant { Rolling::ConstantMps2(drag) } else { Rolling::ExponentialPerS(drag) };
+            let mut now = RollingBall { radius, rolling, ..ball(0.12 + radius, y, 0.0, 0.0) };
+            let mut x = 0.0;
+            for cycle in 0..20 {
+                let (start, end) = (Pose::new(x, 0.0, 0.0), Pose::new(x + walking_speed * duration, 0.0, 0.0));
+                let (rolled, contacts) = roll(now, &[base(start, end)], duration);
+                let Some(rolled) = rolled else {
+                    prop_assert!(false, "wedged in cycle {cycle} after {} bounces", contacts.len());
+                    return Ok(());
+                };
+                now = rolled;
+                x = end.position.x;
+                let ahead = now.position.x - x;
+                prop_assert!(ahead > 0.11 + radius - 2e-3, "{ahead} m ahead in cycle {cycle}");
+            }
+        }
+
         #[test]
         fn the_ball_never_gets_into_a_base(
             speed in 0.0f32..30.0, angle in -3.2f32..3.2, x in -1.0f32..1.0, y in -1.0f32..1.0,

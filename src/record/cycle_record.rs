@@ -2,6 +2,8 @@
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::collections::BTreeMap;
 
 use crate::behaviour::drawings::Drawings;
 use crate::belief::Belief;
@@ -67,6 +69,9 @@ pub struct RobotRecord {
     pub inbox: Vec<ReceivedMessage>,
     /// What it believed.
     pub belief: Option<Belief>,
+    /// What sensors of the program's own read, by name.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub sensors: BTreeMap<String, Value>,
     /// What its behaviour drew.
     #[serde(default, skip_serializing_if = "Drawings::is_empty")]
     pub drawings: Drawings,

@@ -3,6 +3,7 @@
 
 use bevy::prelude::*;
 use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -103,6 +104,42 @@ impl FrameRecorder {
     }
 }
 
+/// Removes the frames of an earlier match: PNG files with a number for a name, in the folder and in its folders, and those
+/// folders if there is nothing else in them.
+///
+/// # Errors
+/// When something cannot be read or removed.
+pub fn remove_frames(folder: &Path) -> Result<(), RecordError> {
+    if !folder.is_dir() {
+        return Ok(());
+    }
+    let is_frame = |path: &Path| {
+        let stem = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
+        path.extension().is_some_and(|extension| extension == "png")
+            && !stem.is_empty()
+            && stem.bytes().all(|byte| byte.is_ascii_digit())
+    };
+    for inner in paths_in(folder)? {
+        if is_frame(&inner) {
+            fs::remove_file(&inner).map_err(RecordError::io(&inner))?;
+        }
+        if !inner.is_symlink() && inner.is_dir() {
+            for frame in paths_in(&inner)?.iter().filter(|path| is_frame(path)) {
+                fs::remove_file(frame).map_err(RecordError::io(frame))?;
+            }
+            if paths_in(&inner)?.is_empty() {
+                fs::remove_dir(&inner).map_err(RecordError::io(&inner))?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn paths_in(folder: &Path) -> Result<Vec<PathBuf>, RecordError> {
+    let entries = fs::read_dir(folder).and_then(Iterator::collect::<io::Result<Vec<_>>>);
+    Ok(entries.map_err(RecordError::io(folder))?.iter().map(fs::DirEntry::path).collect())
+}
+
 /// Makes a folder in which nothing is and which can be written to.
 ///
 /// # Errors
@@ -155,6 +192,24 @@ mod tests {
     }
 
     /// The numbers of the frames of each folder of a robot with the settings of cameras, after 12 cycles.
+    #[test]
+    fn earlier_frames_are_removed_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let inside = |name: &str| folder.path().join(name);
+        for name in ["field", "blue1_top"] {
+            fs::create_dir(inside(name)).unwrap();
+            fs::write(inside(name).join("000003.png"), "").unwrap();
+        }
+        fs::write(inside("blue1_top/000003_best.png"), "").unwrap();
+        fs::write(inside("000001.png"), "").unwrap();
+        fs::write(inside("diary.txt"), "dear diary").unwrap();
+        remove_frames(folder.path()).unwrap();
+        assert!(!inside("field").exists() && !inside("000001.png").exists());
+        assert_eq!(paths_in(&inside("blue1_top")).unwrap(), [inside("blue1_top/000003_best.png")]);
+        assert!(inside("diary.txt").exists());
+        assert!(remove_frames(&inside("not there")).is_ok());
+    }
+
     fn numbers(cameras: &str, every: u64, pictures: Vec<Picture>) -> Vec<(String, Vec<u64>)> {
         let folder = tempfile::tempdir().unwrap();
         let mut app = App::new();

@@ -1,10 +1,11 @@
 //! Images as PNG files: their colours, labels or distances.
 
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{self, BufWriter};
 use std::path::Path;
 
 use crate::appearance::Label;
+use crate::replace_file::replace_file;
 use crate::sensing::camera::image::Image;
 
 /// What a PNG file shows of an image.
@@ -18,20 +19,15 @@ pub enum Layer {
     Depth,
 }
 
-/// Writes a layer of an image as PNG, under another name until it is whole.
+/// Writes a layer of an image as PNG, in place of any file that is there.
 ///
 /// # Errors
 /// Those of the file system.
 pub fn write_png(path: &Path, layer: Layer, image: &Image) -> io::Result<()> {
-    let unfinished = path.with_extension("png.part");
-    let written = File::create(&unfinished).and_then(|file| encode_png(file, layer, image));
-    written.and_then(|()| fs::rename(&unfinished, path)).inspect_err(|_| {
-        // What is left of it is of use to nobody. If that cannot be removed either, the first error says enough.
-        let _ = fs::remove_file(&unfinished);
-    })
+    replace_file(path, |file| encode_png(file, layer, image))
 }
 
-fn encode_png(file: File, layer: Layer, image: &Image) -> io::Result<()> {
+fn encode_png(file: &File, layer: Layer, image: &Image) -> io::Result<()> {
     let mut encoder = png::Encoder::new(BufWriter::new(file), image.width, image.height);
     encoder.set_compression(png::Compression::Fast);
     encoder.set_depth(png::BitDepth::Eight);
@@ -95,7 +91,6 @@ mod tests {
         let mut rgb = vec![0; reader.output_buffer_size().unwrap()];
         reader.next_frame(&mut rgb).unwrap();
         assert_eq!(rgb, image.rgb);
-        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "nothing unfinished is left");
     }
 
     #[test]

@@ -7,6 +7,8 @@
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
@@ -26,6 +28,7 @@ use crate::scenario::Scenario;
 use crate::sensing::odometry::Odometry;
 use crate::sensing::sonar::SonarReading;
 use crate::sensing::vision::Percepts;
+use crate::simulation::sensors::{ReadingsAreRecorded, SensorRecord};
 
 /// The format's name in the header.
 pub const FORMAT: &str = "naoisis-trace";
@@ -40,7 +43,8 @@ pub struct TracePlugin;
 
 impl Plugin for TracePlugin {
     fn build(&self, app: &mut App) {
-        app.add_systems(Cycle, record_cycle.in_set(CycleSystems::Record).run_if(resource_exists::<TraceRecorder>));
+        app.init_resource::<ReadingsAreRecorded>()
+            .add_systems(Cycle, record_cycle.in_set(CycleSystems::Record).run_if(resource_exists::<TraceRecorder>));
     }
 }
 
@@ -200,6 +204,9 @@ struct RobotLine<'a> {
     percepts: &'a Percepts,
     inbox: &'a [ReceivedMessage],
     belief: Option<&'a Belief>,
+    /// What sensors of the program's own read.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sensors: Option<&'a BTreeMap<String, Value>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     drawings: Option<&'a Drawings>,
 }
@@ -247,6 +254,7 @@ pub struct MatchLine<'w, 's> {
             &'static Inbox,
             Option<&'static Belief>,
             Option<&'static Drawings>,
+            Option<&'static SensorRecord>,
         ),
     >,
 }
@@ -275,7 +283,7 @@ impl MatchLine<'_, '_> {
     }
 
     fn robot_line(&self, id: RobotId, entity: Entity) -> Option<RobotLine<'_>> {
-        let (pose, velocity, head, posture, penalty, odometry, sonar, percepts, inbox, belief, drawings) =
+        let (pose, velocity, head, posture, penalty, odometry, sonar, percepts, inbox, belief, drawings, sensors) =
             self.robots.get(entity).ok()?;
         Some(RobotLine {
             id,
@@ -292,6 +300,7 @@ impl MatchLine<'_, '_> {
             percepts,
             inbox: &inbox.0,
             belief,
+            sensors: sensors.map(SensorRecord::readings).filter(|readings| !readings.is_empty()),
             drawings: drawings.filter(|drawings| !drawings.is_empty()),
         })
     }

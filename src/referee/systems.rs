@@ -79,7 +79,7 @@ pub(super) fn officiate(
     posts: Query<(&Pose, &Post), (Without<RobotId>, Without<Ball>)>,
     mut robots: Query<
         (
-            (&mut Pose, &mut PreviousPose, &mut Velocity, &mut BodyBounds, &ExecutedStep, &HeadAngles),
+            (&mut Pose, &mut PreviousPose, &mut Velocity, &BodyBounds, &ExecutedStep, &HeadAngles),
             (&mut Penalty, &mut Posture, &mut WalkCommand, &mut KickCommand, &mut KickPhase),
         ),
         With<RobotId>,
@@ -154,10 +154,8 @@ pub(super) fn officiate(
         if before == after {
             continue;
         }
-        let Ok((
-            (mut pose, mut previous, mut velocity, mut bounds, ..),
-            (mut penalty, mut posture, mut walk, mut kick, mut phase),
-        )) = robots.get_mut(*entity)
+        let Ok(((mut pose, mut previous, mut velocity, ..), (mut penalty, mut posture, mut walk, mut kick, mut phase))) =
+            robots.get_mut(*entity)
         else {
             continue;
         };
@@ -171,7 +169,6 @@ pub(super) fn officiate(
             *phase = KickPhase::default();
             // Whoever is put down is put on its feet.
             *posture = Posture::Upright;
-            *bounds = bounds.in_posture(Posture::Upright);
         }
     }
 }

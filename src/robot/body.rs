@@ -68,7 +68,7 @@ pub struct Footprint {
     pub half_extents: Vec2,
 }
 
-/// The two boxes of a robot. The defaults are the top-view rectangles of the NAO (B-Human 2025's two-dimensional
+/// The two boxes of a robot on its feet; [`BodyBounds::in_posture`] has the room that it takes otherwise. The defaults are the top-view rectangles of the NAO (B-Human 2025's two-dimensional
 /// model: upper body x -3..+5 cm and y ±15 cm, feet x -3..+11 cm and y ±10 cm), with heights to match a robot of
 /// 57.3 cm: the feet and legs below the torso, the torso from hip to neck.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]

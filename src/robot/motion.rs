@@ -52,6 +52,28 @@ impl WalkCommand {
         Self { dx, dy, dtheta }
     }
 
+    /// The displacement of one cycle at these velocities: forward and to the left, m/s, and counter-clockwise, rad/s. The same
+    /// walk however long the cycles are.
+    ///
+    /// ```
+    /// use bevy::prelude::*;
+    /// use naoisis::prelude::*;
+    ///
+    /// #[derive(Component, Default)]
+    /// struct Circler;
+    ///
+    /// fn circle(clock: Res<CycleClock>, mut robots: Query<&mut WalkCommand, With<Circler>>) {
+    ///     for mut walk in &mut robots {
+    ///         // Around a circle with a radius of 1 m.
+    ///         *walk = WalkCommand::at_velocity(0.15, 0.0, 0.15, &clock);
+    ///     }
+    /// }
+    /// ```
+    pub fn at_velocity(forward_mps: f32, left_mps: f32, turn_radps: f32, clock: &CycleClock) -> Self {
+        let period = clock.period();
+        Self::new(forward_mps * period, left_mps * period, turn_radps * period)
+    }
+
     /// Whether it asks for no motion at all.
     pub fn is_null(self) -> bool {
         self == WalkCommand::default()
@@ -202,6 +224,23 @@ mod tests {
     fn a_command_within_the_limits_is_carried_out_exactly() {
         let command = WalkCommand::new(0.004, -0.003, 0.05);
         assert_eq!(exact_step(command), command);
+    }
+
+    #[test]
+    fn a_velocity_is_the_same_walk_however_long_the_cycles_are() {
+        for cycles_per_second in [10, 30, 83] {
+            let clock = CycleClock { period_s: 1.0 / f64::from(cycles_per_second), ..CycleClock::default() };
+            let limits = MotionLimits { max_linear_mps: 1.0, max_angular: 2.0, ..MotionLimits::default() };
+            let mut stream = RandomStream::for_match(1, "test");
+            let command = WalkCommand::at_velocity(0.5, 0.0, 0.5, &clock);
+            let mut pose = Pose::default();
+            for _ in 0..cycles_per_second {
+                pose = after_step(pose, executed_step(command, &limits, clock.period(), &mut stream));
+            }
+            // An arc of 0.5 rad with a radius of 1 m, but for the corners of its steps: half of a turn of 0.05 rad at most.
+            assert_abs_diff_eq!(pose.position, Vec2::new(0.5_f32.sin(), 1.0 - 0.5_f32.cos()), epsilon = 0.0125);
+            assert_abs_diff_eq!(pose.heading, 0.5, epsilon = 1e-5);
+        }
     }
 
     #[test]

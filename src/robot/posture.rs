@@ -172,15 +172,18 @@ fn dive_strip(side: Side, reach_m: f32) -> (Pose, BodyBox) {
 }
 
 impl BodyBounds {
-    /// The body with the heights of this posture.
+    /// The room that this body takes in a posture: as it is on its feet, and low where it lies.
     #[must_use]
-    pub fn in_posture(mut self, posture: Posture) -> BodyBounds {
-        let standing = BodyBounds::default();
-        let lies = matches!(posture, Posture::Fallen { .. } | Posture::Diving { .. });
-        self.torso.z_m = if lies { [0.0, LYING_HEIGHT_M] } else { standing.torso.z_m };
-        self.base.z_m = if lies { [0.0, LYING_HEIGHT_M] } else { standing.base.z_m };
-        self.height_m = if lies { LYING_HEIGHT_M } else { standing.height_m };
-        self
+    pub fn in_posture(self, posture: Posture) -> BodyBounds {
+        if !matches!(posture, Posture::Fallen { .. } | Posture::Diving { .. }) {
+            return self;
+        }
+        let z_m = [0.0, LYING_HEIGHT_M];
+        BodyBounds {
+            torso: BodyBox { z_m, ..self.torso },
+            base: BodyBox { z_m, ..self.base },
+            height_m: LYING_HEIGHT_M,
+        }
     }
 }
 
@@ -202,17 +205,12 @@ fn take_posture_commands(
     rules: Res<Rules>,
     game: Res<Game>,
     mut events: ResMut<CycleEvents>,
-    mut robots: Query<
-        (&RobotId, &Pose, &Penalty, &KickPhase, &mut PostureCommand, &mut Posture, &mut BodyBounds),
-        Without<Ball>,
-    >,
+    mut robots: Query<(&RobotId, &Pose, &Penalty, &KickPhase, &mut PostureCommand, &mut Posture), Without<Ball>>,
     balls: Query<(&Pose, &BallPhysics), (With<Ball>, Without<RobotId>)>,
 ) {
     let [get_up, dive] = [rules.get_up_s, rules.dive_s].map(|seconds| u64::from(clock.cycles_in(seconds)));
     for entity in roster.entities() {
-        let Ok((id, pose, penalty, kick, mut command, mut posture, mut bounds)) = robots.get_mut(entity) else {
-            continue;
-        };
+        let Ok((id, pose, penalty, kick, mut command, mut posture)) = robots.get_mut(entity) else { continue };
         // Without a request nothing changes for who stands: the usual case.
         if command.0.is_none() && posture.is_upright() {
             continue;
@@ -236,8 +234,6 @@ fn take_posture_commands(
             events.push(MatchEvent::GotUp { robot: *id });
         }
         *posture = next;
-        let body = bounds.in_posture(next);
-        bounds.set_if_neq(body);
     }
 }
 
@@ -247,7 +243,7 @@ fn fall(
     roster: Res<Roster>,
     rules: Res<Rules>,
     mut events: ResMut<CycleEvents>,
-    mut robots: Query<(&Penalty, &mut Posture, &mut BodyBounds, &mut KickPhase, &mut RandomStreams)>,
+    mut robots: Query<(&Penalty, &mut Posture, &mut KickPhase, &mut RandomStreams)>,
 ) {
     if !rules.falls {
         return;
@@ -261,13 +257,12 @@ fn fall(
     }
     for (robot, speed) in collided.drain(..) {
         let Some(entity) = roster.get(robot) else { continue };
-        let Ok((penalty, mut posture, mut bounds, mut kick, mut streams)) = robots.get_mut(entity) else { continue };
+        let Ok((penalty, mut posture, mut kick, mut streams)) = robots.get_mut(entity) else { continue };
         let probability = fall_probability(speed, rules.fall_from_mps, rules.fall_certain_mps);
         if !posture.is_upright() || penalty.is_active() || !streams.balance.chance(probability) {
             continue;
         }
         *posture = Posture::Fallen { cycles: 0 };
-        *bounds = bounds.in_posture(*posture);
         *kick = KickPhase::Ready;
         events.push(MatchEvent::Fall { robot, speed_mps: speed, probability });
     }
@@ -318,9 +313,15 @@ mod tests {
     }
 
     #[test]
-    fn a_lying_body_is_low_and_a_standing_one_as_before() {
-        let lying = BodyBounds::default().in_posture(Posture::Fallen { cycles: 0 });
-        assert!(lying.height_m < 0.2 && lying.torso.z_m[1] < 0.2);
-        assert_eq!(lying.in_posture(Posture::Upright), BodyBounds::default());
+    fn a_lying_body_is_low_and_any_other_as_it_is_on_its_feet() {
+        let tall = BodyBounds { height_m: 1.2, ..BodyBounds::default() };
+        for body in [BodyBounds::default(), tall] {
+            let lying = body.in_posture(Posture::Fallen { cycles: 0 });
+            assert!(lying.height_m < 0.2 && lying.torso.z_m[1] < 0.2);
+            assert_eq!((lying.torso.x_m, lying.base.half_width_m), (body.torso.x_m, body.base.half_width_m));
+            for posture in [Posture::Upright, Posture::GettingUp { cycles: 9, cycles_left: 1 }] {
+                assert_eq!(body.in_posture(posture), body);
+            }
+        }
     }
 }

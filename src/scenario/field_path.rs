@@ -24,6 +24,20 @@ impl FieldPath {
         path
     }
 
+    /// The place of a field of this very name within this one.
+    #[must_use]
+    pub(crate) fn key(&self, name: &str) -> FieldPath {
+        let mut path = self.clone();
+        path.0.push(Segment::Field(name.to_owned()));
+        path
+    }
+
+    /// This place, when the whole is what is at `outer`.
+    #[must_use]
+    pub(super) fn within(self, outer: &FieldPath) -> FieldPath {
+        FieldPath(outer.0.iter().cloned().chain(self.0).collect())
+    }
+
     /// The place of a list's element within this one, from 0.
     #[must_use]
     pub fn index(&self, index: usize) -> FieldPath {

@@ -1,6 +1,7 @@
 //! Loading scenarios: from files, from the embedded library, from text.
 
 use core::fmt;
+use serde::de::DeserializeOwned;
 use serde_json::Value;
 use std::fs::File;
 use std::io::{self, Read};
@@ -83,7 +84,7 @@ impl ScenarioSource {
             ScenarioErrorKind::Value,
             &fault.path,
             fault.related.as_ref(),
-            Aim::Value,
+            fault.aim,
             &fault.message,
             &fault.expected,
         )
@@ -329,9 +330,22 @@ fn not_found(name: &str, path: &Path) -> ScenarioError {
     ScenarioError::of_file(ScenarioErrorKind::NotFound, name, message, expected_name())
 }
 
+/// Reads settings that scenarios have at `path`, of a type that only the program knows.
+///
+/// # Errors
+/// What is wrong with them, and where.
+pub(crate) fn read_settings<T: DeserializeOwned>(value: &Value, path: &FieldPath) -> Result<T, ScenarioFault> {
+    serde_path_to_error::deserialize(Strict(value)).map_err(|error: serde_path_to_error::Error<ShapeError>| {
+        let path = FieldPath::from(error.path()).within(path);
+        let (message, expected) = error.inner().words(path.last_field());
+        let fault = ScenarioFault::new(path, message, expected);
+        if error.inner().is_about_key() { fault.at_key() } else { fault }
+    })
+}
+
 fn shape_error(source: &ScenarioSource, error: &serde_path_to_error::Error<ShapeError>) -> ScenarioError {
     let path = FieldPath::from(error.path());
-    let aim = if matches!(error.inner(), ShapeError::UnknownField { .. }) { Aim::Key } else { Aim::Value };
+    let aim = if error.inner().is_about_key() { Aim::Key } else { Aim::Value };
     let (message, expected) = error.inner().words(path.last_field());
     source.located(ScenarioErrorKind::Shape, &path, None, aim, &message, &expected)
 }

@@ -78,7 +78,7 @@ pub fn resolve(root: &mut Map<String, Value>) -> Result<(), ScenarioFault> {
         }
     }
     fill_in_noises(root, &path)?;
-    let common: Vec<(&str, Value)> = ["motion", "sonar", "odometry", "head", "vision"]
+    let common: Vec<(&str, Value)> = ["motion", "sonar", "odometry", "head", "vision", "sensors"]
         .iter()
         .filter_map(|&field| Some((field, root.get(field)?.clone())))
         .collect();

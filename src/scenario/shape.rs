@@ -46,6 +46,11 @@ impl ShapeError {
         ShapeError::Mismatch { found: describe_value(value), expected: expected.into() }
     }
 
+    /// Whether the name of a field is wrong, rather than its value.
+    pub fn is_about_key(&self) -> bool {
+        matches!(self, ShapeError::UnknownField { .. })
+    }
+
     /// What is wrong, and what was expected, of a field of this name.
     pub fn words(&self, field: Option<&str>) -> (String, String) {
         match self {

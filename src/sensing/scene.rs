@@ -12,6 +12,7 @@ use crate::pitch::{End, GoalColour, LineJunction, LineSegment, Pitch, Post};
 use crate::referee::Penalty;
 use crate::robot::RobotId;
 use crate::robot::body::BodyBounds;
+use crate::robot::posture::Posture;
 
 /// Gathers the [`Scene`] in every cycle, and orders the sensors.
 pub struct ScenePlugin;
@@ -80,7 +81,7 @@ pub struct SceneRobot {
     pub position: Vec2,
     /// The unit vector that it faces along, pitch frame.
     pub forward: Vec2,
-    /// Its boxes.
+    /// Its boxes, as it stands or lies.
     pub bounds: BodyBounds,
     /// The greatest distance of a point of its boxes from its origin, on the ground, m.
     pub reach: f32,
@@ -140,18 +141,18 @@ impl Markings {
 fn gather_scene(
     mut scene: ResMut<Scene>,
     pitch: Res<Pitch>,
-    robots: Query<(&RobotId, &Pose, &BodyBounds, Option<&Penalty>)>,
+    robots: Query<(&RobotId, &Pose, &BodyBounds, Option<&Posture>, Option<&Penalty>)>,
     posts: Query<(&Post, &Pose)>,
     ball: Query<(&Pose, &BallPhysics), With<Ball>>,
 ) {
     let scene = &mut *scene;
     scene.robots.clear();
     let playing = robots.iter().filter(|(.., penalty)| !penalty.is_some_and(Penalty::is_active));
-    scene.robots.extend(playing.map(|(&id, pose, &bounds, _)| SceneRobot {
+    scene.robots.extend(playing.map(|(&id, pose, bounds, posture, _)| SceneRobot {
         id,
         position: pose.position,
         forward: unit(pose.heading),
-        bounds,
+        bounds: bounds.in_posture(posture.copied().unwrap_or_default()),
         reach: bounds.torso.reach().max(bounds.base.reach()),
     }));
     scene.robots.sort_unstable_by_key(|robot| robot.id);

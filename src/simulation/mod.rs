@@ -21,11 +21,13 @@ use bevy::app::PluginGroupBuilder;
 use bevy::prelude::*;
 
 pub mod invariants;
+pub mod sensors;
 mod settings;
 mod situation;
 pub mod snapshot;
 mod spawn;
 
+pub use sensors::{SensorApp, SensorRegistry};
 pub use settings::change_settings;
 pub use situation::situation;
 pub use snapshot::{Snapshot, SnapshotError};
@@ -74,7 +76,11 @@ struct MatchPlugin;
 
 impl Plugin for MatchPlugin {
     fn build(&self, app: &mut App) {
-        app.register_type::<MatchEntity>().register_type::<Scenario>().register_type::<RandomStreams>();
+        app.register_type::<MatchEntity>()
+            .register_type::<Scenario>()
+            .register_type::<RandomStreams>()
+            .register_type::<sensors::SensorRecord>()
+            .init_resource::<SensorRegistry>();
     }
 }
 

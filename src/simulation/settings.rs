@@ -2,6 +2,7 @@
 
 use bevy::prelude::*;
 
+use super::sensors::SensorRegistry;
 use crate::ball::BallPhysics;
 use crate::robot::head::HeadLimits;
 use crate::robot::kick::KickSettings;
@@ -39,13 +40,12 @@ impl RobotSettings {
             odometry: robot.odometry.unwrap_or(scenario.odometry).with_fidelity(fidelity.odometry),
         }
     }
+}
 
-    /// Those of the robot with this identity, listed or lined up with a team.
-    fn of_id(scenario: &Scenario, id: RobotId) -> Self {
-        let listed = scenario.robots.iter().find(|robot| robot.id() == id);
-        let lined_up = RobotSpec { team: id.team, number: id.number, ..default() };
-        RobotSettings::of(scenario, listed.unwrap_or(&lined_up))
-    }
+/// What a scenario says of the robot with this identity, listed or lined up with a team.
+fn robot_of(scenario: &Scenario, id: RobotId) -> RobotSpec {
+    let listed = scenario.robots.iter().find(|robot| robot.id() == id);
+    listed.cloned().unwrap_or_else(|| RobotSpec { team: id.team, number: id.number, ..default() })
 }
 
 /// Goes on with the settings of another scenario: noise, losses, speeds, rules. What a match begins with (pitch, cycle,
@@ -69,6 +69,7 @@ pub fn change_settings(world: &mut World, scenario: &Scenario) -> Result<(), Sce
         let expected = "the same as at the start; or a new match";
         return Err(ScenarioFault::new(FieldPath::from(*field), message, expected));
     }
+    world.resource::<SensorRegistry>().check(scenario)?;
     scenario.cameras.render.make_ready(world)?;
     if old.messages != scenario.messages {
         world.insert_resource(scenario.messages.clone());
@@ -78,7 +79,11 @@ pub fn change_settings(world: &mut World, scenario: &Scenario) -> Result<(), Sce
     }
     let robots: Vec<(RobotId, Entity)> = world.resource::<Roster>().iter().collect();
     for (id, entity) in robots {
-        let [before, after] = [&old, scenario].map(|scenario| RobotSettings::of_id(scenario, id));
+        let [old_robot, new_robot] = [&old, scenario].map(|scenario| robot_of(scenario, id));
+        let (before, after) = (RobotSettings::of(&old, &old_robot), RobotSettings::of(scenario, &new_robot));
+        world.resource_scope(|world, sensors: Mut<SensorRegistry>| {
+            sensors.change(&mut world.entity_mut(entity), [(&old, &old_robot), (scenario, &new_robot)]);
+        });
         let mut robot = world.entity_mut(entity);
         change(&mut robot, before.motion, after.motion);
         change(&mut robot, before.head, after.head);

@@ -2,6 +2,7 @@
 
 use bevy::prelude::*;
 
+use super::sensors::{SensorRecord, SensorRegistry};
 use super::settings::RobotSettings;
 use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity};
 use crate::behaviour::BehaviourRegistry;
@@ -46,6 +47,7 @@ pub(super) fn ball_component<C: Component + Clone>(world: &World) -> Option<C> {
 pub fn start(world: &mut World, scenario: &Scenario) -> Result<(), ScenarioFault> {
     scenario.validate()?;
     let robots = robots_of(world, scenario)?;
+    world.resource::<SensorRegistry>().check(scenario)?;
     scenario.cameras.render.make_ready(world)?;
     let mut old = world.query_filtered::<Entity, With<MatchEntity>>();
     let old: Vec<Entity> = old.iter(world).collect();
@@ -63,9 +65,12 @@ pub fn start(world: &mut World, scenario: &Scenario) -> Result<(), ScenarioFault
     world.insert_resource(Contacts::default());
     spawn_posts(world, scenario);
     spawn_ball(world, scenario);
-    for robot in &robots {
-        spawn_robot(world, scenario, robot);
-    }
+    world.resource_scope(|world, sensors: Mut<SensorRegistry>| {
+        for robot in &robots {
+            let mut entity = spawn_robot(world, scenario, robot);
+            sensors.equip(&mut entity, scenario, robot);
+        }
+    });
     world.insert_resource(scenario.clone());
     Ok(())
 }
@@ -164,7 +169,7 @@ fn spawn_ball(world: &mut World, scenario: &Scenario) {
     ));
 }
 
-fn spawn_robot(world: &mut World, scenario: &Scenario, robot: &RobotSpec) {
+fn spawn_robot<'w>(world: &'w mut World, scenario: &Scenario, robot: &RobotSpec) -> EntityWorldMut<'w> {
     let id = robot.id();
     let [yaw, pitch] = robot.head;
     let mut entity = world.spawn((
@@ -176,7 +181,7 @@ fn spawn_robot(world: &mut World, scenario: &Scenario, robot: &RobotSpec) {
         (HeadAngles { yaw, pitch }, HeadCommand { yaw, pitch }),
         (KickCommand::default(), KickPhase::default()),
         (SonarReading::default(), Percepts::default(), Odometry::default(), BodyStatus::default()),
-        (Outbox::default(), Inbox::default(), Drawings::default()),
+        (Outbox::default(), Inbox::default(), Drawings::default(), SensorRecord::default()),
         RandomStreams::new(scenario.seed, id),
     ));
     match &robot.behaviour {
@@ -198,4 +203,5 @@ fn spawn_robot(world: &mut World, scenario: &Scenario, robot: &RobotSpec) {
             }
         }
     }
+    entity
 }

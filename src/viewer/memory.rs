@@ -9,11 +9,12 @@ use bevy::prelude::*;
 use bevy::window::PrimaryWindow;
 use serde::{Deserialize, Serialize};
 use std::fs;
-use std::io;
+use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
 use super::overlays::Overlays;
 use super::shown::Shown;
+use crate::replace_file::replace_file;
 
 /// The environment variable that names the folder.
 pub const FOLDER_VARIABLE: &str = "NAOISIS_CONFIG_DIR";
@@ -101,10 +102,9 @@ fn write(path: &Path, remembered: &Remembered) -> io::Result<()> {
     if let Some(folder) = path.parent() {
         fs::create_dir_all(folder)?;
     }
+    let text = serde_json::to_string_pretty(remembered)?;
     // Another window may read it meanwhile: it is whole at any time.
-    let unfinished = path.with_extension("json.part");
-    fs::write(&unfinished, serde_json::to_string_pretty(remembered)?)?;
-    fs::rename(unfinished, path)
+    replace_file(path, |mut file| file.write_all(text.as_bytes()))
 }
 
 fn recall(

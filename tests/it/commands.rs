@@ -1,13 +1,8 @@
 //! The command line, run as its user runs it.
 
-use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Command;
 
-use crate::support::text;
-
-fn naoisis(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_naoisis")).current_dir(folder).args(arguments).output().unwrap()
-}
+use crate::support::{naoisis, text};
 
 #[test]
 fn a_match_runs_from_any_folder_and_prints_its_result() {
@@ -118,30 +113,6 @@ fn lists_name_what_there_is() {
     }
 }
 
-#[cfg(unix)]
-#[test]
-fn an_interrupted_run_closes_its_trace() {
-    let folder = tempfile::tempdir().unwrap();
-    let trace = folder.path().join("t.jsonl");
-    let mut child = Command::new(env!("CARGO_BIN_EXE_naoisis"))
-        .args(["run", "match3v3", "--trace"])
-        .arg(&trace)
-        .arg("--quiet")
-        .spawn()
-        .unwrap();
-    // Some lines are there before it is interrupted, and far fewer than of the whole match.
-    while std::fs::metadata(&trace).map_or(0, |metadata| metadata.len()) < 100_000 {
-        assert!(child.try_wait().unwrap().is_none(), "the run ended early");
-        std::thread::yield_now();
-    }
-    let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
-    assert!(killed.success());
-    assert!(child.wait().unwrap().success());
-    let trace = std::fs::read_to_string(trace).unwrap();
-    let end: serde_json::Value = serde_json::from_str(trace.lines().last().unwrap()).unwrap();
-    assert_eq!((end["type"].as_str(), end["reason"].as_str()), (Some("end"), Some("interrupted")));
-}
-
 #[test]
 fn a_saved_match_goes_on_as_if_it_had_never_stopped_or_branches_off() {
     let folder = tempfile::tempdir().unwrap();
@@ -169,7 +140,7 @@ fn a_saved_match_goes_on_as_if_it_had_never_stopped_or_branches_off() {
         (&["half.naoisis", "--duration", "2"], "half.naoisis: the match is over, all of its 2.0 s are played"),
         (&["nowhere.naoisis"], "nowhere.naoisis: "),
         (&["match3v3", "--save", "half.json"], "--save: half.json: expected a file name that ends in .naoisis"),
-        (&["half.naoisis", "--trace", "half.naoisis"], "--trace: this would write over the scenario"),
+        (&["half.naoisis", "--trace", "half.naoisis"], "--trace: half.naoisis: this would write over half.naoisis"),
     ] {
         let output = naoisis(folder.path(), &[&["run"], arguments].concat());
         assert_eq!(output.status.code(), Some(2), "{arguments:?}");

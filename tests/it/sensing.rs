@@ -115,3 +115,42 @@ fn an_image_vision_of_ones_own_takes_the_place_of_the_built_in_one() {
     assert_eq!(app.robot::<Percepts>(blue(2)).unwrap().ball.unwrap().position_m, Vec2::X);
     assert_eq!(app.robot::<Percepts>(blue(1)).unwrap().ball, None);
 }
+
+#[test]
+fn a_robot_keeps_its_own_body_when_it_dives_gets_up_and_is_placed() {
+    use naoisis::referee::Intervention;
+    use naoisis::robot::body::{BodyBounds, BodyBox};
+    use naoisis::robot::posture::Posture;
+
+    let standard = BodyBounds::default();
+    // Below the sonars, which are 40 cm high; and so high that they hear it.
+    for (top_m, is_heard) in [(0.35, false), (1.0, true)] {
+        let own = BodyBounds {
+            torso: BodyBox { z_m: [0.2, top_m], ..standard.torso },
+            base: BodyBox { z_m: [0.0, 0.2], ..standard.base },
+            height_m: top_m + 0.1,
+        };
+        let mut app = match_of(
+            r#"{ "rules": { "preset": "free", "dives": true }, "ball": { "position_m": [0, 1] },
+                 "sonar": { "noise": "none" }, "robots": [{ "number": 1 },
+                   { "team": "pink", "number": 1, "pose": [0.5, 0, 180], "behaviour": { "script": [
+                     { "from_s": 0.5, "posture": { "dive": "left" } }, { "from_s": 4.0, "posture": "get_up" }] } }] }"#,
+        );
+        let low = app.world().resource::<naoisis::robot::Roster>().get(pink(1)).unwrap();
+        app.world_mut().entity_mut(low).insert(own);
+        let hears = |app: &bevy::prelude::App| {
+            let reading = app.robot::<SonarReading>(blue(1)).unwrap();
+            reading.left.is_some() || reading.right.is_some()
+        };
+        let posture = |app: &bevy::prelude::App| *app.robot::<Posture>(pink(1)).unwrap();
+        assert_eq!(hears(app.run_cycles(2)), is_heard);
+        assert!(app.run_until(90, |app| matches!(posture(app), Posture::Fallen { .. })));
+        assert!(!hears(app.run_cycles(2)), "a robot that lies is too low for sonars");
+        assert!(app.run_until(600, |app| posture(app) == Posture::Upright));
+        assert_eq!(hears(app.run_cycles(2)), is_heard, "it has got up");
+        app.world_mut().commands().queue(Intervention::PlaceRobot { robot: pink(1), pose: Pose::new(0.4, 0.0, 3.0) });
+        app.world_mut().flush();
+        assert_eq!(hears(app.run_cycles(3)), is_heard, "it was placed");
+        assert_eq!(app.robot::<BodyBounds>(pink(1)), Some(&own));
+    }
+}

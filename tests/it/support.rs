@@ -3,6 +3,8 @@
 use bevy::prelude::*;
 use naoisis::prelude::*;
 use std::io::{self, Write};
+use std::path::Path;
+use std::process::{Command, Output};
 use std::sync::{Arc, Mutex};
 
 /// A headless app, ready for a match.
@@ -66,4 +68,10 @@ impl Write for SharedBytes {
     fn flush(&mut self) -> io::Result<()> {
         Ok(())
     }
+}
+
+/// What the command prints and how it ends, run as its user runs it: in a folder of its own, without a display.
+pub fn naoisis(folder: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_naoisis"));
+    command.current_dir(folder).env_remove("DISPLAY").args(arguments).output().unwrap()
 }

@@ -10,6 +10,7 @@ use core::fmt::Display;
 use core::ops::RangeInclusive;
 
 use super::field_path::FieldPath;
+use super::outline::Aim;
 use super::types::{BehaviourSpec, RobotSpec, Scenario, ScriptEntry};
 use crate::geometry::to_degrees;
 use crate::referee::{Intervention, TimedIntervention};
@@ -30,12 +31,20 @@ pub struct ScenarioFault {
     pub message: String,
     /// What was expected instead.
     pub expected: String,
+    /// Which part of the field is at fault.
+    pub(super) aim: Aim,
 }
 
 impl ScenarioFault {
     /// Something wrong at `path`.
     pub fn new(path: FieldPath, message: impl Into<String>, expected: impl Into<String>) -> Self {
-        Self { path, related: None, message: message.into(), expected: expected.into() }
+        Self { path, related: None, message: message.into(), expected: expected.into(), aim: Aim::Value }
+    }
+
+    /// The fault of a field's name, rather than of its value.
+    #[must_use]
+    pub(crate) fn at_key(self) -> Self {
+        Self { aim: Aim::Key, ..self }
     }
 
     /// The fault with another field that has to do with it.

@@ -7,10 +7,11 @@ use core::fmt;
 use serde::de::{DeserializeSeed, Error as _, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::ser::{Error as _, SerializeMap, SerializeSeq};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use std::io;
+use std::io::{self, Write as _};
 use std::path::Path;
 
 use super::{EntityState, Snapshot, SnapshotError};
+use crate::replace_file::replace_file;
 
 /// The format's name in files.
 const FORMAT: &str = "naoisis-snapshot";
@@ -20,14 +21,14 @@ const VERSION: u32 = 1;
 pub const EXTENSION: &str = "naoisis";
 
 impl Snapshot {
-    /// Writes the snapshot to a file, in place of any that is there. `world` knows its types.
+    /// Writes the snapshot to a file, in place of any that is there: whole, or not at all. `world` knows its types.
     ///
     /// # Errors
     /// When the file cannot be written.
     pub fn save(&self, path: &Path, world: &World) -> Result<(), SnapshotError> {
         let io_error = |error| SnapshotError::Io { path: path.to_owned(), error };
         let bytes = self.to_bytes(world).map_err(|error| io_error(io::Error::other(error)))?;
-        std::fs::write(path, bytes).map_err(io_error)
+        replace_file(path, |mut file| file.write_all(&bytes)).map_err(io_error)
     }
 
     /// Reads a snapshot from a file. `world` knows its types.

@@ -19,6 +19,7 @@ use crate::record::history::{History, ReadTrace};
 use crate::record::trace::MatchLine;
 use crate::scenario::{BehaviourSpec, Scenario, ScenarioFault};
 use crate::simulation;
+use crate::simulation::sensors::ReadingsAreRecorded;
 pub use bar::TimelineBarPlugin;
 use moment::{Present, put_record};
 
@@ -31,6 +32,7 @@ pub struct TimelinePlugin;
 impl Plugin for TimelinePlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<History>()
+            .init_resource::<ReadingsAreRecorded>()
             .init_resource::<Timeline>()
             .add_message::<TimelineCommand>()
             .add_systems(Cycle, keep_cycle.in_set(CycleSystems::Record))

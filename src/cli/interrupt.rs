@@ -1,0 +1,96 @@
+//! Ctrl-C, and being asked to end: commands close their files, and say by their exit status what stopped them.
+
+use bevy::prelude::*;
+use std::process::{self, ExitCode};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
+
+/// Whether the program was asked to end. The first time, the command may end in its own way; the second time, the program
+/// ends at once.
+#[derive(Resource, Clone, Debug, Default)]
+pub struct Interrupt(Arc<Flags>);
+
+#[derive(Debug, Default)]
+struct Flags {
+    stop: AtomicBool,
+    /// The exit status that tells which signal it was; nought before there was one.
+    status: AtomicU8,
+}
+
+impl Interrupt {
+    /// Watches for interrupts from now on, and calls `on_first` when the first one comes.
+    ///
+    /// # Errors
+    /// When that is not possible.
+    pub fn watch(on_first: impl Fn() + Send + 'static) -> Result<Self, String> {
+        let interrupt = Self::default();
+        let flags = Arc::clone(&interrupt.0);
+        on_signal(move |status| {
+            let before = flags.status.swap(status, Ordering::SeqCst);
+            flags.stop.store(true, Ordering::SeqCst);
+            if before != 0 {
+                process::exit(i32::from(status));
+            }
+            on_first();
+        })?;
+        Ok(interrupt)
+    }
+
+    /// Ends the program at once when it is interrupted: for commands that have nothing to close.
+    ///
+    /// # Errors
+    /// When that is not possible.
+    pub fn end_at_once() -> Result<(), String> {
+        on_signal(|status| process::exit(i32::from(status)))
+    }
+
+    /// A flag that turns true with the first interrupt; who sets it stops the command for a reason of its own.
+    pub fn stop(&self) -> &AtomicBool {
+        &self.0.stop
+    }
+
+    /// Whether the command shall stop.
+    pub fn is_stopped(&self) -> bool {
+        self.0.stop.load(Ordering::SeqCst)
+    }
+
+    /// The exit status of a command that would end with `status`: 130 after Ctrl-C and 143 after SIGTERM, unless something
+    /// else failed.
+    pub fn finish(&self, status: ExitCode) -> ExitCode {
+        match self.0.status.load(Ordering::SeqCst) {
+            interrupted if interrupted != 0 && status == ExitCode::SUCCESS => ExitCode::from(interrupted),
+            _ => status,
+        }
+    }
+}
+
+/// Calls `act` with the exit status that belongs to each signal that asks the program to end.
+///
+/// # Errors
+/// When signals cannot be watched.
+#[cfg(unix)]
+fn on_signal(act: impl Fn(u8) + Send + 'static) -> Result<(), String> {
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+    use signal_hook::iterator::Signals;
+
+    let mut signals =
+        Signals::new([SIGINT, SIGTERM, SIGHUP]).map_err(|error| format!("cannot watch for interrupts: {error}"))?;
+    std::thread::spawn(move || {
+        for signal in signals.forever() {
+            // As shells name the end by a signal.
+            act(u8::try_from(128 + signal).unwrap_or(u8::MAX));
+        }
+    });
+    Ok(())
+}
+
+/// Calls `act` with the exit status that belongs to an interrupt.
+///
+/// # Errors
+/// When interrupts cannot be watched.
+#[cfg(not(unix))]
+fn on_signal(act: impl Fn(u8) + Send + 'static) -> Result<(), String> {
+    const CTRL_C: u8 = 130;
+
+    ctrlc::set_handler(move || act(CTRL_C)).map_err(|error| format!("cannot watch for interrupts: {error}"))
+}

@@ -1,0 +1,107 @@
+//! What commands write: nothing over what is there unless they are told to, and never over what they read.
+
+use std::fs;
+use std::path::Path;
+
+use crate::support::{naoisis, text};
+
+fn folder_with_a_scenario() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("short.json"), r#"{ "duration_s": 0.1, "robots": [{}] }"#).unwrap();
+    folder
+}
+
+fn run(folder: &Path, arguments: &[&str]) -> (Option<i32>, String) {
+    let output = naoisis(folder, &[&["run", "short.json", "--quiet"], arguments].concat());
+    (output.status.code(), text(&output.stderr))
+}
+
+#[test]
+fn every_output_that_is_there_asks_for_force() {
+    let folder = folder_with_a_scenario();
+    let path = |name: &str| folder.path().join(name);
+    for [option, name] in [
+        ["--trace", "t.jsonl"],
+        ["--trace", "t.jsonl.zst"],
+        ["--beliefs", "b.csv"],
+        ["--save", "s.naoisis"],
+        ["--video", "v.mp4"],
+        ["--sheet", "s.png"],
+    ] {
+        fs::write(path(name), "precious").unwrap();
+        let (status, said) = run(folder.path(), &[option, name]);
+        assert_eq!(status, Some(2), "{option}: {said}");
+        let start = format!("error: {option}: {name}: there is such a file already; expected another name, or --force");
+        assert!(said.starts_with(&start), "{said}");
+        assert_eq!(fs::read(path(name)).unwrap(), b"precious");
+        let (status, said) = run(folder.path(), &[option, name, "--force"]);
+        assert_eq!(status, Some(0), "{option}: {said}");
+        assert_ne!(fs::read(path(name)).unwrap(), b"precious", "{option}");
+    }
+    // What is wrong with another option is found out before anything goes.
+    fs::write(path("t.jsonl"), "precious").unwrap();
+    assert_eq!(run(folder.path(), &["--trace", "t.jsonl", "--force", "--save", "s.json"]).0, Some(2));
+    assert_eq!(fs::read(path("t.jsonl")).unwrap(), b"precious");
+}
+
+#[test]
+fn earlier_frames_make_way_by_force_and_nothing_else_does() {
+    let folder = folder_with_a_scenario();
+    assert_eq!(run(folder.path(), &["--frames", "frames"]).0, Some(0));
+    let (status, said) = run(folder.path(), &["--frames", "frames"]);
+    assert_eq!(status, Some(2));
+    assert!(said.contains("--frames: frames: the folder is not empty") && said.contains("--force"), "{said}");
+    assert_eq!(run(folder.path(), &["--frames", "frames", "--every", "3", "--force"]).0, Some(0));
+    let frames = fs::read_dir(folder.path().join("frames/field")).unwrap().count();
+    assert_eq!(frames, 2, "cycles 0 and 3, and none of the earlier ones");
+    fs::write(folder.path().join("frames/diary.txt"), "dear diary").unwrap();
+    assert_eq!(run(folder.path(), &["--frames", "frames", "--force"]).0, Some(2));
+    assert!(folder.path().join("frames/diary.txt").exists());
+}
+
+#[test]
+fn a_link_to_the_scenario_is_the_scenario() {
+    let folder = folder_with_a_scenario();
+    let scenario = folder.path().join("short.json");
+    let before = fs::read(&scenario).unwrap();
+    fs::hard_link(&scenario, folder.path().join("hard.jsonl")).unwrap();
+    #[cfg(unix)]
+    std::os::unix::fs::symlink(&scenario, folder.path().join("soft.jsonl")).unwrap();
+    for name in [
+        "short.json",
+        "./short.json",
+        "hard.jsonl",
+        #[cfg(unix)]
+        "soft.jsonl",
+    ] {
+        for force in [&[][..], &["--force"]] {
+            let (status, said) = run(folder.path(), &[&["--trace", name], force].concat());
+            assert_eq!(status, Some(2), "{name}: {said}");
+            assert!(said.contains("would write over short.json"), "{said}");
+        }
+        assert_eq!(fs::read(&scenario).unwrap(), before);
+    }
+    let (status, said) = run(folder.path(), &["--trace", "one", "--beliefs", "./one"]);
+    assert_eq!(status, Some(2));
+    assert!(said.contains("--beliefs: ./one: --trace writes this file already"), "{said}");
+}
+
+#[test]
+fn nothing_of_a_file_is_told_to_the_terminal() {
+    let folder = folder_with_a_scenario();
+    let scenario = r#"{ "name": "\u001b[31mred\u0007", "description": "\u009b2J", "duration_s": 0.1, "robots": [{}] }"#;
+    fs::write(folder.path().join("odd.json"), scenario).unwrap();
+    fs::write(folder.path().join("wrong.ron"), "(name: \"\u{1b}[2J\", ball: \"\u{1b}[31m\")").unwrap();
+    for arguments in [
+        &["run", "odd.json", "--explain", "--trace", "odd.jsonl"][..],
+        &["replay", "odd.jsonl"],
+        &["check", "odd.json", "wrong.ron", "\u{1b}[31m.json"],
+        &["run", "odd.json", "--set", "teams.blue=\u{1b}[1m"],
+    ] {
+        let output = naoisis(folder.path(), arguments);
+        let said = text(&output.stdout) + &text(&output.stderr);
+        assert!(!said.is_empty() && !said.contains(['\u{1b}', '\u{7}', '\u{9b}']), "{arguments:?}: {said:?}");
+    }
+    let output = naoisis(folder.path(), &["run", "odd.json", "--explain"]);
+    assert!(text(&output.stdout).starts_with("\\u{1b}[31mred\\u{7}. Rules naoisis"), "{}", text(&output.stdout));
+}

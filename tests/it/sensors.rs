@@ -1,0 +1,217 @@
+//! Sensors of a program's own: settings in scenario files, readings in traces, and both in saved matches.
+
+use bevy::prelude::*;
+use naoisis::prelude::*;
+use naoisis::record::read::TraceReader;
+use naoisis::record::trace::{TracePlugin, TraceRecorder, record_cycle};
+use naoisis::scenario::{Format, ScenarioFile, Setting};
+use naoisis::sensing::scene::Scene;
+use naoisis::simulation::{Snapshot, change_settings};
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+use crate::support::{SharedBytes, blue, headless_app};
+
+/// How far a robot hears the ball.
+#[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[reflect(Component, @Knowledge::Public)]
+#[serde(default, deny_unknown_fields)]
+struct Ear {
+    range_m: f32,
+    sd_m: f32,
+}
+
+impl Default for Ear {
+    fn default() -> Self {
+        Self { range_m: 1.0, sd_m: 0.0 }
+    }
+}
+
+/// How far away the ball sounds, m.
+#[derive(Component, Default, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[reflect(Component, @Knowledge::Sensor)]
+struct BallNoise {
+    distance_m: Option<f32>,
+}
+
+fn listen(scene: Res<Scene>, mut robots: Query<(&Pose, &Ear, &mut BallNoise, &mut naoisis::random::RandomStreams)>) {
+    for (pose, ear, mut noise, mut streams) in &mut robots {
+        let distance = scene.ball.map(|ball| ball.position.distance(pose.position));
+        let heard = distance.filter(|distance| *distance < ear.range_m);
+        noise.distance_m = heard.map(|distance| distance + streams.own("ear").gaussian(ear.sd_m));
+    }
+}
+
+/// Walks away from what it hears.
+#[derive(Component, Default)]
+struct Timid;
+
+fn flee(mut robots: Query<(&BallNoise, &mut WalkCommand), With<Timid>>) {
+    for (noise, mut walk) in &mut robots {
+        walk.dx = if noise.distance_m.is_some() { -0.005 } else { 0.0 };
+    }
+}
+
+fn app() -> App {
+    let mut app = headless_app();
+    app.add_sensor::<Ear, BallNoise, _>("ball_ear", listen);
+    app.add_behaviour::<Timid, _>("timid", flee);
+    app
+}
+
+/// Three robots 0.5 m, 1.5 m and 2.5 m away from the ball: the second hears farther than the default, the third not at all.
+const SCENARIO: &str = r#"{ "rules": "free", "sensors": { "ball_ear": { "sd_m": 0.01 } }, "robots": [
+    { "number": 1, "pose": [0.5, 0, 0], "behaviour": "timid" },
+    { "number": 2, "pose": [1.5, 0, 0], "sensors": { "ball_ear": { "range_m": 2 } } },
+    { "number": 3, "pose": [2.5, 0, 0], "sensors": { "ball_ear": null } }] }"#;
+
+#[test]
+fn settings_are_the_scenarios_common_ones_and_each_robots_own() {
+    let mut app = app();
+    app.start_match(&Scenario::from_json(SCENARIO).unwrap()).unwrap().run_cycles(1);
+    assert_eq!(app.robot::<Ear>(blue(1)), Some(&Ear { range_m: 1.0, sd_m: 0.01 }));
+    assert_eq!(app.robot::<Ear>(blue(2)), Some(&Ear { range_m: 2.0, sd_m: 0.01 }));
+    assert_eq!((app.robot::<Ear>(blue(3)), app.robot::<BallNoise>(blue(3))), (None, None));
+    let heard = |app: &App, number| app.robot::<BallNoise>(blue(number)).unwrap().distance_m;
+    assert!((heard(&app, 1).unwrap() - 0.5).abs() < 0.05 && (heard(&app, 2).unwrap() - 1.5).abs() < 0.05);
+    // Without a word, every robot has it as it is by default: those of teams, too.
+    app.start_match(&Scenario::named("match3v3").unwrap()).unwrap();
+    assert_eq!(app.robot::<Ear>(blue(3)), Some(&Ear::default()));
+}
+
+#[test]
+fn what_is_wrong_is_found_before_the_match_and_located() {
+    let check = |text: &str, settings: &[&str]| {
+        let settings: Vec<Setting> = settings.iter().map(|setting| setting.parse().unwrap()).collect();
+        let file = ScenarioFile::from_text(text, Format::Json, "ears.json").unwrap().with(&settings).unwrap();
+        let fault = app().start_match(&file.scenario).err().unwrap();
+        file.source.error(&fault).to_string()
+    };
+    let own = |sensors: &str| format!("{{ \"robots\": [\n  {{ \"sensors\": {sensors} }}] }}");
+    for (text, expected) in [
+        (
+            own(r#"{ "bal_ear": {} }"#),
+            "ears.json:2:18: there is no sensor `bal_ear`: did you mean `ball_ear`? expected `ball_ear`",
+        ),
+        (
+            own(r#"{ "ball_ear": { "rang_m": 1 } }"#),
+            "ears.json:2:32: there is no field `rang_m`: did you mean `range_m`?",
+        ),
+        (
+            own(r#"{ "ball_ear": { "range_m": "far" } }"#),
+            "ears.json:2:43: `range_m` is the text `far`; expected a number",
+        ),
+        (own(r#"{ "ball_ear": { "range_m": 1e99 } }"#), "ears.json:2:43: `range_m` is the number"),
+        (own(r#"{ "ball_ear": 3 }"#), "ears.json:2:30: `ball_ear` is the number 3; expected an object"),
+    ] {
+        let error = check(&text, &[]);
+        assert!(error.starts_with(expected), "{error}");
+    }
+    let error = check("{}", &["sensors.ball_ear.range_m=far"]);
+    assert!(error.starts_with("--set sensors.ball_ear.range_m=far: `range_m` is the text `far`"), "{error}");
+    // A program without it says that it has none.
+    let scenario = Scenario::from_json(r#"{ "sensors": { "ball_ear": {} } }"#).unwrap();
+    let fault = headless_app().start_match(&scenario).err().unwrap();
+    assert_eq!(
+        fault.to_string(),
+        "sensors.ball_ear: there is no sensor `ball_ear`; expected none: this program has registered no sensor"
+    );
+}
+
+#[test]
+fn readings_are_in_the_trace_and_come_back_from_it() {
+    let bytes = SharedBytes::default();
+    let mut app = app();
+    app.add_plugins(TracePlugin);
+    let scenario = Scenario::from_json(SCENARIO).unwrap();
+    app.start_match(&scenario).unwrap();
+    let mut recorder = TraceRecorder::plain(bytes.clone());
+    recorder.write_header(&scenario);
+    app.insert_resource(recorder);
+    app.world_mut().run_system_cached(record_cycle).unwrap();
+    app.run_cycles(3);
+    let written = bytes.written();
+    let heard = app.robot::<BallNoise>(blue(2)).unwrap().distance_m.unwrap();
+    let last = written.split(|byte| *byte == b'\n').rfind(|line| !line.is_empty()).unwrap();
+    // With as many digits as mean something.
+    assert!(String::from_utf8_lossy(last).contains(&format!(r#""sensors":{{"ball_ear":{{"distance_m":{heard}}}}}"#)));
+    let mut reader = TraceReader::new(Path::new("ears"), std::io::Cursor::new(written)).unwrap();
+    // The header is the match: its robots hear as these did.
+    assert_eq!(reader.scenario(), &scenario);
+    let records: Vec<_> = core::iter::from_fn(|| reader.next_cycle().unwrap()).collect();
+    assert_eq!(records.len(), 4);
+    assert!(records[0].robots[0].sensors["ball_ear"]["distance_m"].is_null());
+    assert_eq!(records[3].robots[1].sensors["ball_ear"]["distance_m"].as_f64().unwrap() as f32, heard);
+    assert!(records[3].robots[2].sensors.is_empty());
+}
+
+#[test]
+fn a_match_with_own_sensors_is_saved_and_its_settings_change_while_it_runs() {
+    let mut app = app();
+    app.start_match(&Scenario::from_json(SCENARIO).unwrap()).unwrap().run_cycles(20);
+    let saved = Snapshot::take(app.world_mut()).unwrap().to_bytes(app.world()).unwrap();
+    let place = app.run_cycles(30).robot_pose(blue(1)).unwrap();
+    let reading = *app.robot::<BallNoise>(blue(2)).unwrap();
+    Snapshot::from_bytes(&saved, app.world()).unwrap().restore(app.world_mut()).unwrap();
+    app.run_cycles(30);
+    assert_eq!((app.robot_pose(blue(1)), app.robot::<BallNoise>(blue(2))), (Some(place), Some(&reading)));
+
+    let mut scenario = app.world().resource::<Scenario>().clone();
+    scenario.robots[0].sensors.0.insert("ball_ear".to_owned(), serde_json::json!({ "range_m": 0.1 }));
+    scenario.robots[2].sensors = default();
+    change_settings(app.world_mut(), &scenario).unwrap();
+    app.run_cycles(1);
+    assert_eq!(app.robot::<BallNoise>(blue(1)), Some(&BallNoise::default()));
+    assert_eq!(app.robot::<Ear>(blue(3)), Some(&Ear { range_m: 1.0, sd_m: 0.01 }));
+    scenario.robots[0].sensors.0.insert("ball_ear".to_owned(), serde_json::json!({ "range": 0.1 }));
+    assert!(change_settings(app.world_mut(), &scenario).is_err());
+}
+
+#[derive(Component, Default, Reflect, Serialize, Deserialize)]
+#[reflect(Component)]
+struct Unmarked;
+
+#[derive(Component, Default, Reflect, Serialize, Deserialize)]
+#[reflect(@Knowledge::Sensor)]
+struct Unsaved;
+
+#[derive(Component, Default, Reflect, Serialize, Deserialize)]
+#[reflect(Component, @Knowledge::Sensor)]
+struct Smell;
+
+#[derive(Component, Default, Reflect, Serialize, Deserialize)]
+#[reflect(Component, @Knowledge::Public)]
+struct Nose;
+
+#[test]
+fn a_sensor_is_told_what_it_lacks() {
+    fn refused<Settings, Reading>(app: &mut App, name: &str) -> String
+    where
+        Settings: naoisis::simulation::sensors::SensorSettings,
+        Reading: naoisis::simulation::sensors::SensorReading,
+    {
+        app.try_add_sensor::<Settings, Reading, _>(name, || {}).err().unwrap().to_string()
+    }
+    let mut app = app();
+    assert!(refused::<Nose, Smell>(&mut app, "ball_ear").contains("another sensor has this name"));
+    assert!(refused::<Nose, BallNoise>(&mut app, "nose").contains("BallNoise` is another sensor's"));
+    assert!(refused::<Unmarked, Smell>(&mut app, "nose").contains("Unmarked` does not say what it is"));
+    let unmarked = refused::<Nose, Unmarked>(&mut app, "nose");
+    assert!(unmarked.contains("`#[reflect(Component, @Knowledge::Sensor)]`"), "{unmarked}");
+    assert!(refused::<Nose, Unsaved>(&mut app, "nose").contains("Unsaved` does not say what it is"));
+    app.start_match(&Scenario::from_json(SCENARIO).unwrap()).unwrap();
+    assert!(refused::<Nose, Smell>(&mut app, "nose").contains("while a match is on"));
+}
+
+#[test]
+fn a_behaviour_reads_a_reading_and_cannot_write_it() {
+    fn imagine(mut robots: Query<&mut BallNoise, With<Timid>>) {
+        for mut noise in &mut robots {
+            noise.distance_m = Some(1.0);
+        }
+    }
+    let mut app = headless_app();
+    app.add_sensor::<Ear, BallNoise, _>("ball_ear", listen);
+    let error = app.try_add_behaviour::<Timid, _>("timid", imagine).err().unwrap().to_string();
+    assert!(error.contains("BallNoise`, which is a sensor"), "{error}");
+}
