@@ -13,7 +13,7 @@ use super::field_path::{FieldPath, Segment};
 use super::library::LIBRARY;
 use super::outline::{Aim, Node};
 use super::setting::Setting;
-use super::shape::{ShapeError, Strict};
+use super::shape::{self, ShapeFault};
 use super::validate::{ScenarioFault, place_ball_beside_robots};
 use super::wording::did_you_mean;
 use super::{presets, read};
@@ -240,8 +240,7 @@ impl ScenarioFile {
         if let Value::Object(root) = &mut value {
             presets::resolve(root).map_err(|fault| source.error(&fault))?;
         }
-        let mut scenario: Scenario =
-            serde_path_to_error::deserialize(Strict(&value)).map_err(|error| shape_error(&source, &error))?;
+        let mut scenario: Scenario = shape::read(&value).map_err(|fault| shape_error(&source, &fault))?;
         if !gives_ball_place {
             place_ball_beside_robots(&mut scenario);
         }
@@ -335,17 +334,20 @@ fn not_found(name: &str, path: &Path) -> ScenarioError {
 /// # Errors
 /// What is wrong with them, and where.
 pub(crate) fn read_settings<T: DeserializeOwned>(value: &Value, path: &FieldPath) -> Result<T, ScenarioFault> {
-    serde_path_to_error::deserialize(Strict(value)).map_err(|error: serde_path_to_error::Error<ShapeError>| {
-        let path = FieldPath::from(error.path()).within(path);
-        let (message, expected) = error.inner().words(path.last_field());
-        let fault = ScenarioFault::new(path, message, expected);
-        if error.inner().is_about_key() { fault.at_key() } else { fault }
-    })
+    shape::read(value).map_err(|fault| settings_fault(&fault, path))
 }
 
-fn shape_error(source: &ScenarioSource, error: &serde_path_to_error::Error<ShapeError>) -> ScenarioError {
-    let path = FieldPath::from(error.path());
-    let aim = if error.inner().is_about_key() { Aim::Key } else { Aim::Value };
-    let (message, expected) = error.inner().words(path.last_field());
+fn settings_fault(fault: &ShapeFault, settings: &FieldPath) -> ScenarioFault {
+    let path = fault.path().within(settings);
+    let (message, expected) = fault.error().words(path.last_field());
+    let is_about_key = fault.error().is_about_key();
+    let fault = ScenarioFault::new(path, message, expected);
+    if is_about_key { fault.at_key() } else { fault }
+}
+
+fn shape_error(source: &ScenarioSource, fault: &ShapeFault) -> ScenarioError {
+    let path = fault.path();
+    let aim = if fault.error().is_about_key() { Aim::Key } else { Aim::Value };
+    let (message, expected) = fault.error().words(path.last_field());
     source.located(ScenarioErrorKind::Shape, &path, None, aim, &message, &expected)
 }

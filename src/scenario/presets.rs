@@ -6,6 +6,7 @@ use serde_json::{Map, Value};
 use super::field_path::FieldPath;
 use super::load::Format;
 use super::read::read;
+use super::shape;
 use super::validate::ScenarioFault;
 use super::wording::{did_you_mean, one_of, quoted};
 use crate::pitch::Pitch;
@@ -50,7 +51,7 @@ impl Pitch {
     /// The pitch of this name among the [`FIELD_PRESETS`].
     pub fn preset(name: &str) -> Option<Pitch> {
         let preset = FIELD_PRESETS.iter().find(|preset| preset.name == name)?;
-        serde_json::from_value(preset.value()).ok()
+        shape::read(&preset.value()).ok()
     }
 }
 
@@ -58,7 +59,7 @@ impl Rules {
     /// The rules of this name among the [`RULES_PRESETS`].
     pub fn preset(name: &str) -> Option<Rules> {
         let preset = RULES_PRESETS.iter().find(|preset| preset.name == name)?;
-        serde_json::from_value(preset.value()).ok()
+        shape::read(&preset.value()).ok()
     }
 }
 
