@@ -13,12 +13,13 @@
 mod common;
 
 use bevy::prelude::*;
-use naoisis::behaviour::teams::looking;
 use naoisis::belief::{Belief, SimpleBelief};
 use naoisis::communication::{Inbox, Outbox, TeamMessage};
+use naoisis::game::Intervention;
 use naoisis::prelude::*;
 use naoisis::random::RandomStream;
-use naoisis::referee::{GameStatus, Intervention};
+use naoisis::referee::GameStatus;
+use naoisis::teams::looking;
 use std::collections::BTreeMap;
 
 /// A bid that was heard longer ago does not count, s.

@@ -11,11 +11,11 @@
 mod common;
 
 use bevy::prelude::*;
-use naoisis::batch::statistics::{mean, share};
 use naoisis::belief::{Belief, PlaceCovariance, SimpleBelief};
 use naoisis::geometry::{angle_of, unit, unrotate, wrap_angle};
 use naoisis::prelude::*;
 use naoisis::random::RandomStream;
+use naoisis::statistics::{mean, share};
 
 /// Situations that both are tried in.
 const SITUATIONS: u64 = 1000;

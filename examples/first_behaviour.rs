@@ -17,13 +17,14 @@ struct Kicker;
 /// A behaviour is a system. It reads sensors and writes commands of the robots that carry its marker, and the engine
 /// refuses it if it asks for more.
 fn kick_the_ball(
+    clock: Res<CycleClock>,
     mut robots: Query<(&Percepts, &HeadAngles, &mut HeadCommand, &mut WalkCommand, &mut KickCommand), With<Kicker>>,
 ) {
     for (percepts, angles, mut head, mut walk, mut kick) in &mut robots {
         *walk = WalkCommand::default();
         let Some(ball) = percepts.ball else {
             // Turn around, and nod: the upper camera sees far, the lower near.
-            walk.dtheta = 0.04;
+            *walk = WalkCommand::at_velocity(0.0, 0.0, 1.2, &clock);
             head.pitch = if angles.pitch < 0.1 { 0.3 } else { 0.0 };
             continue;
         };

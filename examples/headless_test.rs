@@ -14,10 +14,11 @@ use naoisis::prelude::*;
 #[derive(Component, Default)]
 struct Shy;
 
-fn keep_away(mut robots: Query<(&SonarReading, &mut WalkCommand), With<Shy>>) {
+fn keep_away(clock: Res<CycleClock>, mut robots: Query<(&SonarReading, &mut WalkCommand), With<Shy>>) {
     for (sonar, mut walk) in &mut robots {
         let nearest = [sonar.left, sonar.right].into_iter().flatten().fold(f32::MAX, f32::min);
-        walk.dx = if nearest < 0.5 { -0.005 } else { 0.0 };
+        let speed_mps = if nearest < 0.5 { -0.15 } else { 0.0 };
+        *walk = WalkCommand::at_velocity(speed_mps, 0.0, 0.0, &clock);
     }
 }
 

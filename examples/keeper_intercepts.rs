@@ -12,13 +12,11 @@
 mod common;
 
 use bevy::prelude::*;
-use naoisis::batch::statistics::share;
 use naoisis::belief::{Belief, SimpleBelief};
 use naoisis::prelude::*;
 use naoisis::random::RandomStream;
+use naoisis::statistics::share;
 
-/// How fast the keepers walk sideways at most, m per cycle.
-const STEP_M: f32 = 0.2 / 30.0;
 /// How far in front of the goal line they stand, m.
 const DEPTH_M: f32 = 0.3;
 
@@ -58,13 +56,13 @@ fn guard(ball: Vec2) -> f32 {
 }
 
 fn step_to(belief: &Belief, y: f32, walk: &mut WalkCommand) {
-    let way = (y.clamp(-0.65, 0.65) - belief.pose.position.y).clamp(-STEP_M, STEP_M);
+    let way = y.clamp(-0.65, 0.65) - belief.pose.position.y;
     *walk = WalkCommand::new(0.0, way, 0.0);
 }
 
 fn look_at_ball(belief: &Belief, head: &mut HeadCommand) {
     if let Some(ball) = belief.ball_in_robot() {
-        *head = naoisis::behaviour::teams::looking::look_at(ball);
+        *head = naoisis::teams::looking::look_at(ball);
     }
 }
 

@@ -39,6 +39,7 @@ struct Learner([f32; WEIGHTS]);
 /// What the robot does: looks at the ball, steps as its policy says, and kicks when the ball is before its foot and the
 /// goal ahead.
 fn act(
+    clock: Res<CycleClock>,
     pitch: Res<Pitch>,
     mut robots: Query<(&Belief, &Learner, &mut HeadCommand, &mut WalkCommand, &mut KickCommand)>,
 ) {
@@ -47,7 +48,7 @@ fn act(
         let in_robot = |place: Vec2| unrotate(forward, place - belief.pose.position);
         let Some(ball) = belief.ball.map(|ball| in_robot(ball.position_m)) else {
             (head.yaw, head.pitch) = (0.0, 0.3);
-            *walk = WalkCommand::new(0.0, 0.0, 0.05);
+            *walk = WalkCommand::at_velocity(0.0, 0.0, 1.5, &clock);
             continue;
         };
         (head.yaw, head.pitch) = (angle_of(ball), if ball.length() < 1.0 { 0.3 } else { 0.0 });

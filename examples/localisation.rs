@@ -9,11 +9,11 @@ mod common;
 
 use bevy::math::{Vec2, ops};
 use bevy::prelude::*;
-use naoisis::batch::statistics::median;
 use naoisis::belief::{Belief, team_from_pitch};
+use naoisis::game::{Intervention, Penalty};
 use naoisis::geometry::{to_degrees, wrap_angle};
 use naoisis::prelude::*;
-use naoisis::referee::{Intervention, Penalty};
+use naoisis::statistics::median;
 
 /// Matches, and kidnappings, of each filter.
 const MATCHES: u64 = 4;

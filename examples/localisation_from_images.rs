@@ -12,11 +12,11 @@
 mod common;
 
 use bevy::prelude::*;
-use naoisis::batch::statistics::median;
 use naoisis::belief::{Belief, SimpleBelief};
+use naoisis::game::Intervention;
 use naoisis::prelude::*;
-use naoisis::referee::Intervention;
 use naoisis::sensing::odometry::Odometry;
+use naoisis::statistics::median;
 
 const ROBOT: RobotId = RobotId::new(Team::Blue, 2);
 /// Where it starts, and where it is carried.
@@ -37,7 +37,7 @@ struct Walker;
 fn walk_around(clock: Res<CycleClock>, mut robots: Query<(&mut WalkCommand, &mut HeadCommand), With<Walker>>) {
     for (mut walk, mut head) in &mut robots {
         // 0.15 m/s around a circle with a radius of 1 m.
-        *walk = WalkCommand::new(0.005, 0.0, 0.005);
+        *walk = WalkCommand::at_velocity(0.15, 0.0, 0.15, &clock);
         // From side to side in four seconds.
         let phase = (clock.cycle % 120) as f32 / 120.0;
         *head = HeadCommand { yaw: 1.6 * (1.0 - 4.0 * (phase - 0.5).abs()), pitch: 0.0 };

@@ -16,11 +16,15 @@ use std::process::ExitCode;
 struct Rusher;
 
 /// Looks down, walks at the ball, and kicks when it lies before the right foot.
-fn rush(mut robots: Query<(&Percepts, &mut HeadCommand, &mut WalkCommand, &mut KickCommand), With<Rusher>>) {
+fn rush(
+    clock: Res<CycleClock>,
+    mut robots: Query<(&Percepts, &mut HeadCommand, &mut WalkCommand, &mut KickCommand), With<Rusher>>,
+) {
     for (percepts, mut head, mut walk, mut kick) in &mut robots {
         head.pitch = 0.25;
         let Some(ball) = percepts.ball else {
-            *walk = WalkCommand::new(0.0, 0.0, 0.05);
+            // Turns, 86 degrees in a second.
+            *walk = WalkCommand::at_velocity(0.0, 0.0, 1.5, &clock);
             continue;
         };
         if KickType::RightStraight.admits(ball.position_m) {

@@ -8,10 +8,10 @@
 mod common;
 
 use bevy::prelude::*;
-use naoisis::batch::statistics::mean;
 use naoisis::belief::{Belief, SimpleBelief};
 use naoisis::geometry::{angle_of, unrotate};
 use naoisis::prelude::*;
+use naoisis::statistics::mean;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
@@ -21,7 +21,6 @@ const GOAL: Vec2 = Vec2::new(2.4, 0.0);
 const CLEARANCE_M: f32 = 0.38;
 /// Walks of each planner.
 const WALKS: u64 = 40;
-const PERIOD: f32 = 1.0 / 30.0;
 
 /// A robot that walks to the goal, and how it finds its way.
 #[derive(Component, Default, Clone, Copy, PartialEq)]
@@ -32,7 +31,7 @@ enum Planner {
     Reactive,
 }
 
-fn walk_to_goal(mut robots: Query<(&Belief, &Planner, &mut WalkCommand, &mut HeadCommand)>) {
+fn walk_to_goal(clock: Res<CycleClock>, mut robots: Query<(&Belief, &Planner, &mut WalkCommand, &mut HeadCommand)>) {
     for (belief, planner, mut walk, mut head) in &mut robots {
         let here = belief.pose.position;
         let obstacles: Vec<Vec2> = belief.opponents.iter().map(|opponent| opponent.position_m).collect();
@@ -41,8 +40,9 @@ fn walk_to_goal(mut robots: Query<(&Belief, &Planner, &mut WalkCommand, &mut Hea
             Planner::Reactive => reactive_way(here, GOAL, &obstacles),
         };
         let forward = belief.pose.forward();
-        let step = unrotate(forward, way.normalize_or_zero() * 0.2 * PERIOD);
-        *walk = WalkCommand::new(step.x, step.y, 0.1 * angle_of(unrotate(forward, GOAL - here)));
+        let velocity = 0.2 * unrotate(forward, way.normalize_or_zero());
+        let turn = 3.0 * angle_of(unrotate(forward, GOAL - here));
+        *walk = WalkCommand::at_velocity(velocity.x, velocity.y, turn, &clock);
         // Sweeps its head from side to side, to see what comes.
         head.yaw = if head.yaw >= 0.9 { -1.0 } else { head.yaw + 0.1 };
     }

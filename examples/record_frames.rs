@@ -11,11 +11,11 @@ mod common;
 
 use bevy::prelude::*;
 use core::error::Error;
+use naoisis::camera_model::CameraSide;
 use naoisis::prelude::*;
 use naoisis::record::frames::FrameRecorder;
 use naoisis::record::photographer::Photographer;
 use naoisis::record::picture::Picture;
-use naoisis::sensing::camera::CameraSide;
 use std::path::PathBuf;
 
 /// How long is recorded, and every how many cycles there is a frame: six a second.

@@ -19,11 +19,11 @@ struct Rusher;
 type Senses<'a> = (&'a Percepts, &'a mut Kicks, &'a mut Drawings);
 type Commands<'a> = (&'a mut HeadCommand, &'a mut WalkCommand, &'a mut KickCommand);
 
-fn rush(mut robots: Query<(Senses, Commands), With<Rusher>>) {
+fn rush(clock: Res<CycleClock>, mut robots: Query<(Senses, Commands), With<Rusher>>) {
     for ((percepts, mut kicks, mut drawings), (mut head, mut walk, mut kick)) in &mut robots {
         head.pitch = 0.25;
         let Some(ball) = percepts.ball else {
-            walk.dtheta = 0.05;
+            *walk = WalkCommand::at_velocity(0.0, 0.0, 1.5, &clock);
             drawings.text(Frame::Robot, Vec2::ZERO, "where is it?", Ink::White);
             continue;
         };

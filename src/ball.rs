@@ -4,7 +4,6 @@ use bevy::math::ops;
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::collision::ball::RollingBall;
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
 use crate::geometry::Pose;
 use crate::knowledge::Knowledge;
@@ -130,6 +129,41 @@ impl Rolling {
     }
 }
 
+/// A ball at one instant, and its law.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct RollingBall {
+    /// Centre, m.
+    pub position: Vec2,
+    /// Velocity, m/s.
+    pub velocity: Vec2,
+    /// Radius, m.
+    pub radius: f32,
+    /// How it slows down.
+    pub rolling: Rolling,
+    /// Share of the approach speed left after a bounce.
+    pub restitution: f32,
+}
+
+impl RollingBall {
+    /// The ball `time` seconds later, if it meets nothing.
+    pub fn after(&self, time: f32) -> RollingBall {
+        let speed = self.velocity.length();
+        let (distance, left) = self.rolling.advance(speed, time);
+        if speed <= REST_SPEED_MPS {
+            return RollingBall { velocity: Vec2::ZERO, ..*self };
+        }
+        let direction = self.velocity / speed;
+        RollingBall { position: self.position + direction * distance, velocity: direction * left, ..*self }
+    }
+}
+
+impl BallPhysics {
+    /// The ball at this place, with this velocity.
+    pub fn rolling_ball(&self, position: Vec2, velocity: Vec2) -> RollingBall {
+        RollingBall { position, velocity, radius: self.radius_m, rolling: self.rolling, restitution: self.restitution }
+    }
+}
+
 fn roll(clock: Res<CycleClock>, mut balls: Query<(&mut Pose, &BallPhysics, &mut BallVelocity, &mut BallPath)>) {
     for (mut pose, physics, mut velocity, mut path) in &mut balls {
         path.start_velocity = velocity.0;
@@ -139,13 +173,6 @@ fn roll(clock: Res<CycleClock>, mut balls: Query<(&mut Pose, &BallPhysics, &mut 
         pose.position = end.position;
         velocity.0 = end.velocity;
         path.corners.push(pose.position);
-    }
-}
-
-impl BallPhysics {
-    /// The ball at this place, with this velocity.
-    pub fn rolling_ball(&self, position: Vec2, velocity: Vec2) -> RollingBall {
-        RollingBall { position, velocity, radius: self.radius_m, rolling: self.rolling, restitution: self.restitution }
     }
 }
 

@@ -12,7 +12,6 @@ use core::any::Any;
 use serde::{Deserialize, Serialize};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use crate::events::CycleEvents;
 use crate::knowledge::Knowledge;
 
 /// Sets up the [`Cycle`] schedule, its [`CycleSystems`] and its [`CycleClock`].
@@ -29,10 +28,7 @@ impl Default for CyclePlugin {
 
 impl Plugin for CyclePlugin {
     fn build(&self, app: &mut App) {
-        app.insert_resource(CycleClock { period_s: self.period_s, ..default() })
-            .init_resource::<CycleEvents>()
-            .register_type::<CycleClock>()
-            .register_type::<CycleEvents>();
+        app.insert_resource(CycleClock { period_s: self.period_s, ..default() }).register_type::<CycleClock>();
         app.init_schedule(Cycle).edit_schedule(Cycle, |schedule| {
             schedule.set_executor(SingleThreadedExecutor::new());
             schedule.set_build_settings(ScheduleBuildSettings { ambiguity_detection: LogLevel::Error, ..default() });
@@ -54,6 +50,12 @@ impl Plugin for CyclePlugin {
                 )
                     .chain(),
             );
+            // Refusals are reported in one list, in this order.
+            schedule.configure_sets(
+                (ActSystems::Say, ActSystems::Body, ActSystems::Head, ActSystems::Kick, ActSystems::Walk)
+                    .chain()
+                    .in_set(CycleSystems::Act),
+            );
         });
         app.add_systems(Cycle, begin_cycle.in_set(BeginCycle).in_set(CycleSystems::First));
     }
@@ -66,7 +68,8 @@ pub struct Cycle;
 /// The parts of a [`Cycle`], in the order in which they run.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum CycleSystems {
-    /// The clock advances, last cycle's events are forgotten. Then: a place for whatever must come before everything.
+    /// The cycle begins ([`BeginCycle`]): the clock advances, last cycle's events are forgotten. Then: a place for whatever
+    /// must come before everything.
     First,
     /// Sensors are read, all from the same instant.
     Sense,
@@ -94,7 +97,22 @@ pub enum CycleSystems {
     Last,
 }
 
-/// The system that begins the cycle: whatever else runs in [`CycleSystems::First`] runs after it.
+/// The commands that are taken over in [`CycleSystems::Act`], in the order in which they are.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ActSystems {
+    /// Messages are sent.
+    Say,
+    /// Robots get up, and dive.
+    Body,
+    /// Heads turn.
+    Head,
+    /// Kicks begin.
+    Kick,
+    /// Steps are taken over.
+    Walk,
+}
+
+/// The systems that begin the cycle: whatever else runs in [`CycleSystems::First`] runs after them.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct BeginCycle;
 
@@ -173,9 +191,8 @@ fn words_of(panic: &(dyn Any + Send)) -> String {
     text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_else(|| "without a word".to_owned())
 }
 
-fn begin_cycle(mut clock: ResMut<CycleClock>, mut events: ResMut<CycleEvents>) {
+fn begin_cycle(mut clock: ResMut<CycleClock>) {
     clock.cycle += 1;
-    events.clear();
 }
 
 #[cfg(test)]

@@ -1,15 +1,63 @@
 //! What happened in a cycle: kicks, collisions, goals, verdicts, refused commands.
+//!
+//! [`CycleEvents`] has those of the cycle under way. They are [messages](Message) besides, for systems of a program's own:
+//!
+//! ```
+//! use bevy::prelude::*;
+//! use naoisis::prelude::*;
+//!
+//! #[derive(Resource, Default)]
+//! struct Kicks(u32);
+//!
+//! fn count_kicks(mut events: MessageReader<MatchEvent>, mut kicks: ResMut<Kicks>) {
+//!     kicks.0 += events.read().filter(|event| matches!(event, MatchEvent::Kick { .. })).count() as u32;
+//! }
+//!
+//! let mut app = App::new();
+//! app.add_plugins(NaoisisPlugins).init_resource::<Kicks>();
+//! app.add_systems(Cycle, count_kicks.in_set(CycleSystems::Last));
+//! app.start_match(&Scenario::named("kick_right_straight")?)?.run_cycles(30);
+//! assert_eq!(app.world().resource::<Kicks>().0, 1);
+//! # Ok::<(), Box<dyn core::error::Error>>(())
+//! ```
+//!
+//! In the [`Cycle`] a system has those of this cycle from [`CycleSystems::Record`] on, and before that those of the last one; in
+//! `Update` and other schedules of a frame those of all cycles since it last ran. They are the referee's truth: a behaviour may
+//! not read them.
 
 use bevy::prelude::*;
 use bevy::reflect::enums::Enum;
 use serde::{Deserialize, Serialize};
 
+use crate::cycle::{BeginCycle, Cycle, CycleSystems};
+use crate::game::{Evidence, GameState, Intervention, PenaltyReason, Score, SetPlayKind};
 use crate::geometry::file_units;
+use crate::kick_geometry::{KickType, Side};
 use crate::knowledge::Knowledge;
-use crate::referee::{Evidence, GameState, Intervention, PenaltyReason, Score, SetPlayKind};
-use crate::robot::kick::KickType;
-use crate::robot::posture::Side;
-use crate::robot::{RobotId, Team};
+use crate::team::{RobotId, Team};
+
+/// Messages are kept until the frame after the next, as Bevy's are, and where there are no frames, so many at least.
+const KEPT_MESSAGES: usize = 256;
+
+/// Keeps the events of the cycle under way, and publishes them as messages.
+pub struct EventsPlugin;
+
+impl Plugin for EventsPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<CycleEvents>()
+            .register_type::<CycleEvents>()
+            .add_message::<MatchEvent>()
+            .add_systems(
+                Cycle,
+                (|mut events: ResMut<CycleEvents>| events.clear()).in_set(BeginCycle).in_set(CycleSystems::First),
+            )
+            .add_systems(Cycle, publish_events.in_set(PublishEvents).in_set(CycleSystems::CheckInvariants));
+    }
+}
+
+/// The events become messages: whatever makes events comes before.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct PublishEvents;
 
 /// The events of the cycle under way, in the order in which they happened.
 #[derive(Resource, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, Deref, DerefMut)]
@@ -130,6 +178,23 @@ pub enum Refusal {
     NotAllowed,
 }
 
+impl Refusal {
+    /// Why a command with these numbers is refused, if it is: metres and radians beyond [`LARGEST_COMMAND`] are an error of
+    /// the behaviour, where merely ambitious ones are scaled down.
+    pub fn of_numbers<const COUNT: usize>(numbers: [f32; COUNT]) -> Option<Refusal> {
+        if numbers.iter().any(|number| !number.is_finite()) {
+            Some(Refusal::NotFinite)
+        } else if numbers.iter().any(|number| number.abs() > LARGEST_COMMAND) {
+            Some(Refusal::TooLarge)
+        } else {
+            None
+        }
+    }
+}
+
+/// The largest number that a command may have, in metres or radians.
+pub const LARGEST_COMMAND: f32 = 1000.0;
+
 /// A line over which the ball left the pitch.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -151,7 +216,7 @@ pub enum DisallowedGoal {
 }
 
 /// Something that happened in a cycle.
-#[derive(Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Message, Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum MatchEvent {
     /// A kick command was carried out, or not.
@@ -389,6 +454,16 @@ fn snake_case(name: &str) -> String {
     word
 }
 
+fn publish_events(events: Res<CycleEvents>, mut messages: ResMut<Messages<MatchEvent>>) {
+    if events.is_empty() {
+        return;
+    }
+    if messages.iter_current_update_messages().len() >= KEPT_MESSAGES {
+        messages.update();
+    }
+    messages.write_batch(events.iter().cloned());
+}
+
 mod optional_degrees {
     use super::file_units::degrees;
     use serde::{Deserialize, Deserializer, Serializer};
@@ -420,7 +495,15 @@ mod tests {
             let text = serde_json::to_string(&event).unwrap();
             assert!(text.contains(&format!(r#""kind":"{kind}""#)), "{text}");
         }
-        let pushing = MatchEvent::Penalty { robot, reason: PenaltyReason::LeavingField, evidence: default() };
+        let pushing = MatchEvent::Penalty { robot, reason: PenaltyReason::LeavingField, until_s: 45.0, evidence: default() };
         assert_eq!(pushing.kind(), "penalty leaving_field");
+    }
+
+    #[test]
+    fn what_is_no_number_is_refused_and_what_is_absurd_too() {
+        assert_eq!(Refusal::of_numbers([0.0, f32::NAN]), Some(Refusal::NotFinite));
+        assert_eq!(Refusal::of_numbers([0.0, f32::INFINITY]), Some(Refusal::NotFinite));
+        assert_eq!(Refusal::of_numbers([0.0, -1e9]), Some(Refusal::TooLarge));
+        assert_eq!(Refusal::of_numbers([0.0, 999.0]), None);
     }
 }

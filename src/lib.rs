@@ -54,14 +54,17 @@ pub mod ball;
 pub mod batch;
 pub mod behaviour;
 pub mod belief;
+pub mod camera_model;
 pub mod cli;
 pub mod collision;
 pub mod communication;
 pub mod cycle;
 pub mod events;
 pub mod figures;
+pub mod game;
 pub mod geometry;
 pub mod guide;
+pub mod kick_geometry;
 pub mod knowledge;
 pub mod pitch;
 pub mod prelude;
@@ -73,6 +76,9 @@ pub mod robot;
 pub mod scenario;
 pub mod sensing;
 pub mod simulation;
+pub mod statistics;
+pub mod team;
+pub mod teams;
 #[cfg(feature = "viewer")]
 pub mod viewer;
 

@@ -2,21 +2,23 @@
 
 pub use crate::ball::{Ball, BallVelocity};
 pub use crate::behaviour::drawings::{Drawings, Frame, Ink};
-pub use crate::behaviour::{BehaviourApp, BehaviourRegistry};
+pub use crate::behaviour::{BehaviourApp, BehaviourRegistry, behaviour};
 pub use crate::communication::{Inbox, Outbox, TeamMessage};
 pub use crate::cycle::{Cycle, CycleClock, CycleSystems, run_cycle};
 pub use crate::events::{CycleEvents, MatchEvent};
+pub use crate::game::{Game, GameState, Rules};
 pub use crate::geometry::Pose;
+pub use crate::kick_geometry::KickType;
 pub use crate::knowledge::Knowledge;
 pub use crate::pitch::Pitch;
-pub use crate::referee::{Game, GameState, GameStatus, Rules};
+pub use crate::referee::GameStatus;
 pub use crate::robot::head::{HeadAngles, HeadCommand};
-pub use crate::robot::kick::{KickCommand, KickRequest, KickType};
+pub use crate::robot::kick::{KickCommand, KickRequest};
 pub use crate::robot::motion::WalkCommand;
-pub use crate::robot::{RobotId, Team};
 pub use crate::scenario::Scenario;
 pub use crate::sensing::odometry::Odometry;
 pub use crate::sensing::sonar::SonarReading;
 pub use crate::sensing::status::BodyStatus;
 pub use crate::sensing::vision::Percepts;
 pub use crate::simulation::{MatchApp, NaoisisPlugins, SensorApp};
+pub use crate::team::{RobotId, Team};

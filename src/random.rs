@@ -11,7 +11,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use serde::{Deserialize, Serialize};
 
 use crate::knowledge::Knowledge;
-use crate::robot::RobotId;
+use crate::team::RobotId;
 
 /// A reproducible stream of random numbers (xoshiro256++): the same on every platform, and small to save.
 #[derive(Clone, Debug, PartialEq, Eq, Reflect, Serialize, Deserialize)]
@@ -147,7 +147,7 @@ fn mix(value: u64) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::Team;
+    use crate::team::Team;
 
     #[test]
     fn streams_differ_by_seed_robot_and_purpose_and_repeat() {

@@ -4,7 +4,7 @@
 //! the blue of the waistbands and the sky-blue of the goal differ in hue, so that a robot can tell them apart.
 
 use crate::pitch::GoalColour;
-use crate::robot::Team;
+use crate::team::Team;
 
 /// A colour: red, green and blue, sRGB.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

@@ -9,10 +9,11 @@ use super::posing::{self, JointAngles};
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
 use crate::events::{CycleEvents, KickMiss, KickResult, MatchEvent};
 use crate::geometry::{Pose, unrotate};
+use crate::kick_geometry::{KickType, Side};
 use crate::knowledge::Knowledge;
 use crate::robot::head::HeadAngles;
-use crate::robot::kick::{Foot, KickType};
-use crate::robot::{RobotId, Roster, Velocity};
+use crate::robot::{Roster, Velocity};
+use crate::team::RobotId;
 
 /// How long it takes to get into step, s.
 const SETTLING_S: f32 = 0.15;
@@ -69,7 +70,7 @@ impl Gait {
             let mut step = posing::step(side_phase, self.speed, self.liveliness);
             let mut aside = 0.0;
             if let Some((kick_type, age_s)) = kick
-                && (kick_type.foot() == Foot::Left) == (side == 0)
+                && (kick_type.foot() == Side::Left) == (side == 0)
             {
                 let (reach, swing) = posing::kick_pose(kick_type, age_s);
                 step += reach;
@@ -102,7 +103,7 @@ fn note_kicks(events: Res<CycleEvents>, clock: Res<CycleClock>, roster: Res<Rost
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::Team;
+    use crate::team::Team;
 
     #[test]
     fn a_robot_that_walks_gets_into_step_and_out_of_it() {

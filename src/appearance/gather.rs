@@ -7,12 +7,13 @@ use super::gait::Gait;
 use super::posing::JointAngles;
 use super::scene::{SceneDescription, SceneRobot, world_from_body};
 use crate::ball::{Ball, BallPhysics};
+use crate::game::Penalty;
 use crate::geometry::Pose;
 use crate::pitch::{Pitch, Post};
-use crate::referee::Penalty;
+use crate::robot::Velocity;
 use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
-use crate::robot::{RobotId, Velocity};
+use crate::team::RobotId;
 
 /// What a system needs to draw the match.
 #[derive(SystemParam)]

@@ -9,9 +9,8 @@ use bevy::math::{Affine3A, Mat3, Vec2, Vec3, ops};
 use core::f32::consts::PI;
 
 use crate::geometry::{Pose, unit};
-use crate::robot::head::HeadAngles;
-use crate::robot::kick::KickType;
-use crate::sensing::camera::model::NECK;
+use crate::kick_geometry::KickType;
+use crate::robot::head::{HeadAngles, NECK};
 
 /// The left hip in the robot frame, m; the right one mirrored.
 pub const HIP: Vec3 = Vec3::new(0.0, 0.05, 0.2481);

@@ -9,7 +9,7 @@ use super::Label;
 use super::colours::{self, Colour};
 use super::posing::{ANKLE_HEIGHT, Limb, SHANK, THIGH, on_side};
 use super::shapes::{Part, Shape};
-use crate::robot::{RobotId, Team};
+use crate::team::{RobotId, Team};
 
 mod number;
 

@@ -5,9 +5,10 @@ use core::f32::consts::FRAC_PI_2;
 
 use super::posing::{JointAngles, about_x, about_y, world_from_standing};
 use crate::geometry::Pose;
+use crate::kick_geometry::Side;
 use crate::pitch::{Pitch, Post};
-use crate::robot::RobotId;
-use crate::robot::posture::{Posture, Side};
+use crate::robot::posture::Posture;
+use crate::team::RobotId;
 
 /// A robot to draw.
 #[derive(Clone, Copy, PartialEq, Debug)]

@@ -2,8 +2,8 @@
 
 use bevy::math::{Affine3A, Mat3, Vec2, Vec3, ops};
 
-use crate::robot::RobotId;
-use crate::sensing::camera::model::{CameraIntrinsics, CameraView};
+use crate::camera_model::{CameraIntrinsics, CameraView};
+use crate::team::RobotId;
 
 /// A pinhole camera anywhere, and what else matters for the picture it takes. Pitch frame, m.
 #[derive(Clone, Copy, PartialEq, Debug)]

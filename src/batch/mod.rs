@@ -32,7 +32,6 @@ use std::thread;
 
 pub mod observer;
 pub mod pairs;
-pub mod statistics;
 pub mod summary;
 pub mod table;
 
@@ -40,7 +39,7 @@ use observer::MatchObserver;
 pub use observer::{MatchOutcome, MatchRow};
 
 use crate::cycle::{CycleClock, run_cycle};
-use crate::referee::{Game, GameState};
+use crate::game::{Game, GameState};
 use crate::scenario::Scenario;
 use crate::sensing::jobs::SensingThreads;
 use crate::simulation::MatchApp;

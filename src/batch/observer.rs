@@ -3,16 +3,17 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::statistics::median;
 use crate::ball::Ball;
 use crate::belief::{Belief, pitch_from_team};
 use crate::communication::MessageStatistics;
 use crate::cycle::CycleClock;
 use crate::events::{CycleEvents, KickResult, MatchEvent};
+use crate::game::{Game, GameState, Penalty};
 use crate::geometry::Pose;
 use crate::pitch::End;
-use crate::referee::{Game, GameState, Penalty, RefereeMemory};
-use crate::robot::{RobotId, Team};
+use crate::referee::RefereeMemory;
+use crate::statistics::median;
+use crate::team::{PerTeam, RobotId, Team};
 
 /// Cycles between two looks at the beliefs; one look a cycle would tell hardly more.
 const CYCLES_PER_BELIEF: u64 = 30;
@@ -40,32 +41,6 @@ impl MatchOutcome {
     }
 }
 
-/// A number for each team.
-#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
-pub struct OfTeams<T> {
-    /// Blue's.
-    pub blue: T,
-    /// Pink's.
-    pub pink: T,
-}
-
-impl<T> OfTeams<T> {
-    /// That of this team.
-    pub fn of(&self, team: Team) -> &T {
-        match team {
-            Team::Blue => &self.blue,
-            Team::Pink => &self.pink,
-        }
-    }
-
-    fn of_mut(&mut self, team: Team) -> &mut T {
-        match team {
-            Team::Blue => &mut self.blue,
-            Team::Pink => &mut self.pink,
-        }
-    }
-}
-
 /// What came of one match: a row of a batch's table.
 #[derive(Clone, PartialEq, Debug)]
 pub struct MatchRow {
@@ -80,13 +55,13 @@ pub struct MatchRow {
     /// How long it was, s of the match's time.
     pub duration_s: f64,
     /// Goals that count for the team.
-    pub goals: OfTeams<u32>,
+    pub goals: PerTeam<u32>,
     /// Goals against itself, which count for the other team.
-    pub own_goals: OfTeams<u32>,
+    pub own_goals: PerTeam<u32>,
     /// Balls that it struck.
-    pub kicks: OfTeams<u32>,
+    pub kicks: PerTeam<u32>,
     /// Penalties against it.
-    pub penalties: OfTeams<u32>,
+    pub penalties: PerTeam<u32>,
     /// Balls that left the pitch.
     pub outs: u32,
     /// Blue's share of the time of play in which it had touched the ball last. None if nobody touched it.
@@ -97,7 +72,7 @@ pub struct MatchRow {
     pub messages_lost: Option<f64>,
     /// The median distance of the place where a robot of the team believes to be from where it is, m. None without
     /// beliefs.
-    pub belief_error_m: OfTeams<Option<f64>>,
+    pub belief_error_m: PerTeam<Option<f64>>,
     /// What went wrong.
     pub note: String,
 }
@@ -111,15 +86,15 @@ impl MatchRow {
             seed,
             outcome,
             duration_s: 0.0,
-            goals: OfTeams::default(),
-            own_goals: OfTeams::default(),
-            kicks: OfTeams::default(),
-            penalties: OfTeams::default(),
+            goals: PerTeam::default(),
+            own_goals: PerTeam::default(),
+            kicks: PerTeam::default(),
+            penalties: PerTeam::default(),
             outs: 0,
             blue_possession: None,
             ball_in_blue_half: None,
             messages_lost: None,
-            belief_error_m: OfTeams::default(),
+            belief_error_m: PerTeam::default(),
             note,
         }
     }
@@ -128,15 +103,15 @@ impl MatchRow {
 /// Watches a match, cycle by cycle.
 #[derive(Clone, Debug, Default)]
 pub struct MatchObserver {
-    own_goals: OfTeams<u32>,
-    kicks: OfTeams<u32>,
-    penalties: OfTeams<u32>,
+    own_goals: PerTeam<u32>,
+    kicks: PerTeam<u32>,
+    penalties: PerTeam<u32>,
     outs: u32,
     /// Cycles of play in which the team had touched the ball last.
-    possession: OfTeams<u64>,
+    possession: PerTeam<u64>,
     /// Cycles of play with the ball in the team's half.
-    ball_in_half: OfTeams<u64>,
-    belief_errors: OfTeams<Vec<f64>>,
+    ball_in_half: PerTeam<u64>,
+    belief_errors: PerTeam<Vec<f64>>,
     first_broken_invariant: Option<String>,
 }
 
@@ -150,9 +125,9 @@ impl MatchObserver {
         if game.state != GameState::Playing {
             return;
         }
-        let own_ends = OfTeams { blue: game.own_end(Team::Blue), pink: game.own_end(Team::Pink) };
+        let own_ends = PerTeam::new(|team| game.own_end(team));
         if let Some(touch) = world.resource::<RefereeMemory>().last_touch {
-            *self.possession.of_mut(touch.robot.team) += 1;
+            self.possession[touch.robot.team] += 1;
         }
         let ball =
             world.try_query_filtered::<&Pose, With<Ball>>().and_then(|mut balls| balls.iter(world).next().copied());
@@ -161,7 +136,7 @@ impl MatchObserver {
         {
             let end = if ball.position.x < 0.0 { End::NegativeX } else { End::PositiveX };
             let team = if own_ends.blue == end { Team::Blue } else { Team::Pink };
-            *self.ball_in_half.of_mut(team) += 1;
+            self.ball_in_half[team] += 1;
         }
         if world.resource::<CycleClock>().cycle.is_multiple_of(CYCLES_PER_BELIEF) {
             self.compare_beliefs(world, own_ends);
@@ -170,11 +145,11 @@ impl MatchObserver {
 
     fn count(&mut self, event: &MatchEvent) {
         match event {
-            MatchEvent::Goal { team, own_goal: true, .. } => *self.own_goals.of_mut(team.opponent()) += 1,
+            MatchEvent::Goal { team, own_goal: true, .. } => self.own_goals[team.opponent()] += 1,
             MatchEvent::Kick { robot, result: KickResult::Kicked | KickResult::Reduced, .. } => {
-                *self.kicks.of_mut(robot.team) += 1;
+                self.kicks[robot.team] += 1;
             }
-            MatchEvent::Penalty { robot, .. } => *self.penalties.of_mut(robot.team) += 1,
+            MatchEvent::Penalty { robot, .. } => self.penalties[robot.team] += 1,
             MatchEvent::BallOut { .. } => self.outs += 1,
             MatchEvent::InvariantBroken { message } if self.first_broken_invariant.is_none() => {
                 self.first_broken_invariant = Some(message.clone());
@@ -183,13 +158,13 @@ impl MatchObserver {
         }
     }
 
-    fn compare_beliefs(&mut self, world: &World, own_ends: OfTeams<End>) {
+    fn compare_beliefs(&mut self, world: &World, own_ends: PerTeam<End>) {
         let Some(mut robots) = world.try_query::<(&RobotId, &Pose, &Belief, Option<&Penalty>)>() else { return };
         for (id, pose, belief, penalty) in robots.iter(world) {
             if !penalty.is_some_and(Penalty::is_active) {
-                let believed = pitch_from_team(belief.pose, *own_ends.of(id.team));
+                let believed = pitch_from_team(belief.pose, own_ends[id.team]);
                 let error = believed.position.distance(pose.position);
-                self.belief_errors.of_mut(id.team).push(f64::from(error));
+                self.belief_errors[id.team].push(f64::from(error));
             }
         }
     }
@@ -206,7 +181,7 @@ impl MatchObserver {
             [self.belief_errors.blue, self.belief_errors.pink].map(|errors| median(errors).map(rounded));
         MatchRow {
             duration_s: world.resource::<CycleClock>().end_time_s(),
-            goals: OfTeams { blue: score.of(Team::Blue), pink: score.of(Team::Pink) },
+            goals: score,
             own_goals: self.own_goals,
             kicks: self.kicks,
             penalties: self.penalties,
@@ -214,7 +189,7 @@ impl MatchObserver {
             blue_possession: share(self.possession.blue, self.possession.pink),
             ball_in_blue_half: share(self.ball_in_half.blue, self.ball_in_half.pink),
             messages_lost: share(lost, delivered),
-            belief_error_m: OfTeams { blue: blue_errors, pink: pink_errors },
+            belief_error_m: PerTeam { blue: blue_errors, pink: pink_errors },
             ..match self.first_broken_invariant {
                 Some(message) => MatchRow::failed(seed, MatchOutcome::InvariantBroken, message),
                 None => MatchRow::failed(seed, outcome, String::new()),

@@ -3,8 +3,8 @@
 use core::fmt::{self, Write};
 
 use super::observer::MatchRow;
-use super::statistics::{Estimate, mean, share};
-use crate::robot::Team;
+use crate::statistics::{Estimate, mean, share};
+use crate::team::Team;
 
 /// What the matches of two teams come to, as the first of them sees it, with 95 % confidence.
 #[derive(Clone, PartialEq, Debug)]
@@ -35,7 +35,7 @@ impl PairSummary {
         let (valid, failed): (Vec<_>, Vec<_>) = rows.partition(|(row, _)| row.outcome.is_valid());
         let goals: Vec<[f64; 2]> = valid
             .iter()
-            .map(|(row, first)| [*first, first.opponent()].map(|team| f64::from(*row.goals.of(team))))
+            .map(|(row, first)| [*first, first.opponent()].map(|team| f64::from(row.goals[team])))
             .collect();
         let wins = goals.iter().filter(|[own, other]| own > other).count();
         let losses = goals.iter().filter(|[own, other]| own < other).count();
@@ -226,10 +226,11 @@ impl fmt::Display for PairTable {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::batch::observer::{MatchOutcome, OfTeams};
+    use crate::batch::observer::MatchOutcome;
+    use crate::team::PerTeam;
 
     fn row(blue: u32, pink: u32) -> MatchRow {
-        MatchRow { goals: OfTeams { blue, pink }, ..MatchRow::failed(1, MatchOutcome::FinalWhistle, String::new()) }
+        MatchRow { goals: PerTeam { blue, pink }, ..MatchRow::failed(1, MatchOutcome::FinalWhistle, String::new()) }
     }
 
     fn teams(names: &[&str]) -> Pairs {

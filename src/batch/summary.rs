@@ -1,8 +1,8 @@
 //! What the matches of a batch come to, variant by variant.
 
 use super::observer::MatchRow;
-use super::statistics::{Estimate, mean, share};
-use crate::robot::Team;
+use crate::statistics::{Estimate, mean, share};
+use crate::team::Team;
 
 /// What the valid matches of one variant come to, with 95 % confidence.
 #[derive(Clone, PartialEq, Debug)]
@@ -43,7 +43,7 @@ impl Summary {
     /// Of the rows of one variant.
     pub fn of<'a>(rows: impl Iterator<Item = &'a MatchRow>) -> Self {
         let (valid, failed): (Vec<&MatchRow>, Vec<&MatchRow>) = rows.partition(|row| row.outcome.is_valid());
-        let wins = |team: Team| valid.iter().filter(|row| row.goals.of(team) > row.goals.of(team.opponent())).count();
+        let wins = |team: Team| valid.iter().filter(|row| row.goals[team] > row.goals[team.opponent()]).count();
         let (blue_wins, pink_wins) = (wins(Team::Blue), wins(Team::Pink));
         let mean_of = |value: &dyn Fn(&MatchRow) -> Option<f64>| {
             mean(&valid.iter().filter_map(|row| value(row)).collect::<Vec<f64>>())
@@ -108,10 +108,11 @@ impl Summary {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::batch::observer::{MatchOutcome, OfTeams};
+    use crate::batch::observer::MatchOutcome;
+    use crate::team::PerTeam;
 
     fn row(blue: u32, pink: u32, outcome: MatchOutcome) -> MatchRow {
-        MatchRow { goals: OfTeams { blue, pink }, ..MatchRow::failed(1, outcome, String::new()) }
+        MatchRow { goals: PerTeam { blue, pink }, ..MatchRow::failed(1, outcome, String::new()) }
     }
 
     #[test]

@@ -8,8 +8,9 @@ use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use super::Batch;
-use super::observer::{MatchOutcome, MatchRow, OfTeams};
+use super::observer::{MatchOutcome, MatchRow};
 use crate::scenario::Scenario;
+use crate::team::PerTeam;
 
 /// The columns before those of the settings.
 const LEADING_COLUMNS: [&str; 2] = ["match", "seed"];
@@ -166,7 +167,7 @@ impl Table {
             cells.extend([counts.blue.to_string(), counts.pink.to_string()]);
         }
         cells.push(row.outs.to_string());
-        let OfTeams { blue, pink } = row.belief_error_m;
+        let PerTeam { blue, pink } = row.belief_error_m;
         cells.extend([row.blue_possession, row.ball_in_blue_half, row.messages_lost, blue, pink].map(share));
         // A row is a line.
         cells.extend([row.note.replace(['\n', '\r'], " "), fingerprint]);
@@ -201,7 +202,7 @@ impl Table {
         let first = LEADING_COLUMNS.len() + self.columns.names.len();
         let cell = |column: usize| record.get(first + column);
         let count = |column: usize| cell(column)?.parse::<u32>().ok();
-        let counts = |column: usize| Some(OfTeams { blue: count(column)?, pink: count(column + 1)? });
+        let counts = |column: usize| Some(PerTeam { blue: count(column)?, pink: count(column + 1)? });
         let share = |column: usize| match cell(column)? {
             "" => Some(None),
             number => number.parse::<f64>().ok().map(Some),
@@ -221,7 +222,7 @@ impl Table {
             blue_possession: share(11)?,
             ball_in_blue_half: share(12)?,
             messages_lost: share(13)?,
-            belief_error_m: OfTeams { blue: share(14)?, pink: share(15)? },
+            belief_error_m: PerTeam { blue: share(14)?, pink: share(15)? },
             note: cell(16)?.to_owned(),
         })
     }
@@ -269,7 +270,7 @@ mod tests {
         MatchRow {
             index,
             variant,
-            goals: OfTeams { blue: index as u32, pink: 2 },
+            goals: PerTeam { blue: index as u32, pink: 2 },
             blue_possession: Some(0.25),
             ..MatchRow::failed(seed, MatchOutcome::Panicked, "said \"no\",\nand left".to_owned())
         }

@@ -1,30 +1,40 @@
 //! The information barrier: a behaviour knows what its robot's sensors tell it, and nothing else.
 //!
-//! [`inspect`] initialises a system and reads from the ECS which components it accesses. Every component of the
-//! simulation says by its [`Knowledge`] mark what it is, so the engine itself enforces for everybody's behaviours
-//! that they
+//! It is closed from two sides. What parameters a behaviour may have is a [list](super::parameters) of what is known to be
+//! safe, which the compiler holds: whatever hands out the world, now or later, is not on it. And of those that are on it,
+//! [`inspect`] reads from the engine which components they access. Every component of the simulation says by its
+//! [`Knowledge`] mark what it is, so that behaviours
 //!
 //! - neither read nor write ground truth, nor filter by it;
-//! - write only commands and beliefs;
-//! - touch only robots that carry the behaviour's own marker;
-//! - do not take the whole world, all components of an entity, or commands that change the world later;
-//! - find no match when they are registered, so that parameters which build themselves from the world
-//!   (`Local<T: FromWorld>`) see nothing, and leave nobody behind in it: no system, observer or hook.
+//! - write only commands, beliefs and what is their own;
+//! - find only robots that carry the behaviour's own marker: each query names it;
+//! - of the engine's own components and resources read the clocks, and no others.
 //!
-//! What the barrier cannot see is what a program does beside its behaviours: a system of its own may read what it likes,
-//! and put it where a behaviour finds it. Nor does it part the robots of one behaviour: its system is one mind for all
-//! that carry its marker, and what it keeps in resources, `Local`s or in one robot's components it may use for another.
-//! A behaviour that should share by [messages](crate::communication) only keeps its memory in components, and looks at
-//! one robot at a time, as the built-in ones do.
+//! The marker and the components that it requires come to robots when the match starts. So it must be nobody else's,
+//! nothing of it may have hooks, and it brings no part of the simulation but beliefs and commands.
+//!
+//! # What the barrier cannot see
+//!
+//! - What a program does beside its behaviours: a system of its own may read what it likes, and put it where a behaviour
+//!   finds it, in a resource or behind an `Arc` that a closure shares.
+//! - What two behaviours of a program share. A resource that one of them can name, it can read, whosever it is: a team
+//!   keeps its own private.
+//! - What goes past the engine: files (the trace that is being written, for one), threads, another match played with
+//!   the seed of this one, and `unsafe` code.
+//! - Which robot of a behaviour knows what: its system is one mind for all that carry its marker, and what it keeps in
+//!   resources, `Local`s or in one robot's components it may use for another. A behaviour that should share by
+//!   [messages](crate::communication) only keeps its memory in components, and looks at one robot at a time, as the
+//!   built-in ones do.
 
 use bevy::ecs::component::{ComponentId, ComponentInfo};
-use bevy::ecs::query::{ComponentAccessKind, FilteredAccess, FilteredAccessSet};
+use bevy::ecs::query::{ComponentAccessKind, FilteredAccess};
 use bevy::ecs::resource::IsResource;
 use bevy::prelude::*;
+use bevy::time::{Fixed, Real, Virtual};
 use core::any::TypeId;
 
+use super::function::Behaviour;
 use crate::knowledge::Knowledge;
-use crate::robot::RobotId;
 
 /// Why a behaviour was refused.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -41,18 +51,9 @@ pub struct BarrierError {
 /// What a dishonest behaviour does.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Breach {
-    /// It takes `&mut World`.
-    #[error("takes the whole world; a behaviour reads its robot's sensors through queries")]
-    Exclusive,
-    /// It has `Commands` or other deferred effects.
+    /// It reads all components of an entity, as `EntityRef` or `EntityMut` do.
     #[error(
-        "changes the world through deferred commands; a behaviour acts through its robot's command components only"
-    )]
-    Deferred,
-    /// It reads all components, as `&World`, `EntityRef` or `EntityMut` do.
-    #[error(
-        "reads whole entities or the whole world (`&World`, `EntityRef` and the like), ground truth included; \
-         name the sensor components that it needs"
+        "reads whole entities (`EntityRef` and the like), ground truth included; name the sensor components that it needs"
     )]
     Unbounded,
     /// It accesses something that is not for behaviours.
@@ -83,75 +84,100 @@ pub enum Breach {
         /// The component's type.
         component: String,
     },
-    /// There are robots already.
-    #[error("is registered while a match is on; register behaviours before the match starts")]
-    MatchIsOn,
-    /// One of its parameters installed something in the world that would see everything.
-    #[error("leaves systems, observers or hooks in the world when its parameters are built")]
-    Accomplice,
-    /// It queries robots that may not be its own.
-    #[error("accesses `{component}` of robots that need not be its own; add `With<{marker}>` to the query's filter")]
-    ForeignRobots {
+    /// Its marker brings what a behaviour cannot give a robot.
+    #[error(
+        "comes with `{component}`, which is {knowledge}; a marker may require beliefs, commands and components of your own"
+    )]
+    Brings {
         /// The component's type.
         component: String,
+        /// What that is.
+        knowledge: String,
+    },
+    /// It queries robots, or other entities, that may not be its own.
+    #[error("finds {what} of entities that need not be its own robots; add `With<{marker}>` to the query's filter")]
+    ForeignRobots {
+        /// What it finds there.
+        what: String,
         /// The behaviour's marker.
         marker: String,
     },
+    /// It decides before or after a behaviour that there is not.
+    #[error("has its turn before or after `{name}`, which is not registered; register that one first")]
+    NoSuchBehaviour {
+        /// The name.
+        name: String,
+    },
+    /// It decides before one behaviour and after another that comes later.
+    #[error("decides after `{after}` and before `{before}`, which come the other way round")]
+    Order {
+        /// The behaviour that it should come after.
+        after: String,
+        /// The behaviour that it should come before.
+        before: String,
+    },
 }
 
-/// Checks which components a system accesses, on behalf of the behaviour `name` of robots with `Marker`.
+/// Checks what a behaviour's system and its conditions access, on behalf of the behaviour `name` of robots with `Marker`.
 ///
 /// # Errors
 /// The first breach of the barrier.
 pub fn inspect<Marker: Component>(
     name: &str,
-    system: &mut impl System<In = (), Out = ()>,
+    behaviour: &mut Behaviour,
     world: &mut World,
 ) -> Result<(), BarrierError> {
-    let system_name = system.name().to_string();
-    let refuse = |reason| BarrierError { behaviour: name.to_owned(), system: system_name.clone(), reason };
-    if system.is_exclusive() {
-        return Err(refuse(Breach::Exclusive));
-    }
     let marker = world.register_component::<Marker>();
-    let access = initialise(system, world).map_err(refuse)?;
-    if system.has_deferred() {
-        return Err(refuse(Breach::Deferred));
-    }
     let resource = world.register_component::<IsResource>();
-    for query in access.filtered_accesses() {
-        inspect_query(query, marker, resource, world).map_err(&refuse)?;
+    let system = (behaviour.system.name(), behaviour.system.initialize(world));
+    let conditions = behaviour.conditions.iter_mut().map(|condition| (condition.name(), condition.initialize(world)));
+    let systems: Vec<_> = core::iter::once(system).chain(conditions).collect();
+    for (system, access) in systems {
+        for query in access.filtered_accesses() {
+            inspect_query(query, marker, resource, world).map_err(|reason| BarrierError {
+                behaviour: name.to_owned(),
+                system: system.to_string(),
+                reason,
+            })?;
+        }
     }
     Ok(())
 }
 
-/// Initialises a system, whose parameters may get hold of the world meanwhile, where there is nothing to be seen, and
-/// sees to it that they leave nothing behind that would see more later.
-fn initialise(system: &mut impl System<In = (), Out = ()>, world: &mut World) -> Result<FilteredAccessSet, Breach> {
-    let robots = world.try_query_filtered::<(), With<RobotId>>();
-    if robots.is_some_and(|mut robots| robots.iter(world).next().is_some()) {
-        return Err(Breach::MatchIsOn);
-    }
-    let watchers = |world: &mut World| {
-        let observers = world.query_filtered::<(), With<Observer>>().iter(world).count();
-        let hooked = world
-            .components()
-            .iter_registered()
-            .filter(|info| has_hooks(info))
-            .filter(|info| info.type_id().is_some_and(mirrors_truth) || names_simulation(&info.name().to_string()));
-        (observers, hooked.count())
+/// Checks that a component can tie a behaviour to its robots: it is the user's own, or one of the simulation's markers
+/// of behaviours, which are beliefs without content; neither it nor what comes with it has hooks; and what comes with it
+/// is the user's own, a belief or a command.
+///
+/// # Errors
+/// [`Breach::NoMarker`], [`Breach::Hooks`] and [`Breach::Brings`].
+pub(super) fn inspect_marker<Marker: Component>(world: &mut World) -> Result<(), Breach> {
+    let marker = world.register_component::<Marker>();
+    let is_marker = match Origin::of(marker, world) {
+        Origin::Engine => false,
+        Origin::Simulation(knowledge) => knowledge == Knowledge::Belief && size_of::<Marker>() == 0,
+        // A sensor or a setting, say, is what all robots may have.
+        Origin::Own(knowledge) => knowledge.is_none_or(|knowledge| knowledge == Knowledge::Belief),
     };
-    let before = watchers(world);
-    let schedules = world.remove_resource::<Schedules>();
-    let access = system.initialize(world);
-    let accomplices = world.contains_resource::<Schedules>();
-    if let Some(schedules) = schedules {
-        world.insert_resource(schedules);
+    if !is_marker {
+        return Err(Breach::NoMarker { component: component_name(marker, world) });
     }
-    if accomplices || watchers(world) != before {
-        return Err(Breach::Accomplice);
+    let Some(info) = world.components().get_info(marker) else { return Ok(()) };
+    // What is required comes before what requires it; an error names what the user wrote.
+    let mut brought: Vec<ComponentId> = info.required_components().iter_ids().chain([marker]).collect();
+    brought.reverse();
+    for id in brought {
+        let component = || component_name(id, world);
+        if world.components().get_info(id).is_some_and(has_hooks) {
+            return Err(Breach::Hooks { component: component() });
+        }
+        let knowledge = match Origin::of(id, world) {
+            Origin::Engine => THE_ENGINES.to_owned(),
+            Origin::Simulation(knowledge) if !knowledge.is_writable() => knowledge.to_string(),
+            _ => continue,
+        };
+        return Err(Breach::Brings { component: component(), knowledge });
     }
-    Ok(access)
+    Ok(())
 }
 
 fn has_hooks(info: &ComponentInfo) -> bool {
@@ -164,26 +190,7 @@ fn has_hooks(info: &ComponentInfo) -> bool {
     !free
 }
 
-/// Checks that a component can tie a behaviour to its robots: it is none of the simulation's own, which all robots
-/// carry, markers without content apart; and neither it nor what comes with it has hooks.
-///
-/// # Errors
-/// [`Breach::NoMarker`] and [`Breach::Hooks`].
-pub(super) fn inspect_marker<Marker: Component>(world: &mut World) -> Result<(), Breach> {
-    let marker = world.register_component::<Marker>();
-    let knowledge = knowledge_of(marker, world)?;
-    if knowledge.is_some() && size_of::<Marker>() > 0 || knowledge == Some(Knowledge::Truth) {
-        return Err(Breach::NoMarker { component: component_name(marker, world) });
-    }
-    let Some(info) = world.components().get_info(marker) else { return Ok(()) };
-    for id in core::iter::once(marker).chain(info.required_components().iter_ids()) {
-        if world.components().get_info(id).is_some_and(has_hooks) {
-            return Err(Breach::Hooks { component: component_name(id, world) });
-        }
-    }
-    Ok(())
-}
-
+/// Checks a query of robots, or the access to a resource, which is a query to the engine, too.
 fn inspect_query(
     query: &FilteredAccess,
     marker: ComponentId,
@@ -191,87 +198,96 @@ fn inspect_query(
     world: &World,
 ) -> Result<(), Breach> {
     // A filter is a choice between sets of conditions: what must hold of every match must be in each of them.
-    let requires = |id| {
-        query.required().contains(id)
-            || (!query.filter_sets().is_empty() && query.filter_sets().iter().all(|set| set.with().contains(id)))
+    let finds_only = |id| {
+        !query.filter_sets().is_empty() && query.filter_sets().iter().all(|conditions| conditions.with().contains(id))
     };
-    let (is_resource, own_robots_only) = (requires(resource), requires(marker));
-    let accesses = query.access().try_iter_access().map_err(|_| Breach::Unbounded)?;
-    for access in accesses {
-        let (id, writes, verb) = match access {
-            ComponentAccessKind::Exclusive(id) => (id, true, "writes"),
-            ComponentAccessKind::Shared(id) => (id, false, "reads"),
-            ComponentAccessKind::Archetypal(id) => (id, false, "asks about"),
-        };
-        if id == marker || id == resource {
-            continue;
-        }
-        if is_resource && is_of_the_engine(&component_name(id, world)) {
-            return Err(Breach::Forbidden {
-                verb,
-                component: component_name(id, world),
-                knowledge: "the engine's own".to_owned(),
-            });
-        }
-        let Some(knowledge) = knowledge_of(id, world)? else { continue };
-        let allowed = if writes { knowledge.is_writable() } else { knowledge.is_readable() };
-        if !allowed {
-            return Err(Breach::Forbidden {
-                verb,
-                component: component_name(id, world),
-                knowledge: knowledge.to_string(),
-            });
-        }
-        if !own_robots_only && !is_resource {
-            return Err(Breach::ForeignRobots {
-                component: component_name(id, world),
-                marker: component_name(marker, world),
-            });
-        }
+    let accesses: Vec<_> = query.access().try_iter_access().map_err(|_| Breach::Unbounded)?.collect();
+    for &access in &accesses {
+        inspect_access(access, marker, world)?;
     }
     for id in query.with_filters().chain(query.without_filters()) {
-        if knowledge_of(id, world)? == Some(Knowledge::Truth) {
-            return Err(Breach::Forbidden {
-                verb: "filters by",
-                component: component_name(id, world),
-                knowledge: Knowledge::Truth.to_string(),
-            });
+        if Origin::of(id, world).is_truth() {
+            return Err(forbidden("filters by", id, &Knowledge::Truth.to_string(), world));
         }
     }
-    Ok(())
-}
-
-/// What a component is to behaviours; none for components of the user's own.
-fn knowledge_of(id: ComponentId, world: &World) -> Result<Option<Knowledge>, Breach> {
-    let Some(info) = world.components().get_info(id) else { return Ok(None) };
-    let marked = info.type_id().and_then(|type_id| {
-        let registry = world.get_resource::<AppTypeRegistry>()?.read();
-        Knowledge::of_type(&registry, type_id)
-    });
-    if marked.is_some() {
-        return Ok(marked);
+    // A resource is one component of one entity. Whoever asks for none in particular would see how many there are.
+    let is_resource = |id| {
+        let info = world.components().get_info(id);
+        finds_only(id) && info.is_some_and(|info| info.required_components().iter_ids().any(|id| id == resource))
+    };
+    let finds_one_resource = finds_only(resource) && accesses.len() == 1 && is_resource(*accesses[0].index());
+    if finds_only(marker) || finds_one_resource {
+        return Ok(());
     }
-    if info.type_id().is_some_and(mirrors_truth) || names_simulation(&component_name(id, world)) {
-        return Ok(Some(Knowledge::Truth));
+    let what = accesses
+        .first()
+        .map_or("something".to_owned(), |access| format!("`{}`", component_name(*access.index(), world)));
+    Err(Breach::ForeignRobots { what, marker: component_name(marker, world) })
+}
+
+/// Checks the access to one component or resource.
+fn inspect_access(access: ComponentAccessKind, marker: ComponentId, world: &World) -> Result<(), Breach> {
+    let (id, writes, verb) = match access {
+        ComponentAccessKind::Exclusive(id) => (id, true, "writes"),
+        ComponentAccessKind::Shared(id) => (id, false, "reads"),
+        ComponentAccessKind::Archetypal(id) => (id, false, "asks about"),
+    };
+    match Origin::of(id, world) {
+        _ if id == marker => Ok(()),
+        Origin::Engine if !writes && is_clock(id, world) => Ok(()),
+        Origin::Engine => Err(forbidden(verb, id, THE_ENGINES, world)),
+        Origin::Own(None) => Ok(()),
+        Origin::Own(Some(knowledge)) | Origin::Simulation(knowledge) => {
+            let allowed = if writes { knowledge.is_writable() } else { knowledge.is_readable() };
+            if allowed { Ok(()) } else { Err(forbidden(verb, id, &knowledge.to_string(), world)) }
+        }
     }
-    Ok(None)
 }
 
-/// Whether a resource belongs to Bevy, such as `Schedules`, through which systems could be added that see everything.
-/// The clocks may be read.
-fn is_of_the_engine(name: &str) -> bool {
-    name.starts_with("bevy_") && !name.starts_with("bevy_time::") && !names_simulation(name)
+fn forbidden(verb: &'static str, id: ComponentId, knowledge: &str, world: &World) -> Breach {
+    Breach::Forbidden { verb, component: component_name(id, world), knowledge: knowledge.to_owned() }
 }
 
-/// Bevy's own components that show where things are.
-fn mirrors_truth(type_id: TypeId) -> bool {
-    [TypeId::of::<Transform>(), TypeId::of::<GlobalTransform>()].contains(&type_id)
+/// What a component or resource of Bevy's is to a behaviour.
+const THE_ENGINES: &str = "the engine's own";
+
+/// Whose a component or resource is, and what it says that it is.
+#[derive(Clone, Copy)]
+enum Origin {
+    /// Bevy's, or one of a crate that names itself after it: `Schedules`, through which systems could be added that see
+    /// everything, or `Transform`, which shows where things are.
+    Engine,
+    /// The simulation's. What is not marked is not for behaviours.
+    Simulation(Knowledge),
+    /// The program's own, marked or not.
+    Own(Option<Knowledge>),
 }
 
-/// Whether a type is of this crate, or made of one: what is ours and not marked is not for behaviours.
-fn names_simulation(name: &str) -> bool {
-    name.match_indices("naoisis::")
-        .any(|(start, _)| !name[..start].ends_with(|character: char| character.is_alphanumeric() || character == '_'))
+impl Origin {
+    fn of(id: ComponentId, world: &World) -> Origin {
+        let marked = world.components().get_info(id).and_then(ComponentInfo::type_id).and_then(|type_id| {
+            let registry = world.get_resource::<AppTypeRegistry>()?.read();
+            Knowledge::of_type(&registry, type_id)
+        });
+        let name = component_name(id, world);
+        if name.starts_with("bevy_") {
+            Origin::Engine
+        } else if name.starts_with("naoisis::") {
+            Origin::Simulation(marked.unwrap_or(Knowledge::Truth))
+        } else {
+            Origin::Own(marked)
+        }
+    }
+
+    fn is_truth(self) -> bool {
+        matches!(self, Origin::Simulation(Knowledge::Truth) | Origin::Own(Some(Knowledge::Truth)))
+    }
+}
+
+fn is_clock(id: ComponentId, world: &World) -> bool {
+    let clocks =
+        [TypeId::of::<Time>(), TypeId::of::<Time<Fixed>>(), TypeId::of::<Time<Virtual>>(), TypeId::of::<Time<Real>>()];
+    world.components().get_info(id).and_then(ComponentInfo::type_id).is_some_and(|type_id| clocks.contains(&type_id))
 }
 
 fn component_name(id: ComponentId, world: &World) -> String {

@@ -26,20 +26,28 @@
 //! ```
 //!
 //! The registration reads which components the system accesses, and refuses one that reaches for ground truth: see
-//! [`barrier`]. What it thinks of it can [draw](drawings) for people.
+//! [`barrier`]. What parameters the system may have is a [list](parameters), which the compiler holds. It can run under
+//! [conditions](Behaviour::run_if), and have its [turn](Behaviour::after) among the others. What it thinks of it can
+//! [draw](drawings) for people.
 
 use bevy::prelude::*;
 use core::any::TypeId;
+use core::fmt;
+use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 pub mod barrier;
 pub mod drawings;
+mod function;
+pub mod parameters;
 pub mod script;
-pub mod teams;
 
 use crate::cycle::{Cycle, CycleSystems};
 use crate::knowledge::Knowledge;
 use barrier::{BarrierError, Breach};
+pub use function::{Behaviour, IntoBehaviour, behaviour};
+pub use parameters::BehaviourParam;
 
 /// The registry of behaviours and teams, and scripts.
 pub struct BehaviourPlugin;
@@ -52,7 +60,9 @@ impl Plugin for BehaviourPlugin {
             .add_plugins(drawings::DrawingsPlugin)
             .configure_sets(Cycle, (DecideSystems::Believe, DecideSystems::Behave).chain().in_set(CycleSystems::Decide))
             .add_systems(Cycle, script::run_scripts.in_set(CycleSystems::Decide).before(DecideSystems::Believe));
-        app.world_mut().resource_mut::<BehaviourRegistry>().behaviours.insert("idle".to_owned(), |robot| {
+        let mut registry = app.world_mut().resource_mut::<BehaviourRegistry>();
+        registry.markers.insert(TypeId::of::<Idle>(), "idle".to_owned());
+        registry.behaviours.insert("idle".to_owned(), |robot| {
             robot.insert(Idle);
         });
     }
@@ -77,12 +87,24 @@ struct BehaviourTurn(usize);
 pub struct Idle;
 
 /// A team that a scenario can line up by name.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct TeamRecipe {
     /// What is special about it, in a sentence.
     pub description: String,
+    behaviour_of: Arc<dyn Fn(u8, u8) -> Cow<'static, str> + Send + Sync>,
+}
+
+impl TeamRecipe {
     /// The name of the behaviour of the robot with this number (from 1) in a team of this size.
-    pub behaviour_of: fn(number: u8, team_size: u8) -> &'static str,
+    pub fn behaviour_of(&self, number: u8, team_size: u8) -> Cow<'static, str> {
+        (self.behaviour_of)(number, team_size)
+    }
+}
+
+impl fmt::Debug for TeamRecipe {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.debug_struct("TeamRecipe").field("description", &self.description).finish_non_exhaustive()
+    }
 }
 
 /// Behaviours and teams by name.
@@ -90,7 +112,15 @@ pub struct TeamRecipe {
 pub struct BehaviourRegistry {
     behaviours: BTreeMap<String, fn(&mut EntityWorldMut)>,
     markers: BTreeMap<TypeId, String>,
+    /// Those that decide, in this order.
+    turns: Vec<Turn>,
     teams: BTreeMap<String, TeamRecipe>,
+}
+
+/// When a behaviour decides among the others.
+struct Turn {
+    name: String,
+    set: BehaviourTurn,
 }
 
 impl BehaviourRegistry {
@@ -112,9 +142,8 @@ impl BehaviourRegistry {
     /// The team whose robots of these numbers have these behaviours, and no others do; the first of several.
     pub fn team_of(&self, robots: &[(u8, &str)]) -> Option<&str> {
         let size = u8::try_from(robots.len()).ok().filter(|size| *size > 0)?;
-        let plays = |team: &TeamRecipe| {
-            robots.iter().all(|(number, behaviour)| (team.behaviour_of)(*number, size) == *behaviour)
-        };
+        let plays =
+            |team: &TeamRecipe| robots.iter().all(|(number, behaviour)| team.behaviour_of(*number, size) == *behaviour);
         self.teams().find(|(_, team)| plays(team)).map(|(name, _)| name)
     }
 
@@ -127,19 +156,42 @@ impl BehaviourRegistry {
     pub(crate) fn marker_of(&self, name: &str) -> Option<fn(&mut EntityWorldMut)> {
         self.behaviours.get(name).copied()
     }
+
+    /// The place in the order for a behaviour that decides before and after these others: as late as may be.
+    fn place_of(&self, behaviour: &Behaviour) -> Result<usize, Breach> {
+        let after = behaviour.after.iter().map(|name| self.turn_of(name)).collect::<Result<Vec<_>, _>>()?;
+        let before = behaviour.before.iter().map(|name| self.turn_of(name)).collect::<Result<Vec<_>, _>>()?;
+        match (after.into_iter().max(), before.into_iter().min()) {
+            (Some((earlier, after)), Some((later, before))) if earlier >= later => {
+                Err(Breach::Order { after: after.to_owned(), before: before.to_owned() })
+            }
+            (_, Some((later, _))) => Ok(later),
+            (_, None) => Ok(self.turns.len()),
+        }
+    }
+
+    /// The place of a behaviour in the order.
+    fn turn_of<'a>(&self, name: &'a str) -> Result<(usize, &'a str), Breach> {
+        let place = self.turns.iter().position(|turn| turn.name == name);
+        place.map(|place| (place, name)).ok_or_else(|| Breach::NoSuchBehaviour { name: name.to_owned() })
+    }
 }
 
 /// Registers behaviours and teams.
 pub trait BehaviourApp {
-    /// Registers `system` as the behaviour `name` of all robots that carry `Marker`. A scenario gives a robot the
+    /// Registers a system as the behaviour `name` of all robots that carry `Marker`. A scenario gives a robot the
     /// marker by naming the behaviour.
     ///
+    /// Behaviours decide one after the other, in the order of their registration, unless [`behaviour`] gives them
+    /// another turn.
+    ///
     /// # Errors
-    /// [`BarrierError`] when the system accesses what a robot cannot know, or its name or marker are another's.
+    /// [`BarrierError`] when the system accesses what a robot cannot know, its name or marker are another's, or its turn
+    /// is before or after a behaviour that there is not.
     fn try_add_behaviour<Marker: Component + Default, M>(
         &mut self,
         name: &str,
-        system: impl IntoSystem<(), (), M>,
+        system: impl IntoBehaviour<M>,
     ) -> Result<&mut Self, BarrierError>;
 
     /// As [`BehaviourApp::try_add_behaviour`], for a behaviour that is known to be honest.
@@ -149,7 +201,7 @@ pub trait BehaviourApp {
     fn add_behaviour<Marker: Component + Default, M>(
         &mut self,
         name: &str,
-        system: impl IntoSystem<(), (), M>,
+        system: impl IntoBehaviour<M>,
     ) -> &mut Self {
         match self.try_add_behaviour::<Marker, M>(name, system) {
             Ok(app) => app,
@@ -157,12 +209,13 @@ pub trait BehaviourApp {
         }
     }
 
-    /// Registers a team that scenarios can line up.
-    fn add_team(
+    /// Registers a team that scenarios can line up. `behaviour_of` names the behaviour of the robot with a number (from
+    /// 1) in a team of a size.
+    fn add_team<Name: Into<Cow<'static, str>>>(
         &mut self,
         name: &str,
         description: &str,
-        behaviour_of: fn(number: u8, team_size: u8) -> &'static str,
+        behaviour_of: impl Fn(u8, u8) -> Name + Send + Sync + 'static,
     ) -> &mut Self;
 }
 
@@ -170,52 +223,54 @@ impl BehaviourApp for App {
     fn try_add_behaviour<Marker: Component + Default, M>(
         &mut self,
         name: &str,
-        system: impl IntoSystem<(), (), M>,
+        system: impl IntoBehaviour<M>,
     ) -> Result<&mut Self, BarrierError> {
-        let mut system = IntoSystem::into_system(system);
-        let refuse = |system: &dyn System<In = (), Out = ()>, reason| BarrierError {
-            behaviour: name.to_owned(),
-            system: system.name().to_string(),
-            reason,
-        };
-        if let Err(reason) = barrier::inspect_marker::<Marker>(self.world_mut()) {
-            return Err(refuse(&system, reason));
-        }
-        barrier::inspect::<Marker>(name, &mut system, self.world_mut())?;
+        let mut behaviour = system.into_behaviour();
+        let system = behaviour.name();
+        let refuse = |reason| BarrierError { behaviour: name.to_owned(), system: system.clone(), reason };
+        barrier::inspect_marker::<Marker>(self.world_mut()).map_err(refuse)?;
+        barrier::inspect::<Marker>(name, &mut behaviour, self.world_mut())?;
         let mut registry = self.world_mut().get_resource_or_init::<BehaviourRegistry>();
         if registry.behaviours.contains_key(name) {
-            return Err(refuse(&system, Breach::NameTaken));
+            return Err(refuse(Breach::NameTaken));
         }
-        if let Some(owner) = registry.markers.insert(TypeId::of::<Marker>(), name.to_owned())
-            && owner != name
-        {
-            registry.markers.insert(TypeId::of::<Marker>(), owner);
+        if registry.markers.contains_key(&TypeId::of::<Marker>()) {
             let component = core::any::type_name::<Marker>().to_owned();
-            return Err(refuse(&system, Breach::NoMarker { component }));
+            return Err(refuse(Breach::NoMarker { component }));
         }
+        let place = registry.place_of(&behaviour).map_err(refuse)?;
+        registry.markers.insert(TypeId::of::<Marker>(), name.to_owned());
         registry.behaviours.insert(name.to_owned(), |robot| {
             robot.insert(Marker::default());
         });
-        // Behaviours write the same components of different robots. The engine cannot know that, so that they run
-        // in the order of their registration.
-        let turn = registry.behaviours.len();
-        self.add_systems(Cycle, system.in_set(BehaviourTurn(turn)).in_set(DecideSystems::Behave));
-        for earlier in 0..turn {
-            self.configure_sets(Cycle, BehaviourTurn(turn).after(BehaviourTurn(earlier)));
+        // Behaviours write the same components of different robots. The engine cannot know that, so that each has its
+        // turn.
+        let set = BehaviourTurn(registry.turns.len());
+        registry.turns.insert(place, Turn { name: name.to_owned(), set });
+        let earlier = place.checked_sub(1).map(|place| registry.turns[place].set);
+        let later = registry.turns.get(place + 1).map(|turn| turn.set);
+        self.add_systems(Cycle, behaviour.into_configs().in_set(set))
+            .configure_sets(Cycle, set.in_set(DecideSystems::Behave));
+        if let Some(earlier) = earlier {
+            self.configure_sets(Cycle, set.after(earlier));
+        }
+        if let Some(later) = later {
+            self.configure_sets(Cycle, set.before(later));
         }
         Ok(self)
     }
 
-    fn add_team(
+    fn add_team<Name: Into<Cow<'static, str>>>(
         &mut self,
         name: &str,
         description: &str,
-        behaviour_of: fn(number: u8, team_size: u8) -> &'static str,
+        behaviour_of: impl Fn(u8, u8) -> Name + Send + Sync + 'static,
     ) -> &mut Self {
-        self.world_mut()
-            .get_resource_or_init::<BehaviourRegistry>()
-            .teams
-            .insert(name.to_owned(), TeamRecipe { description: description.to_owned(), behaviour_of });
+        let recipe = TeamRecipe {
+            description: description.to_owned(),
+            behaviour_of: Arc::new(move |number, team_size| behaviour_of(number, team_size).into()),
+        };
+        self.world_mut().get_resource_or_init::<BehaviourRegistry>().teams.insert(name.to_owned(), recipe);
         self
     }
 }

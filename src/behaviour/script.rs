@@ -3,19 +3,45 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::communication::Outbox;
+use crate::communication::{Outbox, TeamMessage};
 use crate::cycle::CycleClock;
 use crate::knowledge::Knowledge;
 use crate::robot::head::HeadCommand;
-use crate::robot::kick::KickCommand;
+use crate::robot::kick::{KickCommand, KickRequest};
 use crate::robot::motion::WalkCommand;
-use crate::robot::posture::PostureCommand;
-use crate::scenario::ScriptEntry;
+use crate::robot::posture::{PostureCommand, PostureRequest};
 
 /// Controls a robot by a script instead of a behaviour.
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Command)]
 pub struct Script(pub Vec<ScriptEntry>);
+
+/// One entry of a script: what to command in every cycle with `from_s <= t < until_s`; without `until_s` once, in
+/// the first cycle at or after `from_s`.
+#[derive(Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ScriptEntry {
+    /// Start, s.
+    pub from_s: f64,
+    /// End, s; none for a single cycle.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub until_s: Option<f64>,
+    /// Displacement in each of these cycles: dx m, dy m, dθ radians (degrees in files).
+    #[serde(with = "optional_walk", skip_serializing_if = "Option::is_none")]
+    pub walk: Option<[f32; 3]>,
+    /// A kick.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub kick: Option<KickRequest>,
+    /// Yaw and pitch for the head, radians (degrees in files).
+    #[serde(rename = "head_deg", with = "optional_degree_pair", skip_serializing_if = "Option::is_none")]
+    pub head: Option<[f32; 2]>,
+    /// Getting up, or a dive.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub posture: Option<PostureRequest>,
+    /// A message for the team-mates.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub say: Option<TeamMessage>,
+}
 
 pub(super) fn run_scripts(
     clock: Res<CycleClock>,
@@ -55,6 +81,39 @@ pub fn is_active(entry: &ScriptEntry, clock: &CycleClock) -> bool {
     let now = clock.start_time_s() + clock.period_s / 1000.0;
     let until = entry.until_s.unwrap_or(entry.from_s + clock.period_s);
     entry.from_s <= now && now < until
+}
+
+mod optional_walk {
+    use crate::geometry::{to_degrees, to_radians};
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    /// A command is refused long before this, when it is given; here it must only stay finite in single precision.
+    const LARGEST: f64 = 1e30;
+
+    pub fn serialize<S: Serializer>(walk: &Option<[f32; 3]>, serializer: S) -> Result<S::Ok, S::Error> {
+        walk.map(|[dx, dy, turn]| [dx, dy, to_degrees(turn)]).serialize(serializer)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<[f32; 3]>, D::Error> {
+        let walk = Option::<[f64; 3]>::deserialize(deserializer)?;
+        Ok(walk.map(|walk| {
+            let [dx, dy, turn] = walk.map(|number| number.clamp(-LARGEST, LARGEST) as f32);
+            [dx, dy, to_radians(turn)]
+        }))
+    }
+}
+
+mod optional_degree_pair {
+    use crate::geometry::{to_degrees, to_radians};
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub fn serialize<S: Serializer>(pair: &Option<[f32; 2]>, serializer: S) -> Result<S::Ok, S::Error> {
+        pair.map(|pair| pair.map(to_degrees)).serialize(serializer)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<[f32; 2]>, D::Error> {
+        Ok(Option::<[f32; 2]>::deserialize(deserializer)?.map(|pair| pair.map(to_radians)))
+    }
 }
 
 #[cfg(test)]

@@ -8,8 +8,8 @@ use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::sighting::{LENS_HEIGHT_M, Residual, Sighting};
+use crate::camera_model::BOTTOM_TILT;
 use crate::geometry::{Pose, unit, unrotate};
-use crate::sensing::camera::model::BOTTOM_TILT;
 
 /// The ball in the robot frame.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]

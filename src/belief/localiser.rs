@@ -5,24 +5,11 @@ use serde::{Deserialize, Serialize};
 
 use super::landmarks::{Landmarks, Look, halfway_pose, waiting_pose};
 use super::localisation::{PoseEstimate, StepError};
+use super::method::Localisation;
 use super::own_pose::{KalmanFilter, OwnPose, PLACED_SD, RETURNED_SD};
 use super::particles::ParticleFilter;
 use crate::geometry::Pose;
-use crate::robot::RobotId;
-
-/// How a robot localises itself.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Localisation {
-    /// By an extended Kalman filter, quick and exact; a robot that has lost its way searches with particles.
-    #[default]
-    Kalman,
-    /// By an unscented Kalman filter, more exact where little is certain and some three times as costly; a robot that has
-    /// lost its way searches with particles.
-    Unscented,
-    /// By a particle filter: several ideas at a time, and some ten times as costly.
-    Particles,
-}
+use crate::team::RobotId;
 
 /// A filter of any kind.
 #[derive(Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]

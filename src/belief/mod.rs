@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use crate::geometry::{Pose, file_units};
 use crate::knowledge::Knowledge;
 use crate::pitch::End;
-use crate::robot::RobotId;
+use crate::team::RobotId;
 
 mod association;
 pub mod ball;
@@ -22,6 +22,7 @@ pub mod landmarks;
 pub mod line_sighting;
 pub mod localisation;
 pub mod localiser;
+pub mod method;
 pub mod own_pose;
 pub mod particles;
 pub mod robots;

@@ -241,8 +241,8 @@ impl OwnPose {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::camera_model::CameraSide;
     use crate::pitch::{End, GoalColour, JunctionShape, Pitch};
-    use crate::sensing::camera::CameraSide;
     use crate::sensing::vision::Percepts;
     use approx::assert_abs_diff_eq;
 

@@ -20,8 +20,8 @@ use super::sighting::{Residual, Sighting};
 use crate::geometry::{Pose, angle_of, unit, unrotate, wrap_angle};
 use crate::pitch::End;
 use crate::random::RandomStream;
-use crate::robot::RobotId;
 use crate::sensing::vision::{GoalPostPercept, LandmarkKind};
+use crate::team::RobotId;
 
 /// Guesses.
 const COUNT: usize = 100;
@@ -259,10 +259,10 @@ fn pose_from_posts(
 mod tests {
     use super::*;
     use crate::belief::landmarks::LandmarkModel;
+    use crate::camera_model::CameraSide;
     use crate::pitch::{GoalColour, Pitch};
-    use crate::robot::Team;
-    use crate::sensing::camera::CameraSide;
     use crate::sensing::vision::Percepts;
+    use crate::team::Team;
     use approx::assert_abs_diff_eq;
 
     const IMAGE: Vec2 = Vec2::new(320.0, 240.0);

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::sighting::{Residual, Sighting};
 use crate::geometry::{Pose, unit, unrotate};
-use crate::robot::Team;
+use crate::team::Team;
 
 /// Another robot that was seen.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]

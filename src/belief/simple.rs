@@ -10,25 +10,27 @@ use serde::{Deserialize, Serialize};
 use super::ball::{BallEstimate, BallModel};
 use super::landmarks::{LandmarkModel, Landmarks, Look};
 use super::localisation::StepError;
-use super::localiser::{Localisation, Localiser};
+use super::localiser::Localiser;
 
 use super::robots::{RobotTrack, SonarModel, TrackModel, advance_tracks, hear_robot, see_robot};
 use super::sighting::Sighting;
 use super::team_ball::{HeardBall, TeamBallModel, team_ball};
 use super::{BallBelief, Belief, RobotBelief, place_covariance, pose_covariance};
-use crate::behaviour::{DecideSystems, barrier};
+use crate::behaviour::{DecideSystems, barrier, behaviour};
+use crate::belief::method::Localisation;
 use crate::communication::{Inbox, ReceivedMessage};
 use crate::cycle::{Cycle, CycleClock};
+use crate::game::{GameState, ReturnPlace, Rules};
 use crate::geometry::{Pose, unit};
 use crate::knowledge::Knowledge;
 use crate::pitch::{End, Pitch};
-use crate::referee::{GameState, GameStatus, ReturnPlace, Rules, formation};
+use crate::referee::{GameStatus, formation};
 use crate::robot::head::HeadAngles;
-use crate::robot::{RobotId, Team};
 use crate::sensing::camera::CameraSettings;
 use crate::sensing::odometry::Odometry;
 use crate::sensing::sonar::{SonarReading, SonarSettings};
 use crate::sensing::vision::Percepts;
+use crate::team::{RobotId, Team};
 
 /// Updates the [`Belief`] of robots with [`SimpleBelief`] in [`DecideSystems::Believe`].
 ///
@@ -38,9 +40,9 @@ pub struct SimpleBeliefPlugin;
 impl Plugin for SimpleBeliefPlugin {
     fn build(&self, app: &mut App) {
         app.register_type::<Belief>().register_type::<SimpleBelief>().register_type::<SimpleBeliefMemory>();
-        let mut system = IntoSystem::into_system(estimate);
-        match barrier::inspect::<SimpleBelief>("simple belief", &mut system, app.world_mut()) {
-            Ok(()) => app.add_systems(Cycle, system.in_set(DecideSystems::Believe)),
+        let mut estimator = behaviour(estimate);
+        match barrier::inspect::<SimpleBelief>("simple belief", &mut estimator, app.world_mut()) {
+            Ok(()) => app.add_systems(Cycle, estimator.into_configs().in_set(DecideSystems::Believe)),
             Err(error) => panic!("{error}"),
         };
     }
@@ -49,7 +51,7 @@ impl Plugin for SimpleBeliefPlugin {
 /// The settings of the simple estimator; it keeps the belief of robots that have them.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[require(Belief, SimpleBeliefMemory)]
-#[reflect(Component, @Knowledge::Public)]
+#[reflect(Component, @Knowledge::Belief)]
 #[serde(default, deny_unknown_fields)]
 pub struct SimpleBelief {
     /// How the robot localises itself. Read when the match starts.

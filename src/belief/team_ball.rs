@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::BallBelief;
 use super::sighting::Sighting;
-use crate::robot::RobotId;
+use crate::team::RobotId;
 
 /// How what team-mates say is put together.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
@@ -77,7 +77,7 @@ pub fn team_ball(heard: impl Iterator<Item = HeardBall> + Clone, model: &TeamBal
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::Team;
+    use crate::team::Team;
     use approx::assert_abs_diff_eq;
 
     fn heard(number: u8, seen_from: [f32; 2], place: [f32; 2]) -> HeardBall {

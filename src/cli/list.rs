@@ -5,8 +5,8 @@ use std::process::ExitCode;
 
 use super::report;
 use super::terminal::Printer;
+use crate::game::Rules;
 use crate::pitch::Pitch;
-use crate::referee::Rules;
 use crate::scenario::{FIELD_PRESETS, LIBRARY, RULES_PRESETS, ScenarioError};
 
 /// Arguments of `naoisis list`.

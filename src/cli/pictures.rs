@@ -5,6 +5,7 @@ use clap::Args;
 use std::path::PathBuf;
 
 use super::outputs;
+use crate::camera_model::CameraSide;
 use crate::cycle::CycleClock;
 use crate::record::album::Album;
 use crate::record::encoder::RecordError;
@@ -13,7 +14,6 @@ use crate::record::picture::Picture;
 use crate::record::sheet::SheetRecorder;
 use crate::record::video::VideoRecorder;
 use crate::robot::Roster;
-use crate::sensing::camera::CameraSide;
 
 /// The arguments for pictures.
 #[derive(Args, Debug, Clone, Default)]

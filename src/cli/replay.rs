@@ -57,7 +57,7 @@ pub fn replay(program: Program, arguments: &ReplayArguments) -> ExitCode {
 #[cfg(feature = "viewer")]
 fn watch(program: Program, arguments: &ReplayArguments, trace: ReadTrace) -> ExitCode {
     use super::window;
-    use crate::viewer::hands::Notice;
+    use crate::viewer::shared::Notice;
     use crate::viewer::timeline;
 
     let mut app = match window::open(program, &arguments.window) {

@@ -18,15 +18,15 @@ use super::{Program, begin, outputs, report};
 use crate::communication::MessageStatistics;
 use crate::cycle::{CycleClock, run_cycle};
 use crate::events::{CycleEvents, MatchEvent};
+use crate::game::Game;
 use crate::record::album::Album;
 use crate::record::beliefs::BeliefRecorder;
 use crate::record::trace::{EndReason, TracePlugin, TraceRecorder, record_cycle};
-use crate::referee::Game;
 use crate::referee::report::{HEADER, report as match_report};
-use crate::robot::Team;
 use crate::scenario::{Scenario, ScenarioFile, Setting};
 use crate::sensing::camera::CameraRendering;
 use crate::simulation::{Snapshot, resolved};
+use crate::team::Team;
 
 /// Cycles between two looks at the progress bar: so few that it moves where pictures take their time.
 const CYCLES_PER_PROGRESS: u64 = 16;
@@ -235,7 +235,7 @@ fn run_to_the_end(
         if cycle.is_multiple_of(CYCLES_PER_PROGRESS) {
             progress.set_position((cycle as f64 * period_s) as u64);
         }
-        if world.resource::<Game>().state == crate::referee::GameState::Finished {
+        if world.resource::<Game>().state == crate::game::GameState::Finished {
             outcome.reason = EndReason::FinalWhistle;
             break;
         }
@@ -374,7 +374,7 @@ fn summary(
     outcome: &Outcome,
     clock: CycleClock,
     started_at_cycle: u64,
-    score: crate::referee::Score,
+    score: crate::game::Score,
     wall_s: f64,
 ) -> String {
     let mut text = String::new();

@@ -7,7 +7,7 @@
 use bevy::prelude::*;
 
 use super::footprints::distance_from_segment;
-use crate::ball::{REST_SPEED_MPS, Rolling};
+use crate::ball::RollingBall;
 use crate::geometry::{Pose, wrap_angle};
 use crate::robot::body::BodyBox;
 
@@ -120,34 +120,6 @@ impl Obstacle {
                 (start.position.midpoint(end.position), start.position.distance(end.position) / 2.0 + base.reach())
             }
         }
-    }
-}
-
-/// A ball at one instant, and its law.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct RollingBall {
-    /// Centre, m.
-    pub position: Vec2,
-    /// Velocity, m/s.
-    pub velocity: Vec2,
-    /// Radius, m.
-    pub radius: f32,
-    /// How it slows down.
-    pub rolling: Rolling,
-    /// Share of the approach speed left after a bounce.
-    pub restitution: f32,
-}
-
-impl RollingBall {
-    /// The ball `time` seconds later, if it meets nothing.
-    pub fn after(&self, time: f32) -> RollingBall {
-        let speed = self.velocity.length();
-        let (distance, left) = self.rolling.advance(speed, time);
-        if speed <= REST_SPEED_MPS {
-            return RollingBall { velocity: Vec2::ZERO, ..*self };
-        }
-        let direction = self.velocity / speed;
-        RollingBall { position: self.position + direction * distance, velocity: direction * left, ..*self }
     }
 }
 
@@ -292,6 +264,7 @@ fn time_of_contact(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ball::Rolling;
     use crate::geometry::unit;
     use crate::robot::body::BodyBounds;
     use approx::assert_abs_diff_eq;

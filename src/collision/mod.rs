@@ -12,17 +12,18 @@ mod bodies;
 pub mod footprints;
 pub mod robots;
 
-use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity, REST_SPEED_MPS};
+use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity, REST_SPEED_MPS, RollingBall};
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
 use crate::events::{CollisionPartner, CollisionType, CycleEvents, MatchEvent};
+use crate::game::{Penalty, Rules};
 use crate::geometry::{Pose, wrap_angle};
 use crate::knowledge::Knowledge;
 use crate::pitch::{Pitch, Post};
-use crate::referee::{Penalty, Rules};
 use crate::robot::body::{BodyBounds, BodyBox};
 use crate::robot::motion::MotionLimits;
 use crate::robot::posture::Posture;
-use crate::robot::{PreviousPose, RobotId, Roster, Velocity};
+use crate::robot::{PreviousPose, Roster, Velocity};
+use crate::team::RobotId;
 use ball::{BallContact, Obstacle, roll_ball};
 use robots::{Cylinder, RobotBody, RobotContact, Touched, Workspace, hold_back_from_end, resolve_robots};
 
@@ -131,7 +132,7 @@ fn collide(
             scratch.hold_back_from_wedged_ball(start.position, start.radius);
             path.corners.clear();
             path.corners.extend([start.position; 2]);
-            ball::RollingBall { velocity: Vec2::ZERO, ..start }
+            RollingBall { velocity: Vec2::ZERO, ..start }
         });
         pose.position = end.position;
         velocity.0 = end.velocity;

@@ -28,13 +28,13 @@ mod tests;
 
 pub use message::TeamMessage;
 
-use crate::cycle::{Cycle, CycleClock, CycleSystems};
+use crate::cycle::{ActSystems, Cycle, CycleClock, CycleSystems};
 use crate::events::{CommandKind, CycleEvents, MatchEvent, Refusal};
 use crate::geometry::Pose;
 use crate::knowledge::Knowledge;
 use crate::random::{RandomStream, RandomStreams};
-use crate::robot::head::HeadSystems;
-use crate::robot::{RobotId, Roster, Team};
+use crate::robot::Roster;
+use crate::team::{PerTeam, RobotId};
 
 /// Carries messages: sends them in [`CycleSystems::Act`], delivers them in [`CycleSystems::Communicate`].
 pub struct CommunicationPlugin;
@@ -52,22 +52,9 @@ impl Plugin for CommunicationPlugin {
             .init_resource::<Roster>()
             .add_systems(
                 Cycle,
-                (
-                    deliver_messages.in_set(CommunicationSystems::Deliver).in_set(CycleSystems::Communicate),
-                    // Refusals are reported in the same list as those of the other commands, in a fixed order.
-                    send_messages.in_set(CommunicationSystems::Send).in_set(CycleSystems::Act).before(HeadSystems),
-                ),
+                (deliver_messages.in_set(CycleSystems::Communicate), send_messages.in_set(ActSystems::Say)),
             );
     }
-}
-
-/// The systems of communication.
-#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum CommunicationSystems {
-    /// Messages arrive.
-    Deliver,
-    /// Messages leave.
-    Send,
 }
 
 /// What the robot says in this cycle, if anything. None again after every cycle.
@@ -205,31 +192,9 @@ pub struct TeamMessageStatistics {
 }
 
 /// What became of all messages of the match.
-#[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize, Deref, DerefMut)]
 #[reflect(Resource, @Knowledge::Truth)]
-pub struct MessageStatistics {
-    /// Of the blue team.
-    pub blue: TeamMessageStatistics,
-    /// Of the pink team.
-    pub pink: TeamMessageStatistics,
-}
-
-impl MessageStatistics {
-    /// Those of this team.
-    pub fn of(&self, team: Team) -> &TeamMessageStatistics {
-        match team {
-            Team::Blue => &self.blue,
-            Team::Pink => &self.pink,
-        }
-    }
-
-    fn of_mut(&mut self, team: Team) -> &mut TeamMessageStatistics {
-        match team {
-            Team::Blue => &mut self.blue,
-            Team::Pink => &mut self.pink,
-        }
-    }
-}
+pub struct MessageStatistics(pub PerTeam<TeamMessageStatistics>);
 
 fn deliver_messages(
     clock: Res<CycleClock>,
@@ -247,7 +212,7 @@ fn deliver_messages(
         return;
     }
     for arrived in in_flight.0.extract_if(.., |message| message.arrival_cycle <= clock.cycle) {
-        let team = statistics.of_mut(arrived.message.from.team);
+        let team = &mut statistics[arrived.message.from.team];
         match roster.get(arrived.to).and_then(|recipient| inboxes.get_mut(recipient).ok()) {
             Some(mut inbox) => {
                 team.delivered += 1;
@@ -279,7 +244,7 @@ fn send_messages(
             continue;
         }
         let Some(say) = outbox.0.take() else { continue };
-        let team = statistics.of_mut(from.team);
+        let team = &mut statistics[from.team];
         if let Some(reason) = settings.refusal(&say, team) {
             let count = if reason == Refusal::BudgetSpent { &mut team.over_budget } else { &mut team.refused };
             *count += 1;

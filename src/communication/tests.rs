@@ -3,13 +3,14 @@
 use super::*;
 use crate::cycle::run_cycle;
 use crate::simulation::NaoisisPlugins;
+use crate::team::Team;
 
 const NOTHING: Option<TeamMessage> = None;
 
 /// Three blue robots and a pink one, a metre apart along x, that only talk.
 fn talking_app(settings: MessageSettings) -> (App, [Entity; 4]) {
     let mut app = App::new();
-    app.add_plugins(NaoisisPlugins).insert_resource(settings).init_resource::<crate::referee::Game>();
+    app.add_plugins(NaoisisPlugins).insert_resource(settings).init_resource::<crate::game::Game>();
     let ids = [(Team::Blue, 1), (Team::Blue, 2), (Team::Blue, 3), (Team::Pink, 1)];
     let mut x = -1.0;
     let robots = ids.map(|(team, number)| {
@@ -39,7 +40,7 @@ fn refusals(app: &App) -> Vec<MatchEvent> {
 }
 
 fn statistics(app: &App) -> TeamMessageStatistics {
-    *app.world().resource::<MessageStatistics>().of(Team::Blue)
+    app.world().resource::<MessageStatistics>()[Team::Blue]
 }
 
 #[test]

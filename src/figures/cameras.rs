@@ -7,10 +7,10 @@ use super::axes::{caption, remark};
 use super::marks::bright_words;
 use super::stage::{self, BLUE, Stage, view_from, view_of_robot};
 use crate::appearance::view::View;
+use crate::camera_model::CameraSide;
 use crate::geometry::to_degrees;
 use crate::record::canvas::{Anchor, Canvas, PAPER};
 use crate::robot::head::HeadAngles;
-use crate::sensing::camera::CameraSide;
 use crate::sensing::camera::image::Image;
 use crate::simulation::MatchApp;
 

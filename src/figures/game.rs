@@ -7,14 +7,14 @@ use super::marks::YELLOW;
 use super::stage::{self, PINK, Stage, pixels, supersampling, view_of_robot};
 use crate::appearance::scene::SceneDescription;
 use crate::appearance::view::View;
+use crate::camera_model::CameraSide;
 use crate::events::MatchEvent;
+use crate::game::GameState;
 use crate::record::canvas::{Anchor, Canvas, GREY, INK, PAPER, ellipse};
 use crate::record::photographer::view_of_field;
-use crate::referee::GameState;
-use crate::robot::Team;
-use crate::sensing::camera::CameraSide;
 use crate::sensing::camera::image::Image;
 use crate::simulation::MatchApp;
+use crate::team::Team;
 
 const SIZE: Vec2 = Vec2::new(1600.0, 1180.0);
 const COLUMNS: usize = 4;

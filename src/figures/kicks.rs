@@ -7,11 +7,11 @@ use super::axes::{Plan, caption, remark};
 use super::marks::{ORANGE, YELLOW, bright_arrow, bright_dot, bright_line};
 use super::stage::{self, BLUE, Stage, view_of_robot};
 use crate::appearance::colours::{self, Colour};
+use crate::camera_model::CameraSide;
 use crate::events::{KickResult, MatchEvent};
 use crate::geometry::{Pose, to_degrees, wrap_angle};
+use crate::kick_geometry::KickType;
 use crate::record::canvas::{Canvas, PAPER};
-use crate::robot::kick::KickType;
-use crate::sensing::camera::CameraSide;
 use crate::sensing::camera::image::Image;
 use crate::simulation::MatchApp;
 
@@ -127,7 +127,7 @@ fn draw_reach(canvas: &mut Canvas, stage: &Stage, kick: KickType, ball: Vec2, at
         // From the wrong side it is a straight kick, whose rectangle this is.
         canvas.dashes(&closed(&plan.places(reach(KickType::RightStraight))), YELLOW, 1.6);
     }
-    let tip = kick.foot().tip();
+    let tip = kick.foot().foot_tip();
     let [tip_place, ball_place] = [tip, ball].map(|place| plan.place(ROBOT.transform_point(place)));
     if kick.admits(ball) || kick == KickType::RightSide {
         let end = ball_place + (ball_place - tip_place).normalize_or(Vec2::NEG_Y) * 46.0;

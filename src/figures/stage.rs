@@ -7,15 +7,15 @@ use super::FigureError;
 use crate::appearance::robot::RobotDesign;
 use crate::appearance::scene::SceneDescription;
 use crate::appearance::view::View;
+use crate::camera_model::{CameraIntrinsics, CameraSide, CameraView};
 use crate::cycle::CycleClock;
 use crate::record::photographer::Photographer;
-use crate::robot::{RobotId, Team};
 use crate::scenario::Scenario;
+use crate::sensing::camera::CameraSettings;
 use crate::sensing::camera::image::{Image, Layers};
-use crate::sensing::camera::model::{CameraIntrinsics, CameraView};
 use crate::sensing::camera::software::{Detail, PreparedScene, Renderer};
-use crate::sensing::camera::{CameraSettings, CameraSide};
 use crate::simulation::{MatchApp, NaoisisPlugins};
+use crate::team::{RobotId, Team};
 
 /// The first robot of the blue team.
 pub const BLUE: RobotId = RobotId::new(Team::Blue, 1);

@@ -6,14 +6,15 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 use crate::ball::{Ball, BallVelocity};
-use crate::batch::statistics::median;
 use crate::belief::error::{BeliefError, NEES_95_PLACE, NEES_95_POSE, Truth};
 use crate::belief::{Belief, point_team_from_pitch, team_from_pitch};
 use crate::cycle::CycleClock;
+use crate::game::{Game, Penalty};
 use crate::geometry::{Pose, to_degrees};
 use crate::pitch::End;
-use crate::referee::{Game, Penalty};
-use crate::robot::{RobotId, Roster, Team};
+use crate::robot::Roster;
+use crate::statistics::median;
+use crate::team::{RobotId, Team};
 
 /// Rows a second.
 const RATE_HZ: f64 = 10.0;

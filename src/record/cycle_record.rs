@@ -9,13 +9,14 @@ use crate::behaviour::drawings::Drawings;
 use crate::belief::Belief;
 use crate::communication::ReceivedMessage;
 use crate::events::MatchEvent;
+use crate::game::{GameState, PenaltyReason, Score};
 use crate::geometry::{Pose, file_units, to_radians};
-use crate::referee::{GameState, PenaltyReason, Score};
+use crate::robot::Velocity;
 use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
-use crate::robot::{RobotId, Velocity};
 use crate::sensing::sonar::SonarReading;
 use crate::sensing::vision::Percepts;
+use crate::team::RobotId;
 
 /// The world after a cycle, as a trace has it.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]

@@ -10,9 +10,9 @@ use std::sync::Arc;
 use super::encoder::{EncoderThreads, Layer, PngWork, RecordError};
 use super::photographer::{Photographer, newest_image};
 use super::picture::Picture;
+use crate::camera_model::CameraSide;
 use crate::cycle::CycleClock;
 use crate::robot::Roster;
-use crate::sensing::camera::CameraSide;
 use crate::sensing::camera::image::Image;
 
 /// Frames that are being written.

@@ -12,9 +12,9 @@ use std::path::Path;
 
 use super::read::{CycleRecord, Ending, TraceError, TraceReader};
 use crate::events::MatchEvent;
-use crate::robot::kick::KickType;
-use crate::robot::{RobotId, Team};
+use crate::kick_geometry::KickType;
 use crate::scenario::Scenario;
+use crate::team::{RobotId, Team};
 
 /// Records in a block.
 const BLOCK: usize = 64;

@@ -13,21 +13,22 @@ use crate::appearance::robot::RobotDesign;
 use crate::appearance::scene::{SceneDescription, SceneRobot, world_from_body};
 use crate::appearance::view::View;
 use crate::ball::{Ball, BallPhysics};
+use crate::camera_model::{CameraSide, CameraView};
 use crate::cycle::CycleClock;
+use crate::game::Penalty;
 use crate::geometry::Pose;
 use crate::pitch::{Pitch, Post};
-use crate::referee::Penalty;
 use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
-use crate::robot::{RobotId, Roster, Velocity};
+use crate::robot::{Roster, Velocity};
 #[cfg(feature = "gpu")]
 use crate::sensing::camera::gpu::GpuCameras;
 use crate::sensing::camera::image::{Image, Layers};
-use crate::sensing::camera::model::CameraView;
 use crate::sensing::camera::shot::Shot;
 use crate::sensing::camera::software::{Detail, PreparedScene, Renderer};
-use crate::sensing::camera::{CameraImages, CameraSettings, CameraSide};
+use crate::sensing::camera::{CameraImages, CameraSettings};
 use crate::sensing::vision::VisionSettings;
+use crate::team::RobotId;
 
 /// Faces around a cylinder in its pictures.
 const SEGMENTS: usize = 20;

@@ -5,9 +5,9 @@ use core::fmt;
 use core::str::FromStr;
 
 use super::photographer::{Photographer, view_of_field};
-use crate::robot::{RobotId, Team};
-use crate::sensing::camera::CameraSide;
+use crate::camera_model::CameraSide;
 use crate::sensing::camera::image::Image;
+use crate::team::{RobotId, Team};
 
 /// The size of a picture of the field, pixels.
 pub const FIELD_SIZE: [u32; 2] = [960, 540];

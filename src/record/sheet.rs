@@ -10,11 +10,11 @@ use super::canvas::{Anchor, Canvas, GREY, INK, PAPER};
 use super::encoder::{Layer, RecordError, write_png};
 use super::photographer::{Photographer, view_of_field};
 use super::video::create_new;
+use crate::camera_model::CameraSide;
 use crate::cycle::CycleClock;
-use crate::referee::Game;
-use crate::robot::RobotId;
-use crate::sensing::camera::CameraSide;
+use crate::game::Game;
 use crate::sensing::camera::image::Image;
+use crate::team::RobotId;
 
 /// Moments on a sheet, and in a row of it.
 const MOMENTS: usize = 8;
@@ -127,9 +127,9 @@ fn sheet(moments: &[&Moment], robot: RobotId) -> Image {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::Team;
     use crate::scenario::Scenario;
     use crate::simulation::{MatchApp, NaoisisPlugins};
+    use crate::team::Team;
     use bevy::prelude::*;
 
     #[test]

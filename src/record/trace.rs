@@ -19,16 +19,17 @@ use crate::belief::Belief;
 use crate::communication::{Inbox, MessageStatistics, ReceivedMessage};
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
 use crate::events::{CycleEvents, MatchEvent};
+use crate::game::{Game, GameState, Penalty, PenaltyReason, Score};
 use crate::geometry::{Pose, file_units, to_degrees, wrapped_degrees};
-use crate::referee::{Game, GameState, Penalty, PenaltyReason, Score};
 use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
-use crate::robot::{RobotId, Roster, Velocity};
+use crate::robot::{Roster, Velocity};
 use crate::scenario::Scenario;
 use crate::sensing::odometry::Odometry;
 use crate::sensing::sonar::SonarReading;
 use crate::sensing::vision::Percepts;
 use crate::simulation::sensors::{ReadingsAreRecorded, SensorRecord};
+use crate::team::RobotId;
 
 /// The format's name in the header.
 pub const FORMAT: &str = "naoisis-trace";

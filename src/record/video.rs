@@ -12,7 +12,7 @@ use super::photographer::Photographer;
 use super::picture::{FIELD_SIZE, Picture};
 use crate::appearance::colours::Colour;
 use crate::cycle::CycleClock;
-use crate::referee::Game;
+use crate::game::Game;
 use crate::sensing::camera::image::Image;
 
 /// The ending of videos' file names.
@@ -142,8 +142,8 @@ fn side_by_side(pictures: &[(Picture, Option<Image>)], words: &str) -> Image {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::{RobotId, Team};
-    use crate::sensing::camera::CameraSide;
+    use crate::camera_model::CameraSide;
+    use crate::team::{RobotId, Team};
 
     #[test]
     fn pictures_do_not_overlap_and_sizes_are_even() {

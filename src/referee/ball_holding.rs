@@ -5,8 +5,8 @@
 use bevy::prelude::*;
 
 use super::areas::{feet, in_area};
-use super::evidence::Evidence;
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
+use crate::game::Evidence;
 use crate::robot::body::{BodyBounds, BodyBox};
 
 /// For how many cycles the robot has held the ball, this one included. Letting go counts back as fast: the rule asks
@@ -47,7 +47,8 @@ pub fn judge(cycles: u64, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> Op
         snapshot.is_keeper(robot) && feet(robot).iter().any(|foot| in_area(snapshot.pitch, area, own_end, *foot));
     let limit = if keeper_at_home { snapshot.rules.keeper_ball_holding_s } else { snapshot.rules.ball_holding_s };
     (cycles >= snapshot.cycles(limit) && holds_ball(snapshot, robot)).then(|| {
-        Evidence::against(snapshot, "A robot may not cover more than half of the ball for long.", robot)
+        snapshot
+            .evidence_against("A robot may not cover more than half of the ball for long.", robot)
             .with_measurement("s of holding", snapshot.seconds(cycles), limit)
             .otherwise("It had to release the ball in time.")
     })

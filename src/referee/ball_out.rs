@@ -3,11 +3,11 @@
 use bevy::prelude::*;
 
 use super::boundary::{Boundary, Crossing};
-use super::evidence::Evidence;
 use super::snapshot::MatchSnapshot;
 use crate::events::BoundaryLine;
+use crate::game::Evidence;
 use crate::pitch::{End, Pitch};
-use crate::robot::Team;
+use crate::team::Team;
 
 /// The throw-in lines run this far inside the side lines, m.
 const THROW_IN_INSET: f32 = 0.4;
@@ -56,17 +56,17 @@ pub fn evidence(snapshot: &MatchSnapshot, out: &BallOut) -> Evidence {
         BoundaryLine::Side => ("m of the ball's rear from the middle of the pitch", out.position.y.abs(), edges.y),
         BoundaryLine::Goal => ("m of the ball's rear from the halfway line", out.position.x.abs(), edges.x),
     };
-    let mut evidence = Evidence::new(
-        snapshot,
-        "The ball is out when the whole of it has passed the outer edge of a line; the team that did not touch it \
+    let mut evidence = snapshot
+        .evidence(
+            "The ball is out when the whole of it has passed the outer edge of a line; the team that did not touch it \
          last restarts.",
-        out.position,
-    )
-    .with_measurement(what, value - radius, limit);
+            out.position,
+        )
+        .with_measurement(what, value - radius, limit);
     match snapshot.last_touch {
         Some(touch) => {
             if let Some(index) = snapshot.robot_index(touch.robot) {
-                evidence = evidence.with_robot(&snapshot.robots[index]);
+                evidence = evidence.with_robot(snapshot.robots[index].evidence());
             }
             evidence.otherwise(format!("A last touch by {} would have turned it round.", touch.robot.team.opponent()))
         }

@@ -11,9 +11,8 @@
 
 use bevy::prelude::*;
 
-use super::evidence::Evidence;
-use super::rules::SideContacts;
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
+use crate::game::{Evidence, SideContacts};
 
 /// Speeds that differ by less count as equal, m/s.
 const EQUAL_SPEEDS_MPS: f32 = 1e-3;
@@ -103,16 +102,16 @@ pub fn evidence(snapshot: &MatchSnapshot, robot: usize, other: usize) -> Evidenc
     } else {
         format!("It had to walk towards {} at no more than {} m/s.", other.id, snapshot.rules.collision_speed_mps)
     };
-    Evidence::new(
-        snapshot,
-        "Of two robots that collide, the one that walks faster towards the other is responsible, unless they face \
+    snapshot
+        .evidence(
+            "Of two robots that collide, the one that walks faster towards the other is responsible, unless they face \
          each other with the ball between them.",
-        robot.pose.position.midpoint(other.pose.position),
-    )
-    .with_robot(robot)
-    .with_robot(other)
-    .with_measurement("m/s towards the other", own, others.max(snapshot.rules.collision_speed_mps))
-    .otherwise(otherwise)
+            robot.pose.position.midpoint(other.pose.position),
+        )
+        .with_robot(robot.evidence())
+        .with_robot(other.evidence())
+        .with_measurement("m/s towards the other", own, others.max(snapshot.rules.collision_speed_mps))
+        .otherwise(otherwise)
 }
 
 #[cfg(test)]
@@ -120,9 +119,9 @@ mod tests {
     use super::super::testing::Situation;
     use super::*;
     use crate::events::MatchEvent;
+    use crate::game::PenaltyReason;
     use crate::geometry::Pose;
-    use crate::referee::PenaltyReason;
-    use crate::robot::{RobotId, Team};
+    use crate::team::{RobotId, Team};
     use core::f32::consts::PI;
 
     const BLUE2: RobotId = RobotId::new(Team::Blue, 2);

@@ -1,10 +1,10 @@
 //! What follows when the ball has crossed a line: goals, and outs.
 
 use super::decide::{Referee, Stoppage};
-use super::rules::BallOutRestart;
-use super::set_play::{self, SetPlayKind};
+use super::set_play;
 use super::{ball_out, boundary, goal, indirect_goal, kick_off_shot};
 use crate::events::{DisallowedGoal, MatchEvent};
+use crate::game::{BallOutRestart, SetPlayKind};
 
 impl Referee<'_, '_> {
     /// Goals and outs, unless the ball has just been put down.
@@ -52,7 +52,7 @@ impl Referee<'_, '_> {
             return None;
         }
         let score = &mut self.decisions.game.score;
-        *score.of_mut(goal.team) += 1;
+        score[goal.team] += 1;
         self.decisions.events.push(MatchEvent::Goal {
             team: goal.team,
             scorer: goal.scorer,
@@ -70,7 +70,7 @@ mod tests {
     use super::*;
     use crate::events::BoundaryLine;
     use crate::geometry::Pose;
-    use crate::robot::{RobotId, Team};
+    use crate::team::{RobotId, Team};
     use approx::assert_abs_diff_eq;
     use bevy::prelude::*;
 

@@ -2,16 +2,14 @@
 
 use bevy::prelude::*;
 
-use super::evidence::Evidence;
-use super::game::{Game, GameState};
 use super::game_stuck::Remedy;
 use super::memory::RefereeMemory;
-use super::penalty::PenaltyReason;
 use super::set_play;
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use super::{ball_holding, collision, fallen, game_stuck, illegal_defender, inactive, leaving_field, stalling};
 use crate::events::MatchEvent;
-use crate::robot::Team;
+use crate::game::{Evidence, Game, GameState, PenaltyReason};
+use crate::team::Team;
 
 /// What the referee decided in a cycle.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -209,10 +207,10 @@ impl Referee<'_, '_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::rules::Rules;
     use super::super::testing::Situation;
     use super::*;
-    use crate::robot::RobotId;
+    use crate::game::Rules;
+    use crate::team::RobotId;
 
     const BLUE2: RobotId = RobotId::new(Team::Blue, 2);
     const PINK2: RobotId = RobotId::new(Team::Pink, 2);

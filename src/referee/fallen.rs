@@ -1,7 +1,7 @@
 //! Fallen robots: they begin to get up soon, and stand before long, or they are removed (2010 rule book, section 4.6).
 
-use super::evidence::Evidence;
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
+use crate::game::Evidence;
 use crate::robot::posture::Posture;
 
 /// The case against a robot that lies for too long.
@@ -17,6 +17,6 @@ pub fn judge(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> Option<Evidence
     } else {
         return None;
     };
-    let evidence = Evidence::against(snapshot, rule, robot);
+    let evidence = snapshot.evidence_against(rule, robot);
     Some(evidence.with_measurement("s on the ground", snapshot.seconds(cycles), limit_s).otherwise(otherwise))
 }

@@ -6,8 +6,8 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::evidence::Evidence;
 use super::snapshot::MatchSnapshot;
+use crate::game::Evidence;
 
 /// A ball that is farther than this from where it was has moved, m.
 const MOVED_M: f32 = 0.1;
@@ -62,18 +62,15 @@ pub fn judge(stuck: &Stuck, snapshot: &MatchSnapshot) -> Option<Remedy> {
     match nearest.filter(|index| distance(index) <= AT_BALL_M) {
         Some(index) => Some(Remedy::Local(
             index,
-            measured(Evidence::against(
-                snapshot,
+            measured(snapshot.evidence_against(
                 "When play is stuck, the robot nearest to the ball is taken away.",
                 &snapshot.robots[index],
             )),
         )),
         None => stuck.touched.then(|| {
-            Remedy::Global(measured(Evidence::new(
-                snapshot,
-                "When play is stuck with nobody at the ball, it is stopped for a kick-off.",
-                ball,
-            )))
+            Remedy::Global(measured(
+                snapshot.evidence("When play is stuck with nobody at the ball, it is stopped for a kick-off.", ball),
+            ))
         }),
     }
 }

@@ -1,9 +1,9 @@
 //! Goals (2010 rule book, section 3.5).
 
 use super::boundary::{Boundary, Crossing};
-use super::evidence::Evidence;
 use super::snapshot::MatchSnapshot;
-use crate::robot::{RobotId, Team};
+use crate::game::Evidence;
+use crate::team::{RobotId, Team};
 
 /// A goal.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -34,18 +34,18 @@ pub fn judge(snapshot: &MatchSnapshot, crossing: &Crossing) -> Option<Goal> {
 pub fn evidence(snapshot: &MatchSnapshot, goal: &Goal, crossing: &Crossing) -> Evidence {
     let edge = snapshot.pitch.outer_half_extents().x;
     let radius = snapshot.ball.map_or(0.0, |ball| ball.radius);
-    let mut evidence = Evidence::new(
-        snapshot,
-        "A goal is scored when the whole ball passes the outer edge of the goal line between the posts.",
-        crossing.position,
-    )
-    .with_measurement("m of the ball's rear from the halfway line", crossing.position.x.abs() - radius, edge)
-    .otherwise(format!(
-        "No goal if the ball had crossed the line more than {} m from its middle, or not wholly.",
-        snapshot.pitch.goal.width_m / 2.0
-    ));
+    let mut evidence = snapshot
+        .evidence(
+            "A goal is scored when the whole ball passes the outer edge of the goal line between the posts.",
+            crossing.position,
+        )
+        .with_measurement("m of the ball's rear from the halfway line", crossing.position.x.abs() - radius, edge)
+        .otherwise(format!(
+            "No goal if the ball had crossed the line more than {} m from its middle, or not wholly.",
+            snapshot.pitch.goal.width_m / 2.0
+        ));
     if let Some(index) = goal.scorer.and_then(|scorer| snapshot.robot_index(scorer)) {
-        evidence = evidence.with_robot(&snapshot.robots[index]);
+        evidence = evidence.with_robot(snapshot.robots[index].evidence());
     }
     evidence
 }

@@ -2,10 +2,9 @@
 //! Goal Area").
 
 use super::areas::{base_corners, feet, in_area};
-use super::evidence::Evidence;
 use super::memory::RobotRecord;
-use super::rules::DefenderLimit;
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
+use crate::game::{DefenderLimit, Evidence};
 
 /// Whether a robot counts as being in the area that its team may not crowd.
 pub fn is_in_area(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
@@ -39,7 +38,7 @@ pub fn judge(records: &[RobotRecord], snapshot: &MatchSnapshot, index: usize) ->
         return None;
     }
     let evidence = |rule| {
-        Evidence::against(snapshot, rule, robot).with_measurement(
+        snapshot.evidence_against(rule, robot).with_measurement(
             "s in the area",
             snapshot.seconds(own.cycles_in_area),
             snapshot.rules.illegal_defender_s,

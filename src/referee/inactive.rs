@@ -3,8 +3,8 @@
 
 use bevy::prelude::*;
 
-use super::evidence::Evidence;
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
+use crate::game::Evidence;
 use crate::geometry::{angle_of, wrap_angle};
 use crate::robot::head::HeadAngles;
 
@@ -31,7 +31,8 @@ fn looks_at_ball(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
 /// The case against a robot that has done nothing for too long.
 pub fn judge(cycles: u64, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> Option<Evidence> {
     (cycles >= snapshot.cycles(snapshot.rules.inactive_s)).then(|| {
-        Evidence::against(snapshot, "A robot that has ceased activity for too long is removed.", robot)
+        snapshot
+            .evidence_against("A robot that has ceased activity for too long is removed.", robot)
             .with_measurement("s without activity", snapshot.seconds(cycles), snapshot.rules.inactive_s)
             .otherwise("It had to walk, turn, kick, move its head or look at the ball in time.")
     })

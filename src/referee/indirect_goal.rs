@@ -6,9 +6,9 @@ use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::boundary::Crossing;
-use super::evidence::Evidence;
 use super::snapshot::MatchSnapshot;
-use crate::robot::{RobotId, Team};
+use crate::game::Evidence;
+use crate::team::{RobotId, Team};
 
 /// A ball slower than this has come to a stop, m/s.
 const STOPPED_MPS: f32 = 0.05;
@@ -83,8 +83,7 @@ pub fn judge(snapshot: &MatchSnapshot, plays: &Plays, team: Team, crossing: &Cro
     if own_goal || indirect || direct {
         return None;
     }
-    let evidence = Evidence::new(
-        snapshot,
+    let evidence = snapshot.evidence(
         "A goal counts only if two robots of the team have played the ball since the last restart.",
         crossing.position,
     );

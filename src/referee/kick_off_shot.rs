@@ -6,9 +6,9 @@ use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::boundary::Crossing;
-use super::evidence::Evidence;
 use super::snapshot::MatchSnapshot;
-use crate::robot::Team;
+use crate::game::Evidence;
+use crate::team::Team;
 
 /// How far play has come since the kick-off.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
@@ -48,8 +48,7 @@ pub fn judge(
     crossing: &Crossing,
 ) -> Option<Evidence> {
     let play = play.filter(|play| snapshot.rules.no_kick_off_shots && play.team == team && !play.over)?;
-    let evidence = Evidence::new(
-        snapshot,
+    let evidence = snapshot.evidence(
         "A shot from the kick-off, before the whole ball has left the centre circle, cannot score.",
         crossing.position,
     );

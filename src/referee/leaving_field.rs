@@ -1,8 +1,8 @@
 //! Leaving the field: robots stay on the carpet and out of the goals (2010 rule book, section 4.10).
 
 use super::areas::{base_corners, in_goal};
-use super::evidence::Evidence;
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
+use crate::game::Evidence;
 use crate::pitch::End;
 
 /// For how many cycles the robot has been in a goal, this one included.
@@ -19,7 +19,7 @@ pub fn judge(cycles_in_goal: u64, snapshot: &MatchSnapshot, robot: &RobotSnapsho
         .map(|corner| (corner.abs() - carpet).max_element())
         .fold(f32::NEG_INFINITY, f32::max);
     if beyond > 0.0 {
-        let evidence = Evidence::against(snapshot, "A robot that leaves the carpet is penalised.", robot);
+        let evidence = snapshot.evidence_against("A robot that leaves the carpet is penalised.", robot);
         return Some(
             evidence
                 .with_measurement("m beyond the carpet's edge", beyond, 0.0)
@@ -27,7 +27,8 @@ pub fn judge(cycles_in_goal: u64, snapshot: &MatchSnapshot, robot: &RobotSnapsho
         );
     }
     (cycles_in_goal >= snapshot.cycles(snapshot.rules.in_goal_s)).then(|| {
-        Evidence::against(snapshot, "A robot that stays in a goal for too long is penalised.", robot)
+        snapshot
+            .evidence_against("A robot that stays in a goal for too long is penalised.", robot)
             .with_measurement("s in the goal", snapshot.seconds(cycles_in_goal), snapshot.rules.in_goal_s)
             .otherwise("It had to come out of the goal in time.")
     })

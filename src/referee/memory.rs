@@ -3,7 +3,6 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::game::Score;
 use super::game_stuck::Stuck;
 use super::indirect_goal::Plays;
 use super::kick_off_shot::KickOffPlay;
@@ -13,8 +12,8 @@ use super::status::Announcement;
 use super::touch::Touch;
 use crate::knowledge::Knowledge;
 use crate::random::RandomStream;
-use crate::robot::RobotId;
 use crate::robot::head::HeadAngles;
+use crate::team::{PerTeam, RobotId};
 
 /// The referee's memory.
 #[derive(Resource, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
@@ -31,9 +30,9 @@ pub struct RefereeMemory {
     /// Cycles for which all robots have stood at legal places in `ready`.
     pub cycles_lined_up: u64,
     /// How often each team was penalised for pushing in this half.
-    pub pushes: Score,
+    pub pushes: PerTeam<u32>,
     /// How often each team was penalised for what makes later penalties longer.
-    pub infractions: Score,
+    pub infractions: PerTeam<u32>,
     /// The coin that decides what nothing else does.
     pub coin: Option<RandomStream>,
     /// What the robots are told of the game.

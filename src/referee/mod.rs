@@ -51,27 +51,23 @@ pub mod boundary;
 pub mod collision;
 mod crossings;
 pub mod decide;
-pub mod evidence;
 pub mod fallen;
 pub mod formation;
-mod game;
 pub mod game_stuck;
 pub mod goal;
 pub mod illegal_defender;
 pub mod inactive;
 pub mod indirect_goal;
-pub mod intervention;
+mod intervention;
 pub mod kick_off_shot;
 pub mod leaving_field;
 pub mod memory;
 mod penalise;
-pub mod penalty;
 pub mod placing;
 pub mod positions;
 pub mod removal;
 pub mod report;
 mod restarts;
-mod rules;
 pub mod set_play;
 pub mod shoot_out;
 pub mod snapshot;
@@ -82,23 +78,17 @@ mod systems;
 mod testing;
 pub mod touch;
 
-pub use evidence::Evidence;
 pub use formation::formation;
-pub use game::{Game, GameState, Score};
-pub use intervention::{Intervention, Interventions, TimedIntervention};
 pub use memory::RefereeMemory;
-pub use penalty::{ActivePenalty, Penalty, PenaltyReason};
 pub use positions::IllegalPosition;
-pub use rules::{BallOutRestart, DefenderLimit, KickOffPositions, KickOffProcedure, ReturnPlace, Rules, RulesError};
-pub use set_play::{SetPlay, SetPlayKind};
-pub use shoot_out::ShootOut;
 pub use status::{Announcement, GameStatus, SetPlayStatus};
 pub use touch::Touch;
 
 use crate::cycle::{BeginCycle, Cycle, CycleClock, CycleSystems};
+use crate::game::{Game, Interventions, Penalty, Rules, TimedIntervention};
 use crate::random::RandomStream;
-use crate::robot::RobotId;
-use crate::scenario::Scenario;
+use crate::robot::posture::FallSystems;
+use crate::team::RobotId;
 
 /// The referee, in [`CycleSystems::Officiate`], and the robots' [`GameStatus`], in [`CycleSystems::Sense`].
 pub struct RefereePlugin;
@@ -121,29 +111,21 @@ impl Plugin for RefereePlugin {
                 Cycle,
                 (
                     systems::begin_match.in_set(CycleSystems::First).after(BeginCycle),
-                    status::tell_status.in_set(StatusSystems).in_set(CycleSystems::Sense),
-                    systems::officiate.in_set(OfficiateSystems).in_set(CycleSystems::Officiate),
+                    status::tell_status.in_set(CycleSystems::Sense),
+                    systems::officiate.in_set(CycleSystems::Officiate).after(FallSystems),
                 ),
             );
     }
 }
 
-/// The system in which the referee judges.
-#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct OfficiateSystems;
-
-/// The system that tells the robots the state of the game.
-#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct StatusSystems;
-
-/// Prepares the referee for the match of a scenario.
-pub fn start(world: &mut World, scenario: &Scenario, clock: &CycleClock) {
-    let game = Game::at_start(&scenario.rules, clock);
+/// Prepares the referee for a match by these rules, with this seed, in which it is made to do so much.
+pub fn start(world: &mut World, clock: &CycleClock, rules: &Rules, seed: u64, interventions: &[TimedIntervention]) {
+    let game = Game::at_start(rules, clock);
     world.insert_resource(RefereeMemory {
         announcement: Announcement::of(&game),
-        coin: Some(RandomStream::for_match(scenario.seed, "coin")),
+        coin: Some(RandomStream::for_match(seed, "coin")),
         ..default()
     });
-    world.insert_resource(Interventions::scheduled(&scenario.interventions));
+    world.insert_resource(Interventions::scheduled(interventions));
     world.insert_resource(game);
 }

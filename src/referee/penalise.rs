@@ -2,15 +2,12 @@
 
 use super::collision;
 use super::decide::Referee;
-use super::evidence::Evidence;
-use super::game::GameState;
-use super::penalty::{ActivePenalty, Penalty, PenaltyReason};
 use super::placing::Occupied;
 use super::removal::{halfway_pose, return_pose, stuck_keeper_pose, waiting_pose};
-use super::set_play::SetPlayKind;
 use super::snapshot::RobotSnapshot;
 use crate::events::MatchEvent;
-use crate::robot::Team;
+use crate::game::{ActivePenalty, Evidence, GameState, Penalty, PenaltyReason, SetPlayKind};
+use crate::team::Team;
 
 /// A push so near to the ball gives the other team a free kick, m (2025 rule book, "Player Pushing").
 const PUSHING_FREE_KICK_M: f32 = 0.5;
@@ -33,7 +30,7 @@ impl Referee<'_, '_> {
             return;
         }
         let RobotSnapshot { id, pose, .. } = self.seen.robots[robot];
-        *self.memory.pushes.of_mut(id.team) += 1;
+        self.memory.pushes[id.team] += 1;
         self.penalise(robot, PenaltyReason::Pushing, collision::evidence(self.seen, robot, other));
         let Some(ball) = self.seen.ball else { return };
         let near_ball = pose.position.distance(ball.position) <= PUSHING_FREE_KICK_M;
@@ -49,10 +46,10 @@ impl Referee<'_, '_> {
             return self.seen.cycles(rules.illegal_position_s.unwrap_or(rules.penalty_s));
         }
         let for_the_half = reason == PenaltyReason::Pushing
-            && rules.pushing_limit.is_some_and(|limit| self.memory.pushes.of(team) >= limit);
+            && rules.pushing_limit.is_some_and(|limit| self.memory.pushes[team] >= limit);
         let mut seconds = rules.penalty_s;
         if reason.is_infraction() {
-            let earlier = self.memory.infractions.of_mut(team);
+            let earlier = &mut self.memory.infractions[team];
             seconds += rules.penalty_increase_s * *earlier as f32;
             *earlier += 1;
         }

@@ -10,8 +10,8 @@ use bevy::prelude::*;
 use super::formation::formation;
 use super::snapshot::{Disc, MatchSnapshot, RobotSnapshot};
 use crate::geometry::{Pose, unit};
-use crate::robot::Team;
 use crate::robot::body::{BodyBounds, Footprint};
+use crate::team::Team;
 
 /// Room that is left around whatever is placed, m.
 const CLEARANCE: f32 = 0.02;

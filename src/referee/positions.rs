@@ -4,10 +4,9 @@ use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::areas::{base_corners, feet, in_area, in_goal, in_team_frame};
-use super::evidence::Evidence;
-use super::rules::{DefenderLimit, KickOffPositions};
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
-use crate::robot::Team;
+use crate::game::{DefenderLimit, Evidence, KickOffPositions};
+use crate::team::Team;
 
 /// What is wrong with a robot's place at a kick-off.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
@@ -186,19 +185,19 @@ fn is_excessive_in_goal_area(snapshot: &MatchSnapshot, index: usize, most: u8) -
 
 /// The case against a robot at an illegal place.
 pub fn evidence(snapshot: &MatchSnapshot, robot: &RobotSnapshot, illegal: IllegalPosition) -> Evidence {
-    Evidence::against(snapshot, illegal.rule(), robot).otherwise("It had to be at a legal place before `set` began.")
+    snapshot.evidence_against(illegal.rule(), robot).otherwise("It had to be at a legal place before `set` began.")
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::formation::formation;
-    use super::super::rules::Rules;
     use super::super::testing::Situation;
     use super::*;
+    use crate::game::Rules;
     use crate::geometry::Pose;
     use crate::pitch::Pitch;
-    use crate::robot::RobotId;
     use crate::scenario::FIELD_PRESETS;
+    use crate::team::RobotId;
 
     /// Teams of this size in formation for a kick-off, everybody off its place by so much.
     fn lined_up(pitch: &Pitch, rules: &Rules, kick_off: Option<Team>, off: Pose) -> Situation {

@@ -6,8 +6,8 @@ use bevy::prelude::*;
 
 use super::areas::{feet, in_area};
 use super::placing::Occupied;
-use super::rules::ReturnPlace;
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
+use crate::game::ReturnPlace;
 use crate::geometry::Pose;
 use crate::pitch::{End, Pitch};
 use crate::robot::body::BodyBounds;
@@ -102,8 +102,8 @@ mod tests {
     use super::super::testing::Situation;
     use super::*;
     use crate::events::MatchEvent;
-    use crate::referee::{ActivePenalty, Penalty, PenaltyReason};
-    use crate::robot::{RobotId, Team};
+    use crate::game::{ActivePenalty, Penalty, PenaltyReason};
+    use crate::team::{RobotId, Team};
     use approx::assert_abs_diff_eq;
 
     const BLUE2: RobotId = RobotId::new(Team::Blue, 2);

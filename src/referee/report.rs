@@ -2,8 +2,8 @@
 
 use core::fmt::Write;
 
-use super::evidence::Evidence;
 use crate::events::{BoundaryLine, DisallowedGoal, MatchEvent};
+use crate::game::Evidence;
 
 /// The heads of the report's columns.
 pub const HEADER: &str = "     time    to play  decision";
@@ -141,7 +141,7 @@ mod tests {
     use super::super::testing::Situation;
     use super::*;
     use crate::geometry::Pose;
-    use crate::robot::{RobotId, Team};
+    use crate::team::{RobotId, Team};
 
     #[test]
     fn a_verdict_reads_as_what_why_and_what_else() {

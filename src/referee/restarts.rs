@@ -3,18 +3,15 @@
 use bevy::prelude::*;
 
 use super::decide::Referee;
-use super::evidence::Evidence;
-use super::game::{Game, GameState, Score, half_cycles};
 use super::indirect_goal::Plays;
 use super::kick_off_shot::KickOffPlay;
-use super::penalty::PenaltyReason;
 use super::placing::{Occupied, line_up};
 use super::positions::{self, illegal_positions};
-use super::rules::KickOffProcedure;
-use super::set_play::{Course, SetPlay, SetPlayKind};
+use super::set_play::{self, Course};
 use crate::events::MatchEvent;
+use crate::game::{Evidence, Game, GameState, KickOffProcedure, PenaltyReason, Score, SetPlay, SetPlayKind};
 use crate::referee::formation;
-use crate::robot::Team;
+use crate::team::Team;
 
 /// Once all robots have stood at legal places for so long, `ready` may end, s.
 const LINED_UP_S: f32 = 1.0;
@@ -57,7 +54,7 @@ impl Referee<'_, '_> {
         }
         game.half += 1;
         game.blue_end = game.blue_end.opposite();
-        game.cycles_left = Some(half_cycles(self.seen.rules, &self.seen.clock));
+        game.cycles_left = Some(self.seen.rules.half_cycles(&self.seen.clock));
         let half = game.half;
         self.memory.pushes = default();
         self.decisions.events.push(MatchEvent::HalfBegins { half });
@@ -245,7 +242,7 @@ impl Referee<'_, '_> {
     /// The free kick under way goes on.
     pub(super) fn follow_set_play(&mut self) {
         let Some(set_play) = self.seen.game.set_play else { return };
-        let course = set_play.advance(self.seen);
+        let course = set_play::advance(set_play, self.seen);
         self.decisions.game.set_play = match course {
             Course::Waiting(next) | Course::BallBack(next) => Some(next),
             Course::Taken | Course::TimeOver => None,

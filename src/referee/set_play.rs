@@ -5,65 +5,18 @@
 //! over when that team has moved the ball clearly, or when the time is.
 
 use bevy::prelude::*;
-use serde::{Deserialize, Serialize};
 
 use super::areas::in_team_frame;
 use super::ball_out::BallOut;
-use super::evidence::Evidence;
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use crate::events::BoundaryLine;
-use crate::robot::Team;
+use crate::game::{Evidence, SetPlay, SetPlayKind};
+use crate::team::Team;
 
 /// A ball that is farther than this from where it was put has been moved clearly, m.
 const MOVED_CLEARLY_M: f32 = 0.05;
 /// A defender may be where it must not for so long, s: the referee does not look for exact distances.
 const TOLERANCE_S: f32 = 1.0;
-
-/// Why the ball belongs to one team.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum SetPlayKind {
-    /// Kick-off.
-    KickOff,
-    /// The ball was out over a side line.
-    KickIn,
-    /// The attackers put it out over the goal line, or a goal of theirs did not count.
-    GoalKick,
-    /// The defenders put it out over the goal line.
-    CornerKick,
-    /// An opponent pushed near the ball.
-    PushingFreeKick,
-}
-
-impl SetPlayKind {
-    /// Its name, as at the start of a sentence.
-    pub fn words(self) -> &'static str {
-        match self {
-            SetPlayKind::KickOff => "Kick-off",
-            SetPlayKind::KickIn => "Kick-in",
-            SetPlayKind::GoalKick => "Goal kick",
-            SetPlayKind::CornerKick => "Corner kick",
-            SetPlayKind::PushingFreeKick => "Pushing free kick",
-        }
-    }
-}
-
-/// A free kick under way.
-#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
-pub struct SetPlay {
-    /// Which.
-    pub kind: SetPlayKind,
-    /// The team that the ball belongs to.
-    pub team: Team,
-    /// Where the ball was put, m, pitch frame.
-    pub ball_m: Vec2,
-    /// Cycles for which it has gone on.
-    pub cycles: u64,
-    /// Cycles until the ball is free.
-    pub cycles_left: u64,
-    /// Whether the team has touched the ball.
-    pub touched: bool,
-}
 
 /// How a free kick goes on.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -78,27 +31,20 @@ pub enum Course {
     TimeOver,
 }
 
-impl SetPlay {
-    /// A free kick that begins now.
-    pub fn new(kind: SetPlayKind, team: Team, ball_m: Vec2, cycles_left: u64) -> Self {
-        Self { kind, team, ball_m, cycles: 0, cycles_left, touched: false }
-    }
-
-    /// A cycle later.
-    pub fn advance(self, snapshot: &MatchSnapshot) -> Course {
-        let touched = self.touched || snapshot.touches.iter().any(|(robot, _)| robot.team == self.team);
-        let cycles_left = self.cycles_left.saturating_sub(1);
-        let next = SetPlay { cycles: self.cycles + 1, cycles_left, touched, ..self };
-        let moved = snapshot.ball.is_some_and(|ball| ball.position.distance(self.ball_m) > MOVED_CLEARLY_M);
-        if moved && touched {
-            Course::Taken
-        } else if cycles_left == 0 {
-            Course::TimeOver
-        } else if moved {
-            Course::BallBack(next)
-        } else {
-            Course::Waiting(next)
-        }
+/// A free kick a cycle later.
+pub fn advance(set_play: SetPlay, snapshot: &MatchSnapshot) -> Course {
+    let touched = set_play.touched || snapshot.touches.iter().any(|(robot, _)| robot.team == set_play.team);
+    let cycles_left = set_play.cycles_left.saturating_sub(1);
+    let next = SetPlay { cycles: set_play.cycles + 1, cycles_left, touched, ..set_play };
+    let moved = snapshot.ball.is_some_and(|ball| ball.position.distance(set_play.ball_m) > MOVED_CLEARLY_M);
+    if moved && touched {
+        Course::Taken
+    } else if cycles_left == 0 {
+        Course::TimeOver
+    } else if moved {
+        Course::BallBack(next)
+    } else {
+        Course::Waiting(next)
     }
 }
 
@@ -166,7 +112,8 @@ pub fn judge(cycles: u64, set_play: &SetPlay, snapshot: &MatchSnapshot, robot: &
         let rule =
             "During a free kick and before the ball is in play at a kick-off, the other team keeps away from it.";
         let distance = robot.pose.position.distance(set_play.ball_m);
-        Evidence::against(snapshot, rule, robot)
+        snapshot
+            .evidence_against(rule, robot)
             .with_measurement("m from the ball", distance, snapshot.rules.free_kick_distance_m)
             .otherwise(if touched { "It must not touch the ball." } else { "It had to stay away, or leave in time." })
     })

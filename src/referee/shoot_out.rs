@@ -4,116 +4,24 @@
 use core::f32::consts::PI;
 
 use bevy::prelude::*;
-use serde::{Deserialize, Serialize};
 
 use super::boundary::{Boundary, crossing};
 use super::decide::Referee;
-use super::evidence::Evidence;
-use super::game::{GameState, Score};
-use super::penalty::{ActivePenalty, Penalty, PenaltyReason};
 use super::placing::Occupied;
 use super::removal::waiting_pose;
 use super::snapshot::MatchSnapshot;
 use crate::events::MatchEvent;
+use crate::game::{ActivePenalty, Evidence, GameState, Penalty, PenaltyReason, ShootOut, Shot, Standing};
 use crate::geometry::Pose;
 use crate::pitch::End;
-use crate::robot::Team;
+use crate::team::Team;
 
 /// The goal that all shots are at.
 const GOAL: End = End::NegativeX;
-/// Shots of a team in sudden death before a coin decides.
-const MOST_SUDDEN_DEATH: u32 = 5;
-/// In sudden death, of two goals the one that came this much faster wins, s.
-const FASTER_S: f32 = 2.0;
-/// In sudden death without goals, the ball that came this much nearer wins, m.
-const NEARER_M: f32 = 0.05;
-
-/// A shoot-out under way.
-#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-pub struct ShootOut {
-    /// The team that shoots.
-    pub team: Team,
-    /// Shots that each team has taken.
-    pub taken: Score,
-    /// Goals of each team.
-    pub goals: Score,
-    /// The shot under way.
-    pub shot: Shot,
-    /// The last shot of each team, blue first.
-    pub last: [Shot; 2],
-}
-
-/// A shot.
-#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
-pub struct Shot {
-    /// Whether it scored.
-    pub scored: bool,
-    /// For how many cycles it went on.
-    pub cycles: u64,
-    /// How near to the goal the ball came, m, from its centre to the line between the posts.
-    pub nearest_m: f32,
-}
-
-impl Default for Shot {
-    fn default() -> Self {
-        // No ball is farther away than this, and every number in a trace is finite.
-        Self { scored: false, cycles: 0, nearest_m: 1000.0 }
-    }
-}
-
-/// How a shoot-out stands.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Standing {
-    /// It goes on.
-    Open,
-    /// This team has won.
-    Won(Team),
-    /// Sudden death has gone on for long enough: a coin decides.
-    Coin,
-}
-
-impl ShootOut {
-    /// How it stands after a shot, with `shots` a team before sudden death and cycles of `period_s`.
-    pub fn standing(&self, shots: u32, period_s: f64) -> Standing {
-        let (blue, pink) = (self.goals.blue, self.goals.pink);
-        if self.taken.blue.min(self.taken.pink) < shots {
-            // Over as soon as one cannot be reached any more.
-            let most = |team: Team| self.goals.of(team) + shots.saturating_sub(self.taken.of(team));
-            let beyond_reach = Team::BOTH.into_iter().find(|team| self.goals.of(*team) > most(team.opponent()));
-            return beyond_reach.map_or(Standing::Open, Standing::Won);
-        }
-        if self.taken.blue != self.taken.pink {
-            return Standing::Open;
-        }
-        if blue != pink {
-            return Standing::Won(if blue > pink { Team::Blue } else { Team::Pink });
-        }
-        if self.taken.blue == shots {
-            return Standing::Open;
-        }
-        let [first, second] = self.last;
-        let lead = if first.scored {
-            let seconds = |shot: Shot| (shot.cycles as f64 * period_s) as f32;
-            (seconds(second) - seconds(first)) / FASTER_S
-        } else {
-            (second.nearest_m - first.nearest_m) / NEARER_M
-        };
-        if lead >= 1.0 {
-            Standing::Won(Team::Blue)
-        } else if lead <= -1.0 {
-            Standing::Won(Team::Pink)
-        } else if self.taken.blue >= shots + MOST_SUDDEN_DEATH {
-            Standing::Coin
-        } else {
-            Standing::Open
-        }
-    }
-}
-
 /// What has become of a shot in a cycle: scored or failed and why; none while it goes on.
 pub fn judge_shot(snapshot: &MatchSnapshot, shoot_out: &ShootOut) -> Option<(bool, Evidence)> {
     let ball = snapshot.ball.as_ref()?;
-    let case = |scored: bool, rule: &'static str| Some((scored, Evidence::new(snapshot, rule, ball.position)));
+    let case = |scored: bool, rule: &'static str| Some((scored, snapshot.evidence(rule, ball.position)));
     for (robot, _) in snapshot.touches {
         let shoots = robot.team == shoot_out.team;
         if !shoots && is_outside_area(snapshot, ball.position, ball.radius) {
@@ -233,8 +141,8 @@ impl Referee<'_, '_> {
         let team = shoot_out.team;
         shoot_out.shot.scored = scored;
         shoot_out.last[team as usize] = shoot_out.shot;
-        *shoot_out.taken.of_mut(team) += 1;
-        *shoot_out.goals.of_mut(team) += u32::from(scored);
+        shoot_out.taken[team] += 1;
+        shoot_out.goals[team] += u32::from(scored);
         shoot_out.team = team.opponent();
         self.whistle();
         self.decisions.events.push(MatchEvent::Shot { team, scored, goals: shoot_out.goals, evidence });
@@ -256,41 +164,7 @@ impl Referee<'_, '_> {
 mod tests {
     use super::super::testing::Situation;
     use super::*;
-    use crate::robot::RobotId;
-
-    const PERIOD_S: f64 = 1.0 / 30.0;
-
-    fn after(taken: [u32; 2], goals: [u32; 2]) -> ShootOut {
-        let score = |[blue, pink]: [u32; 2]| Score { blue, pink };
-        ShootOut { taken: score(taken), goals: score(goals), ..ShootOut::default() }
-    }
-
-    #[test]
-    fn it_is_decided_when_one_team_cannot_be_reached() {
-        let standing = |taken, goals| after(taken, goals).standing(5, PERIOD_S);
-        assert_eq!(standing([3, 3], [3, 0]), Standing::Won(Team::Blue));
-        assert_eq!(standing([3, 3], [2, 0]), Standing::Open);
-        assert_eq!(standing([3, 2], [0, 2]), Standing::Open);
-        assert_eq!(standing([5, 4], [2, 3]), Standing::Won(Team::Pink));
-        assert_eq!(standing([5, 5], [2, 2]), Standing::Open);
-        assert_eq!(standing([6, 5], [3, 2]), Standing::Open);
-        assert_eq!(standing([6, 6], [3, 2]), Standing::Won(Team::Blue));
-    }
-
-    #[test]
-    fn sudden_death_is_decided_by_time_then_by_distance_then_by_a_coin() {
-        let shot = |scored, cycles, nearest_m| Shot { scored, cycles, nearest_m };
-        let standing = |taken, blue, pink| {
-            let goals = if taken == 6 { [3, 3] } else { [5, 5] };
-            ShootOut { last: [blue, pink], ..after([taken; 2], goals) }.standing(5, PERIOD_S)
-        };
-        // 2 s are 60 cycles.
-        assert_eq!(standing(6, shot(true, 300, 0.0), shot(true, 361, 0.0)), Standing::Won(Team::Blue));
-        assert_eq!(standing(6, shot(true, 300, 0.0), shot(true, 359, 0.0)), Standing::Open);
-        assert_eq!(standing(6, shot(false, 9, 0.4), shot(false, 9, 0.34)), Standing::Won(Team::Pink));
-        assert_eq!(standing(6, shot(false, 9, 0.4), shot(false, 9, 0.36)), Standing::Open);
-        assert_eq!(standing(10, shot(false, 9, 0.4), shot(false, 9, 0.4)), Standing::Coin);
-    }
+    use crate::team::RobotId;
 
     /// A drawn match that has just become a shoot-out.
     fn drawn() -> Situation {

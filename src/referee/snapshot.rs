@@ -1,19 +1,17 @@
 //! The world as the referee sees it at the end of a cycle: plain data that rules are functions of.
 
 use bevy::prelude::*;
+use std::borrow::Cow;
 
-use super::game::Game;
-use super::intervention::Intervention;
-use super::penalty::Penalty;
-use super::rules::Rules;
 use super::touch::Touch;
 use crate::cycle::CycleClock;
+use crate::game::{Evidence, Game, Intervention, Penalty, RobotEvidence, Rules};
 use crate::geometry::Pose;
 use crate::pitch::Pitch;
-use crate::robot::RobotId;
 use crate::robot::body::BodyBounds;
 use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
+use crate::team::RobotId;
 
 /// Everything that the rules judge by.
 #[derive(Clone, Copy, Debug)]
@@ -56,6 +54,17 @@ impl MatchSnapshot<'_> {
     /// Whether a robot is its team's keeper: number 1.
     pub fn is_keeper(&self, robot: &RobotSnapshot) -> bool {
         robot.id.number == 1
+    }
+
+    /// Evidence of what happened at `position_m`, with the ball's place.
+    pub fn evidence(&self, rule: &'static str, position_m: Vec2) -> Evidence {
+        let ball_m = self.ball.map(|ball| ball.position);
+        Evidence { rule: Cow::Borrowed(rule), position_m, ball_m, ..Evidence::default() }
+    }
+
+    /// Evidence against one robot, where it stands.
+    pub fn evidence_against(&self, rule: &'static str, robot: &RobotSnapshot) -> Evidence {
+        self.evidence(rule, robot.pose.position).with_robot(robot.evidence())
     }
 
     /// The index of a robot in [`MatchSnapshot::robots`].
@@ -110,6 +119,11 @@ pub struct RobotSnapshot {
 }
 
 impl RobotSnapshot {
+    /// How it is when a verdict is given.
+    pub fn evidence(&self) -> RobotEvidence {
+        RobotEvidence { robot: self.id, position_m: self.pose.position, speed_mps: self.wanted_velocity.length() }
+    }
+
     /// Whether it is on the pitch, rather than serving a penalty.
     pub fn is_present(&self) -> bool {
         !self.penalty.is_active()

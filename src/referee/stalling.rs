@@ -3,8 +3,8 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::evidence::Evidence;
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
+use crate::game::Evidence;
 use crate::geometry::{Pose, wrap_angle};
 
 /// A robot that is farther than this from where it came to stand has moved, m.
@@ -45,16 +45,16 @@ pub fn advance(stall: Option<Stall>, snapshot: &MatchSnapshot, robot: &RobotSnap
 pub fn judge(stall: &Stall, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> Option<Evidence> {
     let limit = snapshot.cycles(snapshot.rules.stall_s);
     (stall.cycles >= limit).then(|| {
-        Evidence::against(
-            snapshot,
-            "A robot that does not move for a long time while it is close to the ball is penalised.",
-            robot,
-        )
-        .with_measurement("s without moving", snapshot.seconds(stall.cycles), snapshot.rules.stall_s)
-        .otherwise(format!(
-            "It had to move by more than {MOVED_M} m, or leave the {} m around the ball, in time.",
-            snapshot.rules.stall_radius_m
-        ))
+        snapshot
+            .evidence_against(
+                "A robot that does not move for a long time while it is close to the ball is penalised.",
+                robot,
+            )
+            .with_measurement("s without moving", snapshot.seconds(stall.cycles), snapshot.rules.stall_s)
+            .otherwise(format!(
+                "It had to move by more than {MOVED_M} m, or leave the {} m around the ball, in time.",
+                snapshot.rules.stall_radius_m
+            ))
     })
 }
 
@@ -62,9 +62,9 @@ pub fn judge(stall: &Stall, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> 
 mod tests {
     use super::super::testing::Situation;
     use crate::events::MatchEvent;
+    use crate::game::PenaltyReason;
     use crate::geometry::Pose;
-    use crate::referee::PenaltyReason;
-    use crate::robot::{RobotId, Team};
+    use crate::team::{RobotId, Team};
 
     const BLUE3: RobotId = RobotId::new(Team::Blue, 3);
 

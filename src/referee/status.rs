@@ -7,18 +7,16 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::game::{Game, GameState, Score};
 use super::memory::RefereeMemory;
-use super::penalty::{Penalty, PenaltyReason};
-use super::set_play::SetPlay;
 use crate::cycle::CycleClock;
+use crate::game::{Game, GameState, Penalty, PenaltyReason, Score, SetPlay, SetPlayKind};
 use crate::knowledge::Knowledge;
 use crate::pitch::End;
-use crate::robot::{RobotId, Team};
+use crate::team::{RobotId, Team};
 
 /// What a robot is told of the game at the start of a cycle, as by a GameController (2010 rule book, section 3.2). It is
 /// a sensor: every robot has its own, and behaviours read nothing else of the match. `state`, `score`, `kick_off_team`,
-/// `drop_ball` and `set_play` may come [late](crate::referee::Rules::status_delay_s).
+/// `drop_ball` and `set_play` may come [late](crate::game::Rules::status_delay_s).
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Sensor)]
 pub struct GameStatus {
@@ -61,7 +59,7 @@ pub struct GameStatus {
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 pub struct SetPlayStatus {
     /// Which.
-    pub kind: super::SetPlayKind,
+    pub kind: SetPlayKind,
     /// The team that the ball belongs to.
     pub team: Team,
 }

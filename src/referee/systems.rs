@@ -3,13 +3,8 @@
 use bevy::prelude::*;
 
 use super::decide::{Decisions, decide};
-use super::game::{Game, GameState};
-use super::intervention::Interventions;
 use super::kick_off_shot::KickOffPlay;
 use super::memory::RefereeMemory;
-use super::penalty::Penalty;
-use super::rules::{KickOffProcedure, Rules};
-use super::set_play::{SetPlay, SetPlayKind};
 use super::snapshot::{BallSnapshot, Disc, MatchSnapshot, RobotSnapshot};
 use super::status::Announcement;
 use super::touch::touches_of_cycle;
@@ -17,6 +12,7 @@ use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity};
 use crate::collision::Contacts;
 use crate::cycle::CycleClock;
 use crate::events::{CycleEvents, MatchEvent};
+use crate::game::{Game, GameState, Interventions, KickOffProcedure, Penalty, Rules, SetPlay, SetPlayKind};
 use crate::geometry::Pose;
 use crate::pitch::{Pitch, Post};
 use crate::robot::body::BodyBounds;
@@ -24,7 +20,8 @@ use crate::robot::head::HeadAngles;
 use crate::robot::kick::{KickCommand, KickPhase};
 use crate::robot::motion::{ExecutedStep, WalkCommand};
 use crate::robot::posture::Posture;
-use crate::robot::{PreviousPose, RobotId, Roster, Velocity};
+use crate::robot::{PreviousPose, Roster, Velocity};
+use crate::team::RobotId;
 
 /// The match begins: in the first cycle, before anybody senses or acts, the robots may walk to their places, or the
 /// ball comes into play.

@@ -4,20 +4,17 @@ use bevy::prelude::*;
 
 use super::decide::{Decisions, decide};
 use super::formation::formation;
-use super::game::{Game, GameState};
-use super::intervention::Intervention;
 use super::memory::RefereeMemory;
-use super::penalty::Penalty;
-use super::rules::Rules;
 use super::snapshot::{BallSnapshot, Disc, MatchSnapshot, RobotSnapshot};
 use super::touch::Touch;
 use crate::cycle::CycleClock;
+use crate::game::{Game, GameState, Intervention, Penalty, Rules};
 use crate::geometry::Pose;
 use crate::pitch::Pitch;
 use crate::robot::body::BodyBounds;
 use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
-use crate::robot::{RobotId, Team};
+use crate::team::{RobotId, Team};
 
 /// Everything that a [`MatchSnapshot`] borrows.
 #[derive(Clone, Debug)]

@@ -7,7 +7,7 @@ use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::events::{KickResult, MatchEvent};
-use crate::robot::RobotId;
+use crate::team::RobotId;
 
 /// A touch of the ball by a robot.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
@@ -59,8 +59,8 @@ pub fn touches_of_cycle(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::Team;
-    use crate::robot::kick::KickType;
+    use crate::kick_geometry::KickType;
+    use crate::team::Team;
 
     fn kick(robot: RobotId, launch_speed: f32, result: KickResult) -> MatchEvent {
         MatchEvent::Kick {

@@ -6,14 +6,14 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::motion::refusal;
-use super::{RobotId, Roster};
-use crate::cycle::{Cycle, CycleClock, CycleSystems};
-use crate::events::{CommandKind, CycleEvents, MatchEvent};
+use super::Roster;
+use crate::cycle::{ActSystems, Cycle, CycleClock};
+use crate::events::{CommandKind, CycleEvents, MatchEvent, Refusal};
 use crate::geometry::{file_units, to_radians};
 use crate::knowledge::Knowledge;
+use crate::team::RobotId;
 
-/// Turns the heads in [`CycleSystems::Act`].
+/// Turns the heads in [`ActSystems::Head`].
 pub struct HeadPlugin;
 
 impl Plugin for HeadPlugin {
@@ -21,13 +21,12 @@ impl Plugin for HeadPlugin {
         app.register_type::<HeadAngles>()
             .register_type::<HeadCommand>()
             .register_type::<HeadLimits>()
-            .add_systems(Cycle, turn_heads.in_set(HeadSystems).in_set(CycleSystems::Act));
+            .add_systems(Cycle, turn_heads.in_set(ActSystems::Head));
     }
 }
 
-/// The system that turns the heads.
-#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct HeadSystems;
+/// The point about which the head turns, m, robot frame (NAO V3.2: straight legs, 459.5 mm).
+pub const NECK: Vec3 = Vec3::new(0.0, 0.0, 0.4595);
 
 /// Measured joint angles of the head.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
@@ -84,7 +83,7 @@ fn turn_heads(
 ) {
     for entity in roster.entities() {
         let Ok((id, limits, mut command, mut angles)) = robots.get_mut(entity) else { continue };
-        if let Some(reason) = refusal([command.yaw, command.pitch]) {
+        if let Some(reason) = Refusal::of_numbers([command.yaw, command.pitch]) {
             events.push(MatchEvent::CommandRefused { robot: *id, command: CommandKind::Head, reason });
             *command = HeadCommand { yaw: angles.yaw, pitch: angles.pitch };
         }

@@ -1,8 +1,6 @@
-//! Robots: who they are, their bodies, heads, walking and kicks.
+//! Robots: their bodies, heads, walking and kicks, and the list of those that there are.
 
 use bevy::prelude::*;
-use core::fmt;
-use core::str::FromStr;
 use serde::{Deserialize, Serialize};
 
 use crate::knowledge::Knowledge;
@@ -15,6 +13,7 @@ pub mod posture;
 
 use crate::cycle::{BeginCycle, Cycle, CycleSystems};
 use crate::geometry::Pose;
+use crate::team::RobotId;
 
 /// Robots that exist, walk, turn their heads and kick. Adds the plugins of the submodules.
 pub struct RobotPlugin;
@@ -32,105 +31,6 @@ impl Plugin for RobotPlugin {
             .add_observer(leave_roster)
             .add_systems(Cycle, remember_poses.in_set(CycleSystems::First).after(BeginCycle))
             .add_plugins((head::HeadPlugin, motion::MotionPlugin, kick::KickPlugin, posture::PosturePlugin));
-    }
-}
-
-/// One of the two teams, named by the colour of their waistbands (2010 rule book, section 2.4).
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default, Reflect, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Team {
-    /// Defends the blue goal at -x in the first half.
-    #[default]
-    Blue,
-    /// Defends the yellow goal at +x in the first half.
-    Pink,
-}
-
-impl Team {
-    /// Both teams, blue first.
-    pub const BOTH: [Team; 2] = [Team::Blue, Team::Pink];
-
-    /// The other team.
-    pub fn opponent(self) -> Team {
-        match self {
-            Team::Blue => Team::Pink,
-            Team::Pink => Team::Blue,
-        }
-    }
-
-    /// The team's name in files: `blue` or `pink`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Team::Blue => "blue",
-            Team::Pink => "pink",
-        }
-    }
-}
-
-impl fmt::Display for Team {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(self.name())
-    }
-}
-
-/// Which robot this is: its team and jersey number. Totally ordered, so that whatever depends on an order sorts by
-/// it. Written `blue1` in files.
-#[derive(Component, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Reflect)]
-#[component(immutable)]
-#[reflect(Component, Serialize, Deserialize, @Knowledge::Sensor)]
-pub struct RobotId {
-    /// The robot's team.
-    pub team: Team,
-    /// The jersey number, from 1.
-    pub number: u8,
-}
-
-impl RobotId {
-    /// The robot of `team` with jersey `number`.
-    pub const fn new(team: Team, number: u8) -> Self {
-        Self { team, number }
-    }
-
-    /// A number that is different for every robot and the same in every match; never zero.
-    pub fn stable_number(self) -> u64 {
-        1 + 256 * (self.team as u64) + u64::from(self.number)
-    }
-}
-
-impl fmt::Display for RobotId {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(formatter, "{}{}", self.team, self.number)
-    }
-}
-
-/// A word that names no robot.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("`{0}` is not a robot: expected a team and a jersey number, such as `blue1` or `pink3`")]
-pub struct NotARobotId(pub String);
-
-impl FromStr for RobotId {
-    type Err = NotARobotId;
-
-    fn from_str(word: &str) -> Result<Self, NotARobotId> {
-        Team::BOTH
-            .into_iter()
-            .find_map(|team| {
-                let number = word.strip_prefix(team.name())?.parse().ok()?;
-                (number > 0).then_some(RobotId { team, number })
-            })
-            .ok_or_else(|| NotARobotId(word.to_owned()))
-    }
-}
-
-impl Serialize for RobotId {
-    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_str(self)
-    }
-}
-
-impl<'de> Deserialize<'de> for RobotId {
-    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        String::deserialize(deserializer)?.parse().map_err(serde::de::Error::custom)
     }
 }
 
@@ -196,20 +96,5 @@ fn leave_roster(removed: On<Remove, RobotId>, mut roster: ResMut<Roster>) {
 fn remember_poses(mut poses: Query<(&Pose, &mut PreviousPose)>) {
     for (pose, mut previous) in &mut poses {
         previous.0 = *pose;
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn robot_ids_order_by_team_then_number_and_print_as_in_traces() {
-        let ids = ["blue1", "blue2", "blue10", "pink1"].map(|word| word.parse::<RobotId>().unwrap());
-        assert!(ids.is_sorted());
-        assert_eq!(ids.map(|id| id.to_string()), ["blue1", "blue2", "blue10", "pink1"]);
-        for wrong in ["blue0", "blue", "red1", "1", "blue256"] {
-            assert!(wrong.parse::<RobotId>().is_err());
-        }
     }
 }

@@ -7,17 +7,18 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::kick::{KickPhase, KickSystems};
+use super::Roster;
+use super::kick::KickPhase;
 use super::posture::Posture;
-use super::{RobotId, Roster};
-use crate::cycle::{Cycle, CycleClock, CycleSystems};
+use crate::cycle::{ActSystems, Cycle, CycleClock, CycleSystems};
 use crate::events::{CommandKind, CycleEvents, MatchEvent, Refusal};
+use crate::game::{Game, GameState, Penalty};
 use crate::geometry::{Pose, file_units, wrap_angle};
 use crate::knowledge::Knowledge;
 use crate::random::{RandomStream, RandomStreams};
-use crate::referee::{Game, GameState, Penalty};
+use crate::team::RobotId;
 
-/// Takes over walk commands in [`CycleSystems::Act`] and walks in [`CycleSystems::Move`].
+/// Takes over walk commands in [`ActSystems::Walk`] and walks in [`CycleSystems::Move`].
 pub struct MotionPlugin;
 
 impl Plugin for MotionPlugin {
@@ -25,14 +26,10 @@ impl Plugin for MotionPlugin {
         app.register_type::<WalkCommand>()
             .register_type::<ExecutedStep>()
             .register_type::<MotionLimits>()
-            .add_systems(Cycle, take_walk_commands.in_set(CycleSystems::Act).after(KickSystems::TakeCommands))
+            .add_systems(Cycle, take_walk_commands.in_set(ActSystems::Walk))
             .add_systems(Cycle, walk.in_set(CycleSystems::Move));
     }
 }
-
-/// A displacement larger than this in metres or radians is refused as an error of the behaviour, where a merely
-/// ambitious one is scaled down.
-pub const LARGEST_COMMAND: f32 = 1000.0;
 
 /// The displacement wanted in this cycle. Null again after every cycle.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
@@ -147,7 +144,7 @@ fn take_walk_commands(
             continue;
         };
         let wanted = core::mem::take(&mut *command);
-        let wanted = match refusal([wanted.dx, wanted.dy, wanted.dtheta]) {
+        let wanted = match Refusal::of_numbers([wanted.dx, wanted.dy, wanted.dtheta]) {
             None => wanted,
             Some(reason) => {
                 events.push(MatchEvent::CommandRefused { robot: *id, command: CommandKind::Walk, reason });
@@ -168,17 +165,6 @@ fn walk(mut robots: Query<(&ExecutedStep, &mut Pose)>) {
         if !step.0.is_null() {
             *pose = after_step(*pose, step.0);
         }
-    }
-}
-
-/// Why numbers in a command are refused, if they are.
-pub fn refusal<const COUNT: usize>(numbers: [f32; COUNT]) -> Option<Refusal> {
-    if numbers.iter().any(|number| !number.is_finite()) {
-        Some(Refusal::NotFinite)
-    } else if numbers.iter().any(|number| number.abs() > LARGEST_COMMAND) {
-        Some(Refusal::TooLarge)
-    } else {
-        None
     }
 }
 
@@ -295,13 +281,5 @@ mod tests {
             assert!(mean.abs() < 4.0 * sd / f64::from(count).sqrt());
             assert!((spread / sd - 1.0).abs() < 4.0 * 0.005);
         }
-    }
-
-    #[test]
-    fn what_is_no_number_is_refused_and_what_is_absurd_too() {
-        assert_eq!(refusal([0.0, f32::NAN]), Some(Refusal::NotFinite));
-        assert_eq!(refusal([0.0, f32::INFINITY]), Some(Refusal::NotFinite));
-        assert_eq!(refusal([0.0, -1e9]), Some(Refusal::TooLarge));
-        assert_eq!(refusal([0.0, 999.0]), None);
     }
 }

@@ -10,17 +10,18 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::Roster;
 use super::body::{BodyBounds, BodyBox};
 use super::kick::KickPhase;
-use super::{RobotId, Roster};
 use crate::ball::{Ball, BallPhysics};
-use crate::communication::CommunicationSystems;
-use crate::cycle::{Cycle, CycleClock, CycleSystems};
+use crate::cycle::{ActSystems, Cycle, CycleClock, CycleSystems};
 use crate::events::{CollisionPartner, CommandKind, CycleEvents, MatchEvent, Refusal};
+use crate::game::{Game, GameState, Penalty, Rules};
 use crate::geometry::Pose;
+use crate::kick_geometry::Side;
 use crate::knowledge::Knowledge;
 use crate::random::RandomStreams;
-use crate::referee::{Game, GameState, OfficiateSystems, Penalty, Rules};
+use crate::team::RobotId;
 
 /// Takes posture commands in [`CycleSystems::Act`]; robots fall after the collisions, before the referee looks.
 pub struct PosturePlugin;
@@ -34,35 +35,16 @@ impl Plugin for PosturePlugin {
             .add_systems(
                 Cycle,
                 (
-                    take_posture_commands
-                        .in_set(CycleSystems::Act)
-                        .after(CommunicationSystems::Send)
-                        .before(super::head::HeadSystems),
-                    fall.in_set(CycleSystems::Officiate).before(OfficiateSystems),
+                    take_posture_commands.in_set(ActSystems::Body),
+                    fall.in_set(FallSystems).in_set(CycleSystems::Officiate),
                 ),
             );
     }
 }
 
-/// A side of a robot.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Side {
-    /// Its left, +y in the robot frame.
-    Left,
-    /// Its right.
-    Right,
-}
-
-impl Side {
-    /// Its name: `left` or `right`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Side::Left => "left",
-            Side::Right => "right",
-        }
-    }
-}
+/// The system in which robots fall; the referee looks after it.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct FallSystems;
 
 /// What a robot does with its whole body, rather than with its legs.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]

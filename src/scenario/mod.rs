@@ -31,6 +31,6 @@ pub(crate) use load::read_settings;
 pub use load::{Format, ScenarioFile, ScenarioSource};
 pub use presets::{FIELD_PRESETS, Preset, RULES_PRESETS};
 pub use setting::{NotASetting, Setting};
-pub use types::{BallSpec, BehaviourSpec, PostSpec, RobotSpec, Scenario, ScriptEntry, SensorValues, TeamsSpec};
+pub use types::{BallSpec, BehaviourSpec, PostSpec, RobotSpec, Scenario, SensorValues, TeamsSpec};
 pub use validate::ScenarioFault;
 pub(crate) use wording::unknown_name;

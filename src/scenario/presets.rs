@@ -9,12 +9,12 @@ use super::read::read;
 use super::shape;
 use super::validate::ScenarioFault;
 use super::wording::{did_you_mean, one_of, quoted};
+use crate::game::Rules;
 use crate::pitch::Pitch;
-use crate::referee::Rules;
-use crate::robot::Team;
 use crate::sensing::odometry::OdometryNoise;
 use crate::sensing::preset::Preset as NoisePreset;
 use crate::sensing::vision::VisionNoise;
+use crate::team::Team;
 
 /// A named set of values, as a file in RON that is embedded in the program.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

@@ -155,8 +155,8 @@ mod tests {
     #[test]
     fn a_presets_other_fields_stay() {
         let rules = set(r#"{ "rules": "spl2010" }"#, &["rules.half_s=30"]).unwrap().scenario.rules;
-        let preset = crate::referee::Rules::preset("spl2010").unwrap();
-        assert_eq!(rules, crate::referee::Rules { half_s: 30.0, ..preset });
+        let preset = crate::game::Rules::preset("spl2010").unwrap();
+        assert_eq!(rules, crate::game::Rules { half_s: 30.0, ..preset });
     }
 
     #[test]

@@ -9,21 +9,21 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 
 use crate::ball::Rolling;
-use crate::belief::localiser::Localisation;
-use crate::communication::{MessageSettings, TeamMessage};
+use crate::behaviour::script::ScriptEntry;
+use crate::belief::method::Localisation;
+use crate::communication::MessageSettings;
+use crate::game::{Rules, TimedIntervention};
 use crate::geometry::{Pose, file_units};
 use crate::pitch::Pitch;
-use crate::referee::{Rules, TimedIntervention};
 use crate::robot::head::HeadLimits;
-use crate::robot::kick::{KickRequest, KickSettings};
+use crate::robot::kick::KickSettings;
 use crate::robot::motion::MotionLimits;
-use crate::robot::posture::PostureRequest;
-use crate::robot::{RobotId, Team};
 use crate::sensing::camera::CameraSettings;
 use crate::sensing::fidelity::Fidelities;
 use crate::sensing::odometry::OdometrySettings;
 use crate::sensing::sonar::SonarSettings;
 use crate::sensing::vision::VisionSettings;
+use crate::team::{RobotId, Team};
 
 /// Everything that a match starts from.
 #[derive(Resource, Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
@@ -293,33 +293,6 @@ impl<'de> Deserialize<'de> for BehaviourSpec {
     }
 }
 
-/// One entry of a script: what to command in every cycle with `from_s <= t < until_s`; without `until_s` once, in
-/// the first cycle at or after `from_s`.
-#[derive(Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct ScriptEntry {
-    /// Start, s.
-    pub from_s: f64,
-    /// End, s; none for a single cycle.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub until_s: Option<f64>,
-    /// Displacement in each of these cycles: dx m, dy m, dθ radians (degrees in files).
-    #[serde(with = "optional_walk", skip_serializing_if = "Option::is_none")]
-    pub walk: Option<[f32; 3]>,
-    /// A kick.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub kick: Option<KickRequest>,
-    /// Yaw and pitch for the head, radians (degrees in files).
-    #[serde(rename = "head_deg", with = "optional_degree_pair", skip_serializing_if = "Option::is_none")]
-    pub head: Option<[f32; 2]>,
-    /// Getting up, or a dive.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub posture: Option<PostureRequest>,
-    /// A message for the team-mates.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub say: Option<TeamMessage>,
-}
-
 /// Two teams, by name.
 #[derive(Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -351,38 +324,5 @@ pub struct PostSpec {
 impl Default for PostSpec {
     fn default() -> Self {
         Self { position_m: Vec2::ZERO, radius_m: 0.05, height_m: 0.8 }
-    }
-}
-
-mod optional_walk {
-    use crate::geometry::{to_degrees, to_radians};
-    use serde::{Deserialize, Deserializer, Serialize, Serializer};
-
-    /// A command is refused long before this, when it is given; here it must only stay finite in single precision.
-    const LARGEST: f64 = 1e30;
-
-    pub fn serialize<S: Serializer>(walk: &Option<[f32; 3]>, serializer: S) -> Result<S::Ok, S::Error> {
-        walk.map(|[dx, dy, turn]| [dx, dy, to_degrees(turn)]).serialize(serializer)
-    }
-
-    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<[f32; 3]>, D::Error> {
-        let walk = Option::<[f64; 3]>::deserialize(deserializer)?;
-        Ok(walk.map(|walk| {
-            let [dx, dy, turn] = walk.map(|number| number.clamp(-LARGEST, LARGEST) as f32);
-            [dx, dy, to_radians(turn)]
-        }))
-    }
-}
-
-mod optional_degree_pair {
-    use crate::geometry::{to_degrees, to_radians};
-    use serde::{Deserialize, Deserializer, Serialize, Serializer};
-
-    pub fn serialize<S: Serializer>(pair: &Option<[f32; 2]>, serializer: S) -> Result<S::Ok, S::Error> {
-        pair.map(|pair| pair.map(to_degrees)).serialize(serializer)
-    }
-
-    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<[f32; 2]>, D::Error> {
-        Ok(Option::<[f32; 2]>::deserialize(deserializer)?.map(|pair| pair.map(to_radians)))
     }
 }

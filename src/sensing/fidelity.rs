@@ -219,10 +219,10 @@ impl<'de> Deserialize<'de> for Fidelities {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::Team;
     use crate::sensing::sonar::SonarReading;
     use crate::sensing::testing::{sense, sensing_app, spawn_ball, spawn_post, spawn_robot};
     use crate::sensing::vision::Percepts;
+    use crate::team::Team;
 
     #[test]
     fn noisy_is_the_default_of_every_sensor() {

@@ -229,8 +229,8 @@ fn count_steps(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::Team;
     use crate::sensing::testing::{sense, sensing_app, set, spawn_robot};
+    use crate::team::Team;
     use approx::assert_abs_diff_eq;
     use core::f32::consts::FRAC_PI_2;
 

@@ -6,13 +6,13 @@ use serde::{Deserialize, Serialize};
 
 use crate::ball::{Ball, BallPhysics};
 use crate::cycle::{Cycle, CycleSystems};
+use crate::game::Penalty;
 use crate::geometry::{Pose, unit};
 use crate::knowledge::Knowledge;
 use crate::pitch::{End, GoalColour, LineJunction, LineSegment, Pitch, Post};
-use crate::referee::Penalty;
-use crate::robot::RobotId;
 use crate::robot::body::BodyBounds;
 use crate::robot::posture::Posture;
+use crate::team::RobotId;
 
 /// Gathers the [`Scene`] in every cycle, and orders the sensors.
 pub struct ScenePlugin;

@@ -4,8 +4,8 @@ use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::cycle::{Cycle, CycleSystems};
+use crate::game::Penalty;
 use crate::knowledge::Knowledge;
-use crate::referee::Penalty;
 use crate::robot::kick::KickPhase;
 use crate::robot::motion::ExecutedStep;
 use crate::robot::posture::Posture;

@@ -14,7 +14,7 @@ use crate::random::RandomStreams;
 use crate::robot::body::BodyBounds;
 use crate::robot::head::HeadAngles;
 use crate::robot::motion::ExecutedStep;
-use crate::robot::{RobotId, Team};
+use crate::team::{RobotId, Team};
 
 /// A world with all sensors and nothing in it.
 pub(crate) fn sensing_app() -> App {

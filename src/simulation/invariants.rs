@@ -6,12 +6,13 @@ use bevy::prelude::*;
 
 use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity};
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
-use crate::events::{CycleEvents, MatchEvent};
+use crate::events::{CycleEvents, MatchEvent, PublishEvents};
+use crate::game::Penalty;
 use crate::geometry::Pose;
 use crate::pitch::Post;
-use crate::referee::Penalty;
 use crate::robot::body::BodyBounds;
-use crate::robot::{PreviousPose, RobotId, Roster, Velocity};
+use crate::robot::{PreviousPose, Roster, Velocity};
+use crate::team::RobotId;
 
 /// Depth of an overlap that counts as one, m.
 const TOLERANCE: f32 = 1e-4;
@@ -23,7 +24,7 @@ pub struct InvariantPlugin;
 
 impl Plugin for InvariantPlugin {
     fn build(&self, app: &mut App) {
-        app.add_systems(Cycle, check_invariants.in_set(CycleSystems::CheckInvariants));
+        app.add_systems(Cycle, check_invariants.in_set(CycleSystems::CheckInvariants).before(PublishEvents));
     }
 }
 

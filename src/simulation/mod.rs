@@ -35,19 +35,21 @@ pub use spawn::{MatchEntity, resolved, start as start_match};
 
 use crate::ball::{BallPlugin, BallVelocity};
 use crate::behaviour::BehaviourPlugin;
-use crate::behaviour::teams::BuiltInTeamsPlugin;
 use crate::belief::SimpleBeliefPlugin;
 use crate::collision::CollisionPlugin;
 use crate::communication::CommunicationPlugin;
 use crate::cycle::{CycleClock, CyclePlugin, run_cycle};
-use crate::events::{CycleEvents, MatchEvent};
+use crate::events::{CycleEvents, EventsPlugin, MatchEvent};
+use crate::game::{Game, GameState};
 use crate::geometry::Pose;
 use crate::pitch::PitchPlugin;
 use crate::random::RandomStreams;
-use crate::referee::{Game, GameState, RefereePlugin};
-use crate::robot::{RobotId, RobotPlugin, Roster};
+use crate::referee::RefereePlugin;
+use crate::robot::{RobotPlugin, Roster};
 use crate::scenario::{Scenario, ScenarioFault};
 use crate::sensing::SensingPlugin;
+use crate::team::RobotId;
+use crate::teams::BuiltInTeamsPlugin;
 
 /// Everything that a headless match needs: no window, no renderer, no assets.
 pub struct NaoisisPlugins;
@@ -56,6 +58,7 @@ impl PluginGroup for NaoisisPlugins {
     fn build(self) -> PluginGroupBuilder {
         PluginGroupBuilder::start::<Self>()
             .add(CyclePlugin::default())
+            .add(EventsPlugin)
             .add(MatchPlugin)
             .add(PitchPlugin)
             .add(RobotPlugin)

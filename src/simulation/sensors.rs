@@ -58,9 +58,9 @@ use std::collections::BTreeMap;
 
 use crate::cycle::Cycle;
 use crate::knowledge::Knowledge;
-use crate::robot::RobotId;
 use crate::scenario::{FieldPath, RobotSpec, Scenario, ScenarioFault, SensorValues, read_settings, unknown_name};
 use crate::sensing::scene::SensingSystems;
+use crate::team::RobotId;
 
 /// What the settings of a sensor are: a component that is read from files, and saved with a match.
 pub trait SensorSettings: Component + Default + DeserializeOwned + Reflect + Typed + GetTypeRegistration {}

@@ -4,16 +4,17 @@ use bevy::prelude::*;
 
 use super::sensors::SensorRegistry;
 use crate::ball::BallPhysics;
+use crate::robot::Roster;
 use crate::robot::head::HeadLimits;
 use crate::robot::kick::KickSettings;
 use crate::robot::motion::MotionLimits;
-use crate::robot::{RobotId, Roster};
 use crate::scenario::{FieldPath, RobotSpec, Scenario, ScenarioFault};
 use crate::sensing::camera::CameraSettings;
 use crate::sensing::fidelity::SensorFidelity;
 use crate::sensing::odometry::OdometrySettings;
 use crate::sensing::sonar::SonarSettings;
 use crate::sensing::vision::VisionSettings;
+use crate::team::RobotId;
 
 /// The settings of one robot: its own, and the scenario's for the rest.
 #[derive(Bundle, Clone, PartialEq, Debug)]

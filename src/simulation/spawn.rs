@@ -12,21 +12,23 @@ use crate::belief::{Belief, SimpleBelief, team_from_pitch};
 use crate::collision::Contacts;
 use crate::communication::{Inbox, MessageStatistics, MessagesInFlight, Outbox};
 use crate::cycle::CycleClock;
-use crate::events::CycleEvents;
+use crate::events::{CycleEvents, MatchEvent};
+use crate::game::Game;
 use crate::geometry::Pose;
 use crate::pitch::{Pitch, Post};
 use crate::random::RandomStreams;
-use crate::referee::{self, Game, formation};
+use crate::referee::{self, formation};
 use crate::robot::body::BodyBounds;
 use crate::robot::head::{HeadAngles, HeadCommand};
 use crate::robot::kick::{KickCommand, KickPhase};
 use crate::robot::motion::{ExecutedStep, WalkCommand};
-use crate::robot::{PreviousPose, Team, Velocity};
+use crate::robot::{PreviousPose, Velocity};
 use crate::scenario::{BehaviourSpec, FieldPath, RobotSpec, Scenario, ScenarioFault};
 use crate::sensing::odometry::Odometry;
 use crate::sensing::sonar::SonarReading;
 use crate::sensing::status::BodyStatus;
 use crate::sensing::vision::Percepts;
+use crate::team::Team;
 
 /// Marks the entities of a match: robots, ball and posts.
 #[derive(Component, Clone, Copy, Default, Debug, Reflect)]
@@ -60,8 +62,9 @@ pub fn start(world: &mut World, scenario: &Scenario) -> Result<(), ScenarioFault
     world.insert_resource(MessagesInFlight::default());
     world.insert_resource(MessageStatistics::default());
     world.insert_resource(clock_of(scenario));
-    referee::start(world, scenario, &clock_of(scenario));
+    referee::start(world, &clock_of(scenario), &scenario.rules, scenario.seed, &scenario.interventions);
     world.insert_resource(CycleEvents::default());
+    world.resource_mut::<Messages<MatchEvent>>().clear();
     world.insert_resource(Contacts::default());
     spawn_posts(world, scenario);
     spawn_ball(world, scenario);
@@ -122,13 +125,23 @@ fn line_up(
         ));
     };
     let size = scenario.rules.team_size;
+    for number in 1..=size {
+        let behaviour = recipe.behaviour_of(number, size);
+        if registry.marker_of(&behaviour).is_none() {
+            return Err(ScenarioFault::new(
+                FieldPath::default().field("teams").field(team.name()),
+                format!("player {number} of the team `{name}` has the behaviour `{behaviour}`, which there is not"),
+                format!("a team whose players have some of {}", quoted(registry.behaviour_names())),
+            ));
+        }
+    }
     let game = Game::at_start(&scenario.rules, &clock_of(scenario));
     Ok((1..=size)
         .map(|number| RobotSpec {
             team,
             number,
             pose: formation(&scenario.field, size, number, game.own_end(team), game.kick_off_team == team),
-            behaviour: BehaviourSpec::Named((recipe.behaviour_of)(number, size).to_owned()),
+            behaviour: BehaviourSpec::Named(recipe.behaviour_of(number, size).into_owned()),
             ..RobotSpec::default()
         })
         .collect())

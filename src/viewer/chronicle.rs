@@ -13,15 +13,16 @@ use crate::belief::error::{BeliefError, Truth};
 use crate::belief::{Belief, point_team_from_pitch, team_from_pitch};
 use crate::communication::{Outbox, TeamMessage};
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
+use crate::game::{Game, Penalty};
 use crate::geometry::Pose;
-use crate::referee::{Game, Penalty};
 use crate::robot::head::{HeadAngles, HeadCommand};
 use crate::robot::kick::{KickCommand, KickRequest};
 use crate::robot::motion::WalkCommand;
 use crate::robot::posture::{PostureCommand, PostureRequest};
-use crate::robot::{RobotId, Roster, Velocity};
+use crate::robot::{Roster, Velocity};
 use crate::scenario::Scenario;
 use crate::sensing::sonar::SonarReading;
+use crate::team::RobotId;
 
 /// The latest so many cycles are kept.
 const LONGEST: usize = 3600;
@@ -238,8 +239,8 @@ fn sample(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::Team;
     use crate::simulation::{MatchApp, NaoisisPlugins};
+    use crate::team::Team;
 
     const BLUE: RobotId = RobotId::new(Team::Blue, 1);
 

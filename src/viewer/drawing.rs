@@ -5,7 +5,7 @@ use bevy::render::renderer::RenderAdapterInfo;
 use wgpu::DeviceType;
 
 use super::camera::ViewerCamera;
-use super::keys::KeysSystems;
+use super::shared::KeysSystems;
 use super::shown::Shown;
 
 /// Switches shadows and smooth edges; off at first where there is no graphics card.

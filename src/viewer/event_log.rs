@@ -4,10 +4,10 @@ use bevy::prelude::*;
 
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
 use crate::events::{BoundaryLine, CollisionPartner, CycleEvents, KickMiss, KickResult, MatchEvent};
-use crate::referee::Evidence;
+use crate::game::Evidence;
+use crate::kick_geometry::KickType;
 use crate::referee::report::headline;
-use crate::robot::kick::KickType;
-use crate::robot::{RobotId, Team};
+use crate::team::{RobotId, Team};
 
 /// The log forgets the oldest entries beyond this many.
 const LONGEST: usize = 20_000;

@@ -9,15 +9,16 @@ use super::event_log::{EventLog, LogEntry};
 use super::layout;
 use super::overlays::{Brush, OverlaySystems};
 use super::palette;
-use super::panels::minutes;
+use super::shared::TimelineCommand;
 use super::shown::Shown;
+use super::theme::minutes;
 use super::theme::{MARGIN, ThemeSystems, card, dim, panel, team_colour, text_size};
-use super::timeline::{Timeline, TimelineCommand};
+use super::timeline::Timeline;
 use crate::behaviour::drawings::Ink;
 use crate::cycle::CycleClock;
+use crate::game::{Evidence, Penalty};
 use crate::record::history::History;
-use crate::referee::{Evidence, Penalty};
-use crate::robot::RobotId;
+use crate::team::RobotId;
 
 /// Entries of the list that are shown, and in the past, of what is to come.
 const SHOWN: usize = 60;
@@ -203,7 +204,7 @@ fn reasons(evidence: &Evidence) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::referee::evidence::Measurement;
+    use crate::game::Measurement;
 
     #[test]
     fn the_list_ends_with_a_little_of_what_is_to_come() {

@@ -13,22 +13,23 @@ use crate::appearance::gait::Gait;
 use crate::appearance::scene::{SceneDescription, SceneRobot, world_from_body};
 use crate::appearance::view::View;
 use crate::ball::{Ball, BallPhysics};
+use crate::camera_model::{CameraSide, CameraView};
 use crate::cycle::{Cycle, CycleClock};
+use crate::game::Penalty;
 use crate::geometry::Pose;
 use crate::pitch::{Pitch, Post};
 use crate::record::history::History;
 use crate::record::read::CycleRecord;
-use crate::referee::Penalty;
 use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
-use crate::robot::{RobotId, Roster, Velocity};
+use crate::robot::{Roster, Velocity};
 use crate::scenario::Scenario;
 use crate::sensing::camera::image::{Image, Layers};
-use crate::sensing::camera::model::CameraView;
 use crate::sensing::camera::software::{Detail, PreparedScene, Renderer};
-use crate::sensing::camera::{CameraImages, CameraSettings, CameraSide};
+use crate::sensing::camera::{CameraImages, CameraSettings};
 use crate::sensing::jobs::{self, SensingThreads};
 use crate::sensing::scene::SensingSystems;
+use crate::team::RobotId;
 
 /// Draws what robots see, for people.
 pub struct EyesPlugin;
@@ -237,8 +238,8 @@ fn draw_watched(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::Team;
     use crate::simulation::{MatchApp, NaoisisPlugins};
+    use crate::team::Team;
 
     const BLUE: RobotId = RobotId::new(Team::Blue, 1);
 

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use super::sculpture::{self, Sculpture};
 use crate::appearance::posing::Limb;
 use crate::appearance::robot::{RobotDesign, RobotPart};
-use crate::robot::RobotId;
+use crate::team::RobotId;
 
 /// Shows robots as they come into the match.
 pub struct FigurePlugin;

@@ -5,8 +5,7 @@ use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured};
 use std::path::PathBuf;
 use std::thread::{self, JoinHandle};
 
-use super::hands::Notice;
-use super::keys::KeysSystems;
+use super::shared::{KeysSystems, Notice, ToggleFilm};
 use crate::cycle::CycleClock;
 use crate::record::encoder::RecordError;
 use crate::record::film::{FRAME_S, Film};
@@ -25,15 +24,6 @@ impl Plugin for FilmPlugin {
             .add_systems(Update, (toggle, take_pictures, tell_of_ends).chain().after(KeysSystems))
             .add_systems(Last, finish_at_exit);
     }
-}
-
-/// Begins a film of what is shown, or ends the one that is being taken.
-#[derive(Message, Clone, Copy, PartialEq, Eq, Debug)]
-pub enum ToggleFilm {
-    /// A video.
-    Video,
-    /// A folder of PNG files.
-    Frames,
 }
 
 /// The film that is being taken, and those that are still being written.

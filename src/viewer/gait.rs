@@ -5,15 +5,16 @@
 
 use bevy::prelude::*;
 
-use super::drive::DisplayFraction;
 use super::figure::Figure;
+use super::shared::DisplayFraction;
 use crate::appearance::gait::Gait;
 use crate::appearance::scene::world_from_body;
 use crate::cycle::CycleClock;
 use crate::geometry::Pose;
+use crate::robot::Velocity;
 use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
-use crate::robot::{RobotId, Velocity};
+use crate::team::RobotId;
 
 /// Moves the limbs of the figures.
 pub struct GaitPlugin;

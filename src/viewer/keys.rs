@@ -6,17 +6,15 @@ use bevy_egui::egui::{Event, Key};
 use bevy_egui::input::egui_wants_any_keyboard_input;
 use bevy_egui::{EguiInput, EguiPreUpdateSet};
 
-use super::camera::{CameraSystems, ViewPreset};
-use super::drive::ViewerCommand;
-use super::film::ToggleFilm;
-use super::hands::HandAction;
 use super::hands::driving::Driving;
-use super::selection::{Choice, SelectionSystems};
+use super::shared::{
+    Action, CameraSystems, Choice, HandAction, KeysSystems, SelectionSystems, TimelineCommand, ToggleFilm, ViewPreset,
+    ViewerCommand,
+};
 use super::shown::{Shown, Switch};
-use super::timeline::TimelineCommand;
+use crate::camera_model::CameraSide;
 use crate::cycle::CycleClock;
-use crate::robot::Team;
-use crate::sensing::camera::CameraSide;
+use crate::team::Team;
 
 /// Carries out what the keys mean.
 pub struct KeysPlugin;
@@ -36,33 +34,6 @@ impl Plugin for KeysPlugin {
                 .before(CameraSystems),
         );
     }
-}
-
-/// The systems that carry out what the keys mean.
-#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct KeysSystems;
-
-/// What a key, or a button, does.
-#[derive(Message, Clone, Copy, PartialEq, Debug)]
-pub enum Action {
-    /// Something for the match.
-    Command(ViewerCommand),
-    /// Another moment of the match.
-    Moment(TimelineCommand),
-    /// Another view.
-    View(ViewPreset),
-    /// Another robot.
-    Select(Choice),
-    /// Shows or hides something.
-    Toggle(Switch),
-    /// Something for the match, by hand.
-    Hand(HandAction),
-    /// Larger panels and text (1), or smaller ones (-1).
-    ScalePanels(i8),
-    /// Writes a picture of the window to the current folder.
-    Screenshot,
-    /// Begins or ends a film of the window in the current folder.
-    Film(ToggleFilm),
 }
 
 /// A key and what it does.

@@ -10,8 +10,8 @@ use super::palette;
 use super::shown::Shown;
 use super::theme::text_size;
 use crate::cycle::CycleClock;
-use crate::referee::Penalty;
-use crate::robot::RobotId;
+use crate::game::Penalty;
+use crate::team::RobotId;
 
 /// The middle of a robot above its place, and how far above that, as it is seen, its name is, m.
 const MIDDLE: Vec3 = Vec3::new(0.0, 0.0, 0.3);

@@ -7,8 +7,8 @@ use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-use super::drive::{self, Playback, ViewerCommand};
-use super::keys::Action;
+use super::drive;
+use super::shared::{Action, Playback, ViewerCommand};
 use super::shown::{Shown, Switch};
 use super::theme::{MARGIN, ThemeSystems, bright, dim, text_size};
 use super::timeline::Timeline;

@@ -17,7 +17,8 @@
 //!
 //! | file | what it shows or does |
 //! |---|---|
-//! | [`drive`] | runs the cycles: pause, single cycle, speed, restart |
+//! | [`shared`] | what all parts know, and tell each other |
+//! | [`drive`], [`speed`] | runs the cycles: pause, single cycle, speed, restart |
 //! | [`timeline`] | the past of the match, and of one that a trace was written of |
 //! | [`stage`] | the pitch frame in Bevy's world, light, smooth motion between cycles |
 //! | `drawing` | shadows and smooth edges, where they cost little |
@@ -79,15 +80,18 @@ pub mod report_state;
 pub mod robot_panel;
 mod sculpture;
 pub mod selection;
+pub mod shared;
 pub mod shown;
+pub mod speed;
 pub mod stage;
 pub mod statistics;
 pub mod theme;
 pub mod timeline;
 pub mod widgets;
 
-pub use drive::{Speed, ViewerCommand};
-pub use timeline::{Timeline, TimelineCommand};
+pub use shared::{TimelineCommand, ViewerCommand};
+pub use speed::Speed;
+pub use timeline::Timeline;
 
 /// Size of the window at first, in logical pixels.
 const WINDOW_SIZE: (u32, u32) = (1280, 720);

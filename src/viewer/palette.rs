@@ -6,7 +6,7 @@ use bevy_egui::egui::Color32;
 use crate::appearance::colours::{self, Colour};
 use crate::behaviour::drawings::Ink;
 use crate::pitch::GoalColour;
-use crate::robot::Team;
+use crate::team::Team;
 
 /// The sky, and what fades into it.
 pub const SKY: Color = from_appearance(colours::SKY);

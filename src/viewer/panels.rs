@@ -4,17 +4,18 @@ use bevy::prelude::*;
 use bevy_egui::egui::{self, Align2, Margin, RichText, WidgetInfo, WidgetType};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
-use super::drive::{Playback, Speed, ViewerCommand, is_over};
-use super::keys::{self, Action};
+use super::keys;
 use super::layout;
+use super::shared::{Action, Playback, ViewerCommand, is_over};
 use super::shown::{Shown, Switch};
+use super::speed::Speed;
 use super::theme::{MARGIN, ThemeSystems, band, bright, card, dim, panel, problem_colour, text_size};
 use super::timeline::Timeline;
 use crate::behaviour::BehaviourRegistry;
 use crate::cycle::CycleClock;
-use crate::referee::{Game, GameState};
-use crate::robot::Team;
+use crate::game::{Game, GameState};
 use crate::scenario::{BehaviourSpec, LIBRARY, Scenario};
+use crate::team::Team;
 
 /// Height of the score, logical pixels.
 const SCORE_HEIGHT: f32 = 30.0;
@@ -262,12 +263,6 @@ fn state_name(state: GameState) -> &'static str {
         GameState::Playing => "playing",
         GameState::Finished => "finished",
     }
-}
-
-/// A time as minutes and seconds.
-pub(super) fn minutes(seconds: f32) -> String {
-    let whole = seconds.max(0.0).floor() as u32;
-    format!("{}:{:02}", whole / 60, whole % 60)
 }
 
 #[cfg(test)]

@@ -32,13 +32,12 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use super::camera::ViewerCamera;
-use super::drive::{Playback, is_over};
 use super::events_panel::ShownEvent;
 use super::film::Filming;
+use super::hands::Hands;
 use super::hands::driving::Driving;
-use super::hands::{Hands, Notice};
 use super::overlays::{Overlays, Shows};
-use super::selection::Selection;
+use super::shared::{Notice, Playback, Selection, is_over};
 use super::shown::Shown;
 use super::stage::{pose_of, world_from_pitch};
 use super::statistics::FrameStatistics;
@@ -46,11 +45,12 @@ use super::timeline::Timeline;
 use super::widgets::{Widgets, WidgetsSystems};
 use crate::ball::Ball;
 use crate::cycle::CycleClock;
+use crate::game::{Game, Penalty};
 use crate::geometry::to_degrees;
-use crate::referee::{Game, Penalty};
+use crate::robot::Roster;
 use crate::robot::head::HeadAngles;
-use crate::robot::{RobotId, Roster};
 use crate::scenario::Scenario;
+use crate::team::RobotId;
 
 /// The height at which a robot is best clicked at, m.
 const CHEST_M: f32 = 0.3;
@@ -60,7 +60,9 @@ pub struct ReportStatePlugin;
 
 impl Plugin for ReportStatePlugin {
     fn build(&self, app: &mut App) {
-        app.add_systems(Last, report.after(WidgetsSystems).run_if(resource_exists::<StateReport>));
+        app.configure_sets(Update, WidgetsSystems.run_if(resource_exists::<StateReport>))
+            .configure_sets(Last, WidgetsSystems.run_if(resource_exists::<StateReport>))
+            .add_systems(Last, report.after(WidgetsSystems).run_if(resource_exists::<StateReport>));
     }
 }
 

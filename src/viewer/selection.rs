@@ -4,9 +4,11 @@ use bevy::prelude::*;
 
 use super::camera::ViewerCamera;
 use super::layout::mouse_is_for_match;
+use super::shared::{Choice, Selection, SelectionSystems};
 use super::stage::pitch_from_world;
-use crate::referee::Penalty;
-use crate::robot::{RobotId, Roster, Team};
+use crate::game::Penalty;
+use crate::robot::Roster;
+use crate::team::{RobotId, Team};
 
 /// A press and a release with less movement between them are a click, logical pixels.
 const CLICK_PIXELS: f32 = 4.0;
@@ -24,29 +26,6 @@ impl Plugin for SelectionPlugin {
             .add_message::<Choice>()
             .add_systems(Update, (click_on_robots.run_if(mouse_is_for_match), choose).chain().in_set(SelectionSystems));
     }
-}
-
-/// The systems that select robots.
-#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct SelectionSystems;
-
-/// The selected robot, if any.
-#[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub struct Selection(pub Option<RobotId>);
-
-/// Another robot is to be selected.
-#[derive(Message, Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Choice {
-    /// This one, if it is in the match.
-    Robot(RobotId),
-    /// Blue's or pink's robot of this number.
-    Number(Team, u8),
-    /// The next one in the order of the ids.
-    Next,
-    /// The one before.
-    Previous,
-    /// None.
-    Nobody,
 }
 
 fn choose(mut choices: MessageReader<Choice>, roster: Res<Roster>, mut selection: ResMut<Selection>) {

@@ -8,11 +8,11 @@ use bevy::light::{CascadeShadowConfigBuilder, DirectionalLightShadowMap};
 use bevy::prelude::*;
 use core::f32::consts::FRAC_PI_2;
 
-use super::drive::DisplayFraction;
 use super::palette;
+use super::shared::DisplayFraction;
 use crate::cycle::CycleClock;
+use crate::game::Penalty;
 use crate::geometry::{Pose, angle_of, wrap_angle};
-use crate::referee::Penalty;
 use crate::robot::PreviousPose;
 use crate::simulation::MatchEntity;
 

@@ -14,9 +14,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-use super::drive::Playback;
 use super::eyes::EyeImages;
 use super::layout;
+use super::shared::Playback;
 use super::shown::Shown;
 use super::theme::{MARGIN, ThemeSystems, bright, card, dim, panel, text_size};
 

@@ -9,7 +9,7 @@ use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 use super::palette;
 use super::shown::Shown;
-use crate::robot::Team;
+use crate::team::Team;
 
 /// Distance of the panels from the window's edge, logical pixels.
 pub const MARGIN: f32 = 10.0;
@@ -146,6 +146,12 @@ pub fn band(ui: &mut egui::Ui, team: Team, size: egui::Vec2) {
     let (area, _) = ui.allocate_exact_size(size, egui::Sense::hover());
     let rounding = if team == Team::Blue { 2.0 } else { size.min_elem() / 2.0 };
     ui.painter().rect_filled(area, rounding, palette::in_panel(palette::team(team)));
+}
+
+/// A time as minutes and seconds.
+pub fn minutes(seconds: f32) -> String {
+    let whole = seconds.max(0.0).floor() as u32;
+    format!("{}:{:02}", whole / 60, whole % 60)
 }
 
 #[cfg(test)]

@@ -9,20 +9,18 @@ use core::cmp::Ordering;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-use super::report_state::StateReport;
-
 /// Keeps a list of what can be operated in the panels.
 pub struct WidgetsPlugin;
 
 impl Plugin for WidgetsPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Widgets>()
-            .add_systems(Update, make_tree.run_if(resource_exists::<StateReport>))
-            .add_systems(Last, list_widgets.in_set(WidgetsSystems).run_if(resource_exists::<StateReport>));
+            .add_systems(Update, make_tree.in_set(WidgetsSystems))
+            .add_systems(Last, list_widgets.in_set(WidgetsSystems));
     }
 }
 
-/// The system that lists what can be operated.
+/// The systems that list what can be operated: only for those who read it.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct WidgetsSystems;
 

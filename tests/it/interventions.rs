@@ -2,9 +2,9 @@
 
 use bevy::math::Vec2;
 use naoisis::prelude::*;
-use naoisis::referee::{Intervention, Penalty, PenaltyReason, Score};
 
 use crate::support::{blue, match_of, pink};
+use naoisis::game::{Intervention, Penalty, PenaltyReason, Score};
 
 /// Two robots that stand, and a ball, with nobody to judge them.
 const SCENE: &str = r#"{ "rules": "free", "ball": { "position_m": [0, 1] },

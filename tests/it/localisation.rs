@@ -2,13 +2,13 @@
 
 use bevy::math::{Vec2, ops};
 use bevy::prelude::App;
-use naoisis::batch::statistics::median;
 use naoisis::belief::{Belief, point_team_from_pitch};
 use naoisis::geometry::wrap_angle;
 use naoisis::prelude::*;
-use naoisis::referee::{Intervention, Penalty};
 
 use crate::support::{blue, match_of};
+use naoisis::game::{Intervention, Penalty};
+use naoisis::statistics::median;
 
 /// Distance and angle between where a robot of blue is and where it thinks that it is, m and degrees.
 fn errors(app: &App, id: RobotId) -> Option<[f64; 2]> {

@@ -3,10 +3,12 @@
 
 mod barrier;
 mod batch;
+mod behaviours;
 mod built_in_scenarios;
 mod collisions;
 mod commands;
 mod determinism;
+mod event_messages;
 mod exit_status;
 mod figures;
 mod golden;

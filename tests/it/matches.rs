@@ -5,7 +5,7 @@ use naoisis::prelude::*;
 use crate::support::{blue, headless_app, pink};
 
 /// A match of two halves of `half_s` seconds, played to its end. Returns the goals in the order of scoring.
-fn play(name: &str, seed: u64, half_s: f32) -> (naoisis::referee::Score, Vec<MatchEvent>) {
+fn play(name: &str, seed: u64, half_s: f32) -> (naoisis::game::Score, Vec<MatchEvent>) {
     let mut scenario = Scenario::named(name).unwrap();
     scenario.seed = seed;
     scenario.rules.half_s = half_s;
@@ -33,7 +33,7 @@ fn a_match_ends_keeps_its_invariants_and_its_score_is_that_of_its_goals() {
                 .iter()
                 .filter(|event| matches!(event, MatchEvent::Goal { team: scorer, .. } if *scorer == team))
                 .count();
-            assert_eq!(score.of(team) as usize, scored);
+            assert_eq!(score[team] as usize, scored);
         }
         goals += score.blue + score.pink;
         assert_eq!(events.iter().filter(|event| **event == MatchEvent::FinalWhistle).count(), 1);

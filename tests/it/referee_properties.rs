@@ -5,12 +5,12 @@
 
 use bevy::math::{Vec2, ops};
 use naoisis::prelude::*;
-use naoisis::referee::{Intervention, Penalty, Rules, SetPlayKind, TimedIntervention};
 use naoisis::scenario::RULES_PRESETS;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::support::headless_app;
+use naoisis::game::{Intervention, Penalty, Rules, SetPlayKind, TimedIntervention};
 
 /// Matches of each preset.
 const MATCHES: u64 = 200;

@@ -7,19 +7,19 @@ use naoisis::appearance::posing::JointAngles;
 use naoisis::appearance::robot::{RobotDesign, WAISTBAND_Z, labels};
 use naoisis::appearance::scene::{SceneDescription, SceneRobot};
 use naoisis::appearance::view::View;
+use naoisis::camera_model::{CameraIntrinsics, CameraView};
 use naoisis::geometry::Pose;
 use naoisis::pitch::Pitch;
 use naoisis::random::RandomStream;
 use naoisis::robot::head::HeadAngles;
-use naoisis::robot::{RobotId, Team};
 use naoisis::scenario::Scenario;
 use naoisis::sensing::camera::gpu::{GpuError, GpuRenderer};
 use naoisis::sensing::camera::image::{Image, Layers};
-use naoisis::sensing::camera::model::{CameraIntrinsics, CameraView};
 use naoisis::sensing::camera::shot::Shot;
 use naoisis::sensing::camera::software::{Detail, PreparedScene, Renderer};
 use naoisis::sensing::camera::{CameraImages, CameraRendering, CameraSettings};
 use naoisis::simulation::{MatchApp, NaoisisPlugins};
+use naoisis::team::{RobotId, Team};
 
 const SCENES: usize = 50;
 

@@ -1,8 +1,9 @@
 //! Scenario files that do not load: what errors say, and where they point.
 
 use naoisis::ball::Rolling;
-use naoisis::robot::Team;
-use naoisis::scenario::{BallSpec, BehaviourSpec, Format, RobotSpec, Scenario, ScenarioErrorKind, ScriptEntry};
+use naoisis::behaviour::script::ScriptEntry;
+use naoisis::scenario::{BallSpec, BehaviourSpec, Format, RobotSpec, Scenario, ScenarioErrorKind};
+use naoisis::team::Team;
 use std::fs;
 use std::path::Path;
 

@@ -1,10 +1,11 @@
 //! Scenario files: what loads, and how.
 
 use bevy::math::Vec2;
+use naoisis::game::{BallOutRestart, Rules};
 use naoisis::geometry::{Pose, to_radians};
+use naoisis::kick_geometry::KickType;
 use naoisis::pitch::Pitch;
-use naoisis::referee::{BallOutRestart, Rules};
-use naoisis::robot::kick::{KickRequest, KickType};
+use naoisis::robot::kick::KickRequest;
 use naoisis::scenario::{BallSpec, BehaviourSpec, Format, LIBRARY, PostSpec, Scenario, ScenarioErrorKind, TeamsSpec};
 use naoisis::sensing::sonar::SonarNoise;
 use proptest::prelude::*;

@@ -92,8 +92,9 @@ fn a_word_says_how_true_a_robots_sensors_are() {
 #[test]
 fn an_image_vision_of_ones_own_takes_the_place_of_the_built_in_one() {
     use bevy::prelude::*;
+    use naoisis::camera_model::CameraSide;
     use naoisis::cycle::Cycle;
-    use naoisis::sensing::camera::{CameraImages, CameraSide};
+    use naoisis::sensing::camera::CameraImages;
     use naoisis::sensing::scene::SensingSystems;
     use naoisis::sensing::vision::BallPercept;
 
@@ -118,7 +119,7 @@ fn an_image_vision_of_ones_own_takes_the_place_of_the_built_in_one() {
 
 #[test]
 fn a_robot_keeps_its_own_body_when_it_dives_gets_up_and_is_placed() {
-    use naoisis::referee::Intervention;
+    use naoisis::game::Intervention;
     use naoisis::robot::body::{BodyBounds, BodyBox};
     use naoisis::robot::posture::Posture;
 

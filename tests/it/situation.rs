@@ -1,10 +1,10 @@
 //! The present situation, saved as a scenario.
 
 use naoisis::prelude::*;
-use naoisis::referee::{Intervention, Penalty, PenaltyReason, Score};
 use naoisis::simulation::{change_settings, situation};
 
 use crate::support::{blue, headless_app, pink};
+use naoisis::game::{Intervention, Penalty, PenaltyReason, Score};
 
 /// The situation, by way of a file.
 fn saved(app: &mut bevy::prelude::App) -> Scenario {

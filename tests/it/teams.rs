@@ -1,9 +1,9 @@
 //! The built-in players in matches: they find the ball, kick it, score, and cope with what goes wrong.
 
 use naoisis::prelude::*;
-use naoisis::referee::Score;
 
 use crate::support::{blue, collect_events, headless_app, match_of, pink};
+use naoisis::game::Score;
 
 fn goals(events: &[(u64, MatchEvent)]) -> usize {
     events.iter().filter(|(_, event)| matches!(event, MatchEvent::Goal { .. })).count()
@@ -177,7 +177,7 @@ fn beliefs_stay_near_the_truth_for_a_whole_match() {
 
 /// The penalties for what a team that knows the rules does not do, and the placements by hand.
 fn offences(events: &[(u64, MatchEvent)]) -> Vec<String> {
-    use naoisis::referee::PenaltyReason::{IllegalDefender, IllegalPosition, Inactive, LeavingField};
+    use naoisis::game::PenaltyReason::{IllegalDefender, IllegalPosition, Inactive, LeavingField};
     let is_offence = |event: &MatchEvent| match event {
         MatchEvent::Penalty { reason, .. } => {
             matches!(reason, IllegalDefender | IllegalPosition | Inactive | LeavingField)

@@ -7,9 +7,6 @@ use naoisis::events::*;
 use naoisis::prelude::*;
 use naoisis::record::read::{Ending, TraceReader};
 use naoisis::record::trace::{EndReason, TracePlugin, TraceRecorder, record_cycle};
-use naoisis::referee::evidence::{Measurement, RobotEvidence};
-use naoisis::referee::{Evidence, Intervention, PenaltyReason, Score, SetPlayKind};
-use naoisis::robot::posture::Side;
 use naoisis::scenario::LIBRARY;
 use serde_json::Value;
 use std::collections::BTreeSet;
@@ -17,6 +14,8 @@ use std::io::Cursor;
 use std::path::Path;
 
 use crate::support::{SharedBytes, blue, headless_app, pink};
+use naoisis::game::{Evidence, Intervention, Measurement, PenaltyReason, RobotEvidence, Score, SetPlayKind};
+use naoisis::kick_geometry::Side;
 
 /// The trace of a match, to its final whistle or for so long.
 fn whole_trace(scenario: &Scenario, longest_s: f64) -> Vec<u8> {
@@ -90,16 +89,17 @@ fn traces_of_whole_matches_are_read_back_whatever_the_rules() {
     let mut kinds = BTreeSet::new();
     for rules in ["naoisis", "spl2010", "spl2025", "extended", "free"] {
         for seed in 1..=2 {
-            // Short halves, quick penalties, and a shoot-out wherever the match is drawn.
+            // Short halves, fast robots, quick penalties, and a shoot-out wherever the match is drawn.
             let text = format!(
                 r#"{{ "name": "{rules}", "seed": {seed}, "teams": {{ "blue": "roles", "pink": "passers" }},
-                     "rules": {{ "preset": "{rules}", "half_s": 10, "penalty_s": 3, "ready_s": 4, "set_s": 1, "stall_s": 2,
+                     "ball": {{ "velocity_mps": [0.4, 2.5] }},
+                     "rules": {{ "preset": "{rules}", "half_s": 12, "penalty_s": 3, "ready_s": 4, "set_s": 1, "stall_s": 2,
                                 "falls": true, "fall_from_mps": 0.0, "fall_certain_mps": 0.2, "get_up_s": 1, "dives": true,
                                 "shoot_out": true, "shoot_out_shots": 1, "shoot_out_s": 3 }},
-                     "messages": {{ "loss": 0.1 }} }}"#
+                     "motion": {{ "max_linear_mps": 0.6 }}, "messages": {{ "loss": 0.1 }} }}"#
             );
             let scenario = Scenario::from_json(&text).unwrap();
-            kinds.extend(read_back(rules, &whole_trace(&scenario, 60.0)));
+            kinds.extend(read_back(rules, &whole_trace(&scenario, 80.0)));
         }
     }
     for wanted in ["kick", "collision", "fall", "got_up", "ball_out", "penalty pushing", "shot", "final_whistle"] {

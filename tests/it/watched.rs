@@ -5,15 +5,16 @@ use bevy::time::TimeUpdateStrategy;
 use core::time::Duration;
 use naoisis::prelude::*;
 use naoisis::record::trace::{TracePlugin, TraceRecorder, record_cycle};
-use naoisis::sensing::camera::CameraSide;
 use naoisis::viewer::chronicle::ChroniclePlugin;
-use naoisis::viewer::drive::{DrivePlugin, Playback};
+use naoisis::viewer::drive::DrivePlugin;
 use naoisis::viewer::event_log::EventLogPlugin;
 use naoisis::viewer::eyes::{EyesPlugin, Watched};
 use naoisis::viewer::{Speed, TimelineCommand, ViewerCommand};
 
 use crate::determinism::trace_of;
 use crate::support::SharedBytes;
+use naoisis::camera_model::CameraSide;
+use naoisis::viewer::shared::Playback;
 
 #[test]
 fn the_trace_of_a_match_watched_at_changing_speeds_is_the_headless_one_byte_for_byte() {

@@ -248,8 +248,9 @@ impl Serializer for FiniteOnly {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::behaviour::script::ScriptEntry;
     use crate::robot::motion::{MotionError, MotionLimits};
-    use crate::scenario::types::{BehaviourSpec, RobotSpec, Scenario, ScriptEntry};
+    use crate::scenario::types::{BehaviourSpec, RobotSpec, Scenario};
     use bevy::utils::default;
 
     #[test]

@@ -11,11 +11,13 @@ use core::ops::RangeInclusive;
 
 use super::field_path::FieldPath;
 use super::outline::Aim;
-use super::types::{BehaviourSpec, RobotSpec, Scenario, ScriptEntry};
+use super::types::{BehaviourSpec, RobotSpec, Scenario};
+use crate::behaviour::script::ScriptEntry;
+use crate::game::{Intervention, TimedIntervention};
 use crate::geometry::to_degrees;
-use crate::referee::{Intervention, TimedIntervention};
 use crate::robot::motion::MotionLimits;
 use crate::sensing::camera::CameraRendering;
+use crate::sensing::camera::RenderingUnavailable;
 use crate::sensing::fidelity::Fidelity;
 use crate::sensing::vision::VisionSource;
 
@@ -33,6 +35,14 @@ pub struct ScenarioFault {
     pub expected: String,
     /// Which part of the field is at fault.
     pub(super) aim: Aim,
+}
+
+impl From<RenderingUnavailable> for ScenarioFault {
+    fn from(error: RenderingUnavailable) -> Self {
+        let path = FieldPath::from("cameras").field("render");
+        let expected = "one (Mesa's lavapipe is one in software), or `software`, `off` or `auto`";
+        ScenarioFault::new(path, error.to_string(), expected)
+    }
 }
 
 impl ScenarioFault {

@@ -3,8 +3,8 @@
 use super::Checks;
 use crate::ball::Rolling;
 use crate::communication::MessageSettings;
+use crate::game::Rules;
 use crate::geometry::to_degrees;
-use crate::referee::Rules;
 use crate::robot::head::HeadLimits;
 use crate::robot::kick::KickSettings;
 use crate::robot::motion::MotionLimits;

@@ -22,20 +22,17 @@ use serde::{Deserialize, Serialize};
 
 use crate::appearance::gait::{Gait, GaitPlugin};
 use crate::appearance::robot::RobotDesign;
+use crate::camera_model::{CameraIntrinsics, CameraSide};
 use crate::cycle::Cycle;
 use crate::geometry::{file_units, to_radians};
 use crate::knowledge::Knowledge;
 use crate::pitch::Pitch;
-#[cfg(feature = "gpu")]
-use crate::scenario::FieldPath;
-use crate::scenario::ScenarioFault;
 use crate::sensing::jobs::SensingThreads;
 use crate::sensing::scene::SensingSystems;
 
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod image;
-pub mod model;
 pub mod noise;
 mod rendering;
 pub mod shot;
@@ -60,21 +57,6 @@ impl Plugin for CameraPlugin {
     }
 }
 
-/// One of the two cameras in the head.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Reflect, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum CameraSide {
-    /// The upper camera, which looks ahead.
-    Top,
-    /// The lower camera, which looks 40° further down.
-    Bottom,
-}
-
-impl CameraSide {
-    /// Both cameras, top first.
-    pub const BOTH: [CameraSide; 2] = [CameraSide::Top, CameraSide::Bottom];
-}
-
 /// Whether, and by what, camera images are rendered.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -90,19 +72,20 @@ pub enum CameraRendering {
     Gpu,
 }
 
+/// Why camera images cannot be rendered as they should be.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct RenderingUnavailable(pub String);
+
 impl CameraRendering {
     /// Gets a match ready for it.
     ///
     /// # Errors
     /// Why it cannot be done here.
-    pub(crate) fn make_ready(self, world: &mut World) -> Result<(), ScenarioFault> {
+    pub fn make_ready(self, world: &mut World) -> Result<(), RenderingUnavailable> {
         #[cfg(feature = "gpu")]
         if self == CameraRendering::Gpu {
-            return gpu::GpuCameras::ready(world).map_err(|error| {
-                let path = FieldPath::from("cameras").field("render");
-                let expected = "one (Mesa's lavapipe is one in software), or `software`, `off` or `auto`";
-                ScenarioFault::new(path, error.to_string(), expected)
-            });
+            return gpu::GpuCameras::ready(world).map_err(|error| RenderingUnavailable(error.to_string()));
         }
         let _ = (self, world);
         Ok(())
@@ -222,6 +205,12 @@ impl Default for CameraSettings {
             labels: false,
             depth: false,
         }
+    }
+}
+
+impl From<&CameraSettings> for CameraIntrinsics {
+    fn from(settings: &CameraSettings) -> Self {
+        CameraIntrinsics::new(Vec2::new(settings.width as f32, settings.height as f32), settings.diagonal_fov)
     }
 }
 

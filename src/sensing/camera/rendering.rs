@@ -3,21 +3,21 @@
 use bevy::prelude::*;
 
 use super::image::Layers;
-use super::model::CameraView;
 use super::noise::{Darkroom, Exposure};
 use super::shot::Shot;
 use super::software::{Detail, PreparedScene, Renderer};
-use super::{CameraImages, CameraRendering, CameraSettings, CameraSide};
+use super::{CameraImages, CameraRendering, CameraSettings};
 use crate::appearance::gather::MatchScene;
 use crate::appearance::robot::RobotDesign;
 use crate::appearance::scene::SceneDescription;
 use crate::appearance::view::View;
+use crate::camera_model::{CameraSide, CameraView};
 use crate::cycle::CycleClock;
 use crate::random::RandomStreams;
-use crate::robot::RobotId;
 use crate::robot::head::HeadAngles;
 use crate::sensing::jobs::{self, SensingThreads};
 use crate::sensing::vision::{VisionSettings, VisionSource};
+use crate::team::RobotId;
 
 /// Memory that is kept from cycle to cycle.
 #[derive(Default)]

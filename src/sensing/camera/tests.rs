@@ -1,14 +1,14 @@
-use super::model::CameraView;
 use super::*;
 use crate::appearance::Label;
+use crate::camera_model::CameraView;
 use crate::cycle::run_cycle;
 use crate::geometry::Pose;
 use crate::random::RandomStreams;
-use crate::robot::Team;
 use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
 use crate::sensing::testing::{sense, sensing_app, set, spawn_ball, spawn_robot};
 use crate::sensing::vision::{VisionSettings, VisionSource};
+use crate::team::Team;
 
 /// Small images with everything.
 fn small() -> CameraSettings {

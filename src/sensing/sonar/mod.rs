@@ -44,8 +44,8 @@ use crate::cycle::Cycle;
 use crate::geometry::{Pose, file_units, to_radians, unit, unrotate};
 use crate::knowledge::Knowledge;
 use crate::random::{RandomStream, RandomStreams};
-use crate::robot::RobotId;
 use crate::sensing::scene::{Scene, ScenePlugin, ScenePost, SceneRobot, SensingSystems};
+use crate::team::RobotId;
 
 pub mod sector;
 

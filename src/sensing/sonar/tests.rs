@@ -1,8 +1,8 @@
 //! The sonars against hand-computed places of robots and posts.
 
 use super::*;
-use crate::robot::Team;
 use crate::sensing::testing::{sense, sensing_app, set, spawn_ball, spawn_post, spawn_robot};
+use crate::team::Team;
 use approx::assert_abs_diff_eq;
 
 /// A robot at the centre mark that faces +x, with a post at this distance and bearing to its axis.

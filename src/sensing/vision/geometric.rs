@@ -4,14 +4,14 @@ use bevy::prelude::*;
 
 use super::occlusion::{Occluders, Target};
 use super::{BallPercept, ClassNoise, GoalPostPercept, Percepts, RobotPercept, VisionNoise};
+use crate::camera_model::{CameraIntrinsics, CameraSide, CameraView, ViewSide};
 use crate::geometry::{Pose, unrotate};
 use crate::pitch::GoalColour;
 use crate::random::RandomStream;
-use crate::robot::Team;
 use crate::robot::head::HeadAngles;
-use crate::sensing::camera::model::{CameraIntrinsics, CameraView, ViewSide};
-use crate::sensing::camera::{CameraSettings, CameraSide};
+use crate::sensing::camera::CameraSettings;
 use crate::sensing::scene::{Scene, SceneBall, ScenePost, SceneRobot};
+use crate::team::Team;
 
 /// Heights on the waistband at which a robot is looked for, m: the band is 10 cm high, above the hips.
 const WAISTBAND_HEIGHTS_M: [f32; 3] = [0.30, 0.25, 0.35];

@@ -5,9 +5,8 @@ use bevy::prelude::*;
 use super::geometric::Observer;
 use super::occlusion::Target;
 use super::{ClassNoise, LandmarkKind, LandmarkPercept};
+use crate::camera_model::{CameraSide, ViewSide};
 use crate::pitch::LineSegment;
-use crate::sensing::camera::CameraSide;
-use crate::sensing::camera::model::ViewSide;
 use crate::sensing::scene::Markings;
 
 /// A shorter stretch of line is not recognised, pixels.

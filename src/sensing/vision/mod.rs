@@ -4,7 +4,7 @@
 //! stretches of line, line junctions (L, T, X), penalty crosses and the centre circle. Of each, the pixel in the
 //! camera's image, and the place on the ground that follows from that pixel and from where the robot, by its measured
 //! head angles, thinks that its camera looks. No image is rendered for it: what is in view follows from the
-//! [camera model](crate::sensing::camera::model), and from what hides it, robots' boxes and posts.
+//! [camera model](crate::camera_model), and from what hides it, robots' boxes and posts.
 //!
 //! | class | counts as seen when | measured at |
 //! |---|---|---|
@@ -40,16 +40,17 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use crate::camera_model::CameraSide;
 use crate::cycle::Cycle;
 use crate::geometry::{Pose, angle_of};
 use crate::knowledge::Knowledge;
 use crate::pitch::{GoalColour, JunctionShape};
 use crate::random::RandomStreams;
 use crate::robot::head::HeadAngles;
-use crate::robot::{RobotId, Team};
-use crate::sensing::camera::{CameraSettings, CameraSide};
+use crate::sensing::camera::CameraSettings;
 use crate::sensing::jobs::SensingThreads;
 use crate::sensing::scene::{Scene, ScenePlugin, SensingSystems};
+use crate::team::{RobotId, Team};
 
 mod geometric;
 pub mod image;

@@ -167,8 +167,8 @@ mod tests {
     use crate::geometry::unit;
     use crate::pitch::Post;
     use crate::robot::body::BodyBounds;
-    use crate::robot::{RobotId, Team};
     use crate::sensing::scene::{ScenePost, SceneRobot};
+    use crate::team::{RobotId, Team};
 
     const LENS: Vec3 = Vec3::new(0.0539, 0.0, 0.5372);
 

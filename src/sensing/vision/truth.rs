@@ -3,10 +3,10 @@
 use bevy::prelude::*;
 
 use super::{BallPercept, GoalPostPercept, LandmarkKind, LandmarkPercept, Percepts, RobotPercept};
+use crate::camera_model::{CameraIntrinsics, CameraSide, CameraView};
 use crate::geometry::Pose;
 use crate::robot::head::HeadAngles;
-use crate::sensing::camera::model::{CameraIntrinsics, CameraView};
-use crate::sensing::camera::{CameraSettings, CameraSide};
+use crate::sensing::camera::CameraSettings;
 use crate::sensing::scene::Scene;
 
 /// Fills the percepts with everything, wherever the robot looks. The camera is the lower one if that has the thing in its

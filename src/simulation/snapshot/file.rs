@@ -1,22 +1,25 @@
-//! Snapshots in files: MessagePack, with a name and a version before it, and values by the paths of their types.
+//! Snapshots in files: MessagePack, with a name and a version before it, and values by the names of their types.
 
 use bevy::prelude::*;
 use bevy::reflect::serde::{TypedReflectDeserializer, TypedReflectSerializer};
-use bevy::reflect::{ReflectFromReflect, TypeRegistry};
+use bevy::reflect::{ReflectFromReflect, TypePathTable, TypeRegistration, TypeRegistry};
 use core::fmt;
 use serde::de::{DeserializeSeed, Error as _, IgnoredAny, MapAccess, SeqAccess, Visitor};
-use serde::ser::{Error as _, SerializeMap, SerializeSeq};
+use serde::ser::{SerializeMap, SerializeSeq};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::borrow::Cow;
 use std::io::{self, Write as _};
 use std::path::Path;
 
-use super::{EntityState, Snapshot, SnapshotError};
+use super::{EntityState, Snapshot, SnapshotError, belongs_to_match};
 use crate::replace_file::replace_file;
 
 /// The format's name in files.
 const FORMAT: &str = "naoisis-snapshot";
 /// The format's version in files.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
+/// What the names of the simulation's own types begin with.
+const OWN: &str = "naoisis::";
 /// The ending of snapshots' file names.
 pub const EXTENSION: &str = "naoisis";
 
@@ -66,6 +69,31 @@ impl Snapshot {
     }
 }
 
+/// What a type is called in files. Types of the simulation have their own name without the module's, so that old files can
+/// be read when a type has moved; others have their whole path.
+fn saved_name(paths: &TypePathTable) -> Cow<'static, str> {
+    if paths.path().starts_with(OWN) {
+        Cow::Owned(format!("{OWN}{}", paths.short_path()))
+    } else {
+        Cow::Borrowed(paths.path())
+    }
+}
+
+/// The type that has this name in files.
+fn registration_by_name<'a>(name: &str, registry: &'a TypeRegistry) -> Option<&'a TypeRegistration> {
+    if !name.starts_with(OWN) {
+        return registry.get_with_type_path(name);
+    }
+    saved_types(registry).find(|registration| saved_name(registration.type_info().type_path_table()) == name)
+}
+
+/// The components and resources that a snapshot can hold.
+fn saved_types(registry: &TypeRegistry) -> impl Iterator<Item = &TypeRegistration> {
+    registry
+        .iter()
+        .filter(|registration| registration.data::<ReflectComponent>().is_some() && belongs_to_match(registration))
+}
+
 /// A snapshot as it is written.
 struct Written<'a> {
     snapshot: &'a Snapshot,
@@ -106,7 +134,7 @@ struct WrittenEntity<'a> {
     components: WrittenValues<'a>,
 }
 
-/// Values by the paths of their types.
+/// Values by the names of their types.
 struct WrittenValues<'a> {
     values: &'a [Box<dyn Reflect>],
     registry: &'a TypeRegistry,
@@ -116,11 +144,8 @@ impl Serialize for WrittenValues<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut map = serializer.serialize_map(Some(self.values.len()))?;
         for value in self.values {
-            let path = value.reflect_type_path();
-            if path.is_empty() {
-                return Err(S::Error::custom("a value without a type"));
-            }
-            map.serialize_entry(path, &TypedReflectSerializer::new(value.as_partial_reflect(), self.registry))?;
+            let name = saved_name(value.reflect_type_info().type_path_table());
+            map.serialize_entry(&name, &TypedReflectSerializer::new(value.as_partial_reflect(), self.registry))?;
         }
         map.end()
     }
@@ -237,21 +262,47 @@ impl<'de> Visitor<'de> for ValuesSeed<'_> {
     type Value = Vec<Box<dyn Reflect>>;
 
     fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str("values by the paths of their types")
+        formatter.write_str("values by the names of their types")
     }
 
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
         let mut values = Vec::new();
-        while let Some(path) = map.next_key::<String>()? {
-            let unknown = || A::Error::custom(format!("there is no type `{path}` here"));
-            let registration = self.0.get_with_type_path(&path).ok_or_else(unknown)?;
+        while let Some(name) = map.next_key::<String>()? {
+            let unknown = || A::Error::custom(format!("there is no type `{name}` here"));
+            let registration = registration_by_name(&name, self.0).ok_or_else(unknown)?;
             let from_reflect = registration.data::<ReflectFromReflect>().ok_or_else(unknown)?;
             let value = map.next_value_seed(TypedReflectDeserializer::new(registration, self.0))?;
             let value = from_reflect
                 .from_reflect(&*value)
-                .ok_or_else(|| A::Error::custom(format!("this is not all of a `{path}`")))?;
+                .ok_or_else(|| A::Error::custom(format!("this is not all of a `{name}`")))?;
             values.push(value);
         }
         Ok(values)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simulation::NaoisisPlugins;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn what_is_saved_has_a_name_of_its_own_that_no_module_is_part_of() {
+        let mut app = App::new();
+        app.add_plugins((MinimalPlugins, NaoisisPlugins));
+        let registry = app.world().resource::<AppTypeRegistry>().read();
+        let mut names = BTreeSet::new();
+        for registration in saved_types(&registry) {
+            let name = saved_name(registration.type_info().type_path_table()).into_owned();
+            let own_name = name.strip_prefix(OWN).unwrap_or_else(|| panic!("{name} is not the simulation's"));
+            assert!(!own_name.contains("::"), "the name {name} changes when a module does");
+            assert_eq!(
+                registration_by_name(&name, &registry).map(TypeRegistration::type_id),
+                Some(registration.type_id())
+            );
+            assert!(names.insert(name.clone()), "two types have the name {name}");
+        }
+        assert!(names.contains("naoisis::RobotId") && names.contains("naoisis::CycleClock"), "{names:?}");
     }
 }

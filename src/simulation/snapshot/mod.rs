@@ -21,7 +21,8 @@
 //! own that are registered for reflection (`#[derive(Reflect)]`, `#[reflect(Component)]`, `app.register_type`). What a
 //! behaviour keeps in a `Local` cannot be seen from outside, and stays as it is.
 //!
-//! In files it is MessagePack, with the types' paths as names: exact, small, and readable by other programs.
+//! In files it is MessagePack, with the types' names: exact, small, and readable by other programs. The simulation's own
+//! types are `naoisis::RobotId` and the like, wherever in it they live; the user's have their whole paths.
 
 use bevy::prelude::*;
 use bevy::reflect::{ReflectFromReflect, TypeRegistration, TypeRegistry};
@@ -35,8 +36,9 @@ use super::spawn::MatchEntity;
 use crate::behaviour::BehaviourRegistry;
 use crate::geometry::Pose;
 use crate::knowledge::Knowledge;
-use crate::robot::{RobotId, Roster};
+use crate::robot::Roster;
 use crate::scenario::{Scenario, ScenarioFault};
+use crate::team::RobotId;
 pub use file::EXTENSION;
 
 /// The state of a match at the end of a cycle.
@@ -135,7 +137,7 @@ impl Snapshot {
         }
         let scenario = self.resources.iter().find_map(|resource| resource.as_any().downcast_ref::<Scenario>());
         if let Some(scenario) = scenario {
-            scenario.cameras.render.make_ready(world)?;
+            scenario.cameras.render.make_ready(world).map_err(ScenarioFault::from)?;
         }
         let mut old = world.query_filtered::<Entity, With<MatchEntity>>();
         let old: Vec<Entity> = old.iter(world).collect();

@@ -1,9 +1,8 @@
 //! Through a robot's eyes: the view of one of its cameras, as the simulation's own camera model has it.
 
+use crate::camera_model::{CameraIntrinsics, CameraView};
 use bevy::math::{Affine3A, ops};
 use bevy::prelude::*;
-
-use crate::sensing::camera::model::{CameraIntrinsics, CameraView};
 
 /// The place in the pitch frame of a camera that looks as a robot's does.
 pub fn transform(camera: &CameraView, pitch_from_robot: Affine3A) -> Transform {
@@ -30,10 +29,11 @@ pub fn image_in_window(intrinsics: CameraIntrinsics, window: Vec2) -> Rect {
 mod tests {
     use super::*;
     use crate::appearance::scene::world_from_body;
+    use crate::camera_model::CameraSide;
     use crate::geometry::Pose;
     use crate::robot::head::HeadAngles;
     use crate::robot::posture::Posture;
-    use crate::sensing::camera::{CameraSettings, CameraSide};
+    use crate::sensing::camera::CameraSettings;
 
     /// Where a point of the pitch is seen in a window through a robot's eyes, logical pixels.
     fn in_window(camera: &CameraView, robot: Pose, point: Vec3, window: Vec2) -> Vec2 {

@@ -6,28 +6,27 @@ use bevy::input::mouse::{AccumulatedMouseMotion, AccumulatedMouseScroll, MouseSc
 use bevy::math::ops;
 use bevy::pbr::{DistanceFog, FogFalloff};
 use bevy::prelude::*;
-use bevy_egui::input::EguiWantsInput;
 use bevy_egui::{EguiGlobalSettings, PrimaryEguiContext};
 
 pub mod eyes;
 pub mod viewpoint;
 
 use super::figure::Figure;
-use super::hands::Hands;
-use super::layout::{OverPanel, mouse_is_for_match};
+use super::layout::mouse_is_for_match;
 use super::palette;
-use super::selection::{Selection, SelectionSystems};
+use super::shared::{CameraSystems, Selection, SelectionSystems, ViewPreset};
 use super::stage::{PitchRoot, StageSystems, pose_of};
 use crate::appearance::scene::world_from_body;
 use crate::ball::Ball;
+use crate::camera_model::{CameraSide, CameraView};
+use crate::game::Penalty;
 use crate::geometry::wrap_angle;
 use crate::pitch::Pitch;
-use crate::referee::Penalty;
+use crate::robot::Roster;
 use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
-use crate::robot::{RobotId, Roster};
-use crate::sensing::camera::model::CameraView;
-use crate::sensing::camera::{CameraSettings, CameraSide};
+use crate::sensing::camera::CameraSettings;
+use crate::team::RobotId;
 use viewpoint::{FIELD_OF_VIEW, Overview, Viewpoint};
 
 /// How fast the camera goes where it should, 1/s.
@@ -50,7 +49,7 @@ impl Plugin for ViewerCameraPlugin {
             .add_systems(Startup, spawn_camera)
             .add_systems(
                 Update,
-                (make_room, choose_view, look_at_places, use_mouse.run_if(may_use_mouse))
+                (make_room, choose_view, look_at_places, use_mouse.run_if(mouse_is_for_match).in_set(CameraMouse))
                     .chain()
                     .after(SelectionSystems)
                     .in_set(CameraSystems),
@@ -63,26 +62,9 @@ impl Plugin for ViewerCameraPlugin {
     }
 }
 
-/// The systems that let the user move the camera.
+/// The system by which the mouse moves the camera: whoever needs the mouse holds it up.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct CameraSystems;
-
-/// The views to choose from.
-#[derive(Message, Clone, Copy, PartialEq, Eq, Debug)]
-pub enum ViewPreset {
-    /// The whole pitch from the side, as on television.
-    Broadcast,
-    /// The whole pitch from above.
-    TopDown,
-    /// Close to the ball, wherever it goes.
-    FollowBall,
-    /// Behind the selected robot, wherever it goes.
-    FollowRobot,
-    /// What one of the selected robot's cameras sees.
-    Eyes(CameraSide),
-    /// Wherever the mouse flies to.
-    Fly,
-}
+pub struct CameraMouse;
 
 /// A place of the pitch is to be looked at, m.
 #[derive(Message, Clone, Copy, PartialEq, Debug)]
@@ -215,11 +197,6 @@ fn look_at_places(mut places: MessageReader<LookAt>, mut camera: Single<&mut Vie
         camera.wanted = camera.wanted.at(*place);
         camera.mode = CameraMode::Orbit;
     }
-}
-
-/// Unless a panel needs the mouse, or something is dragged with it.
-fn may_use_mouse(hands: Res<Hands>, wants: Res<EguiWantsInput>, over: Res<OverPanel>) -> bool {
-    !hands.hold_anything() && mouse_is_for_match(wants, over)
 }
 
 fn use_mouse(
@@ -362,7 +339,7 @@ mod tests {
     fn only_the_eyes_of_a_selected_robot_are_looked_through() {
         let view = Viewpoint::behind(Pose::default());
         let camera = |mode| ViewerCamera { current: view, wanted: view, mode };
-        let selection = Selection(Some(RobotId::new(crate::robot::Team::Pink, 2)));
+        let selection = Selection(Some(RobotId::new(crate::team::Team::Pink, 2)));
         let eyes = camera(CameraMode::Eyes(CameraSide::Bottom)).eyes(&selection);
         assert_eq!(eyes.map(|(_, side)| side), Some(CameraSide::Bottom));
         assert_eq!(camera(CameraMode::Ball).eyes(&selection), None);

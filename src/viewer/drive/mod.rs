@@ -9,19 +9,19 @@ use bevy::time::TimeSystems;
 use core::time::Duration;
 use std::time::Instant;
 
-mod speed;
 #[cfg(test)]
 mod tests;
 
 use super::event_log::EventLog;
 use super::memory::ViewerMemory;
+use super::shared::{DisplayFraction, Playback, ViewerCommand, is_over};
+use super::speed::Speed;
 use super::timeline::{self, Timeline, TimelinePlugin, TimelineSystems};
 use crate::cycle::{CycleClock, try_run_cycle};
+use crate::game::{Game, GameState};
 use crate::record::history::History;
-use crate::referee::{Game, GameState};
 use crate::scenario::{Scenario, ScenarioFault, ScenarioFile};
 use crate::simulation;
-pub use speed::Speed;
 
 /// The part of a frame that is spent on cycles when they go as fast as possible.
 const BUDGET: Duration = Duration::from_millis(12);
@@ -49,82 +49,6 @@ impl Plugin for DrivePlugin {
             .add_systems(RunFixedMainLoop, find_display_fraction.in_set(RunFixedMainLoopSystems::AfterFixedMainLoop))
             .add_systems(Update, (run_cycles_as_fast_as_possible, measure_speed).chain());
     }
-}
-
-/// What the user wants of the match.
-#[derive(Message, Clone, Copy, PartialEq, Debug)]
-pub enum ViewerCommand {
-    /// Stop, or go on.
-    TogglePause,
-    /// Stop if it runs, and run one cycle.
-    Step,
-    /// The next higher speed.
-    Faster,
-    /// The next lower speed.
-    Slower,
-    /// This speed.
-    SetSpeed(Speed),
-    /// From the start, the same match again.
-    Restart,
-    /// From the start, with the next seed.
-    RestartWithNextSeed,
-    /// The built-in scenario of this name, from the start.
-    Load(&'static str),
-}
-
-/// How the match is being shown.
-#[derive(Resource, Clone, PartialEq, Debug)]
-pub struct Playback {
-    /// Whether the match stands still.
-    pub paused: bool,
-    /// The wanted speed.
-    pub speed: Speed,
-    /// The speed of late, in simulated seconds a second.
-    pub achieved: f32,
-    /// What is wrong with the last command, if anything.
-    pub problem: Option<String>,
-    /// The cycle after which the match is over, where the scenario says.
-    last_cycle: Option<u64>,
-    /// Whether a cycle could not be finished, so that the match cannot go on.
-    failed: bool,
-    /// Cycles run, and over which time, since the achieved speed was last worked out.
-    measured: (f64, f32),
-}
-
-impl Playback {
-    /// Notes that so many cycles were shown.
-    pub(super) fn note_progress(&mut self, cycles: f64) {
-        self.measured.0 += cycles;
-    }
-}
-
-impl Default for Playback {
-    fn default() -> Self {
-        Self {
-            paused: false,
-            speed: Speed::Times(1.0),
-            achieved: 0.0,
-            problem: None,
-            last_cycle: None,
-            failed: false,
-            measured: (0.0, 0.0),
-        }
-    }
-}
-
-/// Where between the start (0) and the end (1) of the last cycle the match is shown.
-#[derive(Resource, Clone, Copy, PartialEq, Debug)]
-pub struct DisplayFraction(pub f32);
-
-impl Default for DisplayFraction {
-    fn default() -> Self {
-        Self(1.0)
-    }
-}
-
-/// Whether the match has come to its end.
-pub fn is_over(game: &Game, clock: &CycleClock, playback: &Playback) -> bool {
-    game.state == GameState::Finished || playback.last_cycle.is_some_and(|last| clock.cycle >= last)
 }
 
 fn is_over_in(world: &World) -> bool {

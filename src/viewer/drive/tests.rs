@@ -1,8 +1,8 @@
 //! The match in the window: pause, single cycles, speeds, restarts.
 
 use super::*;
-use crate::robot::{RobotId, Team};
 use crate::simulation::{MatchApp, NaoisisPlugins};
+use crate::team::{RobotId, Team};
 use crate::viewer::event_log::EventLogPlugin;
 use bevy::time::TimeUpdateStrategy;
 

@@ -3,9 +3,9 @@
 use bevy::prelude::*;
 
 use crate::ball::Rolling;
+use crate::game::Intervention;
 use crate::geometry::{Pose, angle_of};
-use crate::referee::Intervention;
-use crate::robot::RobotId;
+use crate::team::RobotId;
 
 /// Whoever takes a robot at the head, takes it at this height at most, m.
 const HIGHEST_GRIP_M: f32 = 0.58;
@@ -99,7 +99,7 @@ impl Grip {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::Team;
+    use crate::team::Team;
     use approx::assert_abs_diff_eq;
 
     const ROBOT: RobotId = RobotId::new(Team::Blue, 1);

@@ -7,15 +7,16 @@ use bevy::prelude::*;
 use bevy_egui::input::EguiWantsInput;
 
 use crate::behaviour::DecideSystems;
+use crate::camera_model::CameraSide;
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
+use crate::kick_geometry::KickType;
+use crate::robot::Roster;
 use crate::robot::head::{HeadAngles, HeadCommand, HeadLimits};
-use crate::robot::kick::{KickCommand, KickRequest, KickType};
+use crate::robot::kick::{KickCommand, KickRequest};
 use crate::robot::motion::{MotionLimits, WalkCommand};
-use crate::robot::{RobotId, Roster};
-use crate::sensing::camera::CameraSide;
-use crate::viewer::camera::{ViewPreset, ViewerCamera};
-use crate::viewer::keys::KeysSystems;
-use crate::viewer::selection::Selection;
+use crate::team::RobotId;
+use crate::viewer::camera::ViewerCamera;
+use crate::viewer::shared::{KeysSystems, Selection, ViewPreset};
 
 /// How fast the head follows the keys, of the speed that its joints reach: slow enough to aim.
 const HEAD_SHARE: f32 = 0.3;

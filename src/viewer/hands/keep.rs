@@ -5,10 +5,10 @@ use std::fs::OpenOptions;
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
-use super::Notice;
 use crate::cycle::CycleClock;
 use crate::scenario::Scenario;
 use crate::simulation::situation;
+use crate::viewer::shared::Notice;
 
 /// So many files of one name are kept beside each other.
 const MOST_OF_ONE_NAME: u32 = 1000;

@@ -13,18 +13,19 @@ pub mod driving;
 mod keep;
 mod panel;
 
-use super::camera::{CameraSystems, ViewerCamera};
-use super::keys::KeysSystems;
+use super::camera::{CameraMouse, ViewerCamera};
 use super::layout::mouse_is_for_match;
 use super::overlays::{Brush, OverlaySystems};
 use super::palette;
-use super::selection::{Selection, SelectionSystems, pointed_at};
+use super::selection::pointed_at;
+use super::shared::{CameraSystems, HandAction, KeysSystems, Notice, Selection, SelectionSystems};
 use super::stage::{pitch_from_world, pose_of, world_from_pitch};
 use super::timeline::Timeline;
 use crate::ball::{Ball, BallPhysics};
+use crate::game::{Intervention, Interventions, Penalty, PenaltyReason};
 use crate::pitch::Pitch;
-use crate::referee::{Intervention, Interventions, Penalty, PenaltyReason};
-use crate::robot::{RobotId, Roster};
+use crate::robot::Roster;
+use crate::team::RobotId;
 use aim::{Grip, Held, Sight};
 
 /// A ball is small on the screen: it is meant by a click so many logical pixels beside it.
@@ -44,6 +45,7 @@ impl Plugin for HandsPlugin {
         app.init_resource::<Hands>()
             .init_resource::<Notice>()
             .add_message::<HandAction>()
+            .configure_sets(Update, CameraMouse.run_if(|hands: Res<Hands>| !hands.hold_anything()))
             .add_plugins((driving::DrivingPlugin, panel::HandsPanelPlugin))
             .add_systems(
                 Update,
@@ -62,21 +64,6 @@ impl Plugin for HandsPlugin {
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct HandsSystems;
 
-/// What the user does to the match other than with the mouse.
-#[derive(Message, Clone, Copy, PartialEq, Debug)]
-pub enum HandAction {
-    /// The whistle.
-    Whistle,
-    /// Removes the selected robot from the pitch, or ends its penalty.
-    PenaliseOrReturn,
-    /// Puts the ball on the centre, in play.
-    DropBall,
-    /// Drives the selected robot by the keyboard, or stops to.
-    Drive,
-    /// Saves the present situation as a scenario file.
-    KeepSituation,
-}
-
 /// What the mouse has hold of.
 #[derive(Resource, Clone, Copy, PartialEq, Debug, Default)]
 pub struct Hands {
@@ -91,25 +78,6 @@ impl Hands {
     /// Whether the mouse has hold of anything: the camera stands then.
     pub fn hold_anything(&self) -> bool {
         self.grip.is_some()
-    }
-}
-
-/// What the user is told of what was done, for a while.
-#[derive(Resource, Clone, PartialEq, Debug, Default)]
-pub struct Notice {
-    /// The words.
-    pub text: String,
-    /// For how long they are still shown, s.
-    pub left_s: f32,
-}
-
-impl Notice {
-    /// How long words are shown, s.
-    const SHOWN_S: f32 = 6.0;
-
-    /// Tells something.
-    pub fn tell(&mut self, text: impl Into<String>) {
-        *self = Notice { text: text.into(), left_s: Self::SHOWN_S };
     }
 }
 
@@ -275,14 +243,12 @@ fn draw_intentions(hands: Res<Hands>, interventions: Res<Interventions>, balls: 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::Team;
     use crate::scenario::Scenario;
     use crate::simulation::{MatchApp, NaoisisPlugins};
-    use crate::viewer::camera::ViewPreset;
+    use crate::team::Team;
     use crate::viewer::drive::DrivePlugin;
     use crate::viewer::event_log::EventLogPlugin;
-    use crate::viewer::selection::Choice;
-    use crate::viewer::timeline::TimelineCommand;
+    use crate::viewer::shared::{Choice, TimelineCommand, ViewPreset};
     use bevy::input::InputPlugin;
     use bevy::time::TimeUpdateStrategy;
     use core::time::Duration;

@@ -5,14 +5,12 @@ use bevy_egui::egui::{self, Align2, RichText};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 use super::driving::{self, Driving};
-use super::{HandAction, Notice};
 use crate::cycle::CycleClock;
-use crate::referee::Penalty;
+use crate::game::Penalty;
 use crate::robot::Roster;
-use crate::viewer::film::{Filming, ToggleFilm};
-use crate::viewer::keys::Action;
+use crate::viewer::film::Filming;
 use crate::viewer::layout;
-use crate::viewer::selection::Selection;
+use crate::viewer::shared::{Action, HandAction, Notice, Selection, ToggleFilm};
 use crate::viewer::shown::{Shown, Switch};
 use crate::viewer::theme::{MARGIN, ThemeSystems, bright, card, dim, panel, problem_colour, text_size};
 use crate::viewer::timeline::Timeline;

@@ -6,10 +6,11 @@ use super::{Brush, Overlay, Showing};
 use crate::ball::Ball;
 use crate::behaviour::drawings::Ink;
 use crate::belief::{Belief, point_pitch_from_team};
+use crate::game::{Game, Penalty};
 use crate::geometry::Pose;
 use crate::pitch::End;
-use crate::referee::{Game, Penalty};
-use crate::robot::{PreviousPose, RobotId, Team};
+use crate::robot::PreviousPose;
+use crate::team::{RobotId, Team};
 use crate::viewer::palette;
 
 /// Radius of the circle at which a robot believes itself, m.

@@ -7,11 +7,12 @@ use super::{Brush, Overlay, Showing};
 use crate::ball::{Ball, BallPhysics};
 use crate::behaviour::drawings::{Drawings, DrawnShape, Frame, Ink};
 use crate::belief::point_pitch_from_team;
+use crate::game::{Game, Penalty};
 use crate::geometry::{Pose, unit};
-use crate::referee::{Game, Penalty};
+use crate::kick_geometry::{KickType, strike};
+use crate::robot::PreviousPose;
 use crate::robot::body::{BodyBounds, BodyBox};
-use crate::robot::kick::{KickType, strike};
-use crate::robot::{PreviousPose, RobotId};
+use crate::team::RobotId;
 use crate::viewer::chronicle::Chronicle;
 use crate::viewer::palette;
 

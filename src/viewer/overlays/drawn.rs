@@ -5,9 +5,10 @@ use bevy::prelude::*;
 use super::{Brush, Overlay, Showing};
 use crate::behaviour::drawings::{Drawings, DrawnShape, Frame};
 use crate::belief::point_pitch_from_team;
+use crate::game::{Game, Penalty};
 use crate::geometry::Pose;
-use crate::referee::{Game, Penalty};
-use crate::robot::{PreviousPose, RobotId};
+use crate::robot::PreviousPose;
+use crate::team::RobotId;
 use crate::viewer::palette;
 
 pub(super) fn draw_drawings(

@@ -4,8 +4,8 @@ use bevy::math::ops;
 use bevy::prelude::*;
 
 use crate::belief::PlaceCovariance;
+use crate::camera_model::CameraView;
 use crate::geometry::unit;
-use crate::sensing::camera::model::CameraView;
 
 /// Within so many standard deviations lies a place with a probability of 95 %: the root of χ² with two degrees of
 /// freedom.
@@ -73,9 +73,9 @@ pub fn corners(rectangle: Rect) -> [Vec2; 4] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::camera_model::{CameraIntrinsics, CameraSide};
     use crate::robot::head::HeadAngles;
-    use crate::sensing::camera::model::CameraIntrinsics;
-    use crate::sensing::camera::{CameraSettings, CameraSide};
+    use crate::sensing::camera::CameraSettings;
     use approx::assert_abs_diff_eq;
     use core::f32::consts::{FRAC_PI_2, FRAC_PI_4, FRAC_PI_6, PI};
 

@@ -9,13 +9,13 @@ use bevy_egui::EguiPostUpdateSet;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::drive::DisplayFraction;
-use super::selection::{Selection, SelectionSystems};
+use super::shared::{DisplayFraction, Selection, SelectionSystems};
 use super::stage::{StageSystems, between};
 use crate::cycle::CycleClock;
+use crate::game::Penalty;
 use crate::geometry::Pose;
-use crate::referee::Penalty;
-use crate::robot::{PreviousPose, RobotId};
+use crate::robot::PreviousPose;
+use crate::team::RobotId;
 
 mod beliefs;
 mod bodies;
@@ -276,7 +276,7 @@ impl Showing<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::Team;
+    use crate::team::Team;
 
     #[test]
     fn a_kind_is_shown_of_all_of_the_selected_or_of_some() {

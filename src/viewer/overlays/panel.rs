@@ -5,9 +5,10 @@ use bevy_egui::egui::{self, Align2, RichText, WidgetInfo, WidgetType};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 use super::{Overlay, OverlayCommand, Overlays};
-use crate::robot::{RobotId, Roster};
+use crate::robot::Roster;
+use crate::team::RobotId;
 use crate::viewer::layout;
-use crate::viewer::selection::Selection;
+use crate::viewer::shared::Selection;
 use crate::viewer::shown::Shown;
 use crate::viewer::theme::{MARGIN, ThemeSystems, bright, card, dim, panel, team_colour, text_size};
 

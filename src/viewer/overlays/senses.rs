@@ -5,16 +5,17 @@ use bevy::prelude::*;
 use super::geometry::{arc, sector, seen_ground};
 use super::{Brush, Overlay, Showing};
 use crate::behaviour::drawings::Ink;
+use crate::camera_model::{CameraSide, CameraView};
+use crate::game::Penalty;
 use crate::geometry::{Pose, angle_of, unit};
 use crate::pitch::JunctionShape;
-use crate::referee::Penalty;
+use crate::robot::PreviousPose;
 use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
-use crate::robot::{PreviousPose, RobotId};
-use crate::sensing::camera::model::CameraView;
-use crate::sensing::camera::{CameraSettings, CameraSide};
+use crate::sensing::camera::CameraSettings;
 use crate::sensing::sonar::{SonarReading, SonarSettings};
 use crate::sensing::vision::{LandmarkKind, Percepts};
+use crate::team::RobotId;
 use crate::viewer::palette;
 
 /// Fields of view are drawn so far from the robot, m.
@@ -126,7 +127,7 @@ fn draw_percepts_of(place: Pose, percepts: &Percepts, brush: &mut Brush) {
         sight(brush, at, colour);
         let around = angle_of(place.position - at);
         // Blue's is a square, pink's is round.
-        let corners = if robot.team == crate::robot::Team::Blue { 4 } else { 24 };
+        let corners = if robot.team == crate::team::Team::Blue { 4 } else { 24 };
         let turn = core::f32::consts::TAU / corners as f32;
         brush.outline((0..corners).map(|corner| at + 0.16 * unit(around + turn * (corner as f32 + 0.5))), colour);
     }

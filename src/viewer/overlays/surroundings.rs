@@ -7,10 +7,11 @@ use super::{Brush, Overlays};
 use crate::ball::Ball;
 use crate::behaviour::drawings::Ink;
 use crate::cycle::CycleClock;
+use crate::game::{Game, Rules};
 use crate::geometry::Pose;
 use crate::pitch::{AreaDimensions, End, Pitch};
-use crate::referee::{Game, Rules};
-use crate::robot::{RobotId, Roster};
+use crate::robot::Roster;
+use crate::team::RobotId;
 use crate::viewer::event_log::EventLog;
 use crate::viewer::palette;
 

@@ -8,17 +8,18 @@ use bevy_egui::{EguiContexts, EguiTextureHandle, EguiUserTextures};
 use std::collections::BTreeMap;
 
 use crate::behaviour::drawings::Ink;
-use crate::robot::{RobotId, Roster, Team};
+use crate::camera_model::{CameraIntrinsics, CameraSide};
+use crate::robot::Roster;
+use crate::sensing::camera::CameraSettings;
 use crate::sensing::camera::image::Image;
-use crate::sensing::camera::model::CameraIntrinsics;
-use crate::sensing::camera::{CameraSettings, CameraSide};
 use crate::sensing::vision::{LandmarkKind, Percepts};
+use crate::team::{RobotId, Team};
 use crate::viewer::camera::ViewerCamera;
 use crate::viewer::camera::eyes::image_in_window;
 use crate::viewer::eyes::{EyeImages, Watched};
 use crate::viewer::overlays::{Overlay, Overlays, junction_letter};
 use crate::viewer::palette;
-use crate::viewer::selection::Selection;
+use crate::viewer::shared::Selection;
 use crate::viewer::theme::text_size;
 
 /// The images as the panels have them.

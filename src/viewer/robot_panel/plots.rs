@@ -5,7 +5,7 @@ use egui_plot::{AxisHints, Corner, Legend, Line, Plot, PlotPoints, uniform_grid_
 
 use crate::behaviour::drawings::Ink;
 use crate::geometry::to_degrees;
-use crate::robot::RobotId;
+use crate::team::RobotId;
 use crate::viewer::chronicle::{Chronicle, RobotSample};
 use crate::viewer::palette;
 

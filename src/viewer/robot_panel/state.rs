@@ -3,13 +3,14 @@
 use bevy::ecs::component::ComponentInfo;
 use bevy::prelude::*;
 use bevy::reflect::{PartialReflect, ReflectRef, TypeRegistry};
+use core::any::TypeId;
 
 use crate::behaviour::BehaviourRegistry;
 use crate::behaviour::script::Script;
-use crate::belief::Belief;
+use crate::belief::{Belief, SimpleBelief};
 use crate::knowledge::Knowledge;
 use crate::robot::Roster;
-use crate::viewer::selection::Selection;
+use crate::viewer::shared::Selection;
 use crate::viewer::shown::Shown;
 
 /// Longer values are cut, characters.
@@ -18,7 +19,7 @@ const LONGEST_VALUE: usize = 120;
 /// What the selected robot's behaviour is called, and what it keeps in mind.
 #[derive(Resource, Clone, PartialEq, Debug, Default)]
 pub struct BehaviourState {
-    /// Its name; none of a robot that does nothing.
+    /// Its name; none of a robot that has none.
     pub name: Option<String>,
     /// Its components.
     pub components: Vec<StateComponent>,
@@ -72,7 +73,8 @@ fn state_of(world: &World, robot: Entity) -> BehaviourState {
 /// Whether a component is what a behaviour thinks: one that is marked so, or one of a program's own.
 fn belongs_to_behaviour(info: &ComponentInfo, registry: &TypeRegistry) -> bool {
     let Some(type_id) = info.type_id() else { return false };
-    if type_id == core::any::TypeId::of::<Belief>() {
+    // What the robot believes is shown beside; how its estimator is set up is no thought.
+    if [TypeId::of::<Belief>(), TypeId::of::<SimpleBelief>()].contains(&type_id) {
         return false;
     }
     match Knowledge::of_type(registry, type_id) {

@@ -5,12 +5,12 @@ use bevy_egui::EguiContexts;
 use bevy_egui::egui::{self, Align2, Grid};
 
 use super::pictures::Pictures;
-use crate::robot::{RobotId, Roster};
-use crate::sensing::camera::CameraSide;
+use crate::camera_model::CameraSide;
+use crate::robot::Roster;
 use crate::sensing::vision::Percepts;
-use crate::viewer::keys::Action;
+use crate::team::RobotId;
 use crate::viewer::layout;
-use crate::viewer::selection::Choice;
+use crate::viewer::shared::{Action, Choice};
 use crate::viewer::theme::{MARGIN, band, card, dim, panel, text_size};
 
 /// Robots in a row.

@@ -6,9 +6,9 @@ use crate::belief::error::BeliefError;
 use crate::belief::{Belief, PlaceCovariance, point_pitch_from_team};
 use crate::communication::TeamMessage;
 use crate::cycle::CycleClock;
+use crate::game::Penalty;
 use crate::geometry::{Pose, angle_of, to_degrees};
 use crate::pitch::End;
-use crate::referee::Penalty;
 use crate::robot::Velocity;
 use crate::robot::kick::KickRequest;
 use crate::robot::posture::{Posture, PostureRequest};
@@ -181,7 +181,7 @@ pub fn message(message: &TeamMessage) -> String {
 mod tests {
     use super::*;
     use crate::belief::BallBelief;
-    use crate::robot::kick::KickType;
+    use crate::kick_geometry::KickType;
     use crate::robot::motion::WalkCommand;
 
     #[test]

@@ -4,12 +4,12 @@ use bevy::prelude::*;
 use bevy_egui::egui::{self, Align2, Color32, Pos2, Sense, Stroke, WidgetInfo};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
-use super::{Timeline, TimelineCommand};
+use super::Timeline;
 use crate::cycle::CycleClock;
 use crate::record::history::{History, Mark, MarkKind};
 use crate::viewer::layout;
-use crate::viewer::panels::minutes;
-use crate::viewer::theme::{ThemeSystems, bright, card, dim, panel, problem_colour, team_colour};
+use crate::viewer::shared::TimelineCommand;
+use crate::viewer::theme::{ThemeSystems, bright, card, dim, minutes, panel, problem_colour, team_colour};
 
 /// The bar's width where there is room for it, and the width of what is beside it, logical pixels.
 const WIDTH: f32 = 560.0;
@@ -133,7 +133,7 @@ fn hint(cycle: u64, marks: &[Mark], length: u64, time: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::Team;
+    use crate::team::Team;
 
     #[test]
     fn a_place_in_the_bar_is_a_cycle_and_back() {

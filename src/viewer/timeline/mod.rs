@@ -12,8 +12,9 @@ use bevy::time::TimeSystems;
 mod bar;
 mod moment;
 
-use super::drive::{DisplayFraction, Playback, Speed};
 use super::event_log::EventLog;
+use super::shared::{DisplayFraction, Playback, TimelineCommand};
+use super::speed::Speed;
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
 use crate::record::history::{History, ReadTrace};
 use crate::record::trace::MatchLine;
@@ -44,19 +45,6 @@ impl Plugin for TimelinePlugin {
 /// The system that lets the past go on.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct TimelineSystems;
-
-/// What the user wants to see.
-#[derive(Message, Clone, Copy, PartialEq, Debug)]
-pub enum TimelineCommand {
-    /// The end of this cycle; of one that is not there yet, the present.
-    GoTo(u64),
-    /// So many cycles later; earlier, if negative. The match stands then.
-    Step(i64),
-    /// So many seconds later; earlier, if negative.
-    Skip(f64),
-    /// The match as it is now; of a replay, its end.
-    Present,
-}
 
 /// Which moment of the match is shown.
 #[derive(Resource, Default, Debug)]

@@ -1,11 +1,12 @@
 use super::*;
 use crate::belief::Belief;
 use crate::record::trace::{TracePlugin, TraceRecorder, record_cycle};
-use crate::robot::{RobotId, Team};
 use crate::sensing::vision::Percepts;
 use crate::simulation::{MatchApp, NaoisisPlugins};
-use crate::viewer::drive::{DrivePlugin, ViewerCommand};
+use crate::team::{RobotId, Team};
+use crate::viewer::drive::DrivePlugin;
 use crate::viewer::event_log::EventLogPlugin;
+use crate::viewer::shared::ViewerCommand;
 use bevy::time::TimeUpdateStrategy;
 use core::time::Duration;
 

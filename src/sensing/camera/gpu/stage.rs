@@ -19,8 +19,8 @@ use crate::appearance::shapes::{Part, Shape};
 use crate::appearance::view::View;
 use crate::appearance::{Label, colours};
 use crate::pitch::{End, Pitch, Post};
-use crate::robot::RobotId;
 use crate::sensing::camera::software::light::SUN;
+use crate::team::RobotId;
 
 /// What lies on the ground is this much above what it lies on, m: too little to be seen.
 const STEP_M: f32 = 0.000_1;

@@ -13,7 +13,7 @@ use crate::appearance::scene::SceneDescription;
 use crate::appearance::shapes::Part;
 use crate::appearance::{Label, colours};
 use crate::pitch::{End, Pitch};
-use crate::robot::RobotId;
+use crate::team::RobotId;
 
 /// How finely things are drawn.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

@@ -7,7 +7,7 @@ use crate::appearance::scene::{SceneDescription, SceneRobot};
 use crate::geometry::{Pose, unit};
 use crate::pitch::Pitch;
 use crate::robot::head::HeadAngles;
-use crate::robot::{RobotId, Team};
+use crate::team::{RobotId, Team};
 use bevy::math::{Vec2, Vec3};
 
 /// A scene with two robots, one in front of the other, and the ball.

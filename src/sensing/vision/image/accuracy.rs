@@ -21,15 +21,15 @@ use crate::appearance::posing::{self, JointAngles, LegAngles};
 use crate::appearance::robot::{RobotDesign, labels};
 use crate::appearance::scene::{SceneDescription, SceneRobot};
 use crate::appearance::view::View;
+use crate::camera_model::{CameraIntrinsics, CameraSide, CameraView};
 use crate::geometry::{Pose, to_radians};
 use crate::pitch::Pitch;
 use crate::robot::head::HeadAngles;
-use crate::robot::{RobotId, Team};
+use crate::sensing::camera::CameraSettings;
 use crate::sensing::camera::image::{Image, Layers};
-use crate::sensing::camera::model::{CameraIntrinsics, CameraView};
 use crate::sensing::camera::software::{Detail, PreparedScene, Renderer};
-use crate::sensing::camera::{CameraSettings, CameraSide};
 use crate::sensing::vision::LandmarkKind;
+use crate::team::{RobotId, Team};
 
 /// A thing counts as visible with at least so many of its pixels in an image.
 pub const LEAST_PIXELS: usize = 30;

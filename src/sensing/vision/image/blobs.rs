@@ -183,7 +183,7 @@ impl Segmentation {
 mod tests {
     use super::*;
     use crate::appearance::colours::{self, Colour};
-    use crate::robot::Team;
+    use crate::team::Team;
 
     /// An image of words: `o` orange, `p` pink, anything else green.
     fn image(rows: &[&str]) -> Image {

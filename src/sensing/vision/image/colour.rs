@@ -95,7 +95,7 @@ mod tests {
     use super::*;
     use crate::appearance::colours::{self, Colour};
     use crate::pitch::GoalColour;
-    use crate::robot::Team;
+    use crate::team::Team;
 
     #[test]
     fn the_colours_on_the_pitch_have_their_classes_in_light_and_in_shade() {

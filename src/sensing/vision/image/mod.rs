@@ -32,10 +32,9 @@ use bevy::math::Vec2;
 
 use super::{BallPercept, GoalPostPercept, LandmarkPercept, RobotPercept};
 use crate::appearance::robot::WAISTBAND_Z;
+use crate::camera_model::{CameraSide, CameraView};
 use crate::pitch::{End, GoalColour, Pitch};
-use crate::sensing::camera::CameraSide;
 use crate::sensing::camera::image::Image;
-use crate::sensing::camera::model::CameraView;
 use blobs::Segmentation;
 use colour::ColourClass;
 

@@ -6,8 +6,8 @@ use super::Look;
 use super::blobs::Blob;
 use super::colour::ColourClass;
 use crate::appearance::robot::WAISTBAND_RADII;
-use crate::robot::Team;
 use crate::sensing::vision::RobotPercept;
+use crate::team::Team;
 
 /// Fewer pixels are no waistband.
 const LEAST_AREA: u32 = 8;

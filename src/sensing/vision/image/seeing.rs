@@ -4,12 +4,12 @@ use bevy::prelude::*;
 
 use super::{Findings, ImageVision, Known};
 use crate::ball::BallPhysics;
+use crate::camera_model::{CameraSide, CameraView};
 use crate::cycle::CycleClock;
 use crate::pitch::Pitch;
 use crate::robot::head::HeadAngles;
 use crate::sensing::camera::image::Image;
-use crate::sensing::camera::model::CameraView;
-use crate::sensing::camera::{CameraImages, CameraSettings, CameraSide};
+use crate::sensing::camera::{CameraImages, CameraSettings};
 use crate::sensing::jobs::{self, SensingThreads};
 use crate::sensing::vision::{LandmarkKind, LandmarkPercept, Percepts, VisionSettings, VisionSource};
 

@@ -8,11 +8,11 @@ use crate::geometry::{Pose, to_radians};
 use crate::pitch::JunctionShape;
 use crate::random::RandomStream;
 use crate::robot::head::HeadAngles;
-use crate::robot::{RobotId, Team};
 use crate::sensing::camera::CameraSettings;
 use crate::sensing::camera::image::Layers;
 use crate::sensing::camera::software::{Detail, PreparedScene, Renderer};
 use crate::sensing::vision::LandmarkKind;
+use crate::team::{RobotId, Team};
 
 /// What a robot at `[x m, y m, heading deg]`, looking straight ahead and `pitch_deg` down, finds in the image of one of its
 /// cameras. The scene is given in the pitch frame.

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::geometry::to_radians;
+use crate::sensing::camera::CameraSettings;
 use approx::assert_abs_diff_eq;
 
 fn view(side: CameraSide, yaw_deg: f32, pitch_deg: f32) -> CameraView {

@@ -7,17 +7,19 @@ use super::passing::Pass;
 use super::walking::{OBSTACLE_RANGE_M, Obstacles, POST_CLEARANCE_M, ROBOT_CLEARANCE_M, step_towards, way_around};
 use crate::belief::{BallBelief, Belief};
 use crate::communication::ReceivedMessage;
+use crate::game::Rules;
 use crate::geometry::{Pose, unit, unrotate};
+use crate::kick_geometry::KickType;
 use crate::knowledge::Knowledge;
 use crate::pitch::Pitch;
-use crate::referee::{GameStatus, Rules};
-use crate::robot::RobotId;
+use crate::referee::GameStatus;
 use crate::robot::head::HeadCommand;
-use crate::robot::kick::{KickRequest, KickSettings, KickType};
+use crate::robot::kick::{KickRequest, KickSettings};
 use crate::robot::motion::{MotionLimits, WalkCommand};
 use crate::robot::posture::PostureRequest;
 use crate::sensing::sonar::{SonarReading, SonarSettings};
 use crate::sensing::status::BodyStatus;
+use crate::team::RobotId;
 
 /// Everything that a player knows when it decides.
 #[derive(Clone, Copy, Debug)]
@@ -199,9 +201,9 @@ impl<'a> Player<'a> {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::referee::GameState;
-    use crate::robot::Team;
+    use crate::game::GameState;
     use crate::robot::motion::after_step;
+    use crate::team::Team;
 
     /// What a player may find itself in: everything that a [`Player`] refers to.
     #[derive(Clone, Debug)]

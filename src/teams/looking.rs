@@ -4,9 +4,9 @@ use bevy::math::ops;
 use bevy::prelude::*;
 
 use crate::belief::sighting::LENS_HEIGHT_M;
+use crate::camera_model::BOTTOM_TILT;
 use crate::geometry::angle_of;
 use crate::robot::head::HeadCommand;
-use crate::sensing::camera::model::BOTTOM_TILT;
 
 /// What is looked at stays so far from the upper and lower edge of the image, which reaches to 18.4°: radians.
 const PITCH_MARGIN: f32 = 0.22;
@@ -41,10 +41,10 @@ pub fn search(time_s: f32) -> HeadCommand {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::camera_model::{CameraIntrinsics, CameraView};
     use crate::geometry::Pose;
     use crate::robot::head::HeadAngles;
     use crate::sensing::camera::CameraSettings;
-    use crate::sensing::camera::model::{CameraIntrinsics, CameraView};
 
     fn sees(head: HeadCommand, place: Vec2) -> bool {
         let intrinsics = CameraIntrinsics::from(&CameraSettings::default());

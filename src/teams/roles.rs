@@ -5,8 +5,8 @@ use bevy::prelude::*;
 use super::obeying::is_for_the_keeper_only;
 use super::player::{Decision, Player, PlayerMemory};
 use super::walking::Obstacles;
-use crate::robot::RobotId;
 use crate::robot::motion::WalkCommand;
+use crate::team::RobotId;
 
 /// A player keeps its turn at the ball until a team-mate is nearer by this, s.
 const TURN_PREFERENCE_S: f32 = 0.8;

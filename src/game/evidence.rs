@@ -4,8 +4,7 @@ use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
-use super::snapshot::{MatchSnapshot, RobotSnapshot};
-use crate::robot::RobotId;
+use crate::team::RobotId;
 
 /// The evidence for a verdict.
 #[derive(Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
@@ -50,29 +49,10 @@ pub struct Measurement {
 }
 
 impl Evidence {
-    /// Evidence of what happened at `position_m`, with the ball's place.
-    pub fn new(snapshot: &MatchSnapshot, rule: &'static str, position_m: Vec2) -> Self {
-        Self {
-            rule: Cow::Borrowed(rule),
-            position_m,
-            ball_m: snapshot.ball.map(|ball| ball.position),
-            ..Self::default()
-        }
-    }
-
-    /// Evidence against one robot, where it stands.
-    pub fn against(snapshot: &MatchSnapshot, rule: &'static str, robot: &RobotSnapshot) -> Self {
-        Self::new(snapshot, rule, robot.pose.position).with_robot(robot)
-    }
-
     /// Adds a robot.
     #[must_use]
-    pub fn with_robot(mut self, robot: &RobotSnapshot) -> Self {
-        self.robots.push(RobotEvidence {
-            robot: robot.id,
-            position_m: robot.pose.position,
-            speed_mps: robot.wanted_velocity.length(),
-        });
+    pub fn with_robot(mut self, robot: RobotEvidence) -> Self {
+        self.robots.push(robot);
         self
     }
 

@@ -1,15 +1,29 @@
-//! The state of the match: game state, score, half, clock, sides.
+//! The match as data: its state, score, half, clock and sides, its rules, penalties, set plays, and the evidence for what was
+//! decided. Everybody may know these types; only the [referee](crate::referee) writes them.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::rules::Rules;
-use super::set_play::SetPlay;
-use super::shoot_out::ShootOut;
+mod evidence;
+mod intervention;
+mod penalty;
+mod rules;
+mod set_play;
+mod shoot_out;
+
+pub use evidence::{Evidence, Measurement, RobotEvidence};
+pub use intervention::{Intervention, Interventions, TimedIntervention};
+pub use penalty::{ActivePenalty, Penalty, PenaltyReason};
+pub use rules::{
+    BallOutRestart, DefenderLimit, KickOffPositions, KickOffProcedure, ReturnPlace, Rules, RulesError, SideContacts,
+};
+pub use set_play::{SetPlay, SetPlayKind};
+pub use shoot_out::{ShootOut, Shot, Standing};
+
 use crate::cycle::CycleClock;
 use crate::knowledge::Knowledge;
 use crate::pitch::End;
-use crate::robot::Team;
+use crate::team::{PerTeam, Team};
 
 /// The state of the game (2010 rule book, section 3.2).
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
@@ -41,32 +55,8 @@ impl GameState {
     }
 }
 
-/// A number for each team.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
-pub struct Score {
-    /// Of the blue team.
-    pub blue: u32,
-    /// Of the pink team.
-    pub pink: u32,
-}
-
-impl Score {
-    /// The number of this team.
-    pub fn of(self, team: Team) -> u32 {
-        match team {
-            Team::Blue => self.blue,
-            Team::Pink => self.pink,
-        }
-    }
-
-    /// The number of this team, to change it.
-    pub fn of_mut(&mut self, team: Team) -> &mut u32 {
-        match team {
-            Team::Blue => &mut self.blue,
-            Team::Pink => &mut self.pink,
-        }
-    }
-}
+/// The goals of each team.
+pub type Score = PerTeam<u32>;
 
 /// The true state of the match.
 #[derive(Resource, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
@@ -105,7 +95,7 @@ impl Game {
         Self {
             state: if rules.clock { GameState::Initial } else { GameState::Playing },
             half: 1,
-            cycles_left: rules.clock.then(|| half_cycles(rules, clock)),
+            cycles_left: rules.clock.then(|| rules.half_cycles(clock)),
             ..Self::default()
         }
     }
@@ -142,9 +132,4 @@ impl Game {
     pub fn first_kick_off_of_half(half: u32) -> Team {
         if half % 2 == 1 { Team::Blue } else { Team::Pink }
     }
-}
-
-/// Cycles in a half, at least one.
-pub(super) fn half_cycles(rules: &Rules, clock: &CycleClock) -> u64 {
-    u64::from(clock.cycles_in(rules.half_s)).max(1)
 }

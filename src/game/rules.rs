@@ -3,6 +3,7 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use crate::cycle::CycleClock;
 use crate::knowledge::Knowledge;
 
 /// What follows when the ball has left the pitch.
@@ -314,6 +315,11 @@ pub struct RulesError {
 const LONGEST_S: f32 = 1e5;
 
 impl Rules {
+    /// Cycles in a half, at least one.
+    pub fn half_cycles(&self, clock: &CycleClock) -> u64 {
+        u64::from(clock.cycles_in(self.half_s)).max(1)
+    }
+
     /// Checks that the rules do not contradict themselves.
     ///
     /// # Errors

@@ -26,7 +26,7 @@ impl Speed {
     ];
 
     /// The next of [`Speed::ALL`] in a direction, if there is one.
-    pub(super) fn neighbour(self, steps: isize) -> Speed {
+    pub fn neighbour(self, steps: isize) -> Speed {
         let index = Speed::ALL.iter().position(|speed| *speed == self).unwrap_or(3);
         index.checked_add_signed(steps).and_then(|index| Speed::ALL.get(index)).copied().unwrap_or(self)
     }

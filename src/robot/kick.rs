@@ -3,20 +3,19 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-mod geometry;
-
+use super::Roster;
 use super::posture::Posture;
-use super::{RobotId, Roster};
 use crate::ball::{Ball, BallPhysics, BallVelocity, Rolling};
-use crate::cycle::{Cycle, CycleClock, CycleSystems};
+use crate::cycle::{ActSystems, Cycle, CycleClock, CycleSystems};
 use crate::events::{CommandKind, CycleEvents, KickMiss, KickResult, MatchEvent, Refusal};
+use crate::game::{Game, GameState, Penalty};
 use crate::geometry::{Pose, angle_of, file_units, unit, wrap_angle};
+use crate::kick_geometry::{KickType, Strike, strike};
 use crate::knowledge::Knowledge;
 use crate::random::{RandomStream, RandomStreams};
-use crate::referee::{Game, GameState, Penalty};
-pub use geometry::{Foot, KickType, Strike, strike};
+use crate::team::RobotId;
 
-/// Takes over kick commands in [`CycleSystems::Act`] and strikes the ball in [`CycleSystems::Kick`].
+/// Takes over kick commands in [`ActSystems::Kick`] and strikes the ball in [`CycleSystems::Kick`].
 pub struct KickPlugin;
 
 impl Plugin for KickPlugin {
@@ -24,24 +23,9 @@ impl Plugin for KickPlugin {
         app.register_type::<KickCommand>()
             .register_type::<KickPhase>()
             .register_type::<KickSettings>()
-            .add_systems(
-                Cycle,
-                take_kick_commands
-                    .in_set(KickSystems::TakeCommands)
-                    .in_set(CycleSystems::Act)
-                    .after(super::head::HeadSystems),
-            )
-            .add_systems(Cycle, swing_legs.in_set(KickSystems::SwingLegs).in_set(CycleSystems::Kick));
+            .add_systems(Cycle, take_kick_commands.in_set(ActSystems::Kick))
+            .add_systems(Cycle, swing_legs.in_set(CycleSystems::Kick));
     }
-}
-
-/// The systems of kicking.
-#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum KickSystems {
-    /// Commands are checked and begun.
-    TakeCommands,
-    /// Kicks under way go on, the ball is struck.
-    SwingLegs,
 }
 
 /// A kick that a behaviour wants.

@@ -273,10 +273,10 @@ fn free_place(player: &Player, memory: &mut PlayerMemory, ball: &BallBelief, opp
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::behaviour::teams::player::tests::Situation;
     use crate::communication::{ReceivedMessage, TeamMessage};
     use crate::geometry::Pose;
-    use crate::robot::{RobotId, Team};
+    use crate::team::{RobotId, Team};
+    use crate::teams::player::tests::Situation;
 
     fn mate(number: u8, x: f32, y: f32) -> RobotBelief {
         let id = Some(RobotId::new(Team::Blue, number));

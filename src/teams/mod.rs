@@ -26,21 +26,22 @@ pub mod walking;
 
 pub use player::{Decision, Player, PlayerMemory};
 
-use super::BehaviourApp;
-use super::drawings::{Drawings, Frame, Ink};
+use crate::behaviour::BehaviourApp;
+use crate::behaviour::drawings::{Drawings, Frame, Ink};
 use crate::belief::{Belief, SimpleBelief};
 use crate::communication::{Inbox, Outbox, TeamMessage};
 use crate::cycle::CycleClock;
+use crate::game::{GameState, Rules};
 use crate::knowledge::Knowledge;
 use crate::pitch::Pitch;
-use crate::referee::{GameState, GameStatus, Rules};
-use crate::robot::RobotId;
+use crate::referee::GameStatus;
 use crate::robot::head::HeadCommand;
 use crate::robot::kick::{KickCommand, KickSettings};
 use crate::robot::motion::{MotionLimits, WalkCommand};
 use crate::robot::posture::PostureCommand;
 use crate::sensing::sonar::{SonarReading, SonarSettings};
 use crate::sensing::status::BodyStatus;
+use crate::team::RobotId;
 
 /// Registers the built-in behaviours and teams.
 ///

@@ -6,8 +6,9 @@ use super::aiming::{Aim, BLOCKED_HALF_WIDTH_M};
 use super::walking::Obstacles;
 use crate::belief::RobotBelief;
 use crate::geometry::{Pose, unrotate};
+use crate::kick_geometry::{KickType, strike};
 use crate::pitch::Pitch;
-use crate::robot::kick::{KickRequest, KickSettings, KickType, strike};
+use crate::robot::kick::{KickRequest, KickSettings};
 
 /// A ball that is passed stays this far from the lines, m.
 const LINE_MARGIN_M: f32 = 0.35;
@@ -38,7 +39,7 @@ pub fn best_spot(kick_type: KickType) -> Vec2 {
 /// and the direction to face.
 pub fn stand_for(kick_type: KickType, ball: Vec2, direction: Vec2) -> (Vec2, Vec2) {
     let spot = best_spot(kick_type);
-    let leaves = (spot - kick_type.foot().tip()).normalize_or(Vec2::X);
+    let leaves = (spot - kick_type.foot().foot_tip()).normalize_or(Vec2::X);
     let facing = unrotate(leaves, direction);
     (ball - facing.rotate(spot), facing)
 }

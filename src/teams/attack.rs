@@ -9,8 +9,9 @@ use super::player::{Decision, Player, PlayerMemory};
 use super::walking::{BALL_CLEARANCE_M, approach};
 use crate::belief::BallBelief;
 use crate::geometry::unit;
+use crate::kick_geometry::KickType;
 use crate::robot::head::HeadCommand;
-use crate::robot::kick::{KickRequest, KickType};
+use crate::robot::kick::KickRequest;
 use crate::robot::motion::WalkCommand;
 
 /// An opponent nearer to the ball than this puts the attacker under pressure, m.
@@ -202,10 +203,10 @@ fn post_to_look_at(player: &Player) -> Option<Vec2> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::behaviour::teams::player::tests::{Situation, after_decision};
     use crate::geometry::Pose;
     use crate::robot::body::BodyBounds;
     use crate::sensing::status::BodyStatus;
+    use crate::teams::player::tests::{Situation, after_decision};
 
     const BALL_RADIUS_M: f32 = 0.03;
 
@@ -232,7 +233,7 @@ mod tests {
             }
             let kick = kick.unwrap_or_else(|| panic!("start {index}: no kick within 20 s"));
             let in_robot = situation.belief.ball_in_robot().unwrap();
-            let strike = crate::robot::kick::strike(kick.kick_type, in_robot).unwrap();
+            let strike = crate::kick_geometry::strike(kick.kick_type, in_robot).unwrap();
             let direction = situation.belief.pose.forward().rotate(strike.direction);
             let y = ball.y + direction.y / direction.x * (3.0 - ball.x);
             assert!(direction.x > 0.0 && y.abs() < 0.62, "start {index}: crosses the goal line at {y}");
@@ -250,7 +251,7 @@ mod tests {
         assert!(!kicks(|situation| situation.belief.ball.as_mut().unwrap().age_s = 1.0));
         assert!(!kicks(|situation| {
             situation.belief.ball.as_mut().unwrap().heard_from =
-                Some(crate::robot::RobotId::new(crate::robot::Team::Blue, 3));
+                Some(crate::team::RobotId::new(crate::team::Team::Blue, 3));
         }));
         assert!(!kicks(|situation| situation.body = BodyStatus::Recovering));
     }

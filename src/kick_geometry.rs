@@ -3,14 +3,32 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// The foot that kicks.
+/// A side of a robot: of its feet, of a dive.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Foot {
-    /// The left foot, at +y in the robot frame.
+pub enum Side {
+    /// Its left, +y in the robot frame.
     Left,
-    /// The right foot, at -y in the robot frame.
+    /// Its right, -y in the robot frame.
     Right,
+}
+
+impl Side {
+    /// Its name: `left` or `right`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Side::Left => "left",
+            Side::Right => "right",
+        }
+    }
+
+    /// The tip of the foot on this side, robot frame, m (paper, caption of Table 2).
+    pub fn foot_tip(self) -> Vec2 {
+        match self {
+            Side::Left => Vec2::new(0.10, 0.05),
+            Side::Right => Vec2::new(0.10, -0.05),
+        }
+    }
 }
 
 /// The four types of kick (paper, section 3.2).
@@ -33,10 +51,10 @@ impl KickType {
         [KickType::LeftStraight, KickType::RightStraight, KickType::LeftSide, KickType::RightSide];
 
     /// The foot that kicks.
-    pub fn foot(self) -> Foot {
+    pub fn foot(self) -> Side {
         match self {
-            KickType::LeftStraight | KickType::LeftSide => Foot::Left,
-            KickType::RightStraight | KickType::RightSide => Foot::Right,
+            KickType::LeftStraight | KickType::LeftSide => Side::Left,
+            KickType::RightStraight | KickType::RightSide => Side::Right,
         }
     }
 
@@ -69,18 +87,8 @@ impl KickType {
     /// The straight kick of the same foot.
     fn straight(self) -> KickType {
         match self.foot() {
-            Foot::Left => KickType::LeftStraight,
-            Foot::Right => KickType::RightStraight,
-        }
-    }
-}
-
-impl Foot {
-    /// The tip of the foot, robot frame, m (paper, caption of Table 2).
-    pub fn tip(self) -> Vec2 {
-        match self {
-            Foot::Left => Vec2::new(0.10, 0.05),
-            Foot::Right => Vec2::new(0.10, -0.05),
+            Side::Left => KickType::LeftStraight,
+            Side::Right => KickType::RightStraight,
         }
     }
 }
@@ -102,7 +110,7 @@ pub struct Strike {
 /// A side kick from the wrong side, with the ball where the same foot's straight kick reaches it, is a straight kick
 /// of reduced speed.
 pub fn strike(kick_type: KickType, ball_in_robot: Vec2) -> Option<Strike> {
-    let direction = || (ball_in_robot - kick_type.foot().tip()).normalize_or(Vec2::X);
+    let direction = || (ball_in_robot - kick_type.foot().foot_tip()).normalize_or(Vec2::X);
     if kick_type.admits(ball_in_robot) {
         Some(Strike { direction: direction(), range_of: kick_type, reduced: false })
     } else if kick_type.straight().admits(ball_in_robot) {
@@ -121,7 +129,7 @@ mod tests {
     fn over_the_whole_of_each_rectangle_the_ball_leaves_along_the_ray_from_the_foot_tip() {
         for kick_type in KickType::ALL {
             let rectangle = kick_type.admissible_rectangle();
-            let tip = kick_type.foot().tip();
+            let tip = kick_type.foot().foot_tip();
             for column in 0..=20 {
                 for row in 0..=20 {
                     let share = Vec2::new(column as f32, row as f32) / 20.0;

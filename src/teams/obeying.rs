@@ -4,9 +4,10 @@
 use bevy::prelude::*;
 
 use super::player::{Decision, Player, PlayerMemory};
+use crate::game::{DefenderLimit, GameState};
 use crate::geometry::{Pose, angle_of, unrotate};
 use crate::pitch::End;
-use crate::referee::{DefenderLimit, GameState, formation};
+use crate::referee::formation;
 use crate::robot::motion::WalkCommand;
 use crate::robot::posture::PostureRequest;
 use crate::sensing::status::BodyStatus;
@@ -167,9 +168,10 @@ fn leads_into(player: &Player, walk: &WalkCommand, centre: Vec2, radius: f32) ->
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::behaviour::teams::player::tests::Situation;
-    use crate::referee::{Rules, SetPlayKind, SetPlayStatus};
-    use crate::robot::Team;
+    use crate::game::{Rules, SetPlayKind};
+    use crate::referee::SetPlayStatus;
+    use crate::team::Team;
+    use crate::teams::player::tests::Situation;
 
     fn walking(dx: f32, dy: f32) -> Decision {
         Decision { walk: WalkCommand { dx, dy, dtheta: 0.01 }, ..default() }

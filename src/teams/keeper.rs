@@ -5,9 +5,10 @@ use bevy::prelude::*;
 use super::attack::attack;
 use super::looking;
 use super::player::{Decision, Player, PlayerMemory};
+use crate::game::DefenderLimit;
+use crate::kick_geometry::Side;
 use crate::pitch::End;
-use crate::referee::DefenderLimit;
-use crate::robot::posture::{PostureRequest, Side};
+use crate::robot::posture::PostureRequest;
 
 /// Distance of the keeper's place from the middle of the goal line, m.
 const GUARD_DISTANCE_M: f32 = 0.45;
@@ -115,11 +116,9 @@ mod tests {
 
     #[test]
     fn a_shot_that_cannot_be_walked_to_is_dived_for_where_the_rules_let_it() {
-        let mut situation = crate::behaviour::teams::player::tests::Situation::new(
-            crate::geometry::Pose::new(-2.7, 0.0, 0.0),
-            Vec2::ZERO,
-        );
-        let dives = |situation: &crate::behaviour::teams::player::tests::Situation, y: f32| {
+        let mut situation =
+            crate::teams::player::tests::Situation::new(crate::geometry::Pose::new(-2.7, 0.0, 0.0), Vec2::ZERO);
+        let dives = |situation: &crate::teams::player::tests::Situation, y: f32| {
             // 1 m away at 2 m/s: half a second, in which it walks 10 cm.
             dive(&situation.player(), Vec2::new(-1.7, y), Vec2::new(-2.0, 0.0), y)
         };

@@ -10,16 +10,13 @@
 
 use bevy::math::ops;
 use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
 
 #[cfg(test)]
 mod tests;
 
-use super::{CameraSettings, CameraSide};
 use crate::geometry::unit;
-use crate::robot::head::HeadAngles;
-
-/// The point about which the head turns, m, robot frame (NAO V3.2: straight legs, 459.5 mm).
-pub const NECK: Vec3 = Vec3::new(0.0, 0.0, 0.4595);
+use crate::robot::head::{HeadAngles, NECK};
 
 /// How much further down the bottom camera looks than the top one, radians: 40° (paper, section 3.1).
 pub const BOTTOM_TILT: f32 = 0.698_131_7;
@@ -30,7 +27,20 @@ const BOTTOM_TILT_UNIT: Vec2 = Vec2::new(0.766_044_44, 0.642_787_6);
 /// Nearer than this to the plane of the lens, a point has no pixel, m.
 const NEAR_PLANE_M: f32 = 1e-3;
 
+/// One of the two cameras in the head.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum CameraSide {
+    /// The upper camera, which looks ahead.
+    Top,
+    /// The lower camera, which looks 40° further down.
+    Bottom,
+}
+
 impl CameraSide {
+    /// Both cameras, top first.
+    pub const BOTH: [CameraSide; 2] = [CameraSide::Top, CameraSide::Bottom];
+
     /// The lens at zero head angles, m, robot frame (paper, Table 1a).
     pub const fn lens(self) -> Vec3 {
         match self {
@@ -66,10 +76,10 @@ pub struct CameraIntrinsics {
     pub size: Vec2,
 }
 
-impl From<&CameraSettings> for CameraIntrinsics {
-    fn from(settings: &CameraSettings) -> Self {
-        let size = Vec2::new(settings.width as f32, settings.height as f32);
-        let focal_length = size.length() / 2.0 / ops::tan(settings.diagonal_fov / 2.0);
+impl CameraIntrinsics {
+    /// The pinhole with this size of the image, pixels, and this field of view along its diagonal, radians.
+    pub fn new(size: Vec2, diagonal_fov: f32) -> Self {
+        let focal_length = size.length() / 2.0 / ops::tan(diagonal_fov / 2.0);
         Self { focal_length, centre: size / 2.0, size }
     }
 }

@@ -1,0 +1,91 @@
+//! A robot that hears: a sensor of one's own, with settings in the scenario, a reading for behaviours, and a value in the trace.
+//!
+//! The referee whistles at the side line. Robots wait for it, each as far as its ear reaches.
+//!
+//! Run with `cargo run --release --no-default-features --example robot_that_hears`; with `-- run ears.json --trace -` and a
+//! scenario of your own, its traces have `"sensors": { "whistle_ear": { "heard": true } }` of each robot.
+
+#![expect(clippy::print_stdout, reason = "an example says what it finds")]
+
+use bevy::prelude::*;
+use naoisis::prelude::*;
+use naoisis::random::RandomStreams;
+use serde::{Deserialize, Serialize};
+use std::process::ExitCode;
+
+/// The settings: a scenario changes them under `"sensors": { "whistle_ear": { ... } }`, for all robots or for one.
+#[derive(Component, Reflect, Serialize, Deserialize)]
+#[reflect(Component, @Knowledge::Public)]
+#[serde(default, deny_unknown_fields)]
+struct WhistleEar {
+    /// How far it hears, m.
+    range_m: f32,
+    /// How probable it is that a whistle is missed.
+    miss_probability: f32,
+}
+
+impl Default for WhistleEar {
+    fn default() -> Self {
+        Self { range_m: 6.0, miss_probability: 0.1 }
+    }
+}
+
+/// The reading: behaviours may know it, and cannot write it.
+#[derive(Component, Default, Reflect, Serialize, Deserialize)]
+#[reflect(Component, @Knowledge::Sensor)]
+struct Whistle {
+    /// Whether one was heard in this cycle.
+    heard: bool,
+}
+
+/// The sensor is the simulation's: it may read where the robots are, and what happened.
+fn hear(
+    mut events: MessageReader<MatchEvent>,
+    pitch: Res<Pitch>,
+    mut robots: Query<(&Pose, &WhistleEar, &mut Whistle, &mut RandomStreams)>,
+) {
+    let referee = Vec2::new(0.0, -pitch.half_width());
+    let whistled = events.read().any(|event| matches!(event, MatchEvent::StateChanged { state: GameState::Playing }));
+    for (pose, ear, mut whistle, mut streams) in &mut robots {
+        let is_near = pose.position.distance(referee) < ear.range_m;
+        // Random numbers of its own: nobody else's noise changes.
+        whistle.heard = whistled && is_near && !streams.own("whistle_ear").chance(ear.miss_probability);
+    }
+}
+
+/// Walks once it has heard the whistle.
+#[derive(Component, Default)]
+struct Listener {
+    has_heard: bool,
+}
+
+fn walk_when_whistled(clock: Res<CycleClock>, mut robots: Query<(&Whistle, &mut Listener, &mut WalkCommand)>) {
+    for (whistle, mut listener, mut walk) in &mut robots {
+        listener.has_heard |= whistle.heard;
+        let speed_mps = if listener.has_heard { 0.15 } else { 0.0 };
+        *walk = WalkCommand::at_velocity(speed_mps, 0.0, 0.0, &clock);
+    }
+}
+
+fn add_ears(app: &mut App) {
+    app.add_sensor::<WhistleEar, Whistle, _>("whistle_ear", hear);
+    app.add_behaviour::<Listener, _>("listener", walk_when_whistled);
+}
+
+const SCENARIO: &str = r#"{ "rules": "free", "ball": null, "sensors": { "whistle_ear": { "miss_probability": 0 } }, "robots": [
+    { "number": 1, "pose": [-1, 0, 0], "behaviour": "listener" },
+    { "number": 2, "pose": [-1, 1, 0], "behaviour": "listener", "sensors": { "whistle_ear": { "range_m": 0.5 } } }] }"#;
+
+fn main() -> Result<ExitCode, Box<dyn core::error::Error>> {
+    if std::env::args().len() > 1 {
+        return Ok(naoisis::cli::run(add_ears));
+    }
+    let mut app = App::new();
+    app.add_plugins(NaoisisPlugins);
+    add_ears(&mut app);
+    app.start_match(&Scenario::from_json(SCENARIO)?)?.run_cycles(60);
+    let way = |number| app.robot_pose(RobotId::new(Team::Blue, number)).map_or(0.0, |pose| pose.position.x + 1.0);
+    println!("two seconds after the whistle, who heard it is {:.2} m away, and who did not {:.2} m", way(1), way(2));
+    assert!(way(1) > 0.25 && way(2) == 0.0);
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,159 @@
+//! Who plays: the two teams, and which robot is which.
+
+use bevy::prelude::*;
+use core::fmt;
+use core::ops::{Index, IndexMut};
+use core::str::FromStr;
+use serde::{Deserialize, Serialize};
+
+use crate::knowledge::Knowledge;
+
+/// One of the two teams, named by the colour of their waistbands (2010 rule book, section 2.4).
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Team {
+    /// Defends the blue goal at -x in the first half.
+    #[default]
+    Blue,
+    /// Defends the yellow goal at +x in the first half.
+    Pink,
+}
+
+impl Team {
+    /// Both teams, blue first.
+    pub const BOTH: [Team; 2] = [Team::Blue, Team::Pink];
+
+    /// The other team.
+    pub fn opponent(self) -> Team {
+        match self {
+            Team::Blue => Team::Pink,
+            Team::Pink => Team::Blue,
+        }
+    }
+
+    /// The team's name in files: `blue` or `pink`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Team::Blue => "blue",
+            Team::Pink => "pink",
+        }
+    }
+}
+
+impl fmt::Display for Team {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(self.name())
+    }
+}
+
+/// Which robot this is: its team and jersey number. Totally ordered, so that whatever depends on an order sorts by
+/// it. Written `blue1` in files.
+#[derive(Component, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Reflect)]
+#[component(immutable)]
+#[reflect(Component, Serialize, Deserialize, @Knowledge::Sensor)]
+pub struct RobotId {
+    /// The robot's team.
+    pub team: Team,
+    /// The jersey number, from 1.
+    pub number: u8,
+}
+
+impl RobotId {
+    /// The robot of `team` with jersey `number`.
+    pub const fn new(team: Team, number: u8) -> Self {
+        Self { team, number }
+    }
+
+    /// A number that is different for every robot and the same in every match; never zero.
+    pub fn stable_number(self) -> u64 {
+        1 + 256 * (self.team as u64) + u64::from(self.number)
+    }
+}
+
+impl fmt::Display for RobotId {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{}{}", self.team, self.number)
+    }
+}
+
+/// A word that names no robot.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("`{0}` is not a robot: expected a team and a jersey number, such as `blue1` or `pink3`")]
+pub struct NotARobotId(pub String);
+
+impl FromStr for RobotId {
+    type Err = NotARobotId;
+
+    fn from_str(word: &str) -> Result<Self, NotARobotId> {
+        Team::BOTH
+            .into_iter()
+            .find_map(|team| {
+                let number = word.strip_prefix(team.name())?.parse().ok()?;
+                (number > 0).then_some(RobotId { team, number })
+            })
+            .ok_or_else(|| NotARobotId(word.to_owned()))
+    }
+}
+
+impl Serialize for RobotId {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+impl<'de> Deserialize<'de> for RobotId {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        String::deserialize(deserializer)?.parse().map_err(serde::de::Error::custom)
+    }
+}
+
+/// Something for each team.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+pub struct PerTeam<T> {
+    /// The blue team's.
+    pub blue: T,
+    /// The pink team's.
+    pub pink: T,
+}
+
+impl<T> PerTeam<T> {
+    /// What `of` says of each team.
+    pub fn new(mut of: impl FnMut(Team) -> T) -> Self {
+        Self { blue: of(Team::Blue), pink: of(Team::Pink) }
+    }
+}
+
+impl<T> Index<Team> for PerTeam<T> {
+    type Output = T;
+
+    fn index(&self, team: Team) -> &T {
+        match team {
+            Team::Blue => &self.blue,
+            Team::Pink => &self.pink,
+        }
+    }
+}
+
+impl<T> IndexMut<Team> for PerTeam<T> {
+    fn index_mut(&mut self, team: Team) -> &mut T {
+        match team {
+            Team::Blue => &mut self.blue,
+            Team::Pink => &mut self.pink,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn robot_ids_order_by_team_then_number_and_print_as_in_traces() {
+        let ids = ["blue1", "blue2", "blue10", "pink1"].map(|word| word.parse::<RobotId>().unwrap());
+        assert!(ids.is_sorted());
+        assert_eq!(ids.map(|id| id.to_string()), ["blue1", "blue2", "blue10", "pink1"]);
+        for wrong in ["blue0", "blue", "red1", "1", "blue256"] {
+            assert!(wrong.parse::<RobotId>().is_err());
+        }
+    }
+}
