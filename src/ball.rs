@@ -66,6 +66,7 @@ pub const REST_SPEED_MPS: f32 = 1e-3;
 /// The law by which a rolling ball slows down.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Rolling {
     /// Drag proportional to the speed, per second: v(t) = v0 exp(-k t), until [`REST_SPEED_MPS`].
     ///

@@ -67,6 +67,7 @@ pub struct CycleEvents(pub Vec<MatchEvent>);
 /// What came of a kick.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum KickResult {
     /// The ball was struck.
     Kicked,
@@ -79,6 +80,7 @@ pub enum KickResult {
 /// Why a kick missed.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum KickMiss {
     /// The robot lies, gets up or dives.
     Down,
@@ -99,6 +101,7 @@ pub enum KickMiss {
 /// What met in a collision.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum CollisionType {
     /// Two moving robots.
     MovingRobots,
@@ -118,6 +121,7 @@ pub enum CollisionType {
 
 /// What a robot or the ball ran into.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect)]
+#[non_exhaustive]
 pub enum CollisionPartner {
     /// Another robot.
     Robot(RobotId),
@@ -151,6 +155,7 @@ impl<'de> Deserialize<'de> for CollisionPartner {
 /// A command that a behaviour may give.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum CommandKind {
     /// [`WalkCommand`](crate::robot::motion::WalkCommand).
     Walk,
@@ -167,6 +172,7 @@ pub enum CommandKind {
 /// Why a command was refused.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Refusal {
     /// A number in it is not finite.
     NotFinite,
@@ -208,6 +214,7 @@ pub enum BoundaryLine {
 /// Why a goal does not count.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum DisallowedGoal {
     /// It was shot straight from the kick-off.
     KickOffShot,
@@ -218,6 +225,7 @@ pub enum DisallowedGoal {
 /// Something that happened in a cycle.
 #[derive(Message, Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum MatchEvent {
     /// A kick command was carried out, or not.
     Kick {

@@ -34,6 +34,7 @@ impl Side {
 /// The four types of kick (paper, section 3.2).
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum KickType {
     /// Forward with the left foot.
     LeftStraight,

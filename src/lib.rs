@@ -31,9 +31,19 @@
 //! | know what happens to it | [`collision`], [`ball`], [`referee`] |
 //! | describe a situation in a file | [`scenario`] |
 //! | record a match | [`record::trace`] |
+//! | have a sensor of your own | [`simulation::sensors`] |
+//! | have all commands in a program of your own | [`cli::run`] |
+//! | know what happens, in a system of your own | [`events`] |
 //! | play thousands of matches | [`batch`] |
 //! | save a match and go on from it | [`simulation::snapshot`] |
 //! | add a system at the right place | [`cycle::CycleSystems`] |
+//!
+//! # What may grow
+//!
+//! Enums that name kinds of things (events, penalties, kicks, noises) and what the simulation hands out (percepts, statuses,
+//! evidence, records) are `#[non_exhaustive]`: a `match` on them has an arm for the rest, a test makes them by `new` or `default`.
+//! What a program builds itself (scenarios, rules, settings) gets new fields, too, each with a default: end a literal with
+//! `..default()`, and it builds with the next version.
 //!
 //! # Units and frames
 //!

@@ -21,6 +21,7 @@ const CYCLES_PER_BELIEF: u64 = 30;
 /// How a match ended.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum MatchOutcome {
     /// With the final whistle.
     FinalWhistle,
@@ -43,6 +44,7 @@ impl MatchOutcome {
 
 /// What came of one match: a row of a batch's table.
 #[derive(Clone, PartialEq, Debug)]
+#[non_exhaustive]
 pub struct MatchRow {
     /// Its place in the batch, from 0.
     pub index: usize,

@@ -39,6 +39,7 @@ const COLUMNS: [&str; 18] = [
 
 /// Why a table cannot be written or gone on with.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum TableError {
     /// It cannot be read or written.
     #[error("{path}: the table cannot be read or written: {error}")]

@@ -11,7 +11,8 @@
 //! - of the engine's own components and resources read the clocks, and no others.
 //!
 //! The marker and the components that it requires come to robots when the match starts. So it must be nobody else's,
-//! nothing of it may have hooks, and it brings no part of the simulation but beliefs and commands.
+//! nothing of it may have hooks, and it brings no part of the simulation but beliefs and commands: what a robot is, and
+//! which sensors it has, the scenario says.
 //!
 //! # What the barrier cannot see
 //!
@@ -86,7 +87,7 @@ pub enum Breach {
     },
     /// Its marker brings what a behaviour cannot give a robot.
     #[error(
-        "comes with `{component}`, which is {knowledge}; a marker may require beliefs, commands and components of your own"
+        "comes with `{component}`, which is {knowledge}; a marker may require beliefs, commands and memories of your own"
     )]
     Brings {
         /// The component's type.
@@ -146,7 +147,7 @@ pub fn inspect<Marker: Component>(
 
 /// Checks that a component can tie a behaviour to its robots: it is the user's own, or one of the simulation's markers
 /// of behaviours, which are beliefs without content; neither it nor what comes with it has hooks; and what comes with it
-/// is the user's own, a belief or a command.
+/// is a belief, a command, or the user's own and nothing else.
 ///
 /// # Errors
 /// [`Breach::NoMarker`], [`Breach::Hooks`] and [`Breach::Brings`].
@@ -172,7 +173,9 @@ pub(super) fn inspect_marker<Marker: Component>(world: &mut World) -> Result<(),
         }
         let knowledge = match Origin::of(id, world) {
             Origin::Engine => THE_ENGINES.to_owned(),
-            Origin::Simulation(knowledge) if !knowledge.is_writable() => knowledge.to_string(),
+            Origin::Simulation(knowledge) | Origin::Own(Some(knowledge)) if !knowledge.is_writable() => {
+                knowledge.to_string()
+            }
             _ => continue,
         };
         return Err(Breach::Brings { component: component(), knowledge });

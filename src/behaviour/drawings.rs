@@ -69,6 +69,7 @@ pub enum Frame {
 /// Colours to draw with: those of Okabe and Ito (2008), which people with any kind of colour blindness tell apart.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Ink {
     /// White.
     #[default]
@@ -136,6 +137,7 @@ pub struct Drawing {
 /// What is drawn.
 #[derive(Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum DrawnShape {
     /// A straight line.
     Line {

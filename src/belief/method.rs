@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 /// How a robot localises itself.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Localisation {
     /// By an extended Kalman filter, quick and exact; a robot that has lost its way searches with particles.
     #[default]

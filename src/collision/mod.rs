@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 pub mod ball;
 mod bodies;
-pub mod footprints;
+pub(crate) mod footprints;
 pub mod robots;
 
 use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity, REST_SPEED_MPS, RollingBall};

@@ -17,19 +17,10 @@ pub const SKY_BLUE: Colour = Colour([86, 180, 233]);
 pub const VERMILION: Colour = Colour([213, 94, 0]);
 /// Yellow.
 pub const YELLOW: Colour = Colour([240, 228, 66]);
-/// Pink.
-pub const PURPLE: Colour = Colour([204, 121, 167]);
 
 /// Half axes of the ellipse within which a place is with a probability of 95 %, in standard deviations: the square root of
 /// -2 ln 0.05.
 const WITHIN_95: f32 = 2.447_746_8;
-
-/// Words on a patch of colour, around a place.
-pub fn tag(canvas: &mut Canvas, words: &str, centre: Vec2, height: f32, ink: Colour, patch: Colour) {
-    let half = Vec2::new(width_of_words(words, height) / 2.0 + 0.3 * height, 0.64 * height);
-    canvas.rectangle(centre - half, 2.0 * half, patch, 0.85);
-    canvas.words(words, centre + Vec2::Y * 0.34 * height, height, Anchor::Middle, ink);
-}
 
 /// A measured distance between two places, with words in its middle or, where they would not fit, beside it.
 pub fn measure(canvas: &mut Canvas, [from, to]: [Vec2; 2], words: &str, colour: Colour, patch: Option<Colour>) {

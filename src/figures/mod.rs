@@ -8,17 +8,17 @@ use crate::record::encoder::RecordError;
 use crate::scenario::{ScenarioError, ScenarioFault};
 use crate::sensing::camera::image::Image;
 
-pub mod axes;
+mod axes;
 mod beliefs;
 mod cameras;
 mod collision;
 mod field;
 mod game;
 mod kicks;
-pub mod marks;
+mod marks;
 mod robots;
 mod sonar;
-pub mod stage;
+mod stage;
 
 /// Why a figure is not drawn.
 #[derive(Debug, thiserror::Error)]

@@ -16,6 +16,7 @@ use crate::team::{RobotId, Team};
 /// Something that the referee is made to do.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[non_exhaustive]
 pub enum Intervention {
     /// Puts the ball down, where there is room for it.
     PlaceBall {

@@ -28,6 +28,7 @@ use crate::team::{PerTeam, Team};
 /// The state of the game (2010 rule book, section 3.2).
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum GameState {
     /// Before the match.
     #[default]

@@ -37,6 +37,7 @@ impl ActivePenalty {
 /// What a robot can be penalised for.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum PenaltyReason {
     /// It is responsible for a collision with another robot.
     Pushing,

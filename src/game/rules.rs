@@ -9,6 +9,7 @@ use crate::knowledge::Knowledge;
 /// What follows when the ball has left the pitch.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum BallOutRestart {
     /// A kick-off of the team that did not touch the ball last, as in the paper's match mode (section 3.4).
     #[default]
@@ -22,6 +23,7 @@ pub enum BallOutRestart {
 /// How a kick-off comes about.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum KickOffProcedure {
     /// Ball and robots are repositioned, and play goes on at once (paper, section 3.4).
     #[default]
@@ -33,6 +35,7 @@ pub enum KickOffProcedure {
 /// Whose rules say where a robot may stand at a kick-off.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum KickOffPositions {
     /// 2010 rule book, section 3.6.
     #[default]
@@ -44,6 +47,7 @@ pub enum KickOffPositions {
 /// Where a robot comes back after a penalty.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum ReturnPlace {
     /// On the halfway line, at the side line farther from the ball (2010).
     #[default]
@@ -55,6 +59,7 @@ pub enum ReturnPlace {
 /// Which of a team's robots may be where in front of their own goal.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum DefenderLimit {
     /// Only the keeper, number 1, may have both feet in the penalty area (2010).
     #[default]
@@ -66,6 +71,7 @@ pub enum DefenderLimit {
 /// Whether a robot may touch another with its side, its arm or shoulder, on its way to the ball.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum SideContacts {
     /// It is responsible as for any collision.
     #[default]

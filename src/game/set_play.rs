@@ -9,6 +9,7 @@ use crate::team::Team;
 /// Why the ball belongs to one team.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum SetPlayKind {
     /// Kick-off.
     KickOff,

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 /// Why a picture is not written.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum RecordError {
     /// Something is there already.
     #[error("{0}: the folder is not empty; expected a new or an empty one")]

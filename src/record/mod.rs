@@ -3,7 +3,7 @@
 
 pub mod album;
 pub mod beliefs;
-pub mod canvas;
+pub(crate) mod canvas;
 mod colour_description;
 mod cycle_record;
 pub mod encoder;

@@ -14,6 +14,7 @@ pub const FIELD_SIZE: [u32; 2] = [960, 540];
 
 /// A picture of a match.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+#[non_exhaustive]
 pub enum Picture {
     /// The whole field, from above one side line.
     Field,

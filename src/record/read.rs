@@ -17,6 +17,7 @@ const LONGEST_LINE_BYTES: u64 = 16 << 20;
 
 /// Why a trace cannot be read.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum TraceError {
     /// The file cannot be opened or read.
     #[error("{}: {error}; expected a trace, as `naoisis run --trace` writes it", path.display())]
@@ -44,6 +45,7 @@ pub enum TraceError {
 
 /// How a trace ends.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[non_exhaustive]
 pub enum Ending {
     /// There are more lines.
     NotYet,

@@ -138,6 +138,7 @@ impl TraceRecorder {
 /// Why a match ended.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum EndReason {
     /// The final whistle.
     FinalWhistle,

@@ -19,6 +19,7 @@ use crate::team::{RobotId, Team};
 /// `drop_ball` and `set_play` may come [late](crate::game::Rules::status_delay_s).
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Sensor)]
+#[non_exhaustive]
 pub struct GameStatus {
     /// The state of the game.
     pub state: GameState,

@@ -52,6 +52,7 @@ pub struct KickCommand(pub Option<KickRequest>);
 /// Where a robot is in the course of a kick: it neither walks nor kicks again before it has recovered.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Truth)]
+#[non_exhaustive]
 pub enum KickPhase {
     /// Not kicking.
     #[default]

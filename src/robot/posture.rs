@@ -49,6 +49,7 @@ pub struct FallSystems;
 /// What a robot does with its whole body, rather than with its legs.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum PostureRequest {
     /// Gets up from a fall or dive.
     GetUp,
@@ -64,6 +65,7 @@ pub struct PostureCommand(pub Option<PostureRequest>);
 /// How a robot's body is.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Truth)]
+#[non_exhaustive]
 pub enum Posture {
     /// On its feet.
     #[default]

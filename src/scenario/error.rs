@@ -8,6 +8,7 @@ use super::field_path::FieldPath;
 
 /// What kind of thing is wrong.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[non_exhaustive]
 pub enum ScenarioErrorKind {
     /// There is no such file or built-in scenario.
     NotFound,

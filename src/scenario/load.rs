@@ -24,6 +24,7 @@ const LARGEST_FILE_BYTES: u64 = 16 << 20;
 
 /// The two spellings of a scenario.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[non_exhaustive]
 pub enum Format {
     /// Rusty Object Notation, `.ron`.
     Ron,

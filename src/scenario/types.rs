@@ -232,6 +232,7 @@ impl SensorValues {
 
 /// What controls a robot: `"idle"`, the name of a registered behaviour, or `{ "script": [...] }`.
 #[derive(Clone, PartialEq, Debug, Reflect)]
+#[non_exhaustive]
 pub enum BehaviourSpec {
     /// A registered behaviour; `idle` does nothing.
     Named(String),

@@ -165,6 +165,7 @@ pub(crate) struct OdometryNoiseChanges {
 /// What a robot's odometry counts.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum OdometrySource {
     /// The steps of its legs, with their errors.
     #[default]

@@ -32,6 +32,7 @@ impl Plugin for BodyStatusPlugin {
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Sensor)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum BodyStatus {
     /// Standing, free to act.
     #[default]

@@ -76,6 +76,7 @@ impl<T: Component + Default + Serialize + Reflect + Typed + GetTypeRegistration>
 /// Why a sensor was refused.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("sensor `{sensor}` is refused: {reason}")]
+#[non_exhaustive]
 pub struct SensorError {
     /// The name under which it should have been registered.
     pub sensor: String,

@@ -103,7 +103,7 @@ fn an_image_vision_of_ones_own_takes_the_place_of_the_built_in_one() {
         for (images, mut percepts) in &mut robots {
             if !images.top.is_empty() {
                 let position_m = Vec2::X;
-                percepts.ball = Some(BallPercept { camera: CameraSide::Top, pixel: Vec2::ZERO, position_m });
+                percepts.ball = Some(BallPercept::new(CameraSide::Top, Vec2::ZERO, position_m));
             }
         }
     }

@@ -60,6 +60,7 @@ impl Plugin for CameraPlugin {
 /// Whether, and by what, camera images are rendered.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum CameraRendering {
     /// By software, for robots that see by their images; no images for others.
     #[default]
@@ -100,6 +101,7 @@ impl CameraRendering {
 /// Which of a robot's cameras return images.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum CameraChoice {
     /// Both.
     #[default]

@@ -81,6 +81,7 @@ pub struct SonarReading {
 /// Where a robot's sonar readings come from.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum SonarSource {
     /// From the echoes in the sector.
     #[default]
@@ -92,6 +93,7 @@ pub enum SonarSource {
 /// The error of a measured distance. In files also `"default"`: that of [`SonarSettings::default`].
 #[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", from = "SonarNoiseForm")]
+#[non_exhaustive]
 pub enum SonarNoise {
     /// Exact distances.
     #[default]

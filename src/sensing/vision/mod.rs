@@ -80,6 +80,7 @@ impl Plugin for VisionPlugin {
 
 /// A ball in an image.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct BallPercept {
     /// The camera that sees it.
     pub camera: CameraSide,
@@ -91,6 +92,7 @@ pub struct BallPercept {
 
 /// A goal post in an image.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct GoalPostPercept {
     /// The camera that sees it.
     pub camera: CameraSide,
@@ -104,6 +106,7 @@ pub struct GoalPostPercept {
 
 /// Another robot in an image, by its waistband.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct RobotPercept {
     /// The camera that sees it.
     pub camera: CameraSide,
@@ -117,6 +120,7 @@ pub struct RobotPercept {
 
 /// A line, crossing or mark in an image.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct LandmarkPercept {
     /// The camera that sees it.
     pub camera: CameraSide,
@@ -129,9 +133,14 @@ pub struct LandmarkPercept {
     pub position_m: Vec2,
 }
 
-macro_rules! with_bearing {
-    ($($percept:ident)*) => {
+macro_rules! percepts {
+    ($($percept:ident($($what:ident: $type:ty)?))*) => {
         $(impl $percept {
+            /// A percept of this camera, at this pixel, [u, v], and at this place on the ground, m, robot frame.
+            pub const fn new(camera: CameraSide, $($what: $type,)? pixel: Vec2, position_m: Vec2) -> Self {
+                Self { camera, $($what,)? pixel, position_m }
+            }
+
             /// The direction of its estimated place, radians, robot frame: counter-clockwise from straight ahead.
             pub fn bearing(&self) -> f32 {
                 angle_of(self.position_m)
@@ -140,11 +149,17 @@ macro_rules! with_bearing {
     };
 }
 
-with_bearing!(BallPercept GoalPostPercept RobotPercept LandmarkPercept);
+percepts! {
+    BallPercept()
+    GoalPostPercept(colour: GoalColour)
+    RobotPercept(team: Team)
+    LandmarkPercept(kind: LandmarkKind)
+}
 
 /// What a landmark on the ground is.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum LandmarkKind {
     /// A stretch of a line; the percept's own place is one end.
     Line {
@@ -167,6 +182,7 @@ pub enum LandmarkKind {
 /// What a robot's cameras recognised in this cycle.
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Sensor)]
+#[non_exhaustive]
 pub struct Percepts {
     /// The ball.
     pub ball: Option<BallPercept>,
@@ -203,6 +219,7 @@ fn image_order(a: (CameraSide, Vec2), b: (CameraSide, Vec2)) -> core::cmp::Order
 /// Where a robot's percepts come from.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum VisionSource {
     /// From the geometry of what is in view, with the noise of a real vision system.
     #[default]

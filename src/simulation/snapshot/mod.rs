@@ -56,6 +56,7 @@ struct EntityState {
 
 /// Why a snapshot cannot be taken, written, read or restored.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum SnapshotError {
     /// A component of the user's own cannot be saved.
     #[error(

@@ -9,13 +9,13 @@ use naoisis::belief::{Belief, SimpleBelief};
 use naoisis::sensing::camera::CameraSettings;
 use naoisis::teams::Chaser;
 
+/// A sensor of the program's own, which all robots may have.
+#[derive(Component, Default, Reflect)]
+#[reflect(Component, @Knowledge::Sensor)]
+struct Hearing(bool);
+
 #[test]
 fn a_marker_that_others_carry_is_no_marker() {
-    /// A sensor of the program's own, which all robots may have.
-    #[derive(Component, Default, Reflect)]
-    #[reflect(Component, @Knowledge::Sensor)]
-    struct Hearing(bool);
-
     fn spies(_: Query<(&mut WalkCommand, &Inbox)>) {}
     let mut app = App::new();
     app.add_plugins(NaoisisPlugins).register_type::<Hearing>();
@@ -122,6 +122,9 @@ fn a_marker_brings_beliefs_commands_and_what_is_its_own() {
     #[require(CameraSettings = CameraSettings { every_cycles: 1, ..default() })]
     struct SeesMore;
     #[derive(Component, Default)]
+    #[require(Hearing)]
+    struct HearsMore;
+    #[derive(Component, Default)]
     #[require(Name)]
     struct Named;
     #[derive(Resource, Default)]
@@ -131,7 +134,10 @@ fn a_marker_brings_beliefs_commands_and_what_is_its_own() {
     struct Honest;
 
     fn brought<Marker: Component + Default>() -> String {
-        match register_with::<Marker, _>(|_: Local<u8>| {}).unwrap_err().reason {
+        let mut app = App::new();
+        app.add_plugins(NaoisisPlugins).register_type::<Hearing>();
+        let error = app.try_add_behaviour::<Marker, _>("under test", |_: Local<u8>| {}).err().unwrap();
+        match error.reason {
             Breach::Brings { component, .. } | Breach::Hooks { component } => {
                 component.rsplit("::").next().unwrap_or_default().to_owned()
             }
@@ -143,6 +149,7 @@ fn a_marker_brings_beliefs_commands_and_what_is_its_own() {
     assert_eq!(brought::<Round>(), "Ball");
     assert_eq!(brought::<Placed>(), "Pose");
     assert_eq!(brought::<SeesMore>(), "CameraSettings");
+    assert_eq!(brought::<HearsMore>(), "Hearing");
     assert_eq!(brought::<Named>(), "Name");
     assert_eq!(brought::<Known>(), "IsResource");
     assert_eq!(register_with::<Honest, _>(|_: Query<&Belief, With<Honest>>| {}), Ok(()));
