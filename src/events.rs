@@ -34,6 +34,7 @@ use crate::game::{Evidence, GameState, Intervention, PenaltyReason, Score, SetPl
 use crate::geometry::file_units;
 use crate::kick_geometry::{KickType, Side};
 use crate::knowledge::Knowledge;
+use crate::state::ReflectState;
 use crate::team::{RobotId, Team};
 
 /// Messages are kept until the frame after the next, as Bevy's are, and where there are no frames, so many at least.
@@ -61,7 +62,7 @@ pub struct PublishEvents;
 
 /// The events of the cycle under way, in the order in which they happened.
 #[derive(Resource, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, Deref, DerefMut)]
-#[reflect(Resource, @Knowledge::Truth)]
+#[reflect(State, @Knowledge::Truth)]
 pub struct CycleEvents(pub Vec<MatchEvent>);
 
 /// What came of a kick.
@@ -503,7 +504,8 @@ mod tests {
             let text = serde_json::to_string(&event).unwrap();
             assert!(text.contains(&format!(r#""kind":"{kind}""#)), "{text}");
         }
-        let pushing = MatchEvent::Penalty { robot, reason: PenaltyReason::LeavingField, until_s: 45.0, evidence: default() };
+        let pushing =
+            MatchEvent::Penalty { robot, reason: PenaltyReason::LeavingField, until_s: 45.0, evidence: default() };
         assert_eq!(pushing.kind(), "penalty leaving_field");
     }
 

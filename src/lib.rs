@@ -86,6 +86,7 @@ pub mod robot;
 pub mod scenario;
 pub mod sensing;
 pub mod simulation;
+pub mod state;
 pub mod statistics;
 pub mod team;
 pub mod teams;

@@ -11,6 +11,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use serde::{Deserialize, Serialize};
 
 use crate::knowledge::Knowledge;
+use crate::state::ReflectState;
 use crate::team::RobotId;
 
 /// A reproducible stream of random numbers (xoshiro256++): the same on every platform, and small to save.
@@ -80,7 +81,7 @@ impl TryRng for RandomStream {
 
 /// The random streams of one robot, one a purpose.
 #[derive(Component, Clone, Debug, PartialEq, Reflect, Serialize, Deserialize)]
-#[reflect(Component, @Knowledge::Truth)]
+#[reflect(State, @Knowledge::Truth)]
 pub struct RandomStreams {
     seed: u64,
     robot: RobotId,

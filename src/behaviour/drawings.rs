@@ -40,6 +40,7 @@ use std::borrow::Cow;
 
 use crate::cycle::{BeginCycle, Cycle, CycleSystems};
 use crate::knowledge::Knowledge;
+use crate::state::ReflectState;
 
 /// More drawings of a robot in a cycle are dropped.
 pub const MOST: usize = 1000;
@@ -181,7 +182,7 @@ impl DrawnShape {
 
 /// What a robot's behaviour has drawn in this cycle.
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(Component, @Knowledge::Command)]
+#[reflect(State, @Knowledge::Command)]
 pub struct Drawings(Vec<Drawing>);
 
 impl Drawings {

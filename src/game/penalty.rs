@@ -5,10 +5,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::cycle::CycleClock;
 use crate::knowledge::Knowledge;
+use crate::state::ReflectState;
 
 /// The penalty that a robot serves, if any. A penalised robot cannot act, is no obstacle, and is not seen.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(Component, @Knowledge::Truth)]
+#[reflect(State, @Knowledge::Truth)]
 pub struct Penalty(pub Option<ActivePenalty>);
 
 impl Penalty {

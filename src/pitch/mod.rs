@@ -10,6 +10,7 @@ mod goals;
 mod markings;
 
 use crate::knowledge::Knowledge;
+use crate::state::ReflectState;
 pub use goals::GoalPost;
 pub use markings::{JunctionShape, LineJunction, LineSegment};
 
@@ -83,7 +84,7 @@ impl Default for GoalDimensions {
 
 /// Dimensions of the pitch. The default is the paper's 6 x 4 m pitch (2010 rule book, section 1.1).
 #[derive(Resource, Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
-#[reflect(Resource, @Knowledge::Public)]
+#[reflect(State, @Knowledge::Public)]
 #[serde(default, deny_unknown_fields)]
 pub struct Pitch {
     /// The preset's name, for display.
@@ -162,7 +163,7 @@ impl End {
 
 /// A post as a thing on the pitch: a vertical cylinder that stands where its [`Pose`](crate::geometry::Pose) is.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
-#[reflect(Component, @Knowledge::Truth)]
+#[reflect(State, @Knowledge::Truth)]
 pub struct Post {
     /// Radius, m.
     pub radius: f32,

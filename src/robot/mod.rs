@@ -4,6 +4,7 @@ use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::knowledge::Knowledge;
+use crate::state::ReflectState;
 
 pub mod body;
 pub mod head;
@@ -37,7 +38,7 @@ impl Plugin for RobotPlugin {
 /// Linear and angular velocity over the last cycle, in the pitch frame: what the robot really did, after
 /// limits, error and collisions.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(Component, @Knowledge::Truth)]
+#[reflect(State, @Knowledge::Truth)]
 pub struct Velocity {
     /// Metres per second.
     pub linear: Vec2,
@@ -47,12 +48,12 @@ pub struct Velocity {
 
 /// Where a robot or the ball was at the start of the cycle under way.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(Component, @Knowledge::Truth)]
+#[reflect(State, @Knowledge::Truth)]
 pub struct PreviousPose(pub Pose);
 
 /// All robots, ordered by [`RobotId`]: whatever depends on an order goes through the robots in this one.
 #[derive(Resource, Clone, PartialEq, Eq, Debug, Default, Reflect)]
-#[reflect(Resource, @Knowledge::Truth)]
+#[reflect(State, @Knowledge::Truth)]
 pub struct Roster(Vec<(RobotId, Entity)>);
 
 impl Roster {

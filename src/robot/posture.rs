@@ -21,6 +21,7 @@ use crate::geometry::Pose;
 use crate::kick_geometry::Side;
 use crate::knowledge::Knowledge;
 use crate::random::RandomStreams;
+use crate::state::ReflectState;
 use crate::team::RobotId;
 
 /// Takes posture commands in [`CycleSystems::Act`]; robots fall after the collisions, before the referee looks.
@@ -59,12 +60,12 @@ pub enum PostureRequest {
 
 /// The request of this cycle, if any. None again after every cycle.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(Component, @Knowledge::Command)]
+#[reflect(State, @Knowledge::Command)]
 pub struct PostureCommand(pub Option<PostureRequest>);
 
 /// How a robot's body is.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(Component, @Knowledge::Truth)]
+#[reflect(State, @Knowledge::Truth)]
 #[non_exhaustive]
 pub enum Posture {
     /// On its feet.

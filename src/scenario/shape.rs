@@ -4,13 +4,13 @@
 use core::fmt;
 use core::iter::Enumerate;
 use core::slice;
-use serde::{Deserialize, Deserializer};
 use serde::de::value::StrDeserializer;
 use serde::de::{
     self, DeserializeSeed, EnumAccess, Expected, IntoDeserializer, MapAccess, SeqAccess, Unexpected, VariantAccess,
     Visitor,
 };
 use serde::forward_to_deserialize_any;
+use serde::{Deserialize, Deserializer};
 use serde_json::{Map, Value, map};
 
 use super::field_path::{FieldPath, Segment};

@@ -14,6 +14,7 @@ use crate::belief::method::Localisation;
 use crate::communication::MessageSettings;
 use crate::game::{Rules, TimedIntervention};
 use crate::geometry::{Pose, file_units};
+use crate::knowledge::Knowledge;
 use crate::pitch::Pitch;
 use crate::robot::head::HeadLimits;
 use crate::robot::kick::KickSettings;
@@ -23,11 +24,12 @@ use crate::sensing::fidelity::Fidelities;
 use crate::sensing::odometry::OdometrySettings;
 use crate::sensing::sonar::SonarSettings;
 use crate::sensing::vision::VisionSettings;
+use crate::state::ReflectState;
 use crate::team::{RobotId, Team};
 
 /// Everything that a match starts from.
 #[derive(Resource, Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
-#[reflect(Resource, @crate::knowledge::Knowledge::Truth)]
+#[reflect(State, @Knowledge::Truth)]
 #[serde(default, deny_unknown_fields)]
 pub struct Scenario {
     /// A name for display.

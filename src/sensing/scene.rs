@@ -12,6 +12,7 @@ use crate::knowledge::Knowledge;
 use crate::pitch::{End, GoalColour, LineJunction, LineSegment, Pitch, Post};
 use crate::robot::body::BodyBounds;
 use crate::robot::posture::Posture;
+use crate::state::ReflectState;
 use crate::team::RobotId;
 
 /// Gathers the [`Scene`] in every cycle, and orders the sensors.
@@ -59,7 +60,7 @@ pub enum SensingSystems {
 
 /// What there is to sense in this cycle.
 #[derive(Resource, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(Resource, @Knowledge::Truth)]
+#[reflect(State, @Knowledge::Truth)]
 pub struct Scene {
     /// The robots, ordered by their ids. Those that the referee has taken off the pitch are not among them, but they
     /// sense the others.

@@ -60,6 +60,8 @@ use crate::cycle::Cycle;
 use crate::knowledge::Knowledge;
 use crate::scenario::{FieldPath, RobotSpec, Scenario, ScenarioFault, SensorValues, read_settings, unknown_name};
 use crate::sensing::scene::SensingSystems;
+use crate::state::ReflectState;
+use crate::state::StateAccess;
 use crate::team::RobotId;
 
 /// What the settings of a sensor are: a component that is read from files, and saved with a match.
@@ -193,7 +195,7 @@ struct SensorTurn(usize);
 
 /// The mark of a component that can be saved.
 fn mark_of<C: Component>(types: &TypeRegistry) -> Option<Knowledge> {
-    types.get_type_data::<ReflectComponent>(TypeId::of::<C>())?;
+    StateAccess::of(types.get(TypeId::of::<C>())?)?;
     Knowledge::of_type(types, TypeId::of::<C>())
 }
 
@@ -207,7 +209,7 @@ pub struct ReadingsAreRecorded;
 
 /// What a robot's registered sensors read, by name, as traces have it.
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect)]
-#[reflect(Component, @Knowledge::Truth)]
+#[reflect(State, @Knowledge::Truth)]
 pub struct SensorRecord(SensorValues);
 
 impl SensorRecord {

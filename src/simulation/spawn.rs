@@ -15,6 +15,7 @@ use crate::cycle::CycleClock;
 use crate::events::{CycleEvents, MatchEvent};
 use crate::game::Game;
 use crate::geometry::Pose;
+use crate::knowledge::Knowledge;
 use crate::pitch::{Pitch, Post};
 use crate::random::RandomStreams;
 use crate::referee::{self, formation};
@@ -28,11 +29,12 @@ use crate::sensing::odometry::Odometry;
 use crate::sensing::sonar::SonarReading;
 use crate::sensing::status::BodyStatus;
 use crate::sensing::vision::Percepts;
+use crate::state::ReflectState;
 use crate::team::Team;
 
 /// Marks the entities of a match: robots, ball and posts.
 #[derive(Component, Clone, Copy, Default, Debug, Reflect)]
-#[reflect(Component, @crate::knowledge::Knowledge::Truth)]
+#[reflect(State, @Knowledge::Truth)]
 pub struct MatchEntity;
 
 /// A component of the ball.

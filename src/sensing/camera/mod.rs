@@ -29,6 +29,7 @@ use crate::knowledge::Knowledge;
 use crate::pitch::Pitch;
 use crate::sensing::jobs::SensingThreads;
 use crate::sensing::scene::SensingSystems;
+use crate::state::ReflectState;
 
 #[cfg(feature = "gpu")]
 pub mod gpu;
@@ -125,7 +126,7 @@ impl CameraChoice {
 
 /// The images of a robot's cameras, where they are rendered.
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(Component, @Knowledge::Sensor)]
+#[reflect(State, @Knowledge::Sensor)]
 #[require(Gait)]
 pub struct CameraImages {
     /// The cycle at the start of which they were taken; none without images.
@@ -163,7 +164,7 @@ impl CameraImages {
 
 /// The lens and the image of both cameras.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
-#[reflect(Component, @Knowledge::Public)]
+#[reflect(State, @Knowledge::Public)]
 #[require(CameraImages)]
 #[serde(default, deny_unknown_fields)]
 pub struct CameraSettings {

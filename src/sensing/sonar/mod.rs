@@ -45,6 +45,7 @@ use crate::geometry::{Pose, file_units, to_radians, unit, unrotate};
 use crate::knowledge::Knowledge;
 use crate::random::{RandomStream, RandomStreams};
 use crate::sensing::scene::{Scene, ScenePlugin, ScenePost, SceneRobot, SensingSystems};
+use crate::state::ReflectState;
 use crate::team::RobotId;
 
 pub mod sector;
@@ -70,7 +71,7 @@ impl Plugin for SonarPlugin {
 
 /// What the two sonars measured in this cycle, m; nothing in range is no reading.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(Component, @Knowledge::Sensor)]
+#[reflect(State, @Knowledge::Sensor)]
 pub struct SonarReading {
     /// The left sonar's distance, m.
     pub left: Option<f32>,
@@ -164,7 +165,7 @@ impl SonarNoise {
 /// Geometry and noise of a robot's sonars.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[require(SonarReading)]
-#[reflect(Component, @Knowledge::Public)]
+#[reflect(State, @Knowledge::Public)]
 #[serde(default, deny_unknown_fields)]
 pub struct SonarSettings {
     /// Where the readings come from.

@@ -50,6 +50,7 @@ use crate::robot::head::HeadAngles;
 use crate::sensing::camera::CameraSettings;
 use crate::sensing::jobs::SensingThreads;
 use crate::sensing::scene::{Scene, ScenePlugin, SensingSystems};
+use crate::state::ReflectState;
 use crate::team::{RobotId, Team};
 
 mod geometric;
@@ -181,7 +182,7 @@ pub enum LandmarkKind {
 
 /// What a robot's cameras recognised in this cycle.
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(Component, @Knowledge::Sensor)]
+#[reflect(State, @Knowledge::Sensor)]
 #[non_exhaustive]
 pub struct Percepts {
     /// The ball.
@@ -233,7 +234,7 @@ pub enum VisionSource {
 /// What a robot recognises in its images, and how well.
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[require(Percepts, CameraSettings)]
-#[reflect(Component, @Knowledge::Public)]
+#[reflect(State, @Knowledge::Public)]
 #[serde(default, deny_unknown_fields)]
 pub struct VisionSettings {
     /// Where the percepts come from.
