@@ -5,9 +5,8 @@ mod common;
 
 use bevy::prelude::*;
 use common::fastest;
-use naoisis::appearance::gather::MatchScene;
 use naoisis::appearance::robot::RobotDesign;
-use naoisis::appearance::scene::SceneDescription;
+use naoisis::appearance::scene::Scene;
 use naoisis::appearance::view::View;
 use naoisis::camera_model::{CameraIntrinsics, CameraSide, CameraView};
 use naoisis::prelude::*;
@@ -28,21 +27,17 @@ const IMAGES: usize = 6000;
 const ROUNDS: usize = 3;
 
 /// The camera views of all robots of a match that is under way.
-fn views_of_match(name: &str) -> (SceneDescription, Vec<(CameraSide, CameraView, View)>) {
+fn views_of_match(name: &str) -> (Scene, Vec<(CameraSide, CameraView, View)>) {
     let mut app = App::new();
     app.add_plugins(NaoisisPlugins);
     app.start_match(&Scenario::named(name).unwrap()).unwrap().run_cycles(WARM_UP_CYCLES);
-    let gather = |mut source: MatchScene, clock: Res<CycleClock>| -> SceneDescription {
-        let mut scene = SceneDescription::default();
-        source.gather(clock.end_time_s(), &mut scene);
-        scene
-    };
-    let scene = app.world_mut().run_system_cached(gather).unwrap();
+    let mut scene = Scene::default();
+    scene.gather(app.world_mut());
     let intrinsics = CameraIntrinsics::from(&CameraSettings::default());
     let mut views = Vec::new();
     for robot in &scene.robots {
-        for (side, camera) in CameraSide::BOTH.into_iter().zip(CameraView::both(intrinsics, robot.joints.head)) {
-            views.push((side, camera, View::of_robot(&camera, robot.world_from_robot, robot.id)));
+        for (side, camera) in CameraSide::BOTH.into_iter().zip(CameraView::both(intrinsics, robot.head)) {
+            views.push((side, camera, View::of_robot(&camera, robot.world_from_robot(), robot.id)));
         }
     }
     (scene, views)

@@ -6,7 +6,8 @@ use bevy::prelude::*;
 use criterion::{Criterion, criterion_group, criterion_main};
 use naoisis::cycle::run_cycle;
 use naoisis::prelude::*;
-use naoisis::record::trace::{TracePlugin, TraceRecorder};
+use naoisis::record::trace::TraceRecorder;
+use naoisis::record::{RecordPlugin, recorder};
 use std::time::Instant;
 
 /// Cycles before anything is measured: the teams have walked to the ball.
@@ -16,10 +17,10 @@ const FACTOR_CYCLES: u32 = 18_000;
 
 fn app_for(scenario: &str, trace: bool) -> App {
     let mut app = App::new();
-    app.add_plugins((NaoisisPlugins, TracePlugin));
+    app.add_plugins((NaoisisPlugins, RecordPlugin));
     app.start_match(&Scenario::named(scenario).unwrap()).unwrap();
     if trace {
-        app.insert_resource(TraceRecorder::plain(std::io::sink()));
+        recorder::start(app.world_mut(), vec![Box::new(TraceRecorder::plain("sink", std::io::sink()))]);
     }
     app.run_cycles(WARM_UP_CYCLES);
     app

@@ -19,7 +19,6 @@ use naoisis::belief::sighting::Sighting;
 use naoisis::belief::team_ball::{HeardBall, TeamBallModel, team_ball};
 use naoisis::prelude::*;
 use naoisis::sensing::sonar::{SonarReading, SonarSettings};
-use naoisis::sensing::vision::Percepts;
 
 const WATCHER: RobotId = RobotId::new(Team::Blue, 2);
 const OPPONENT: RobotId = RobotId::new(Team::Pink, 2);

@@ -13,12 +13,7 @@
 mod common;
 
 use bevy::prelude::*;
-use naoisis::belief::{Belief, SimpleBelief};
-use naoisis::communication::{Inbox, Outbox, TeamMessage};
-use naoisis::game::Intervention;
 use naoisis::prelude::*;
-use naoisis::random::RandomStream;
-use naoisis::referee::GameStatus;
 use naoisis::teams::looking;
 use std::collections::BTreeMap;
 

@@ -11,10 +11,9 @@
 mod common;
 
 use bevy::prelude::*;
-use naoisis::belief::{Belief, PlaceCovariance, SimpleBelief};
+use naoisis::belief::PlaceCovariance;
 use naoisis::geometry::{angle_of, unit, unrotate, wrap_angle};
 use naoisis::prelude::*;
-use naoisis::random::RandomStream;
 use naoisis::statistics::{mean, share};
 
 /// Situations that both are tried in.

@@ -12,9 +12,7 @@
 mod common;
 
 use bevy::prelude::*;
-use naoisis::belief::{Belief, SimpleBelief};
 use naoisis::prelude::*;
-use naoisis::random::RandomStream;
 use naoisis::statistics::share;
 
 /// How far in front of the goal line they stand, m.

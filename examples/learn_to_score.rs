@@ -14,10 +14,8 @@ mod common;
 
 use bevy::math::ops;
 use bevy::prelude::*;
-use naoisis::belief::{Belief, SimpleBelief};
 use naoisis::geometry::{angle_of, unrotate};
 use naoisis::prelude::*;
-use naoisis::random::RandomStream;
 
 /// Numbers of a policy: for dx, dy and the turn, the weights of five features.
 const WEIGHTS: usize = 15;

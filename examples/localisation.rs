@@ -9,8 +9,8 @@ mod common;
 
 use bevy::math::{Vec2, ops};
 use bevy::prelude::*;
-use naoisis::belief::{Belief, team_from_pitch};
-use naoisis::game::{Intervention, Penalty};
+use naoisis::belief::team_from_pitch;
+use naoisis::game::Penalty;
 use naoisis::geometry::{to_degrees, wrap_angle};
 use naoisis::prelude::*;
 use naoisis::statistics::median;

@@ -12,10 +12,7 @@
 mod common;
 
 use bevy::prelude::*;
-use naoisis::belief::{Belief, SimpleBelief};
-use naoisis::game::Intervention;
 use naoisis::prelude::*;
-use naoisis::sensing::odometry::Odometry;
 use naoisis::statistics::median;
 
 const ROBOT: RobotId = RobotId::new(Team::Blue, 2);

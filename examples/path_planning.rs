@@ -8,7 +8,6 @@
 mod common;
 
 use bevy::prelude::*;
-use naoisis::belief::{Belief, SimpleBelief};
 use naoisis::geometry::{angle_of, unrotate};
 use naoisis::prelude::*;
 use naoisis::statistics::mean;

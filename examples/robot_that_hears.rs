@@ -9,7 +9,6 @@
 
 use bevy::prelude::*;
 use naoisis::prelude::*;
-use naoisis::random::RandomStreams;
 use serde::{Deserialize, Serialize};
 use std::process::ExitCode;
 

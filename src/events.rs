@@ -243,7 +243,12 @@ pub enum MatchEvent {
         #[serde(skip_serializing_if = "Option::is_none")]
         reason: Option<KickMiss>,
         /// The direction in which the ball left, in the pitch frame, radians (degrees in files).
-        #[serde(rename = "direction_deg", with = "optional_degrees", default, skip_serializing_if = "Option::is_none")]
+        #[serde(
+            rename = "direction_deg",
+            with = "file_units::optional_degrees",
+            default,
+            skip_serializing_if = "Option::is_none"
+        )]
         direction: Option<f32>,
         /// The speed with which it left, m/s.
         #[serde(skip_serializing_if = "Option::is_none")]
@@ -445,7 +450,7 @@ impl MatchEvent {
     pub fn kind(&self) -> String {
         let kind = snake_case(self.variant_name());
         match self {
-            MatchEvent::Penalty { reason, .. } => format!("{kind} {}", snake_case(reason.variant_name())),
+            MatchEvent::Penalty { reason, .. } => format!("{kind} {}", reason.name()),
             _ => kind,
         }
     }
@@ -471,22 +476,6 @@ fn publish_events(events: Res<CycleEvents>, mut messages: ResMut<Messages<MatchE
         messages.update();
     }
     messages.write_batch(events.iter().cloned());
-}
-
-mod optional_degrees {
-    use super::file_units::degrees;
-    use serde::{Deserialize, Deserializer, Serializer};
-
-    pub fn serialize<S: Serializer>(radians: &Option<f32>, serializer: S) -> Result<S::Ok, S::Error> {
-        match radians {
-            Some(radians) => degrees::serialize(&crate::geometry::wrap_angle(*radians), serializer),
-            None => serializer.serialize_none(),
-        }
-    }
-
-    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f32>, D::Error> {
-        Ok(Option::<f32>::deserialize(deserializer)?.map(crate::geometry::to_radians))
-    }
 }
 
 #[cfg(test)]

@@ -113,16 +113,75 @@ pub fn to_radians(degrees: f32) -> f32 {
     f64::from(degrees).to_radians() as f32
 }
 
-/// How angles and poses are written in files: in degrees. For use with `#[serde(with = "...")]`.
+/// The degrees that files have for an angle in radians: the shortest decimal number of at least three places that
+/// [`radians_of`] makes the same angle of, bit for bit.
+pub fn exact_degrees(radians: f32) -> f64 {
+    let degrees = f64::from(radians).to_degrees();
+    let is_same = |decimal: &f64| radians_of(*decimal).to_bits() == radians.to_bits();
+    // More places than these only very small angles need, and all of them.
+    let places = [1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12];
+    places.into_iter().map(|scale| (degrees * scale).round() / scale).find(is_same).unwrap_or(degrees)
+}
+
+/// Radians of an angle in degrees, as files have it: rounded once.
+pub fn radians_of(degrees: f64) -> f32 {
+    degrees.to_radians() as f32
+}
+
+/// How angles and poses are written in files: in degrees, and [exactly](exact_degrees). For use with `#[serde(with = "...")]`.
 pub mod file_units {
-    use super::{Pose, to_degrees, to_radians, wrapped_degrees};
+    use super::{Pose, exact_degrees, radians_of, wrap_angle};
+    use core::fmt;
+    use serde::de::{Error, Visitor};
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+    /// A number with all its digits, of which one in single precision is to be made.
+    #[derive(Clone, Copy)]
+    struct Digits(f64);
+
+    impl<'de> Deserialize<'de> for Digits {
+        fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+            // What is too large for single precision is refused as other numbers are.
+            deserializer.deserialize_f32(Digits(0.0))
+        }
+    }
+
+    impl Visitor<'_> for Digits {
+        type Value = Digits;
+
+        fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+            formatter.write_str("f32")
+        }
+
+        fn visit_f64<E: Error>(self, number: f64) -> Result<Digits, E> {
+            Ok(Digits(number))
+        }
+
+        fn visit_i64<E: Error>(self, number: i64) -> Result<Digits, E> {
+            Ok(Digits(number as f64))
+        }
+
+        fn visit_u64<E: Error>(self, number: u64) -> Result<Digits, E> {
+            Ok(Digits(number as f64))
+        }
+    }
+
+    /// A pose as files have it, with the heading within (-180, 180].
+    fn to_file(pose: Pose) -> (f32, f32, f64) {
+        (pose.position.x, pose.position.y, exact_degrees(wrap_angle(pose.heading)))
+    }
+
+    fn from_file([Digits(x), Digits(y), Digits(degrees)]: [Digits; 3]) -> Pose {
+        Pose::new(x as f32, y as f32, heading_of(degrees))
+    }
+
     /// The heading, radians within (-π, π], of an angle in degrees: so a pose reads the same after it was written.
-    fn heading_of(degrees: f32) -> f32 {
-        let degrees = f64::from(degrees);
+    fn heading_of(degrees: f64) -> f32 {
+        if degrees > -180.0 && degrees <= 180.0 {
+            return radians_of(degrees);
+        }
         let wrapped = degrees - 360.0 * (degrees / 360.0).round();
-        to_radians(if wrapped <= -180.0 { 180.0 } else { wrapped as f32 })
+        radians_of(if wrapped <= -180.0 { 180.0 } else { wrapped })
     }
 
     /// An angle or angular speed: radians in memory, degrees in the file.
@@ -131,12 +190,27 @@ pub mod file_units {
 
         /// Writes radians as degrees.
         pub fn serialize<S: Serializer>(radians: &f32, serializer: S) -> Result<S::Ok, S::Error> {
-            to_degrees(*radians).serialize(serializer)
+            exact_degrees(*radians).serialize(serializer)
         }
 
         /// Reads degrees as radians.
         pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f32, D::Error> {
-            f32::deserialize(deserializer).map(to_radians)
+            Digits::deserialize(deserializer).map(|Digits(degrees)| radians_of(degrees))
+        }
+    }
+
+    /// An angle that may be absent: radians in memory, degrees in the file.
+    pub mod optional_degrees {
+        use super::*;
+
+        /// Writes radians as degrees, or null.
+        pub fn serialize<S: Serializer>(radians: &Option<f32>, serializer: S) -> Result<S::Ok, S::Error> {
+            radians.map(exact_degrees).serialize(serializer)
+        }
+
+        /// Reads degrees as radians, or null.
+        pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f32>, D::Error> {
+            Ok(Option::<Digits>::deserialize(deserializer)?.map(|Digits(degrees)| radians_of(degrees)))
         }
     }
 
@@ -146,12 +220,67 @@ pub mod file_units {
 
         /// Writes radians as degrees.
         pub fn serialize<S: Serializer>(radians: &[f32; 2], serializer: S) -> Result<S::Ok, S::Error> {
-            radians.map(to_degrees).serialize(serializer)
+            radians.map(exact_degrees).serialize(serializer)
         }
 
         /// Reads degrees as radians.
         pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[f32; 2], D::Error> {
-            <[f32; 2]>::deserialize(deserializer).map(|degrees| degrees.map(to_radians))
+            <[Digits; 2]>::deserialize(deserializer).map(|pair| pair.map(|Digits(degrees)| radians_of(degrees)))
+        }
+    }
+
+    /// A pair of angles that may be absent: radians in memory, degrees in the file.
+    pub mod optional_degree_pair {
+        use super::*;
+
+        /// Writes radians as degrees, or null.
+        pub fn serialize<S: Serializer>(radians: &Option<[f32; 2]>, serializer: S) -> Result<S::Ok, S::Error> {
+            radians.map(|pair| pair.map(exact_degrees)).serialize(serializer)
+        }
+
+        /// Reads degrees as radians, or null.
+        pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<[f32; 2]>, D::Error> {
+            let pair = Option::<[Digits; 2]>::deserialize(deserializer)?;
+            Ok(pair.map(|pair| pair.map(|Digits(degrees)| radians_of(degrees))))
+        }
+    }
+
+    /// A step or velocity: two lengths and a turn. Radians in memory, degrees in the file.
+    pub mod step {
+        use super::*;
+
+        /// No number in a file is larger: in single precision it has to stay finite.
+        const LARGEST: f64 = 1e30;
+
+        /// Writes `[x, y, degrees]`.
+        pub fn serialize<S: Serializer>([x, y, turn]: &[f32; 3], serializer: S) -> Result<S::Ok, S::Error> {
+            (x, y, exact_degrees(*turn)).serialize(serializer)
+        }
+
+        /// Reads `[x, y, degrees]`.
+        pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[f32; 3], D::Error> {
+            <[f64; 3]>::deserialize(deserializer).map(|step| {
+                let [x, y, turn] = step.map(|number| number.clamp(-LARGEST, LARGEST));
+                [x as f32, y as f32, radians_of(turn)]
+            })
+        }
+    }
+
+    /// A step that may be absent: two lengths and a turn. Radians in memory, degrees in the file.
+    pub mod optional_step {
+        use super::*;
+
+        #[derive(Serialize, Deserialize)]
+        struct FileStep(#[serde(with = "step")] [f32; 3]);
+
+        /// Writes `[x, y, degrees]`, or null.
+        pub fn serialize<S: Serializer>(step: &Option<[f32; 3]>, serializer: S) -> Result<S::Ok, S::Error> {
+            step.map(FileStep).serialize(serializer)
+        }
+
+        /// Reads `[x, y, degrees]`, or null.
+        pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<[f32; 3]>, D::Error> {
+            Option::<FileStep>::deserialize(deserializer).map(|step| step.map(|FileStep(step)| step))
         }
     }
 
@@ -161,12 +290,12 @@ pub mod file_units {
 
         /// Writes `[x, y, degrees]`.
         pub fn serialize<S: Serializer>(pose: &Pose, serializer: S) -> Result<S::Ok, S::Error> {
-            [pose.position.x, pose.position.y, wrapped_degrees(pose.heading)].serialize(serializer)
+            to_file(*pose).serialize(serializer)
         }
 
         /// Reads `[x, y, degrees]`.
         pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Pose, D::Error> {
-            <[f32; 3]>::deserialize(deserializer).map(|[x, y, degrees]| Pose::new(x, y, heading_of(degrees)))
+            <[Digits; 3]>::deserialize(deserializer).map(from_file)
         }
     }
 
@@ -176,13 +305,12 @@ pub mod file_units {
 
         /// Writes `[x, y, degrees]` or null.
         pub fn serialize<S: Serializer>(pose: &Option<Pose>, serializer: S) -> Result<S::Ok, S::Error> {
-            pose.map(|pose| [pose.position.x, pose.position.y, wrapped_degrees(pose.heading)]).serialize(serializer)
+            pose.map(to_file).serialize(serializer)
         }
 
         /// Reads `[x, y, degrees]` or null.
         pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Pose>, D::Error> {
-            Option::<[f32; 3]>::deserialize(deserializer)
-                .map(|pose| pose.map(|[x, y, degrees]| Pose::new(x, y, heading_of(degrees))))
+            Ok(Option::<[Digits; 3]>::deserialize(deserializer)?.map(from_file))
         }
     }
 }

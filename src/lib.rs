@@ -30,7 +30,7 @@
 //! | know what a robot can do | [`robot::motion`], [`robot::head`], [`robot::kick`] |
 //! | know what happens to it | [`collision`], [`ball`], [`referee`] |
 //! | describe a situation in a file | [`scenario`] |
-//! | record a match | [`record::trace`] |
+//! | record a match | [`record::trace`]; in a way of your own: [`record::recorder`] |
 //! | have a sensor of your own | [`simulation::sensors`] |
 //! | have all commands in a program of your own | [`cli::run`] |
 //! | know what happens, in a system of your own | [`events`] |
@@ -44,6 +44,34 @@
 //! evidence, records) are `#[non_exhaustive]`: a `match` on them has an arm for the rest, a test makes them by `new` or `default`.
 //! What a program builds itself (scenarios, rules, settings) gets new fields, too, each with a default: end a literal with
 //! `..default()`, and it builds with the next version.
+//!
+//! # The ladder
+//!
+//! The modules of this crate are rooms of a house that is a ladder: a room knows the rooms before it in this table and none
+//! after it, so that whoever works in one need not know what is above. A test (`tests/it/ladder.rs`) reads this table and holds
+//! it. A new room gets a line where it belongs.
+//!
+//! | rooms, from the ground up | what is there |
+//! |---|---|
+//! | `knowledge` `state` `geometry` `statistics` `kick_geometry` `named_values` `replace_file` | plain words and plain mathematics |
+//! | `team` `cycle` | who, and when |
+//! | `pitch` `ball` `random` | what is played with, and chance |
+//! | `game` | the match as data: state, score, rules, penalties, set plays, evidence |
+//! | `events` | what happened in a cycle |
+//! | `robot` | bodies, heads, walking, kicks, falls |
+//! | `camera_model` `collision` `communication` | what robots look through, meet and say |
+//! | `referee` | judging: a file for each rule |
+//! | `behaviour` | registration of behaviours, the barrier, scripts, drawings |
+//! | `appearance` | what everything looks like |
+//! | `sensing` | sonars, odometry, camera images, vision |
+//! | `belief` | estimators |
+//! | `scenario` `teams` | files, presets, validation; the built-in teams |
+//! | `simulation` | a match: its start, settings, saved state |
+//! | `record` | what is written of a match: traces, pictures, films |
+//! | `batch` | many matches |
+//! | `figures` `viewer` | pictures of the paper; the window |
+//! | `cli` | the commands |
+//! | `prelude` `guide` | for whoever builds on it |
 //!
 //! # Units and frames
 //!
@@ -76,6 +104,7 @@ pub mod geometry;
 pub mod guide;
 pub mod kick_geometry;
 pub mod knowledge;
+pub mod named_values;
 pub mod pitch;
 pub mod prelude;
 pub mod random;

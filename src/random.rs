@@ -8,17 +8,31 @@ use core::convert::Infallible;
 use rand::{Rng, SeedableRng, TryRng};
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
-use serde::{Deserialize, Serialize};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::knowledge::Knowledge;
 use crate::state::ReflectState;
 use crate::team::RobotId;
 
 /// A reproducible stream of random numbers (xoshiro256++): the same on every platform, and small to save.
-#[derive(Clone, Debug, PartialEq, Eq, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Reflect, Serialize)]
 #[reflect(opaque)]
 #[reflect(Serialize, Deserialize)]
 pub struct RandomStream(Xoshiro256PlusPlus);
+
+// By hand: a state of nothing but zeros is followed by no other, and whoever draws from it draws for ever.
+impl<'de> Deserialize<'de> for RandomStream {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let stream = Xoshiro256PlusPlus::deserialize(deserializer)?;
+        let mut ahead = stream.clone();
+        // Four zeros in a row come from that state alone, but for once in 2^256 times.
+        if (0..4).all(|_| ahead.next_u64() == 0) {
+            return Err(D::Error::custom("a stream of random numbers that stands still"));
+        }
+        Ok(Self(stream))
+    }
+}
 
 impl RandomStream {
     /// The stream for `purpose` of `owner` in the match with this seed.

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::posing::{self, JointAngles};
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
 use crate::events::{CycleEvents, KickMiss, KickResult, MatchEvent};
+use crate::game::Penalty;
 use crate::geometry::{Pose, unrotate};
 use crate::kick_geometry::{KickType, Side};
 use crate::knowledge::Knowledge;
@@ -19,14 +20,15 @@ use crate::team::RobotId;
 /// How long it takes to get into step, s.
 const SETTLING_S: f32 = 0.15;
 
-/// Keeps the [`Gait`]s of the robots that have one.
+/// Keeps the [`Gait`]s of the robots that have one, once a cycle, whoever looks.
 pub struct GaitPlugin;
 
 impl Plugin for GaitPlugin {
     fn build(&self, app: &mut App) {
         app.register_type::<Gait>()
             .init_resource::<Roster>()
-            .add_systems(Cycle, note_kicks.in_set(CycleSystems::Record));
+            .init_resource::<CycleEvents>()
+            .add_systems(Cycle, (follow_robots, note_kicks).chain().in_set(CycleSystems::Record));
     }
 }
 
@@ -34,7 +36,7 @@ impl Plugin for GaitPlugin {
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(State, @Knowledge::Truth)]
 pub struct Gait {
-    /// The time of the match that is shown, s.
+    /// The time of the match, s.
     pub time_s: f64,
     /// Forward speed that the steps have, m/s.
     pub speed: f32,
@@ -59,7 +61,7 @@ impl Gait {
         self.liveliness += share * (liveliness - self.liveliness);
     }
 
-    /// How the robot holds its limbs at the time that is shown.
+    /// How the robot holds its limbs at that time.
     pub fn joints(&self, id: RobotId, head: HeadAngles) -> JointAngles {
         // Robots that started together need not step together. In double precision, as late as the match may be.
         let turns = f64::from(posing::STEP_FREQUENCY) * self.time_s;
@@ -87,6 +89,15 @@ impl Gait {
 /// Whether the leg swings in a kick of this result: one that found no ball is still a kick.
 pub fn swings(result: KickResult, reason: Option<KickMiss>) -> bool {
     result != KickResult::Missed || reason == Some(KickMiss::OutOfReach)
+}
+
+fn follow_robots(clock: Res<CycleClock>, mut robots: Query<(&Pose, &Velocity, Option<&Penalty>, &mut Gait)>) {
+    for (pose, velocity, penalty, mut gait) in &mut robots {
+        // Who is off the pitch is carried.
+        if !penalty.is_some_and(Penalty::is_active) {
+            gait.follow(*pose, *velocity, clock.end_time_s());
+        }
+    }
 }
 
 fn note_kicks(events: Res<CycleEvents>, clock: Res<CycleClock>, roster: Res<Roster>, mut gaits: Query<&mut Gait>) {

@@ -1,21 +1,20 @@
-//! From a match to the scene that is drawn of it.
+//! From a match to the scene of it: the one place where the world is looked at for sensors, pictures, films and the window.
 
-use bevy::ecs::system::SystemParam;
+use bevy::ecs::system::{SystemParam, SystemState};
 use bevy::prelude::*;
 
 use super::gait::Gait;
-use super::posing::JointAngles;
-use super::scene::{SceneDescription, SceneRobot, world_from_body};
+use super::scene::{Scene, SceneBall, ScenePost, SceneRobot};
 use crate::ball::{Ball, BallPhysics};
 use crate::game::Penalty;
 use crate::geometry::Pose;
 use crate::pitch::{Pitch, Post};
-use crate::robot::Velocity;
+use crate::robot::body::BodyBounds;
 use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
 use crate::team::RobotId;
 
-/// What a system needs to draw the match.
+/// What a system needs to gather the [`Scene`] of the match.
 #[derive(SystemParam)]
 pub struct MatchScene<'w, 's> {
     pitch: Res<'w, Pitch>,
@@ -25,11 +24,11 @@ pub struct MatchScene<'w, 's> {
         (
             &'static RobotId,
             &'static Pose,
+            &'static BodyBounds,
             &'static HeadAngles,
-            Option<&'static Velocity>,
             Option<&'static Posture>,
+            Option<&'static Gait>,
             Option<&'static Penalty>,
-            Option<&'static mut Gait>,
         ),
     >,
     posts: Query<'w, 's, (&'static Post, &'static Pose)>,
@@ -37,32 +36,34 @@ pub struct MatchScene<'w, 's> {
 }
 
 impl MatchScene<'_, '_> {
-    /// Puts the match as it is at `now_s` into `scene`, whose memory is used again. The robots' legs get into step with
-    /// what they did until then. Robots that the referee has taken off the pitch are not there.
-    pub fn gather(&mut self, now_s: f64, scene: &mut SceneDescription) {
-        if scene.pitch != *self.pitch {
-            scene.pitch.clone_from(&self.pitch);
-        }
+    /// Puts the match as it is now into `scene`, whose memory is used again.
+    pub fn gather(&self, scene: &mut Scene) {
+        scene.set_pitch(&self.pitch);
         scene.robots.clear();
-        for (id, pose, head, velocity, posture, penalty, gait) in &mut self.robots {
+        for (&id, &pose, &bounds, &head, posture, gait, penalty) in &self.robots {
             if penalty.is_some_and(Penalty::is_active) {
                 continue;
             }
-            let joints = match gait {
-                Some(mut gait) => {
-                    gait.follow(*pose, velocity.copied().unwrap_or_default(), now_s);
-                    gait.joints(*id, *head)
-                }
-                None => JointAngles { head: *head, ..JointAngles::default() },
-            };
             let posture = posture.copied().unwrap_or_default();
-            let world_from_robot = world_from_body(*pose, posture);
-            scene.robots.push(SceneRobot { id: *id, world_from_robot, joints });
+            let gait = gait.copied().unwrap_or_default();
+            scene.robots.push(SceneRobot { head, gait, ..SceneRobot::standing(id, pose, bounds).in_posture(posture) });
         }
         scene.robots.sort_unstable_by_key(|robot| robot.id);
         scene.posts.clear();
-        scene.posts.extend(self.posts.iter().map(|(post, pose)| (*post, pose.position)));
-        scene.posts.sort_unstable_by(|(_, a), (_, b)| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
-        scene.ball = self.balls.iter().next().map(|(pose, physics)| (pose.position, physics.radius_m));
+        scene.posts.extend(self.posts.iter().map(|(&post, pose)| ScenePost { position: pose.position, post }));
+        scene.posts.sort_unstable_by(|ScenePost { position: a, .. }, ScenePost { position: b, .. }| {
+            a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y))
+        });
+        let ball = self.balls.iter().next();
+        scene.ball = ball.map(|(pose, physics)| SceneBall { position: pose.position, radius: physics.radius_m });
+    }
+}
+
+impl Scene {
+    /// Takes over the match in `world` as it is now. Without a match it stays as it is.
+    pub fn gather(&mut self, world: &mut World) {
+        if let Ok(source) = SystemState::<MatchScene>::new(world).get(world) {
+            source.gather(self);
+        }
     }
 }

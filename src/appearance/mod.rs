@@ -1,7 +1,7 @@
 //! What everything on the pitch looks like: one description of shapes, sizes, colours and postures, which every renderer
 //! draws.
 //!
-//! It needs no render crate. A [`SceneDescription`](scene::SceneDescription) is what there is to draw at one instant, a
+//! It needs no render crate. A [`Scene`](scene::Scene) is what there is at one instant, a
 //! [`View`](view::View) from where; robots are put together from [`Part`](shapes::Part)s ([`robot`]) that hang on
 //! [limbs](posing::Limb), which [`posing`] places. Each part says by a [`Label`] what it is.
 

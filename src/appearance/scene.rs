@@ -1,49 +1,149 @@
-//! What there is to draw at one instant.
+//! What there is on the pitch at one instant. All sensors and all pictures are of it.
 
-use bevy::math::{Affine3A, Mat3, Vec2, Vec3};
+use bevy::math::{Affine3A, Mat3, Vec3};
+use bevy::prelude::*;
 use core::f32::consts::FRAC_PI_2;
+use serde::{Deserialize, Serialize};
 
-use super::posing::{JointAngles, about_x, about_y, world_from_standing};
-use crate::geometry::Pose;
+use super::gait::Gait;
+use super::posing::{Limb, about_x, about_y, world_from_standing};
+use crate::geometry::{Pose, unit};
 use crate::kick_geometry::Side;
-use crate::pitch::{Pitch, Post};
+use crate::knowledge::Knowledge;
+use crate::pitch::{Markings, Pitch, Post};
+use crate::robot::body::BodyBounds;
+use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
+use crate::state::ReflectState;
 use crate::team::RobotId;
 
-/// A robot to draw.
-#[derive(Clone, Copy, PartialEq, Debug)]
+/// What there is on the pitch at one instant, pitch frame. As a resource, it is what there is to sense in this cycle.
+#[derive(Resource, Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[reflect(State, @Knowledge::Truth)]
+pub struct Scene {
+    /// The pitch.
+    pub pitch: Pitch,
+    /// What is painted on it.
+    pub markings: Markings,
+    /// The robots, ordered by their ids. Those that the referee has taken off the pitch are not among them, but they
+    /// sense the others.
+    pub robots: Vec<SceneRobot>,
+    /// The posts, those of the goals included, ordered by their places.
+    pub posts: Vec<ScenePost>,
+    /// The ball.
+    pub ball: Option<SceneBall>,
+}
+
+/// A robot on the pitch.
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 pub struct SceneRobot {
     /// Who it is.
     pub id: RobotId,
-    /// Where it is: standing, lying or in the air.
-    pub world_from_robot: Affine3A,
-    /// How it holds its limbs.
-    pub joints: JointAngles,
+    /// Where it is.
+    pub pose: Pose,
+    /// The unit vector that it faces along.
+    pub forward: Vec2,
+    /// How its body is: upright, lying or on the way.
+    pub posture: Posture,
+    /// Where its head looks.
+    pub head: HeadAngles,
+    /// How its limbs are moving.
+    pub gait: Gait,
+    /// Its boxes, as it stands or lies.
+    pub bounds: BodyBounds,
+    /// The greatest distance of a point of its boxes from its origin, on the ground, m.
+    pub reach: f32,
+}
+
+/// A post.
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+pub struct ScenePost {
+    /// Where it stands, m, pitch frame.
+    pub position: Vec2,
+    /// Its cylinder and colour.
+    pub post: Post,
+}
+
+/// The ball.
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+pub struct SceneBall {
+    /// Its centre above the ground, m, pitch frame.
+    pub position: Vec2,
+    /// Its radius, m.
+    pub radius: f32,
+}
+
+impl SceneBall {
+    /// Its centre: it lies on the ground.
+    pub fn centre(&self) -> Vec3 {
+        self.position.extend(self.radius)
+    }
+}
+
+impl Default for Scene {
+    /// The usual pitch, without goals and with nothing on it.
+    fn default() -> Self {
+        let pitch = Pitch::default();
+        Self { markings: Markings::new(&pitch), pitch, robots: Vec::new(), posts: Vec::new(), ball: None }
+    }
+}
+
+impl Scene {
+    /// A pitch with its goals, and nothing on it.
+    pub fn empty(pitch: Pitch) -> Self {
+        let posts = pitch.goal_posts().map(|post| ScenePost { position: post.position, post: post.into() });
+        Self { markings: Markings::new(&pitch), pitch, robots: Vec::new(), posts: posts.to_vec(), ball: None }
+    }
+
+    /// The robot with this id, if it is on the pitch.
+    pub fn robot(&self, id: RobotId) -> Option<&SceneRobot> {
+        self.robots.iter().find(|robot| robot.id == id)
+    }
+
+    /// Takes over a pitch, and what is painted on it.
+    pub(super) fn set_pitch(&mut self, pitch: &Pitch) {
+        if self.pitch != *pitch {
+            self.pitch.clone_from(pitch);
+            self.markings = Markings::new(pitch);
+        }
+    }
 }
 
 impl SceneRobot {
+    /// A robot that stands upright and still at a pose, with these boxes.
+    pub fn standing(id: RobotId, pose: Pose, bounds: BodyBounds) -> Self {
+        Self {
+            id,
+            pose,
+            forward: unit(pose.heading),
+            posture: Posture::Upright,
+            head: HeadAngles::default(),
+            gait: Gait::default(),
+            bounds,
+            reach: bounds.torso.reach().max(bounds.base.reach()),
+        }
+    }
+
+    /// The robot in this posture instead.
+    #[must_use]
+    pub fn in_posture(self, posture: Posture) -> Self {
+        Self { posture, bounds: self.bounds.in_posture(posture), ..self }
+    }
+
+    /// Where its body is: standing, lying or in the air.
+    pub fn world_from_robot(&self) -> Affine3A {
+        world_from_body(self.pose, self.posture)
+    }
+
+    /// Where its limbs are, each at the index of its [`Limb`].
+    pub fn world_from_limbs(&self) -> [Affine3A; Limb::COUNT] {
+        self.gait.joints(self.id, self.head).world_from_limbs(self.world_from_robot())
+    }
+
     /// Whether it stands on its feet.
     pub fn is_upright(&self) -> bool {
-        self.world_from_robot.matrix3.z_axis.z > 0.999
+        self.world_from_robot().matrix3.z_axis.z > 0.999
     }
-
-    /// A robot that stands at a pose.
-    pub fn standing(id: RobotId, pose: Pose, joints: JointAngles) -> Self {
-        Self { id, world_from_robot: world_from_standing(pose), joints }
-    }
-}
-
-/// Everything that there is to draw at one instant, pitch frame, m.
-#[derive(Clone, PartialEq, Debug, Default)]
-pub struct SceneDescription {
-    /// The pitch.
-    pub pitch: Pitch,
-    /// The robots on it.
-    pub robots: Vec<SceneRobot>,
-    /// The posts, those of the goals included, and where they stand.
-    pub posts: Vec<(Post, Vec2)>,
-    /// The ball: where its centre is above the ground, and its radius.
-    pub ball: Option<(Vec2, f32)>,
 }
 
 /// Where a robot is whose body is in this posture at a pose.
@@ -76,14 +176,6 @@ const LYING_MIDDLE_M: f32 = 0.08;
 const LYING_ASIDE_MIDDLE_M: f32 = 0.15;
 /// A robot that gets up straightens itself in the last cycles of that.
 const GETTING_UP_CYCLES: f32 = 30.0;
-
-impl SceneDescription {
-    /// A pitch with its goals, and nothing on it.
-    pub fn empty(pitch: Pitch) -> Self {
-        let posts = pitch.goal_posts().map(|post| (post.into(), post.position)).to_vec();
-        Self { pitch, robots: Vec::new(), posts, ball: None }
-    }
-}
 
 #[cfg(test)]
 mod tests {

@@ -33,10 +33,13 @@ use std::thread;
 pub mod observer;
 pub mod pairs;
 pub mod summary;
+pub mod sweep;
 pub mod table;
+pub mod variants;
 
 use observer::MatchObserver;
 pub use observer::{MatchOutcome, MatchRow};
+pub use variants::Variants;
 
 use crate::cycle::{CycleClock, run_cycle};
 use crate::game::{Game, GameState};
@@ -46,9 +49,9 @@ use crate::simulation::MatchApp;
 
 /// The matches to be played: with every seed, one of every variant.
 #[derive(Clone, Debug)]
-pub struct Batch {
+pub struct Batch<V = Vec<Scenario>> {
     /// The scenarios, each with settings of its own; their seeds do not matter.
-    pub variants: Vec<Scenario>,
+    pub variants: V,
     /// Matches of each variant.
     pub matches: usize,
     /// The seed of the first match of each variant; that of the next is one more.
@@ -57,10 +60,10 @@ pub struct Batch {
     pub threads: usize,
 }
 
-impl Batch {
+impl<V: Variants> Batch<V> {
     /// The number of matches of all variants.
     pub fn len(&self) -> usize {
-        self.matches * self.variants.len()
+        self.matches.saturating_mul(self.variants.count())
     }
 
     /// Whether there is nothing to be played.
@@ -71,7 +74,7 @@ impl Batch {
     /// Variant and seed of a match. The variants of one seed are neighbours, so that a batch with more matches begins
     /// with those of the smaller one.
     pub fn job(&self, index: usize) -> (usize, u64) {
-        let variants = self.variants.len().max(1);
+        let variants = self.variants.count().max(1);
         (index % variants, self.first_seed.wrapping_add((index / variants) as u64))
     }
 }
@@ -81,8 +84,8 @@ impl Batch {
 ///
 /// A match whose behaviour panics, or that cannot be started, is a row with that
 /// [outcome](MatchRow::outcome), and the others go on.
-pub fn run_batch(
-    batch: &Batch,
+pub fn run_batch<V: Variants>(
+    batch: &Batch<V>,
     first: usize,
     simulator: impl Fn() -> App + Sync,
     stop: &AtomicBool,
@@ -100,8 +103,11 @@ pub fn run_batch(
                         break;
                     }
                     let (variant, seed) = batch.job(index);
-                    let scenario = Scenario { seed, ..batch.variants[variant].clone() };
-                    let row = MatchRow { index, variant, ..play(simulator, &scenario) };
+                    let row = match batch.variants.scenario(variant) {
+                        Ok(scenario) => play(simulator, &Scenario { seed, ..scenario }),
+                        Err(message) => MatchRow::failed(seed, MatchOutcome::Refused, message),
+                    };
+                    let row = MatchRow { index, variant, ..row };
                     if sender.send(row).is_err() {
                         break;
                     }

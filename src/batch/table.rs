@@ -2,14 +2,15 @@
 //!
 //! Behind the match's number and seed come the settings of its variant, then what came of it, and at last a
 //! fingerprint of the scenario, by which a later batch knows whether the table is its own and goes on where it ends.
+//!
+//! A text that a spreadsheet would take for a formula has an apostrophe before it.
 
 use std::fs::{File, OpenOptions, TryLockError};
-use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::io::{self, BufRead, BufReader, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use super::Batch;
 use super::observer::{MatchOutcome, MatchRow};
-use crate::scenario::Scenario;
+use super::{Batch, Variants};
 use crate::team::PerTeam;
 
 /// The columns before those of the settings.
@@ -34,8 +35,14 @@ const COLUMNS: [&str; 18] = [
     "blue_belief_error_m",
     "pink_belief_error_m",
     "note",
-    "scenario",
+    SCENARIO,
 ];
+
+/// The column of the fingerprint.
+const SCENARIO: &str = "scenario";
+
+/// What is said of a file that is something else.
+const NO_TABLE: &str = "this is no table of matches";
 
 /// Why a table cannot be written or gone on with.
 #[derive(Debug, thiserror::Error)]
@@ -75,26 +82,16 @@ pub enum TableError {
     },
 }
 
-/// What distinguishes the variants of a batch: the settings' names, and for each variant their values.
-#[derive(Clone, PartialEq, Debug, Default)]
-pub struct VariantColumns {
-    /// The names of the settings, such as `messages.loss`.
-    pub names: Vec<String>,
-    /// For each variant the values, in the order of the names.
-    pub values: Vec<Vec<String>>,
-}
-
 /// The table of a batch, as a file or in memory only.
 pub struct Table {
-    columns: VariantColumns,
-    fingerprints: Vec<String>,
+    columns: Vec<String>,
     file: Option<(PathBuf, File)>,
 }
 
 impl Table {
     /// A table that is written nowhere.
     pub fn unwritten() -> Self {
-        Self { columns: VariantColumns::default(), fingerprints: Vec::new(), file: None }
+        Self { columns: Vec::new(), file: None }
     }
 
     /// The table of this batch in a file: new, or with the rows that are there already, which are returned. A last
@@ -102,7 +99,7 @@ impl Table {
     ///
     /// # Errors
     /// When the file cannot be written, or holds another table.
-    pub fn open(path: &Path, batch: &Batch, columns: VariantColumns) -> Result<(Table, Vec<MatchRow>), TableError> {
+    pub fn open<V: Variants>(path: &Path, batch: &Batch<V>) -> Result<(Table, Vec<MatchRow>), TableError> {
         let io_error = |error| TableError::Io { path: path.to_owned(), error };
         // Some devices can be read for ever.
         if path.metadata().is_ok_and(|metadata| !metadata.is_file()) {
@@ -114,94 +111,93 @@ impl Table {
         if let Err(TryLockError::WouldBlock) = file.try_lock() {
             return Err(TableError::InUse { path: path.to_owned() });
         }
-        let mut bytes = Vec::new();
-        file.read_to_end(&mut bytes).map_err(io_error)?;
-        // Cut off in the middle of a letter, it is still a table.
-        let text = String::from_utf8_lossy(&bytes);
-        let whole_lines = text.rfind('\n').map_or(0, |end| end + 1);
-        let whole_bytes = bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |end| end as u64 + 1);
-        let fingerprints = batch.variants.iter().map(fingerprint).collect();
-        let mut table = Table { columns, fingerprints, file: None };
+        let mut table = Table { columns: batch.variants.columns(), file: None };
         let header = table.header();
-        if whole_lines == 0 {
-            if !header.starts_with(text.as_ref()) {
-                return Err(table.foreign(path, 1, "this is no table of matches"));
+        let mut lines = Lines { reader: BufReader::new(&file), read_bytes: 0 };
+        let mut rows = Vec::new();
+        match lines.next_whole().map_err(io_error)? {
+            Line::Whole(first) if first == header => {
+                while let Line::Whole(line) = lines.next_whole().map_err(io_error)? {
+                    let number = rows.len() + 2;
+                    let row = table.read_row(batch, rows.len(), &line);
+                    rows.push(row.map_err(|difference| foreign(path, number, difference))?);
+                }
+                let whole_bytes = lines.read_bytes;
+                file.set_len(whole_bytes).and_then(|()| file.seek(SeekFrom::End(0))).map_err(io_error)?;
             }
-            file.set_len(0).and_then(|()| file.seek(SeekFrom::Start(0))).map_err(io_error)?;
-            file.write_all(header.as_bytes()).map_err(io_error)?;
-            table.file = Some((path.to_owned(), file));
-            return Ok((table, Vec::new()));
+            Line::Whole(first) => return Err(foreign(path, 1, table.difference_of_columns(&first))),
+            Line::Part(part) if header.starts_with(&part) => {
+                file.set_len(0).and_then(|()| file.seek(SeekFrom::Start(0))).map_err(io_error)?;
+                file.write_all(header.as_bytes()).map_err(io_error)?;
+            }
+            Line::Part(_) => return Err(foreign(path, 1, NO_TABLE.to_owned())),
         }
-        let rows = table.read_rows(path, batch, &text[..whole_lines])?;
-        file.set_len(whole_bytes).and_then(|()| file.seek(SeekFrom::End(0))).map_err(io_error)?;
         table.file = Some((path.to_owned(), file));
         Ok((table, rows))
     }
 
-    /// Writes a row.
+    /// Writes a row of this batch.
     ///
     /// # Errors
     /// When the file cannot be written.
-    pub fn write(&mut self, row: &MatchRow) -> Result<(), TableError> {
-        let line = self.file.is_some().then(|| self.line(row));
-        if let (Some((path, file)), Some(line)) = (&mut self.file, line) {
+    pub fn write<V: Variants>(&mut self, batch: &Batch<V>, row: &MatchRow) -> Result<(), TableError> {
+        if let Some((path, file)) = &mut self.file {
+            let line = line_of(cells(batch, row).iter().map(String::as_str));
             file.write_all(line.as_bytes()).map_err(|error| TableError::Io { path: path.clone(), error })?;
         }
         Ok(())
     }
 
+    fn names(&self) -> impl Iterator<Item = &str> {
+        LEADING_COLUMNS.into_iter().chain(self.columns.iter().map(String::as_str)).chain(COLUMNS)
+    }
+
     fn header(&self) -> String {
-        let names = self.columns.names.iter().map(String::as_str);
-        line_of(LEADING_COLUMNS.into_iter().chain(names).chain(COLUMNS))
+        line_of(self.names())
     }
 
-    fn line(&self, row: &MatchRow) -> String {
-        let settings = self.columns.values.get(row.variant).cloned().unwrap_or_default();
-        let fingerprint = self.fingerprints.get(row.variant).cloned().unwrap_or_default();
-        let outcome = serde_json::to_value(row.outcome).ok();
-        let outcome = outcome.as_ref().and_then(|outcome| outcome.as_str()).unwrap_or_default().to_owned();
-        let share = |value: Option<f64>| value.map(|value| format!("{value:.4}")).unwrap_or_default();
-        let mut cells = vec![(row.index + 1).to_string(), row.seed.to_string()];
-        cells.extend(settings);
-        cells.extend([outcome, format!("{:.3}", row.duration_s)]);
-        for counts in [row.goals, row.own_goals, row.kicks, row.penalties] {
-            cells.extend([counts.blue.to_string(), counts.pink.to_string()]);
+    /// How the columns of a file differ from those of the batch.
+    fn difference_of_columns(&self, first_line: &str) -> String {
+        let theirs = cells_of(first_line);
+        if !theirs.iter().map(String::as_str).take(LEADING_COLUMNS.len()).eq(LEADING_COLUMNS) {
+            return NO_TABLE.to_owned();
         }
-        cells.push(row.outs.to_string());
-        let PerTeam { blue, pink } = row.belief_error_m;
-        cells.extend([row.blue_possession, row.ball_in_blue_half, row.messages_lost, blue, pink].map(share));
-        // A row is a line.
-        cells.extend([row.note.replace(['\n', '\r'], " "), fingerprint]);
-        line_of(cells.iter().map(String::as_str))
+        let ours: Vec<&str> = self.names().collect();
+        let list = |names: Vec<&str>| names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+        let more: Vec<&str> = theirs.iter().map(String::as_str).filter(|name| !ours.contains(name)).collect();
+        let fewer: Vec<&str> = ours.into_iter().filter(|name| theirs.iter().all(|other| other != name)).collect();
+        match (more.is_empty(), fewer.is_empty()) {
+            (false, false) => format!("the table has {} where this batch has {}", list(more), list(fewer)),
+            (false, true) => format!("the table has {}, which this batch has not", list(more)),
+            (true, false) => format!("the table has no {}, which this batch has", list(fewer)),
+            (true, true) => "the columns are in another order than in this batch".to_owned(),
+        }
     }
 
-    fn read_rows(&self, path: &Path, batch: &Batch, text: &str) -> Result<Vec<MatchRow>, TableError> {
-        let mut lines = text.split_inclusive('\n');
-        if lines.next() != Some(self.header().as_str()) {
-            return Err(self.foreign(path, 1, "these are not the columns of this batch"));
+    /// The row of a line, or how it differs from what this batch would write there.
+    fn read_row<V: Variants>(&self, batch: &Batch<V>, index: usize, line: &str) -> Result<MatchRow, String> {
+        if index >= batch.len() {
+            return Err(format!("the table has more matches than the {} of this batch", batch.len()));
         }
-        let mut rows = Vec::new();
-        for (index, line) in lines.enumerate() {
-            let foreign = |message: &str| self.foreign(path, index + 2, message);
-            if index >= batch.len() {
-                return Err(foreign("the table has more matches than this batch"));
+        let theirs = cells_of(line);
+        let (variant, seed) = batch.job(index);
+        let no_row = || "this is no row of the table".to_owned();
+        let row = self.row_of(&theirs, index, variant).ok_or_else(no_row)?;
+        let ours = cells(batch, &MatchRow { seed, ..row.clone() });
+        let different = self.names().zip(theirs.iter().zip(&ours)).find(|(_, (theirs, ours))| theirs != ours);
+        match different {
+            None if theirs.len() == ours.len() => Ok(row),
+            Some((SCENARIO, _)) => {
+                Err("the scenario, or a setting that is the same for all, is another than in this batch".to_owned())
             }
-            let (variant, seed) = batch.job(index);
-            let row = self.read_row(line, index, variant).ok_or_else(|| foreign("this is no row of the table"))?;
-            // Whatever a row says of its scenario, settings and seed must be what this batch would write.
-            if row.seed != seed || self.line(&row) != line {
-                return Err(foreign("this is another match than that of this batch"));
-            }
-            rows.push(row);
+            Some((name, (theirs, ours))) => Err(format!("`{name}` is {theirs}, and {ours} in this batch")),
+            None => Err(no_row()),
         }
-        Ok(rows)
     }
 
-    fn read_row(&self, line: &str, index: usize, variant: usize) -> Option<MatchRow> {
-        let mut reader = csv::ReaderBuilder::new().has_headers(false).from_reader(line.as_bytes());
-        let record = reader.records().next()?.ok()?;
-        let first = LEADING_COLUMNS.len() + self.columns.names.len();
-        let cell = |column: usize| record.get(first + column);
+    fn row_of(&self, cells: &[String], index: usize, variant: usize) -> Option<MatchRow> {
+        let first = LEADING_COLUMNS.len() + self.columns.len();
+        let cell = |column: usize| cells.get(first + column).map(String::as_str);
         let count = |column: usize| cell(column)?.parse::<u32>().ok();
         let counts = |column: usize| Some(PerTeam { blue: count(column)?, pink: count(column + 1)? });
         let share = |column: usize| match cell(column)? {
@@ -212,7 +208,7 @@ impl Table {
         Some(MatchRow {
             index,
             variant,
-            seed: record.get(1)?.parse().ok()?,
+            seed: cells.get(1)?.parse().ok()?,
             outcome,
             duration_s: cell(1)?.parse().ok()?,
             goals: counts(2)?,
@@ -227,10 +223,64 @@ impl Table {
             note: cell(16)?.to_owned(),
         })
     }
+}
 
-    fn foreign(&self, path: &Path, line: usize, message: &str) -> TableError {
-        let expected = "the table of an earlier batch with the same scenario, settings and first seed".to_owned();
-        TableError::Foreign { path: path.to_owned(), line, message: message.to_owned(), expected }
+/// The cells of a match of this batch.
+fn cells<V: Variants>(batch: &Batch<V>, row: &MatchRow) -> Vec<String> {
+    let outcome = serde_json::to_value(row.outcome).ok();
+    let outcome = outcome.as_ref().and_then(|outcome| outcome.as_str()).unwrap_or_default().to_owned();
+    let share = |value: Option<f64>| value.map(|value| format!("{value:.4}")).unwrap_or_default();
+    let mut cells = vec![(row.index + 1).to_string(), row.seed.to_string()];
+    cells.extend(batch.variants.values(row.variant).into_iter().map(as_text));
+    cells.extend([outcome, format!("{:.3}", row.duration_s)]);
+    for counts in [row.goals, row.own_goals, row.kicks, row.penalties] {
+        cells.extend([counts.blue.to_string(), counts.pink.to_string()]);
+    }
+    cells.push(row.outs.to_string());
+    let PerTeam { blue, pink } = row.belief_error_m;
+    cells.extend([row.blue_possession, row.ball_in_blue_half, row.messages_lost, blue, pink].map(share));
+    // A row is a line.
+    cells.extend([as_text(row.note.replace(['\n', '\r'], " ")), batch.variants.fingerprint(row.variant)]);
+    cells
+}
+
+/// A cell that no spreadsheet takes for a formula.
+fn as_text(cell: String) -> String {
+    let is_formula = cell.starts_with(['=', '+', '-', '@', '\t']) && cell.parse::<f64>().is_err();
+    if is_formula { format!("'{cell}") } else { cell }
+}
+
+fn foreign(path: &Path, line: usize, message: String) -> TableError {
+    let expected = "the table of an earlier batch with the same scenario, settings and first seed".to_owned();
+    TableError::Foreign { path: path.to_owned(), line, message, expected }
+}
+
+/// A line of a file.
+enum Line {
+    /// With its end.
+    Whole(String),
+    /// The last one, which was cut off; nothing at the end of the file.
+    Part(String),
+}
+
+/// The lines of a file, one after the other.
+struct Lines<'a> {
+    reader: BufReader<&'a File>,
+    /// Bytes of the lines that were whole.
+    read_bytes: u64,
+}
+
+impl Lines<'_> {
+    fn next_whole(&mut self) -> io::Result<Line> {
+        let mut bytes = Vec::new();
+        self.reader.read_until(b'\n', &mut bytes)?;
+        // Cut off in the middle of a letter, it is still a table.
+        let text = String::from_utf8_lossy(&bytes).into_owned();
+        if bytes.last() == Some(&b'\n') {
+            self.read_bytes += bytes.len() as u64;
+            return Ok(Line::Whole(text));
+        }
+        Ok(Line::Part(text))
     }
 }
 
@@ -243,27 +293,48 @@ fn line_of<'a>(cells: impl Iterator<Item = &'a str>) -> String {
     if written { String::from_utf8(bytes).unwrap_or_default() } else { String::new() }
 }
 
-/// What tells one scenario from another, whatever the seed: the FNV-1a hash of its fields.
-fn fingerprint(scenario: &Scenario) -> String {
-    let scenario = Scenario { seed: 0, ..scenario.clone() };
-    let text = scenario.resolved_json().unwrap_or_default();
-    let hash = text
-        .bytes()
-        .fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3));
-    format!("{hash:016x}")
+/// The cells of a line.
+fn cells_of(line: &str) -> Vec<String> {
+    let mut reader = csv::ReaderBuilder::new().has_headers(false).flexible(true).from_reader(line.as_bytes());
+    let record = reader.records().next().and_then(Result::ok).unwrap_or_default();
+    record.iter().map(str::to_owned).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scenario::Scenario;
 
-    fn batch() -> Batch {
-        Batch { variants: vec![Scenario::default(), Scenario::default()], matches: 3, first_seed: 7, threads: 1 }
+    /// Two variants, of which the second has values that spreadsheets would take for formulas.
+    #[derive(Clone, Debug)]
+    struct TwoVariants {
+        columns: Vec<&'static str>,
+        scenarios: Vec<Scenario>,
     }
 
-    fn columns() -> VariantColumns {
-        let values = [["0", "a"], ["0.5", "b, c"]].map(|values| values.map(str::to_owned).to_vec()).to_vec();
-        VariantColumns { names: vec!["messages.loss".to_owned(), "name".to_owned()], values }
+    impl Variants for TwoVariants {
+        fn count(&self) -> usize {
+            2
+        }
+
+        fn scenario(&self, index: usize) -> Result<Scenario, String> {
+            self.scenarios.scenario(index)
+        }
+
+        fn columns(&self) -> Vec<String> {
+            self.columns.iter().map(|column| (*column).to_owned()).collect()
+        }
+
+        fn values(&self, index: usize) -> Vec<String> {
+            let values = [["0", "a"], ["-0.5", "=b, c"]][index];
+            values.map(str::to_owned)[..self.columns.len()].to_vec()
+        }
+    }
+
+    fn batch() -> Batch<TwoVariants> {
+        let scenarios = vec![Scenario::default(), Scenario::default()];
+        let variants = TwoVariants { columns: vec!["messages.loss", "name"], scenarios };
+        Batch { variants, matches: 3, first_seed: 7, threads: 1 }
     }
 
     fn row(index: usize) -> MatchRow {
@@ -278,24 +349,43 @@ mod tests {
     }
 
     #[test]
+    fn texts_are_no_formulas_and_numbers_stay_numbers() {
+        for (cell, written) in [
+            ("=1+1", "'=1+1"),
+            ("-x", "'-x"),
+            ("@x", "'@x"),
+            ("+x", "'+x"),
+            ("-0.5", "-0.5"),
+            ("+2", "+2"),
+            ("a=b", "a=b"),
+        ] {
+            assert_eq!(as_text(cell.to_owned()), written);
+        }
+        let line = line_of(
+            cells(&batch(), &MatchRow { note: "=HYPERLINK(1)".to_owned(), ..row(1) }).iter().map(String::as_str),
+        );
+        assert!(line.contains(",-0.5,\"'=b, c\",") && line.contains(",'=HYPERLINK(1),"), "{line}");
+    }
+
+    #[test]
     fn a_table_goes_on_where_it_was_cut_off() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("table.csv");
-        let (mut table, rows) = Table::open(&path, &batch(), columns()).unwrap();
+        let (mut table, rows) = Table::open(&path, &batch()).unwrap();
         assert!(rows.is_empty());
         for index in 0..3 {
-            table.write(&row(index)).unwrap();
+            table.write(&batch(), &row(index)).unwrap();
         }
         drop(table);
         let whole = std::fs::read_to_string(&path).unwrap();
         assert_eq!(whole.lines().count(), 4, "{whole}");
         // Killed in the middle of the third row.
         std::fs::write(&path, &whole[..whole.len() - 20]).unwrap();
-        let (mut table, rows) = Table::open(&path, &batch(), columns()).unwrap();
+        let (mut table, rows) = Table::open(&path, &batch()).unwrap();
         assert_eq!(rows.len(), 2);
         assert_eq!(rows[1].goals, row(1).goals);
         assert_eq!(rows[1].blue_possession, Some(0.25));
-        table.write(&row(2)).unwrap();
+        table.write(&batch(), &row(2)).unwrap();
         assert_eq!(std::fs::read_to_string(&path).unwrap(), whole);
     }
 
@@ -304,16 +394,16 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("table.csv");
         let accented = |index| MatchRow { note: "tombé".to_owned(), ..row(index) };
-        let mut table = Table::open(&path, &batch(), columns()).unwrap().0;
-        table.write(&accented(0)).unwrap();
-        table.write(&accented(1)).unwrap();
+        let mut table = Table::open(&path, &batch()).unwrap().0;
+        table.write(&batch(), &accented(0)).unwrap();
+        table.write(&batch(), &accented(1)).unwrap();
         drop(table);
         let whole = std::fs::read(&path).unwrap();
         let cut = whole.iter().rposition(|byte| *byte == "é".as_bytes()[1]).unwrap();
         std::fs::write(&path, &whole[..cut]).unwrap();
-        let (mut table, rows) = Table::open(&path, &batch(), columns()).unwrap();
+        let (mut table, rows) = Table::open(&path, &batch()).unwrap();
         assert_eq!(rows, [accented(0)]);
-        table.write(&accented(1)).unwrap();
+        table.write(&batch(), &accented(1)).unwrap();
         assert_eq!(std::fs::read(&path).unwrap(), whole);
     }
 
@@ -321,35 +411,48 @@ mod tests {
     fn two_batches_do_not_write_one_table_and_none_writes_to_a_device() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("table.csv");
-        let first = Table::open(&path, &batch(), columns()).unwrap();
-        assert!(matches!(Table::open(&path, &batch(), columns()), Err(TableError::InUse { .. })));
+        let first = Table::open(&path, &batch()).unwrap();
+        assert!(matches!(Table::open(&path, &batch()), Err(TableError::InUse { .. })));
         drop(first);
-        assert!(Table::open(&path, &batch(), columns()).is_ok());
-        assert!(matches!(Table::open(folder.path(), &batch(), columns()), Err(TableError::NotAFile { .. })));
+        assert!(Table::open(&path, &batch()).is_ok());
+        assert!(matches!(Table::open(folder.path(), &batch()), Err(TableError::NotAFile { .. })));
     }
 
     #[test]
     fn another_batchs_table_is_left_alone() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("table.csv");
-        let (mut table, _) = Table::open(&path, &batch(), columns()).unwrap();
-        table.write(&row(0)).unwrap();
+        let (mut table, _) = Table::open(&path, &batch()).unwrap();
+        table.write(&batch(), &row(0)).unwrap();
         drop(table);
         let whole = std::fs::read_to_string(&path).unwrap();
-        let renamed = |name: &str| Scenario { name: name.to_owned(), ..Scenario::default() };
-        let fewer_columns = VariantColumns { names: columns().names[..1].to_vec(), ..columns() };
-        for (other, columns, line) in [
-            (Batch { first_seed: 8, ..batch() }, columns(), 2),
-            (Batch { variants: vec![renamed("another"), Scenario::default()], ..batch() }, columns(), 2),
-            (batch(), fewer_columns, 1),
+        let with = |change: fn(&mut TwoVariants)| {
+            let mut other = batch();
+            change(&mut other.variants);
+            other
+        };
+        for (other, words) in [
+            (Batch { first_seed: 8, ..batch() }, "2: `seed` is 7, and 8 in this batch"),
+            (Batch { matches: 0, ..batch() }, "2: the table has more matches than the 0 of this batch"),
+            (with(|other| other.scenarios[0].name = "another".to_owned()), "2: the scenario, or a setting"),
+            (with(|other| other.columns.truncate(1)), "1: the table has `name`, which this batch has not"),
+            (with(|other| other.columns[0] = "seed"), "1: the table has `messages.loss`, which this batch has not"),
+            (with(|other| other.columns[1] = "rules"), "1: the table has `name` where this batch has `rules`"),
+            (with(|other| other.columns.swap(0, 1)), "1: the columns are in another order"),
         ] {
-            let error = Table::open(&path, &other, columns).err().unwrap().to_string();
-            assert!(error.contains(&format!("table.csv:{line}: ")), "{error}");
+            let error = Table::open(&path, &other).err().unwrap().to_string();
+            assert!(error.contains(&format!("table.csv:{words}")), "{error}");
         }
+        std::fs::write(&path, whole.replace(",0,a,", ",0.5,a,")).unwrap();
+        let error = Table::open(&path, &batch()).err().unwrap().to_string();
+        assert!(
+            error.contains("table.csv:2: `messages.loss` is 0.5, and 0 in this batch; expected the table"),
+            "{error}"
+        );
         std::fs::write(&path, "my diary").unwrap();
-        assert!(Table::open(&path, &batch(), columns()).is_err());
+        assert!(Table::open(&path, &batch()).is_err());
         assert_eq!(std::fs::read_to_string(&path).unwrap(), "my diary");
         std::fs::write(&path, whole).unwrap();
-        assert!(Table::open(&path, &Batch { matches: 5, threads: 2, ..batch() }, columns()).is_ok());
+        assert!(Table::open(&path, &Batch { matches: 5, threads: 2, ..batch() }).is_ok());
     }
 }

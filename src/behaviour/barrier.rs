@@ -17,7 +17,9 @@
 //! # What the barrier cannot see
 //!
 //! - What a program does beside its behaviours: a system of its own may read what it likes, and put it where a behaviour
-//!   finds it, in a resource or behind an `Arc` that a closure shares.
+//!   finds it, in a resource or behind an `Arc` that a closure shares; and a type that it registers for reflection with a
+//!   `FromWorld` is handed the world when a saved match is restored. What is truth of its own it marks, and registers
+//!   before the behaviours.
 //! - What two behaviours of a program share. A resource that one of them can name, it can read, whosever it is: a team
 //!   keeps its own private.
 //! - What goes past the engine: files (the trace that is being written, for one), threads, another match played with
@@ -51,6 +53,7 @@ pub struct BarrierError {
 
 /// What a dishonest behaviour does.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum Breach {
     /// It reads all components of an entity, as `EntityRef` or `EntityMut` do.
     #[error(

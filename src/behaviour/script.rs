@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::communication::{Outbox, TeamMessage};
 use crate::cycle::CycleClock;
+use crate::geometry::file_units;
 use crate::knowledge::Knowledge;
 use crate::robot::head::HeadCommand;
 use crate::robot::kick::{KickCommand, KickRequest};
@@ -28,13 +29,13 @@ pub struct ScriptEntry {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub until_s: Option<f64>,
     /// Displacement in each of these cycles: dx m, dy m, dθ radians (degrees in files).
-    #[serde(with = "optional_walk", skip_serializing_if = "Option::is_none")]
+    #[serde(with = "file_units::optional_step", skip_serializing_if = "Option::is_none")]
     pub walk: Option<[f32; 3]>,
     /// A kick.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub kick: Option<KickRequest>,
     /// Yaw and pitch for the head, radians (degrees in files).
-    #[serde(rename = "head_deg", with = "optional_degree_pair", skip_serializing_if = "Option::is_none")]
+    #[serde(rename = "head_deg", with = "file_units::optional_degree_pair", skip_serializing_if = "Option::is_none")]
     pub head: Option<[f32; 2]>,
     /// Getting up, or a dive.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -82,39 +83,6 @@ pub fn is_active(entry: &ScriptEntry, clock: &CycleClock) -> bool {
     let now = clock.start_time_s() + clock.period_s / 1000.0;
     let until = entry.until_s.unwrap_or(entry.from_s + clock.period_s);
     entry.from_s <= now && now < until
-}
-
-mod optional_walk {
-    use crate::geometry::{to_degrees, to_radians};
-    use serde::{Deserialize, Deserializer, Serialize, Serializer};
-
-    /// A command is refused long before this, when it is given; here it must only stay finite in single precision.
-    const LARGEST: f64 = 1e30;
-
-    pub fn serialize<S: Serializer>(walk: &Option<[f32; 3]>, serializer: S) -> Result<S::Ok, S::Error> {
-        walk.map(|[dx, dy, turn]| [dx, dy, to_degrees(turn)]).serialize(serializer)
-    }
-
-    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<[f32; 3]>, D::Error> {
-        let walk = Option::<[f64; 3]>::deserialize(deserializer)?;
-        Ok(walk.map(|walk| {
-            let [dx, dy, turn] = walk.map(|number| number.clamp(-LARGEST, LARGEST) as f32);
-            [dx, dy, to_radians(turn)]
-        }))
-    }
-}
-
-mod optional_degree_pair {
-    use crate::geometry::{to_degrees, to_radians};
-    use serde::{Deserialize, Deserializer, Serialize, Serializer};
-
-    pub fn serialize<S: Serializer>(pair: &Option<[f32; 2]>, serializer: S) -> Result<S::Ok, S::Error> {
-        pair.map(|pair| pair.map(to_degrees)).serialize(serializer)
-    }
-
-    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<[f32; 2]>, D::Error> {
-        Ok(Option::<[f32; 2]>::deserialize(deserializer)?.map(|pair| pair.map(to_radians)))
-    }
 }
 
 #[cfg(test)]

@@ -4,9 +4,9 @@ use bevy::prelude::*;
 
 use super::line_sighting::SeenLine;
 use super::localisation::{Innovation, PoseEstimate};
-use super::own_pose::KalmanFilter;
 use super::sighting::Sighting;
 use super::unscented::SigmaPoints;
+use crate::belief::method::KalmanFilter;
 use crate::geometry::unrotate;
 use crate::pitch::LineSegment;
 

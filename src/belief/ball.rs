@@ -7,6 +7,7 @@ use bevy::math::ops;
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::covariance::inverse;
 use super::sighting::{LENS_HEIGHT_M, Residual, Sighting};
 use crate::camera_model::BOTTOM_TILT;
 use crate::geometry::{Pose, unit, unrotate};
@@ -131,10 +132,19 @@ impl BallEstimate {
         }
     }
 
+    /// Whether every number in it is finite.
+    pub(super) fn is_finite(&self) -> bool {
+        let places = [self.position, self.velocity, self.doubted.unwrap_or_default()];
+        let covariances = [self.position_covariance, self.cross_covariance, self.velocity_covariance];
+        places.into_iter().all(Vec2::is_finite)
+            && covariances.iter().all(Mat2::is_finite)
+            && (self.age_s + self.missing_s).is_finite()
+    }
+
     /// The ball after it was seen there.
     pub fn seen(&self, sighting: &Sighting, model: &BallModel) -> Self {
         let Residual { difference, noise } = sighting.residual(self.position);
-        let inverse = (self.position_covariance + noise).inverse();
+        let inverse = inverse(self.position_covariance + noise);
         if difference.dot(inverse * difference) > model.gate {
             let near = model.confirmation_m * sighting.place.length_squared().max(1.0);
             return match self.doubted {

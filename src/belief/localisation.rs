@@ -6,10 +6,15 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::covariance::inverse;
 use super::line_sighting::SeenLine;
 use super::sighting::{Residual, Sighting};
 use crate::geometry::{Pose, angle_of, unit, unrotate, wrap_angle};
 use crate::pitch::LineSegment;
+
+/// Nobody is less certain of its place than this, m, and of its heading, radians: standard deviations. So much is no
+/// knowledge at all, and doubt that grew for ever would run out of numbers.
+const MOST_DOUBT: [f32; 2] = [1000.0, core::f32::consts::PI];
 
 /// A pose and how uncertain it is.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
@@ -67,7 +72,7 @@ impl Innovation {
     /// Of a measurement with this difference from what was expected, covariance with the pose (column by column), and
     /// covariance.
     pub(super) fn new(difference: Vec2, cross: [Vec3; 2], spread: Mat2) -> Self {
-        let inverse = spread.inverse();
+        let inverse = inverse(spread);
         let gain = [
             cross[0] * inverse.x_axis.x + cross[1] * inverse.x_axis.y,
             cross[0] * inverse.y_axis.x + cross[1] * inverse.y_axis.y,
@@ -98,10 +103,29 @@ impl PoseEstimate {
         }
         x += heading * turned.x;
         y += heading * turned.y;
-        Self {
+        let moved = Self {
             pose: Pose { position: self.pose.position + way, heading: wrap_angle(self.pose.heading + step.heading) },
             covariance: Mat3::from_cols(x, y, heading) + error.covariance(step),
+        };
+        moved.with_bounded_doubt()
+    }
+
+    /// The estimate with no more doubt than there can be about a pose; correlations stay.
+    #[must_use]
+    pub(super) fn with_bounded_doubt(self) -> Self {
+        let variances = self.covariance.diagonal();
+        let most = Vec3::new(MOST_DOUBT[0], MOST_DOUBT[0], MOST_DOUBT[1]);
+        let scale = (most / variances.map(f32::sqrt)).min(Vec3::ONE);
+        if variances.cmple(most * most).all() {
+            return self;
         }
+        let scale = Mat3::from_diagonal(scale);
+        Self { covariance: scale * self.covariance * scale, ..self }
+    }
+
+    /// Whether every number in it is finite.
+    pub fn is_finite(&self) -> bool {
+        self.pose.is_finite() && self.covariance.is_finite()
     }
 
     /// What it means for this estimate that `landmark` (m, team frame) is seen there.

@@ -6,10 +6,23 @@ use serde::{Deserialize, Serialize};
 use super::landmarks::{Landmarks, Look, halfway_pose, waiting_pose};
 use super::localisation::{PoseEstimate, StepError};
 use super::method::Localisation;
-use super::own_pose::{KalmanFilter, OwnPose, PLACED_SD, RETURNED_SD};
+use super::own_pose::{OwnPose, PLACED_SD, RETURNED_SD};
 use super::particles::ParticleFilter;
+use crate::belief::method::KalmanFilter;
 use crate::geometry::Pose;
 use crate::team::RobotId;
+
+impl From<KalmanFilter> for Localisation {
+    fn from(filter: KalmanFilter) -> Self {
+        match filter {
+            KalmanFilter::Extended => Localisation::Kalman,
+            KalmanFilter::Unscented => Localisation::Unscented,
+        }
+    }
+}
+
+/// No robot believes that it is farther away than this, m: squares of it can still be added up.
+const FARTHEST_M: f32 = 1e6;
 
 /// A filter of any kind.
 #[derive(Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
@@ -37,6 +50,20 @@ impl Localiser {
             Localisation::Particles => {
                 Localiser::Particles(ParticleFilter::around(robot, pose, PLACED_SD[0], PLACED_SD[1]))
             }
+        }
+    }
+
+    /// Starts anew at a pose, team frame, where its numbers have run away: it was fed what cannot be for long, or goes on
+    /// from a saved match that was written by hand.
+    pub fn keep_finite(&mut self, robot: RobotId, last: Pose) {
+        let (is_finite, kind) = match self {
+            Localiser::Kalman(own) => (own.estimate.is_finite(), own.filter.into()),
+            Localiser::Searching(filter, kalman) => (filter.is_finite(), (*kalman).into()),
+            Localiser::Particles(filter) => (filter.is_finite(), Localisation::Particles),
+        };
+        let is_near = |pose: Pose| pose.is_finite() && pose.position.abs().max_element() < FARTHEST_M;
+        if !(is_finite && is_near(self.estimate().pose)) {
+            *self = Localiser::placed(kind, robot, if is_near(last) { last } else { Pose::default() });
         }
     }
 

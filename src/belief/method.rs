@@ -1,4 +1,4 @@
-//! What scenarios name of the localisation: which filter does it.
+//! Which filter does the localisation: what scenarios name.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -16,4 +16,15 @@ pub enum Localisation {
     Unscented,
     /// By a particle filter: several ideas at a time, and some ten times as costly.
     Particles,
+}
+
+/// How a Kalman filter carries its estimate through steps and measurements.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum KalmanFilter {
+    /// By slopes at its mean.
+    #[default]
+    Extended,
+    /// By poses around its mean.
+    Unscented,
 }

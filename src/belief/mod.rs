@@ -17,6 +17,7 @@ use crate::team::RobotId;
 
 mod association;
 pub mod ball;
+mod covariance;
 pub mod error;
 mod guesses;
 pub mod landmarks;
@@ -94,7 +95,33 @@ pub struct RobotBelief {
     pub age_s: f32,
 }
 
+impl BallBelief {
+    /// Whether every number in it is finite.
+    pub fn is_finite(&self) -> bool {
+        let Self { position_m, velocity_mps, position_covariance, velocity_covariance, age_s, heard_from: _ } = self;
+        let covariances = position_covariance.iter().chain(velocity_covariance);
+        position_m.is_finite() && velocity_mps.is_finite() && covariances.chain([age_s]).all(|entry| entry.is_finite())
+    }
+}
+
+impl RobotBelief {
+    /// Whether every number in it is finite.
+    pub fn is_finite(&self) -> bool {
+        let Self { id: _, position_m, covariance, age_s } = self;
+        position_m.is_finite() && covariance.iter().chain([age_s]).all(|entry| entry.is_finite())
+    }
+}
+
 impl Belief {
+    /// Whether every number in it is finite.
+    pub fn is_finite(&self) -> bool {
+        let Self { pose, pose_covariance, pose_age_s, ball, team_mates, opponents } = self;
+        pose.is_finite()
+            && pose_covariance.iter().chain([pose_age_s]).all(|entry| entry.is_finite())
+            && ball.is_none_or(|ball| ball.is_finite())
+            && team_mates.iter().chain(opponents).all(RobotBelief::is_finite)
+    }
+
     /// The belief of a robot that was told its pose (team frame), and nothing else.
     pub fn at(pose: Pose) -> Self {
         Self { pose, ..default() }

@@ -9,6 +9,7 @@ use super::landmarks::{
 };
 use super::line_sighting::SeenLine;
 use super::localisation::{Innovation, PoseEstimate, StepError, pose_from_two};
+use super::method::KalmanFilter;
 use super::sighting::Sighting;
 use super::unscented;
 use crate::geometry::Pose;
@@ -28,17 +29,6 @@ const MARKS_PER_CYCLE: usize = 3;
 const LINES_PER_CYCLE: usize = 2;
 /// The weight of evidence at which a robot decides which end of the pitch it sees: squared Mahalanobis distance.
 const SIDE_DECISION: f32 = 25.0;
-
-/// How a Kalman filter carries its estimate through steps and measurements.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum KalmanFilter {
-    /// By slopes at its mean.
-    #[default]
-    Extended,
-    /// By poses around its mean.
-    Unscented,
-}
 
 /// Where the robot thinks that it is.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]

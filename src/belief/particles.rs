@@ -12,6 +12,7 @@ use bevy::math::ops;
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::covariance::inverse;
 use super::guesses::{Particle, draw_by_weight, likeliest_idea, normalise, spread};
 use super::landmarks::{Landmarks, Look, seen_goal, sighting_of_mark, sighting_of_post};
 use super::line_sighting::SeenLine;
@@ -118,6 +119,12 @@ impl ParticleFilter {
         }
     }
 
+    /// Whether every number in it is finite, and there are guesses at all.
+    pub(super) fn is_finite(&self) -> bool {
+        let is_sound = |particle: &Particle| particle.pose.is_finite() && particle.weight.is_finite();
+        self.estimate.is_finite() && !self.particles.is_empty() && self.particles.iter().all(is_sound)
+    }
+
     /// Where the robot is, and how certain that is.
     pub fn estimate(&self) -> &PoseEstimate {
         &self.estimate
@@ -205,8 +212,10 @@ impl ParticleFilter {
         }
         draw_by_weight(&mut self.particles, &mut self.stream);
         for slot in 0..anew {
-            if let Some(pose) = pose_from_posts(posts, landmarks, own_end, &mut self.stream) {
-                self.particles[slot * COUNT / anew.max(1)].pose = pose;
+            if let Some(pose) = pose_from_posts(posts, landmarks, own_end, &mut self.stream)
+                && let Some(particle) = self.particles.get_mut(slot * COUNT / anew.max(1))
+            {
+                particle.pose = pose;
             }
         }
     }
@@ -223,7 +232,7 @@ fn least(residuals: impl Iterator<Item = Residual>) -> f32 {
         .map(|Residual { difference, noise }| {
             // Guesses are sparse: with nothing but the camera's error, the true pose would hardly ever be among them.
             let noise = noise + Mat2::from_diagonal(Vec2::splat(2e-3));
-            difference.dot(noise.inverse() * difference)
+            difference.dot(inverse(noise) * difference)
         })
         .fold(OUTLIER, f32::min)
 }

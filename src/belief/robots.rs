@@ -7,6 +7,7 @@ use bevy::math::ops;
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::covariance::inverse;
 use super::sighting::{Residual, Sighting};
 use crate::geometry::{Pose, unit, unrotate};
 use crate::team::Team;
@@ -76,7 +77,7 @@ pub fn see_robot(tracks: &mut Vec<RobotTrack>, team: Team, sighting: &Sighting, 
     match nearest {
         Some((distance_squared, track)) if distance_squared < gate * gate => {
             let Residual { difference, noise } = sighting.residual(track.position);
-            let gain = track.covariance * (track.covariance + noise).inverse();
+            let gain = track.covariance * inverse(track.covariance + noise);
             track.position += gain * difference;
             track.covariance -= gain * track.covariance;
             track.age_s = 0.0;

@@ -4,6 +4,7 @@
 //! It is honest: it reads what the robot senses and is told, and passes the same
 //! [barrier] as behaviours do.
 
+use bevy::ecs::query::QueryData;
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -141,38 +142,45 @@ struct Heard {
 /// A seen and a heard team-mate nearer to each other than this are one, m.
 const SAME_ROBOT_M: f32 = 0.6;
 
+/// What the estimator reads and writes of a robot.
+#[derive(QueryData)]
+#[query_data(mutable)]
+struct BelievingRobot {
+    id: &'static RobotId,
+    settings: &'static SimpleBelief,
+    status: &'static GameStatus,
+    odometry: &'static Odometry,
+    head: &'static HeadAngles,
+    camera: &'static CameraSettings,
+    percepts: &'static Percepts,
+    sonar: &'static SonarReading,
+    sonar_settings: &'static SonarSettings,
+    inbox: &'static Inbox,
+    memory: &'static mut SimpleBeliefMemory,
+    belief: &'static mut Belief,
+}
+
 fn estimate(
     mut landmarks: Local<Option<Landmarks>>,
     clock: Res<CycleClock>,
     pitch: Res<Pitch>,
     rules: Res<Rules>,
-    mut robots: Query<(
-        &RobotId,
-        &SimpleBelief,
-        &GameStatus,
-        &Odometry,
-        &HeadAngles,
-        &CameraSettings,
-        &Percepts,
-        (&SonarReading, &SonarSettings),
-        &Inbox,
-        &mut SimpleBeliefMemory,
-        &mut Belief,
-    )>,
+    mut robots: Query<BelievingRobot>,
 ) {
     if pitch.is_changed() {
         *landmarks = None;
     }
     let landmarks = landmarks.get_or_insert_with(|| Landmarks::of(&pitch));
     let period = clock.period();
-    for (&id, settings, status, odometry, &head, camera, percepts, sonar, inbox, mut memory, mut belief) in &mut robots
-    {
+    for robot in &mut robots {
+        let BelievingRobotItem { settings, status, odometry, camera, percepts, mut memory, mut belief, .. } = robot;
+        let id = *robot.id;
         let place = |kicking_off| formation(&pitch, rules.team_size, id.number, End::NegativeX, kicking_off);
         let kicking_off = id.team == status.kick_off_team && !status.drop_ball;
         let start = || Localiser::placed(settings.localisation, id, belief.pose);
         memory.begin_cycle(start, odometry.0, status, landmarks, kicking_off, rules.return_place, place);
         memory.pass_time(odometry.0, settings, period);
-        memory.listen(&inbox.0);
+        memory.listen(&robot.inbox.0);
         if !status.penalised {
             let image = Vec2::new(camera.width as f32, camera.height as f32);
             let look = Look {
@@ -184,10 +192,11 @@ fn estimate(
                 model: &settings.landmarks,
             };
             memory.own.orient(id, &look);
-            memory.watch_ball(percepts, head, settings, period);
+            memory.watch_ball(percepts, *robot.head, settings, period);
             memory.watch_robots(percepts, settings);
-            memory.hear_robots(sonar, &pitch, &settings.sonar);
+            memory.hear_robots((robot.sonar, robot.sonar_settings), &pitch, &settings.sonar);
         }
+        memory.keep_finite(id, belief.pose);
         memory.write(&mut belief, id.team, settings);
     }
 }
@@ -311,6 +320,13 @@ impl SimpleBeliefMemory {
         }
     }
 
+    /// Forgets what numbers cannot express any more.
+    fn keep_finite(&mut self, robot: RobotId, last_pose: Pose) {
+        self.own.keep_finite(robot, last_pose);
+        self.ball = self.ball.filter(BallEstimate::is_finite);
+        self.tracks.retain(|track| track.position.is_finite() && track.covariance.is_finite());
+    }
+
     fn write(&self, belief: &mut Belief, team: Team, settings: &SimpleBelief) {
         let estimate = self.own.estimate();
         let pose = estimate.pose;
@@ -333,9 +349,11 @@ impl SimpleBeliefMemory {
             age_s: ball.age_s,
             heard_from: None,
         });
+        // What is believed to be absurdly far away has a covariance that there is no number for.
+        let seen = seen.filter(BallBelief::is_finite);
         belief.ball = match seen {
             Some(ball) if ball.age_s < settings.ball_trust_s => seen,
-            _ => self.heard_ball(settings).or(seen),
+            _ => self.heard_ball(settings).filter(BallBelief::is_finite).or(seen),
         };
         belief.team_mates.clear();
         belief.opponents.clear();
@@ -355,6 +373,9 @@ impl SimpleBeliefMemory {
                 covariance: in_team(track.position, track.covariance),
                 age_s: track.age_s,
             };
+            if !robot.is_finite() {
+                continue;
+            }
             if track.team != team {
                 belief.opponents.push(robot);
                 continue;

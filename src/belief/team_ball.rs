@@ -4,6 +4,7 @@ use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::BallBelief;
+use super::covariance::inverse;
 use super::sighting::Sighting;
 use crate::team::RobotId;
 
@@ -59,11 +60,11 @@ pub fn team_ball(heard: impl Iterator<Item = HeardBall> + Clone, model: &TeamBal
         .1;
     let (mut information, mut weighed) = (Mat2::ZERO, Vec2::ZERO);
     for witness in heard.filter(|witness| witness.place.distance(best.place) <= model.agreement_m) {
-        let inverse = witness.covariance(model).inverse();
+        let inverse = inverse(witness.covariance(model));
         information += inverse;
         weighed += inverse * witness.place;
     }
-    let covariance = information.inverse();
+    let covariance = inverse(information);
     Some(BallBelief {
         position_m: covariance * weighed,
         velocity_mps: Vec2::ZERO,

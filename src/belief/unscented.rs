@@ -79,7 +79,7 @@ pub fn moved_by(estimate: &PoseEstimate, step: Pose, error: &StepError) -> PoseE
             * (1.0 / COUNT as f32);
     }
     let pose = Pose { position: centre.position + mean.truncate(), heading: wrap_angle(centre.heading + mean.z) };
-    PoseEstimate { pose, covariance }
+    PoseEstimate { pose, covariance }.with_bounded_doubt()
 }
 
 /// The columns of a square root of a covariance.

@@ -1,6 +1,5 @@
 //! `naoisis batch`: many seeded matches, on all cores, as a table and a summary.
 
-use bevy::prelude::*;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::PathBuf;
@@ -11,13 +10,14 @@ use std::time::Instant;
 use super::interrupt::Interrupt;
 use super::terminal::Printer;
 use super::{Program, report};
-use crate::batch::pairs::{Pairing, Pairs};
+use crate::batch::pairs::Pairs;
 use crate::batch::summary::Summary;
-use crate::batch::table::{Table, TableError, VariantColumns};
-use crate::batch::{Batch, MatchRow, run_batch};
+use crate::batch::sweep::Sweep;
+use crate::batch::table::{Table, TableError};
+use crate::batch::{Batch, MatchRow, Variants, run_batch};
 use crate::behaviour::BehaviourRegistry;
-use crate::scenario::{Scenario, ScenarioError, ScenarioFile, Setting};
-use crate::simulation::MatchApp;
+use crate::scenario::{FieldPath, ScenarioError, ScenarioFile, Setting};
+use crate::simulation::{MatchApp, names};
 
 /// Arguments of `naoisis batch`.
 #[derive(Args, Debug, Clone)]
@@ -43,40 +43,27 @@ pub struct BatchArguments {
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
     /// Stop each match after this many simulated seconds
-    #[arg(long, value_name = "S", value_parser = super::run::positive_seconds, allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", value_parser = super::run_arguments::positive_seconds, allow_negative_numbers = true)]
     pub duration: Option<f32>,
     /// Print nothing but errors
     #[arg(long)]
     pub quiet: bool,
 }
 
-/// The settings of each variant, and what distinguishes them.
-struct Plan {
-    /// Settings that are the same for all pairs: each combination.
-    combinations: Vec<Vec<Setting>>,
-    /// The teams that play each other.
-    pairs: Option<Pairs>,
-}
-
 /// Runs the command.
 pub fn batch(program: Program, arguments: &BatchArguments) -> ExitCode {
-    let plan = match Plan::of(program, arguments) {
-        Ok(plan) => plan,
-        Err(message) => return report::usage_error(&message),
-    };
-    let (variants, columns) = match plan.variants(program, arguments) {
-        Ok(variants) => variants,
+    let sweep = match sweep(program, arguments) {
+        Ok(sweep) => sweep,
         Err(status) => return status,
     };
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let batch = Batch {
-        first_seed: arguments.seed.unwrap_or_else(|| variants.first().map_or(1, |scenario| scenario.seed)),
-        variants,
-        matches: arguments.matches as usize / plan.sides(),
-        threads: arguments.threads.map_or(cores, usize::from),
-    };
+    // Matches with changed sides share those that were asked for.
+    let sides = if sweep.pairs().is_some() { 2 } else { 1 };
+    let first_seed = arguments.seed.or_else(|| Some(sweep.scenario(0).ok()?.seed)).unwrap_or(1);
+    let threads = arguments.threads.map_or(cores, usize::from);
+    let batch = Batch { variants: sweep, matches: arguments.matches as usize / sides, first_seed, threads };
     let opened = match &arguments.csv {
-        Some(path) => Table::open(path, &batch, columns.clone()),
+        Some(path) => Table::open(path, &batch),
         None => Ok((Table::unwritten(), Vec::new())),
     };
     let (mut table, mut rows) = match opened {
@@ -102,7 +89,7 @@ pub fn batch(program: Program, arguments: &BatchArguments) -> ExitCode {
             if !row.outcome.is_valid() {
                 progress.suspend(|| report::note(&failure(&row)));
             }
-            if let Err(error) = table.write(&row) {
+            if let Err(error) = table.write(&batch, &row) {
                 interrupt.stop().store(true, Ordering::SeqCst);
                 failed_to_write.get_or_insert(error);
             }
@@ -118,7 +105,12 @@ pub fn batch(program: Program, arguments: &BatchArguments) -> ExitCode {
     }
     let mut printer = Printer::default();
     if !arguments.quiet {
-        printer.print(text(&plan, &batch, &columns, &rows, earlier, wall_s));
+        let what_was_played = what_was_played(&batch, &rows, earlier, wall_s);
+        print_summaries(&mut printer, &batch.variants, &mut rows);
+        printer.print(what_was_played);
+        if rows.len() > 1 {
+            printer.print("Intervals are those of 95 % confidence.\n");
+        }
     }
     if is_interrupted && let Some(path) = &arguments.csv {
         report::note(&format!("interrupted; the same command goes on where {} ends", path.display()));
@@ -128,80 +120,38 @@ pub fn batch(program: Program, arguments: &BatchArguments) -> ExitCode {
     if is_interrupted { interrupt.finish(status) } else { status }
 }
 
-impl Plan {
-    /// What the arguments ask for: every combination of the settings, the last one changing fastest.
-    fn of(program: Program, arguments: &BatchArguments) -> Result<Self, String> {
-        check_settings(arguments)?;
-        let mut combinations: Vec<Vec<Setting>> = vec![Vec::new()];
-        for sweep in &arguments.set {
-            combinations = combinations
-                .iter()
-                .flat_map(|settings| {
-                    sweep.iter().map(|setting| [settings.as_slice(), core::slice::from_ref(setting)].concat())
-                })
-                .collect();
-        }
-        let pairs = if arguments.pairs.is_empty() { None } else { Some(pairs(program, arguments)?) };
-        Ok(Self { combinations, pairs })
+/// What the arguments ask for. Every value of every setting can be started with the first values of the others.
+///
+/// # Errors
+/// The exit status of what is wrong, which is said already.
+fn sweep(program: Program, arguments: &BatchArguments) -> Result<Sweep, ExitCode> {
+    let usage_error = |message: String| report::usage_error(&message);
+    let scenario_error = |error: ScenarioError| report::scenario_error(&error);
+    check_settings(arguments).map_err(usage_error)?;
+    let pairs = if arguments.pairs.is_empty() { None } else { Some(pairs(program, arguments).map_err(usage_error)?) };
+    let file = ScenarioFile::find(&arguments.scenario).map_err(scenario_error)?;
+    if pairs.is_some() && !file.scenario.robots.is_empty() {
+        let scenario = &arguments.scenario;
+        return Err(usage_error(format!(
+            "--pairs: {scenario} lists its robots; expected a scenario that lines up `teams`"
+        )));
     }
-
-    /// Variants that share the matches which were asked for.
-    fn sides(&self) -> usize {
-        if self.pairs.is_some() { 2 } else { 1 }
+    let sweep = Sweep::new(&file, arguments.set.clone(), pairs, arguments.duration).map_err(scenario_error)?;
+    let matches = sweep.combinations().and_then(|combinations| {
+        combinations.checked_mul(sweep.variants_of_combination())?.checked_mul(arguments.matches as usize)
+    });
+    if matches.is_none() {
+        return Err(usage_error("--set: there are more combinations than can be counted; expected fewer".to_owned()));
     }
-
-    /// The pairings that each combination is played with, in their order.
-    fn pairings(&self) -> Vec<Option<Pairing>> {
-        self.pairs.as_ref().map_or_else(|| vec![None], |pairs| pairs.pairings().map(Some).collect())
+    let mut app = program.simulator();
+    for sample in sweep.samples() {
+        let mut file = sweep.variant(sample).map_err(scenario_error)?;
+        if let Some(duration_s) = arguments.duration {
+            super::begin::set_duration(&mut file.scenario, duration_s)?;
+        }
+        app.start_match(&file.scenario).map_err(|fault| scenario_error(file.source.error(&fault)))?;
     }
-
-    /// The scenario with each combination of the settings, and with each pairing of it, and what distinguishes them. All
-    /// can be started.
-    ///
-    /// # Errors
-    /// The exit status of what is wrong, which is said already.
-    fn variants(
-        &self,
-        program: Program,
-        arguments: &BatchArguments,
-    ) -> Result<(Vec<Scenario>, VariantColumns), ExitCode> {
-        let scenario_error = |error: ScenarioError| report::scenario_error(&error);
-        let swept: Vec<usize> = (0..arguments.set.len()).filter(|&index| arguments.set[index].len() > 1).collect();
-        let mut names: Vec<String> =
-            swept.iter().filter_map(|&index| Some(arguments.set[index].first()?.path().to_string())).collect();
-        if self.pairs.is_some() {
-            names.extend(["teams.blue", "teams.pink"].map(str::to_owned));
-        }
-        let (mut variants, mut values) = (Vec::new(), Vec::new());
-        let file = ScenarioFile::find(&arguments.scenario).map_err(scenario_error)?;
-        if self.pairs.is_some() && !file.scenario.robots.is_empty() {
-            let scenario = &arguments.scenario;
-            let message = format!("--pairs: {scenario} lists its robots; expected a scenario that lines up `teams`");
-            return Err(report::usage_error(&message));
-        }
-        let mut app = program.simulator();
-        for settings in &self.combinations {
-            for pairing in self.pairings() {
-                let teams = match (&self.pairs, pairing) {
-                    (Some(pairs), Some(pairing)) => pairs.names(pairing).map(str::to_owned).to_vec(),
-                    _ => Vec::new(),
-                };
-                let teams_set = ["teams.blue", "teams.pink"].into_iter().zip(&teams).flat_map(|(path, team)| {
-                    // A team's name is a word, so that there is one setting.
-                    Setting::sweep(&format!("{path}={team}")).unwrap_or_default()
-                });
-                let settings_of_variant: Vec<_> = settings.iter().cloned().chain(teams_set).collect();
-                let mut file = file.with(&settings_of_variant).map_err(scenario_error)?;
-                if let Some(duration_s) = arguments.duration {
-                    super::begin::set_duration(&mut file.scenario, duration_s)?;
-                }
-                app.start_match(&file.scenario).map_err(|fault| scenario_error(file.source.error(&fault)))?;
-                variants.push(file.scenario);
-                values.push(swept.iter().map(|&index| settings[index].value()).chain(teams).collect());
-            }
-        }
-        Ok((variants, VariantColumns { names, values }))
-    }
+    Ok(sweep)
 }
 
 /// That every field is set once, and that --pairs has the teams to itself.
@@ -229,7 +179,7 @@ fn pairs(program: Program, arguments: &BatchArguments) -> Result<Pairs, String> 
         teams => teams.to_vec(),
     };
     if let Some(team) = teams.iter().find(|team| !known.contains(&team.as_str())) {
-        return Err(format!("--pairs: there is no team `{team}`; expected some of {}", known.join(", ")));
+        return Err(format!("--pairs: {}", names::no_team(registry, &FieldPath::default(), team).in_words()));
     }
     if let Some((_, team)) = teams.iter().enumerate().find(|(index, team)| teams[..*index].contains(team)) {
         return Err(format!("--pairs: the team `{team}` is there twice; expected each team once"));
@@ -272,42 +222,30 @@ fn progress_bar(matches: usize, earlier: usize, quiet: bool) -> ProgressBar {
     progress
 }
 
-fn text(
-    plan: &Plan,
-    batch: &Batch,
-    columns: &VariantColumns,
-    rows: &[MatchRow],
-    earlier: usize,
-    wall_s: f64,
-) -> String {
-    let mut text = String::new();
-    let pairings = plan.pairings();
-    for combination in 0..plan.combinations.len() {
-        let variants = combination * pairings.len()..(combination + 1) * pairings.len();
-        let values = columns.values.get(variants.start).into_iter().flatten();
-        let swept = columns.names.iter().zip(values).filter(|(name, _)| plan.pairs.is_none() || !is_of_pairs(name));
-        let settings: Vec<String> = swept.map(|(name, value)| format!("{name} = {value}")).collect();
+/// Prints what came of each combination of settings that has been played. The rows are sorted by their variants.
+fn print_summaries(printer: &mut Printer, sweep: &Sweep, rows: &mut [MatchRow]) {
+    let combination = |row: &MatchRow| row.variant / sweep.variants_of_combination();
+    rows.sort_by_key(|row| (row.variant, row.index));
+    for rows in rows.chunk_by(|one, other| combination(one) == combination(other)) {
+        let settings = rows.first().map(|row| sweep.words(row.variant)).unwrap_or_default();
         if !settings.is_empty() {
-            text += &format!("{}\n", settings.join(", "));
+            printer.print(format_args!("{settings}\n"));
         }
-        let of_combination = rows.iter().filter(|row| variants.contains(&row.variant));
-        match &plan.pairs {
+        match sweep.pairs() {
             Some(pairs) => {
-                let rows = of_combination.filter_map(|row| Some((row, pairings[row.variant - variants.start]?)));
-                text += &pairs.table(rows).to_string();
+                let rows = rows.iter().filter_map(|row| Some((row, sweep.pairing(row.variant)?)));
+                printer.print(pairs.table(rows));
             }
-            None => text += &summary_text(&Summary::of(of_combination)),
+            None => printer.print(summary_text(&Summary::of(rows.iter()))),
+        }
+        if printer.is_closed() {
+            break;
         }
     }
-    text += &what_was_played(batch, rows, earlier, wall_s);
-    if batch.variants.len() > 1 || rows.len() > 1 {
-        text += "Intervals are those of 95 % confidence.\n";
-    }
-    text
 }
 
 /// How many matches there are, and how fast those were that were played now.
-fn what_was_played(batch: &Batch, rows: &[MatchRow], earlier: usize, wall_s: f64) -> String {
+fn what_was_played(batch: &Batch<Sweep>, rows: &[MatchRow], earlier: usize, wall_s: f64) -> String {
     let of_all = format!("{} of {} matches", rows.len(), batch.len());
     let played = &rows[earlier.min(rows.len())..];
     if played.is_empty() {
@@ -326,10 +264,6 @@ fn what_was_played(batch: &Batch, rows: &[MatchRow], earlier: usize, wall_s: f64
         played.len() as f64 / wall_s,
         simulated_s / wall_s,
     )
-}
-
-fn is_of_pairs(name: &str) -> bool {
-    matches!(name, "teams.blue" | "teams.pink")
 }
 
 fn summary_text(summary: &Summary) -> String {

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use super::report;
-use super::run::RunArguments;
+use super::run_arguments::RunArguments;
 use crate::cycle::CycleClock;
 use crate::scenario::{FieldPath, Format, Scenario, ScenarioFile};
 use crate::simulation::snapshot::EXTENSION;
@@ -37,7 +37,7 @@ pub fn begin_with(app: &mut App, file: &ScenarioFile, arguments: &RunArguments) 
     change_from_command_line(&mut file.scenario, arguments)?;
     app.start_match(&file.scenario).map_err(|fault| match arguments.cameras {
         Some(_) if fault.path == FieldPath::from("cameras").field("render") => {
-            report::usage_error(&format!("--cameras: {}; expected {}", fault.message, fault.expected))
+            report::usage_error(&format!("--cameras: {}", fault.in_words()))
         }
         _ => report::scenario_error(&file.source.error(&fault)),
     })?;
@@ -54,7 +54,7 @@ fn change_from_command_line(scenario: &mut Scenario, arguments: &RunArguments) -
     if let Some(cameras) = arguments.cameras {
         scenario.cameras.render = cameras.into();
         if let Err(fault) = scenario.validate() {
-            return Err(report::usage_error(&format!("--cameras: {}; expected {}", fault.message, fault.expected)));
+            return Err(report::usage_error(&format!("--cameras: {}", fault.in_words())));
         }
     }
     Ok(())
@@ -66,9 +66,7 @@ fn change_from_command_line(scenario: &mut Scenario, arguments: &RunArguments) -
 /// The exit status of what is wrong, which is said already.
 pub fn set_duration(scenario: &mut Scenario, duration_s: f32) -> Result<(), ExitCode> {
     scenario.duration_s = Some(duration_s);
-    scenario
-        .validate()
-        .map_err(|fault| report::usage_error(&format!("--duration: {}; expected {}", fault.message, fault.expected)))
+    scenario.validate().map_err(|fault| report::usage_error(&format!("--duration: {}", fault.in_words())))
 }
 
 /// Goes on with a saved match, with other settings if the command line has some.

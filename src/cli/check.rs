@@ -1,11 +1,13 @@
 //! `naoisis check`: whether scenario files are right.
 
+use bevy::prelude::*;
 use clap::Args;
 use std::process::ExitCode;
 
 use super::report;
 use super::terminal::Printer;
-use crate::scenario::{Scenario, ScenarioError, ScenarioFault, ScenarioFile};
+use crate::scenario::{ScenarioError, ScenarioFile};
+use crate::simulation::{MatchApp, names};
 
 /// Arguments of `naoisis check`.
 #[derive(Args, Debug, Clone)]
@@ -15,22 +17,29 @@ pub struct CheckArguments {
     pub files: Vec<String>,
 }
 
-/// Checks every file, and says `ok` or what is wrong of each; exit status 2 if anything is wrong.
-///
-/// `starts` tells whether a match could start: whether the behaviours and teams that a scenario names exist.
-pub fn check(arguments: &CheckArguments, mut starts: impl FnMut(&Scenario) -> Result<(), ScenarioFault>) -> ExitCode {
+/// Checks every file, and says `ok` or all that is wrong of each; exit status 2 if anything is wrong. `app` is a simulator.
+pub fn check(arguments: &CheckArguments, app: &mut App) -> ExitCode {
     let mut status = ExitCode::SUCCESS;
     let mut printer = Printer::default();
     for file in &arguments.files {
-        match check_one(file, &mut starts) {
-            Ok(()) => printer.print(format_args!("{file}: ok\n")),
-            Err(error) => status = report::scenario_error(&error),
+        let errors = errors_of(file, app);
+        if errors.is_empty() {
+            printer.print(format_args!("{file}: ok\n"));
+        }
+        for error in &errors {
+            status = report::scenario_error(error);
+        }
+        if errors.len() == ScenarioFile::MOST_ERRORS {
+            report::note(&format!("{file}: there may be more errors than these {}", errors.len()));
         }
     }
     printer.finish(status)
 }
 
-fn check_one(file: &str, starts: &mut impl FnMut(&Scenario) -> Result<(), ScenarioFault>) -> Result<(), ScenarioError> {
-    let file = ScenarioFile::find(file)?;
-    starts(&file.scenario).map_err(|fault| file.source.error(&fault))
+/// What is wrong with a file: with its fields, with the names in it, and at last with starting its match.
+fn errors_of(file: &str, app: &mut App) -> Vec<ScenarioError> {
+    match ScenarioFile::check(file, |scenario| names::unknown(app.world(), scenario)) {
+        Ok(file) => app.start_match(&file.scenario).err().map(|fault| file.source.error(&fault)).into_iter().collect(),
+        Err(errors) => errors,
+    }
 }

@@ -5,9 +5,13 @@ use std::process::ExitCode;
 
 use super::report;
 use super::terminal::Printer;
+use crate::behaviour::{BehaviourRegistry, TeamRecipe};
 use crate::game::Rules;
 use crate::pitch::Pitch;
 use crate::scenario::{FIELD_PRESETS, LIBRARY, RULES_PRESETS, ScenarioError};
+
+/// Robots of the largest team that there can be.
+const LARGEST_TEAM: u8 = 11;
 
 /// Arguments of `naoisis list`.
 #[derive(Args, Debug, Clone)]
@@ -22,19 +26,24 @@ pub struct ListArguments {
 pub enum Listing {
     /// Built-in scenarios
     Scenarios,
-    /// Built-in teams
+    /// Teams that scenarios can line up
     Teams,
+    /// Behaviours that scenarios can give to robots
+    Behaviours,
     /// Presets of fields
     Fields,
     /// Presets of rules
     Rules,
 }
 
-/// Prints names and what they stand for, a line each. `teams` are the names and descriptions of the teams.
-pub fn list(arguments: &ListArguments, teams: impl IntoIterator<Item = (String, String)>) -> ExitCode {
+/// Prints names and what they stand for, a line each.
+pub fn list(arguments: &ListArguments, registry: &BehaviourRegistry) -> ExitCode {
     let rows = match arguments.what {
         Listing::Scenarios => scenarios(),
-        Listing::Teams => Ok(teams.into_iter().collect()),
+        Listing::Teams => {
+            Ok(registry.teams().map(|(name, team)| (name.to_owned(), team.description.clone())).collect())
+        }
+        Listing::Behaviours => Ok(behaviours(registry)),
         Listing::Fields => Ok(fields()),
         Listing::Rules => Ok(rules()),
     };
@@ -50,6 +59,23 @@ pub fn list(arguments: &ListArguments, teams: impl IntoIterator<Item = (String, 
 
 fn scenarios() -> Result<Vec<(String, String)>, ScenarioError> {
     LIBRARY.iter().map(|entry| Ok((entry.name.to_owned(), entry.description()?))).collect()
+}
+
+/// Every behaviour, with the teams that play it.
+fn behaviours(registry: &BehaviourRegistry) -> Vec<(String, String)> {
+    let plays = |team: &TeamRecipe, behaviour: &str| {
+        let sizes = 1..=LARGEST_TEAM;
+        sizes
+            .flat_map(|size| (1..=size).map(move |number| (number, size)))
+            .any(|(number, size)| team.behaviour_of(number, size) == behaviour)
+    };
+    let row = |behaviour: &str| {
+        let teams: Vec<&str> =
+            registry.teams().filter(|(_, team)| plays(team, behaviour)).map(|(name, _)| name).collect();
+        let description = if teams.is_empty() { String::new() } else { format!("plays in {}", teams.join(", ")) };
+        (behaviour.to_owned(), description)
+    };
+    registry.behaviour_names().map(row).collect()
 }
 
 fn fields() -> Vec<(String, String)> {

@@ -31,10 +31,11 @@ use std::io;
 use std::process::ExitCode;
 
 use crate::behaviour::BehaviourRegistry;
-use crate::simulation::{MatchApp, NaoisisPlugins};
+use crate::simulation::NaoisisPlugins;
 
 mod batch;
 mod begin;
+mod beliefs;
 mod check;
 mod figures;
 mod interrupt;
@@ -42,10 +43,14 @@ mod list;
 mod outputs;
 mod pictures;
 mod play;
+mod recordings;
 mod replay;
 mod report;
 mod run;
+mod run_arguments;
 mod terminal;
+mod traces;
+mod visible;
 mod vision;
 mod window;
 
@@ -62,7 +67,7 @@ enum Command {
     /// Watch a match in a window; the same as no command
     Play(play::PlayArguments),
     /// Run a match headless, as fast as it goes
-    Run(run::RunArguments),
+    Run(run_arguments::RunArguments),
     /// Watch a match that a trace was written of
     Replay(replay::ReplayArguments),
     /// Play many matches with different seeds, on all cores
@@ -93,15 +98,10 @@ pub fn run(extend: impl Fn(&mut App) + Sync) -> ExitCode {
         Some(Command::Run(arguments)) => run::run(program, &arguments),
         Some(Command::Replay(arguments)) => replay::replay(program, &arguments),
         Some(Command::Batch(arguments)) => batch::batch(program, &arguments),
-        Some(Command::Check(arguments)) => {
-            let mut app = program.simulator();
-            check::check(&arguments, |scenario| app.start_match(scenario).map(|_| ()))
-        }
+        Some(Command::Check(arguments)) => check::check(&arguments, &mut program.simulator()),
         Some(Command::Figures(arguments)) => figures::figures(&arguments),
         Some(Command::List(arguments)) => {
-            let app = program.simulator();
-            let teams = app.world().resource::<BehaviourRegistry>().teams();
-            list::list(&arguments, teams.map(|(name, team)| (name.to_owned(), team.description.clone())))
+            list::list(&arguments, program.simulator().world().resource::<BehaviourRegistry>())
         }
         Some(Command::Vision(arguments)) => vision::vision(&arguments),
         None => play::play(program, &play::PlayArguments::default()),

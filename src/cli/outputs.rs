@@ -1,14 +1,10 @@
 //! What commands write: checked before the match, not after it. Nothing is written over what a command reads, and over
 //! what was there before only when it is told to.
 
-use bevy::prelude::*;
 use std::fs::{self, Metadata};
 use std::path::{Path, PathBuf};
 
-use super::run::RunArguments;
 use crate::cycle::CycleClock;
-use crate::scenario::Scenario;
-use crate::simulation::snapshot::EXTENSION;
 
 /// The word for standard output in place of a file.
 pub const STANDARD_OUTPUT: &str = "-";
@@ -80,36 +76,6 @@ fn real(path: &Path) -> PathBuf {
     }
 }
 
-/// That what `naoisis run` writes can be written, as far as that can be told before the match.
-pub fn check(arguments: &RunArguments) -> Result<(), String> {
-    arguments.pictures.check()?;
-    let is_standard_output = |path: &PathBuf| path.as_os_str() == STANDARD_OUTPUT;
-    if arguments.beliefs.as_ref().is_some_and(is_standard_output) {
-        return Err("--beliefs: only --trace goes to standard output; expected a file".to_owned());
-    }
-    let trace = arguments.trace.as_ref().filter(|path| !is_standard_output(path));
-    let files = [
-        ("--trace", trace),
-        ("--beliefs", arguments.beliefs.as_ref()),
-        ("--save", arguments.save.as_ref()),
-        ("--video", arguments.pictures.video.as_ref()),
-        ("--sheet", arguments.pictures.sheet.as_ref()),
-    ];
-    let files: Vec<Output> =
-        files.into_iter().filter_map(|(option, path)| Some(Output { option, path: path? })).collect();
-    check_files(Path::new(&arguments.scenario), &files, arguments.force)?;
-    let Some(path) = &arguments.save else { return Ok(()) };
-    if path.extension().is_none_or(|extension| extension != EXTENSION) {
-        return Err(format!("--save: {}: expected a file name that ends in .{EXTENSION}", path.display()));
-    }
-    // Said now rather than after the match.
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    if !folder.is_dir() || path.is_dir() {
-        return Err(format!("--save: {}: expected a file in a folder that exists", path.display()));
-    }
-    Ok(())
-}
-
 /// Makes room for a file that is made anew: with `force`, one that is there goes.
 ///
 /// # Errors
@@ -119,26 +85,6 @@ pub fn make_room(path: &Path, force: bool) -> Result<(), String> {
         fs::remove_file(path).map_err(|error| format!("{}: {error}", path.display()))?;
     }
     Ok(())
-}
-
-/// That the match comes to the time at which it shall be saved.
-pub fn check_time_of_saving(world: &World, scenario: &Scenario, arguments: &RunArguments) -> Result<(), String> {
-    let Some(save_at_s) = arguments.save_at else { return Ok(()) };
-    let clock = world.resource::<CycleClock>();
-    let cycle = cycle_at(save_at_s, clock);
-    if cycle < clock.cycle {
-        let now_s = clock.end_time_s();
-        return Err(format!(
-            "--save-at: {save_at_s} s are over, the match goes on at {now_s:.1} s; expected a later time"
-        ));
-    }
-    match scenario.last_cycle() {
-        Some(last) if cycle > last => {
-            let end_s = last as f64 * clock.period_s;
-            Err(format!("--save-at: the match ends at {end_s:.1} s; expected an earlier time than {save_at_s} s"))
-        }
-        _ => Ok(()),
-    }
 }
 
 /// The cycle at whose end a match is this old, s.

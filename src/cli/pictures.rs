@@ -4,13 +4,15 @@ use bevy::prelude::*;
 use clap::Args;
 use std::path::PathBuf;
 
-use super::outputs;
+use super::outputs::{self, Output};
+use super::recordings::Recording;
 use crate::camera_model::CameraSide;
 use crate::cycle::CycleClock;
 use crate::record::album::Album;
 use crate::record::encoder::RecordError;
 use crate::record::frames::{FrameRecorder, remove_frames};
 use crate::record::picture::Picture;
+use crate::record::recorder::Recorder;
 use crate::record::sheet::SheetRecorder;
 use crate::record::video::VideoRecorder;
 use crate::robot::Roster;
@@ -35,9 +37,9 @@ pub struct PictureArguments {
     pub every: Option<u64>,
 }
 
-impl PictureArguments {
+impl Recording for PictureArguments {
     /// That there is something for `--views` and `--every` to be about.
-    pub fn check(&self) -> Result<(), String> {
+    fn check(&self) -> Result<(), String> {
         let moving = self.frames.is_some() || self.video.is_some();
         if self.every.is_some() && !moving {
             return Err("--every: expected --frames DIR or --video FILE with it".to_owned());
@@ -53,9 +55,12 @@ impl PictureArguments {
         Ok(())
     }
 
-    /// Opens what is to be written, with `force` in place of what is there, and takes the first pictures of a match that
-    /// has been started.
-    pub fn begin(&self, world: &mut World, force: bool) -> Result<(), String> {
+    fn outputs(&self) -> Vec<Output<'_>> {
+        let files = [("--video", &self.video), ("--sheet", &self.sheet)];
+        files.into_iter().filter_map(|(option, path)| Some(Output { option, path: path.as_deref()? })).collect()
+    }
+
+    fn open(&self, world: &World, force: bool) -> Result<Option<Box<dyn Recorder>>, String> {
         for picture in &self.views {
             if let Picture::Camera(robot, _) = picture
                 && world.resource::<Roster>().get(*robot).is_none()
@@ -92,11 +97,7 @@ impl PictureArguments {
             let video = VideoRecorder::create(path, every, self.views.clone(), cycle_s);
             album.video = Some(video.map_err(|error| format!("--video: {error}"))?);
         }
-        if !album.is_empty() {
-            album.record(world);
-            world.insert_resource(album);
-        }
-        Ok(())
+        Ok((!album.is_empty()).then(|| Box::new(album) as Box<dyn Recorder>))
     }
 }
 

@@ -5,11 +5,14 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use super::pictures::PictureArguments;
-use super::run::{RunArguments, length_s, run_scenario};
+use super::recordings::Recordings;
+use super::run::{length_s, run_scenario};
+use super::run_arguments::RunArguments;
 use super::window::WindowArguments;
 use super::{Program, report};
 use crate::behaviour::BehaviourRegistry;
-use crate::scenario::{ScenarioError, ScenarioFile, TeamsSpec};
+use crate::scenario::{FieldPath, ScenarioError, ScenarioFile, TeamsSpec};
+use crate::simulation::names;
 
 /// The match that is played when none is named.
 const DEFAULT_SCENARIO: &str = "match3v3";
@@ -63,10 +66,11 @@ pub fn play(program: Program, arguments: &PlayArguments) -> ExitCode {
                 "{reason}: running the match headless, {length_s:.0} s of it, as fast as it goes; Ctrl-C ends it"
             ));
             let pictures = PictureArguments { frames: arguments.record.clone(), ..PictureArguments::default() };
+            let recordings = Recordings { pictures, ..Recordings::default() };
             run_scenario(
                 program,
                 &file,
-                &RunArguments { scenario: name, pictures, force: arguments.force, ..RunArguments::default() },
+                &RunArguments { scenario: name, recordings, force: arguments.force, ..RunArguments::default() },
             )
         }
     }
@@ -95,8 +99,8 @@ fn choose_teams(program: Program, file: &mut ScenarioFile, arguments: &PlayArgum
     for (option, team) in chosen {
         let Some(team) = team else { continue };
         if registry.team(team).is_none() {
-            let teams: Vec<&str> = registry.teams().map(|(name, _)| name).collect();
-            return Err(format!("{option}: there is no team `{team}`: expected one of {}", teams.join(", ")));
+            let fault = names::no_team(registry, &FieldPath::default(), team);
+            return Err(format!("{option}: {}", fault.in_words()));
         }
         let Some(teams) = &mut file.scenario.teams else {
             let name = &file.source.name;
@@ -195,6 +199,6 @@ mod tests {
     #[test]
     fn an_unknown_team_is_a_mistake() {
         let message = chosen(DEFAULT_SCENARIO, Some("nobody")).expect_err("no such team");
-        assert!(message.starts_with("--blue: there is no team `nobody`: expected one of "), "{message}");
+        assert!(message.starts_with("--blue: there is no team `nobody`; expected `chasers`"), "{message}");
     }
 }

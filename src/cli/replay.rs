@@ -11,7 +11,7 @@ use super::window::WindowArguments;
 use super::{Program, report};
 use crate::record::history::{MarkKind, ReadTrace};
 use crate::record::read::Ending;
-use crate::record::trace::EndReason;
+use crate::record::recorder::EndReason;
 
 /// Arguments of `naoisis replay`.
 #[derive(Args, Debug, Clone)]

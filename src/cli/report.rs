@@ -5,7 +5,7 @@ use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, Na
 use std::io::{self, IsTerminal, Write};
 use std::process::ExitCode;
 
-use super::terminal::{visible, visible_in_place};
+use super::visible::{visible, visible_in_place};
 use crate::scenario::ScenarioError;
 
 /// Exit status of a command whose arguments or files are wrong.

@@ -2,105 +2,27 @@
 
 use bevy::log::{Level, LogPlugin};
 use bevy::prelude::*;
-use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::collections::BTreeMap;
-use std::io;
-use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
 use super::interrupt::Interrupt;
-use super::outputs::STANDARD_OUTPUT;
-use super::pictures::PictureArguments;
+use super::run_arguments::RunArguments;
 use super::terminal::Printer;
 use super::{Program, begin, outputs, report};
-use crate::communication::MessageStatistics;
 use crate::cycle::{CycleClock, run_cycle};
 use crate::events::{CycleEvents, MatchEvent};
 use crate::game::Game;
-use crate::record::album::Album;
-use crate::record::beliefs::BeliefRecorder;
-use crate::record::trace::{EndReason, TracePlugin, TraceRecorder, record_cycle};
+use crate::record::RecordPlugin;
+use crate::record::recorder::{self, EndReason, Recorders};
 use crate::referee::report::{HEADER, report as match_report};
-use crate::scenario::{Scenario, ScenarioFile, Setting};
-use crate::sensing::camera::CameraRendering;
-use crate::simulation::{Snapshot, resolved};
+use crate::scenario::{Scenario, ScenarioFile};
+use crate::simulation::Snapshot;
 use crate::team::Team;
 
 /// Cycles between two looks at the progress bar: so few that it moves where pictures take their time.
 const CYCLES_PER_PROGRESS: u64 = 16;
-
-/// What `--cameras` may say.
-#[derive(ValueEnum, Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Cameras {
-    /// No images
-    Off,
-    /// On the processor
-    Software,
-    /// On a graphics card
-    Gpu,
-}
-
-impl From<Cameras> for CameraRendering {
-    fn from(cameras: Cameras) -> Self {
-        match cameras {
-            Cameras::Off => CameraRendering::Off,
-            Cameras::Software => CameraRendering::Software,
-            Cameras::Gpu => CameraRendering::Gpu,
-        }
-    }
-}
-
-/// Arguments of `naoisis run`.
-#[derive(Args, Debug, Clone, Default)]
-pub struct RunArguments {
-    /// A scenario file (.ron or .json), the name of a built-in scenario (see `naoisis list scenarios`), or a saved match
-    /// to go on with (.naoisis)
-    pub scenario: String,
-    /// Seed of all random numbers, instead of the scenario's
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
-    pub seed: Option<u64>,
-    /// Set a field of the scenario: messages.loss=0.2
-    #[arg(long, value_name = "PATH=VALUE")]
-    pub set: Vec<Setting>,
-    /// Stop after this many simulated seconds
-    #[arg(long, value_name = "S", value_parser = positive_seconds, allow_negative_numbers = true)]
-    pub duration: Option<f32>,
-    /// Whether, and by what, the robots' camera images are rendered, instead of the scenario's word
-    #[arg(long, value_enum, value_name = "off|software|gpu")]
-    pub cameras: Option<Cameras>,
-    /// Write a trace: a .jsonl file, .jsonl.zst for a compressed one, - for standard output
-    #[arg(long, value_name = "FILE")]
-    pub trace: Option<PathBuf>,
-    /// Write what the robots believe against what is true: a .csv file, and a summary at the end
-    #[arg(long, value_name = "FILE")]
-    pub beliefs: Option<PathBuf>,
-    #[command(flatten)]
-    pub pictures: PictureArguments,
-    /// Save the match (.naoisis), to go on with it later
-    #[arg(long, value_name = "FILE")]
-    pub save: Option<PathBuf>,
-    /// Save it at this time, rather than at the end
-    #[arg(long, value_name = "S", value_parser = positive_seconds, allow_negative_numbers = true, requires = "save")]
-    pub save_at: Option<f32>,
-    /// Write over files that are there already, and in place of earlier frames
-    #[arg(long)]
-    pub force: bool,
-    /// Print the match report: every decision of the referee, and why
-    #[arg(long)]
-    pub explain: bool,
-    /// Print nothing but errors
-    #[arg(long)]
-    pub quiet: bool,
-}
-
-pub(super) fn positive_seconds(word: &str) -> Result<f32, String> {
-    match word.parse::<f32>() {
-        Ok(seconds) if seconds.is_finite() && seconds > 0.0 => Ok(seconds),
-        _ => Err("expected a positive number of seconds".to_owned()),
-    }
-}
 
 /// Runs the command.
 pub fn run(program: Program, arguments: &RunArguments) -> ExitCode {
@@ -120,44 +42,28 @@ fn run_match(
     // That there is no adapter is said by whoever asks for one.
     let filter = "warn,wgpu_hal::vulkan::instance=off".to_owned();
     let log = LogPlugin { level: Level::WARN, filter, ..default() };
-    let mut app = program.simulator_with((log, TracePlugin));
-    if let Err(message) = outputs::check(arguments) {
+    let mut app = program.simulator_with((log, RecordPlugin));
+    if let Err(message) = arguments.check_outputs() {
         return report::usage_error(&message);
     }
     if let Err(status) = begin(&mut app) {
         return status;
     }
     let scenario = app.world().resource::<Scenario>().clone();
-    if let Err(message) = outputs::check_time_of_saving(app.world(), &scenario, arguments) {
+    if let Err(message) = arguments.check_time_of_saving(app.world(), &scenario) {
         return report::usage_error(&message);
     }
     let interrupt = match Interrupt::watch(|| {}) {
         Ok(interrupt) => interrupt,
         Err(message) => return report::failure(&message),
     };
-    if let Err(message) = arguments.pictures.begin(app.world_mut(), arguments.force) {
-        return report::usage_error(&message);
-    }
-    match open_trace(arguments) {
-        Ok(None) => {}
-        Ok(Some(mut recorder)) => {
-            recorder.write_header(&resolved(app.world(), &scenario));
-            app.insert_resource(recorder);
-            if let Err(error) = app.world_mut().run_system_cached(record_cycle) {
-                return report::failure(&format!("cannot record the start: {error}"));
-            }
-        }
+    match arguments.recordings.open(app.world(), arguments.force) {
+        Ok(recorders) if recorders.is_empty() => {}
+        Ok(recorders) => recorder::start(app.world_mut(), recorders),
         Err(message) => return report::usage_error(&message),
     }
-    if let Some(path) = &arguments.beliefs {
-        match BeliefRecorder::create(path) {
-            Ok(recorder) => app.insert_resource(recorder),
-            Err(error) => {
-                return report::usage_error(&format!("cannot write the beliefs to {}: {error}", path.display()));
-            }
-        };
-    }
-    let mut printer = if arguments.traces_to_standard_output() { Printer::to_stderr() } else { Printer::default() };
+    let taken = arguments.recordings.take_standard_output();
+    let mut printer = if taken { Printer::to_stderr() } else { Printer::default() };
     if arguments.explain {
         printer.print(title(&scenario));
     }
@@ -176,28 +82,11 @@ fn run_match(
     if outcome.reason == EndReason::Interrupted { interrupt.finish(status) } else { status }
 }
 
-impl RunArguments {
-    /// Whether the trace takes standard output.
-    fn traces_to_standard_output(&self) -> bool {
-        self.trace.as_ref().is_some_and(|path| path.as_os_str() == STANDARD_OUTPUT)
-    }
-}
-
 /// Saves the match, if that is asked for.
 fn save(world: &mut World, arguments: &RunArguments) -> Result<(), String> {
     let Some(path) = &arguments.save else { return Ok(()) };
     let saved = Snapshot::take(world).and_then(|snapshot| snapshot.save(path, world));
     saved.map_err(|error| format!("cannot save the match: {error}"))
-}
-
-fn open_trace(arguments: &RunArguments) -> Result<Option<TraceRecorder>, String> {
-    let Some(path) = &arguments.trace else { return Ok(None) };
-    if arguments.traces_to_standard_output() {
-        return Ok(Some(TraceRecorder::plain(io::stdout())));
-    }
-    TraceRecorder::create(path)
-        .map(Some)
-        .map_err(|error| format!("cannot write the trace to {}: {error}", path.display()))
 }
 
 /// What came of a run.
@@ -246,19 +135,11 @@ fn run_to_the_end(
             outcome.reason = EndReason::Interrupted;
             break;
         }
-        if world.get_resource::<TraceRecorder>().is_some_and(|recorder| recorder.error().is_some())
-            || world.get_resource::<Album>().is_some_and(Album::has_failed)
-        {
+        if world.get_resource::<Recorders>().is_some_and(Recorders::has_failed) {
             outcome.reason = EndReason::Failed;
             break;
         }
         run_cycle(world);
-        if world.contains_resource::<Album>() {
-            world.resource_scope(|world, mut album: Mut<Album>| album.record(world));
-        }
-        if world.contains_resource::<BeliefRecorder>() {
-            world.resource_scope(|world, mut recorder: Mut<BeliefRecorder>| recorder.record(world));
-        }
         let time_s = world.resource::<CycleClock>().end_time_s();
         let to_play_s = world.resource::<Game>().time_left_s(world.resource::<CycleClock>());
         for event in world.resource::<CycleEvents>().iter() {
@@ -308,26 +189,15 @@ fn finish(
 ) -> ExitCode {
     let clock = *world.resource::<CycleClock>();
     let score = world.resource::<Game>().score;
-    let messages = *world.resource::<MessageStatistics>();
-    if let Some(recorder) = world.remove_resource::<TraceRecorder>()
-        && let Err(error) = recorder.finish(outcome.reason, score, clock.cycle, messages)
-    {
-        // Whoever reads the trace from a pipe may have seen enough.
-        if error.kind() == io::ErrorKind::BrokenPipe {
-            return ExitCode::SUCCESS;
-        }
-        return failed_to_write("the trace", arguments.trace.as_deref(), &error);
-    }
-    if let Some(album) = world.remove_resource::<Album>()
-        && let Err(error) = album.finish()
-    {
-        return report::failure(&format!("cannot write the pictures: {error}; what was written before can be seen"));
-    }
-    if let Some(recorder) = world.remove_resource::<BeliefRecorder>() {
-        match recorder.finish() {
-            Ok(summary) if arguments.quiet => drop(summary),
-            Ok(summary) => printer.print(summary),
-            Err(error) => return failed_to_write("the beliefs", arguments.beliefs.as_deref(), &error),
+    for said in recorder::finish(world, outcome.reason) {
+        match said {
+            Ok(Some(summary)) if !arguments.quiet => printer.print(summary),
+            Ok(_) => {}
+            // Whoever reads a trace from a pipe may have seen enough.
+            Err(error) if error.is_broken_pipe() => return ExitCode::SUCCESS,
+            Err(error) => {
+                return report::failure(&format!("cannot write {error}; what was written before is of use still"));
+            }
         }
     }
     if !arguments.quiet {
@@ -344,13 +214,6 @@ fn finish(
             outcome.broken_invariants.len()
         )),
     }
-}
-
-/// Says that a file could not be written; exit status 1.
-fn failed_to_write(what: &str, path: Option<&Path>, error: &io::Error) -> ExitCode {
-    let path = path.unwrap_or(Path::new(STANDARD_OUTPUT));
-    let name = if path.as_os_str() == STANDARD_OUTPUT { "standard output".into() } else { path.to_string_lossy() };
-    report::failure(&format!("cannot write {what} to {name}: {error}"))
 }
 
 /// What match the report is of.

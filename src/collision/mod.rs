@@ -4,6 +4,7 @@
 //! the cycle is bent by whatever stands or moves in its way. Torsos meet torsos and posts; the ball meets bases,
 //! posts and the goals' frames. See [`robots`] and [`ball`] for the two models.
 
+use bevy::ecs::query::QueryData;
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -103,6 +104,19 @@ struct Scratch {
     collisions: Vec<Collision>,
 }
 
+/// A robot that may collide.
+#[derive(QueryData)]
+#[query_data(mutable)]
+struct CollidingRobot {
+    pose: &'static mut Pose,
+    previous: &'static PreviousPose,
+    bounds: &'static BodyBounds,
+    limits: &'static MotionLimits,
+    penalty: &'static Penalty,
+    posture: &'static Posture,
+    velocity: &'static mut Velocity,
+}
+
 fn collide(
     mut scratch: Local<Scratch>,
     roster: Res<Roster>,
@@ -112,10 +126,7 @@ fn collide(
     mut events: ResMut<CycleEvents>,
     posts: Query<(&Pose, &Post), (Without<RobotId>, Without<Ball>)>,
     rules: Res<Rules>,
-    mut robots: Query<
-        (&mut Pose, &PreviousPose, &BodyBounds, &MotionLimits, &Penalty, &Posture, &mut Velocity),
-        With<RobotId>,
-    >,
+    mut robots: Query<CollidingRobot, With<RobotId>>,
     mut balls: Query<
         (&mut Pose, &PreviousPose, &BallPhysics, &mut BallVelocity, &mut BallPath),
         (With<Ball>, Without<RobotId>),
@@ -148,11 +159,11 @@ fn collide(
         position_m: collision.position,
     }));
     for (entity, body) in scratch.entities.iter().zip(&scratch.bodies) {
-        let Ok((mut pose, .., mut velocity)) = robots.get_mut(*entity) else { continue };
-        if *pose != body.end {
-            *pose = body.end;
+        let Ok(mut robot) = robots.get_mut(*entity) else { continue };
+        if *robot.pose != body.end {
+            *robot.pose = body.end;
         }
-        *velocity = Velocity {
+        *robot.velocity = Velocity {
             linear: (body.end.position - body.start.position) / duration,
             angular: wrap_angle(body.end.heading - body.start.heading) / duration,
         };
@@ -164,7 +175,7 @@ impl Scratch {
         &mut self,
         roster: &Roster,
         posts: &Query<(&Pose, &Post), (Without<RobotId>, Without<Ball>)>,
-        robots: Query<(&Pose, &PreviousPose, &BodyBounds, &MotionLimits, &Penalty, &Posture, &Velocity), With<RobotId>>,
+        robots: Query<CollidingRobotReadOnly, With<RobotId>>,
         dive_reach_m: f32,
         duration: f32,
     ) {
@@ -175,22 +186,22 @@ impl Scratch {
         self.held.clear();
         self.strips.clear();
         for (id, entity) in roster.iter() {
-            let Ok((pose, previous, bounds, limits, penalty, posture, _)) = robots.get(entity) else { continue };
-            if penalty.is_active() {
+            let Ok(robot) = robots.get(entity) else { continue };
+            if robot.penalty.is_active() {
                 continue;
             }
-            if let Some((middle, strip)) = posture.strip(dive_reach_m) {
+            if let Some((middle, strip)) = robot.posture.strip(dive_reach_m) {
                 self.strips.push((self.bodies.len(), middle, strip));
             }
             self.ids.push(id);
             self.entities.push(entity);
-            self.bounds.push(*bounds);
+            self.bounds.push(*robot.bounds);
             self.held.push(false);
             self.bodies.push(RobotBody {
-                start: previous.0,
-                end: *pose,
-                torso: bounds.torso,
-                most_way: limits.max_linear_mps * duration,
+                start: robot.previous.0,
+                end: *robot.pose,
+                torso: robot.bounds.torso,
+                most_way: robot.limits.max_linear_mps * duration,
             });
         }
         self.cylinders.clear();

@@ -6,6 +6,9 @@ use std::borrow::Cow;
 
 use crate::geometry::{Pose, file_units};
 
+/// Places farther than this from the origin are no places, m: a message with one is refused.
+pub const FARTHEST_M: f32 = 1000.0;
+
 /// The structure that a robot shares with its team-mates. Every part is optional. Places are in the frame that the
 /// team agrees on; the built-in teams use the team frame.
 #[derive(Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
@@ -41,6 +44,12 @@ impl TeamMessage {
     /// The length of its texts, bytes.
     pub fn text_bytes(&self) -> usize {
         [&self.intention, &self.payload].into_iter().flatten().map(|text| text.len()).sum()
+    }
+
+    /// Whether every place in it is within [`FARTHEST_M`] along both axes.
+    pub fn is_in_range(&self) -> bool {
+        let places = self.pose.iter().map(|pose| pose.position).chain(self.ball_m).chain(self.robots_m.iter().copied());
+        places.map(Vec2::abs).all(|place| place.max_element() <= FARTHEST_M)
     }
 
     /// Whether every number in it is finite.

@@ -9,8 +9,8 @@
 //!
 //! **Loss.** With probability `loss`, and always beyond `range_m` where there is one. None by default.
 //!
-//! **Size.** Texts of more than `max_text_bytes`, by default 128 as for today's messages as a whole, are refused; so is a
-//! message with a number that is not finite. A team may have a budget of messages and of bytes for the match: the rules
+//! **Size.** Texts of more than `max_text_bytes`, by default 128 as for today's messages as a whole, are refused at the
+//! sender; so is a message with a number that is not finite, or with a place more than a kilometre away. A team may have a budget of messages and of bytes for the match: the rules
 //! of 2010 have none (500 Kbit/s for everything that a team sends), today's 1200 messages. What a message counts for is
 //! [`TeamMessage::size_bytes`].
 //!
@@ -134,7 +134,7 @@ impl MessageSettings {
     pub fn refusal(&self, message: &TeamMessage, sent: &TeamMessageStatistics) -> Option<Refusal> {
         if !message.is_finite() {
             Some(Refusal::NotFinite)
-        } else if message.text_bytes() > self.max_text_bytes as usize {
+        } else if !message.is_in_range() || message.text_bytes() > self.max_text_bytes as usize {
             Some(Refusal::TooLarge)
         } else if self.max_messages.is_some_and(|most| sent.sent >= most)
             || self.max_bytes.is_some_and(|most| sent.sent_bytes + message.size_bytes() as u64 > most)
@@ -180,7 +180,7 @@ pub struct TeamMessageStatistics {
     pub sent: u32,
     /// Bytes sent.
     pub sent_bytes: u64,
-    /// Messages refused, because they were too long or not finite.
+    /// Messages refused, because they were too long, not finite or out of range.
     pub refused: u32,
     /// Messages refused, because the team had spent its budget.
     pub over_budget: u32,

@@ -144,13 +144,17 @@ fn who_is_out_of_range_hears_nothing() {
 }
 
 #[test]
-fn what_is_too_long_or_not_finite_is_refused() {
+fn what_is_too_long_not_finite_or_out_of_range_is_refused() {
     let (mut app, robots) = talking_app(MessageSettings::default());
     let wrong_ball = TeamMessage { ball_m: Some(Vec2::new(f32::NAN, 0.0)), ..default() };
     for (message, reason) in [
         (word(&"a".repeat(128)), None),
         (word(&"a".repeat(129)), Some(Refusal::TooLarge)),
         (wrong_ball, Some(Refusal::NotFinite)),
+        (TeamMessage { ball_m: Some(Vec2::new(0.0, -1000.0)), ..default() }, None),
+        (TeamMessage { ball_m: Some(Vec2::new(0.0, -1000.1)), ..default() }, Some(Refusal::TooLarge)),
+        (TeamMessage { robots_m: vec![Vec2::ZERO, Vec2::new(1e30, 0.0)], ..default() }, Some(Refusal::TooLarge)),
+        (TeamMessage { pose: Some(Pose::new(1e8, 0.0, 0.0)), ..default() }, Some(Refusal::TooLarge)),
     ] {
         say(&mut app, robots[0], message);
         run_cycle(app.world_mut());
@@ -158,7 +162,7 @@ fn what_is_too_long_or_not_finite_is_refused() {
         let refused = reason.map(|reason| MatchEvent::CommandRefused { robot, command: CommandKind::Say, reason });
         assert_eq!(refusals(&app), Vec::from_iter(refused));
     }
-    assert_eq!((statistics(&app).sent, statistics(&app).refused), (1, 2));
+    assert_eq!((statistics(&app).sent, statistics(&app).refused), (2, 5));
 }
 
 #[test]

@@ -4,7 +4,7 @@ use bevy::math::{Vec2, Vec2Swizzles, ops};
 
 use super::stage::view_from_above;
 use crate::appearance::colours::Colour;
-use crate::appearance::scene::SceneDescription;
+use crate::appearance::scene::Scene;
 use crate::record::canvas::{Anchor, Canvas, INK, PAPER, width_of_words};
 
 /// Height of the numbers at axes, points.
@@ -149,7 +149,7 @@ impl Plan {
     }
 
     /// Draws what there is to see.
-    pub fn picture(&self, canvas: &mut Canvas, scene: &SceneDescription) {
+    pub fn picture(&self, canvas: &mut Canvas, scene: &Scene) {
         let middle =
             Vec2::new((self.axes.across[0] + self.axes.across[1]) / 2.0, (self.axes.up[0] + self.axes.up[1]) / 2.0);
         let centre = self.origin + if self.x_is_up { middle.yx() } else { middle };

@@ -10,7 +10,7 @@ use super::marks::{
 };
 use super::stage::{PINK, Stage};
 use crate::appearance::colours::Colour;
-use crate::appearance::scene::SceneDescription;
+use crate::appearance::scene::Scene;
 use crate::belief::{Belief, RobotBelief, SimpleBelief, point_pitch_from_team, team_from_pitch};
 use crate::geometry::{Pose, to_degrees, to_radians};
 use crate::pitch::End;
@@ -36,7 +36,7 @@ const CYCLES: usize = 190;
 /// What is so and what is believed at the end of a cycle.
 struct Moment {
     time_s: f32,
-    scene: SceneDescription,
+    scene: Scene,
     own: Pose,
     opponent: Pose,
     head: HeadAngles,

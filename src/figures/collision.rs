@@ -6,7 +6,7 @@ use super::FigureError;
 use super::axes::{Axes, Plan, caption};
 use super::marks::{BLUE, ORANGE, SKY_BLUE, VERMILION, bright_arrow, bright_dot, bright_line, bright_words};
 use super::stage::{self, PINK, Stage, view_from};
-use crate::appearance::scene::SceneDescription;
+use crate::appearance::scene::Scene;
 use crate::appearance::view::View;
 use crate::events::{CollisionPartner, MatchEvent};
 use crate::geometry::{angle_of, to_degrees};
@@ -30,7 +30,7 @@ struct Moment {
     time_s: f64,
     ball: Vec2,
     velocity: Vec2,
-    scene: SceneDescription,
+    scene: Scene,
 }
 
 /// Draws it.

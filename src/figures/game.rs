@@ -5,7 +5,7 @@ use bevy::math::Vec2;
 use super::FigureError;
 use super::marks::YELLOW;
 use super::stage::{self, PINK, Stage, pixels, supersampling, view_of_robot};
-use crate::appearance::scene::SceneDescription;
+use crate::appearance::scene::Scene;
 use crate::appearance::view::View;
 use crate::camera_model::CameraSide;
 use crate::events::MatchEvent;
@@ -29,7 +29,7 @@ const SEEDS: u64 = 40;
 /// What there is to see after a cycle of play.
 struct Moment {
     time_s: f64,
-    scene: SceneDescription,
+    scene: Scene,
 }
 
 /// Draws it.
@@ -52,7 +52,7 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
         let size = pixels(size, scale);
         let view = View { supersampling: supersampling(size), ..view_of_field(&moment.scene.pitch, size) };
         canvas.pixels(&stage::draw(&moment.scene, &view), at);
-        if let Some(pixel) = moment.scene.ball.and_then(|(ball, radius)| view.project(ball.extend(radius))) {
+        if let Some(pixel) = moment.scene.ball.and_then(|ball| view.project(ball.centre())) {
             // The ball is so small that nobody would find it.
             let ring = ellipse(at + pixel / scale, Vec2::X * 9.0, Vec2::Y * 9.0);
             canvas.outline(&ring, YELLOW, 2.0);

@@ -7,7 +7,7 @@ use super::axes::{Axes, caption};
 use super::stage::{Stage, draw_with, pixels, view_from};
 use crate::appearance::Label;
 use crate::appearance::robot::RobotDesign;
-use crate::appearance::scene::SceneDescription;
+use crate::appearance::scene::Scene;
 use crate::appearance::view::View;
 use crate::record::canvas::{Canvas, GREY, PAPER};
 use crate::robot::body::BodyBounds;
@@ -60,7 +60,7 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
 }
 
 /// A picture of the robots of a scene alone, on paper.
-fn cut_out(scene: &SceneDescription, view: &View, design: RobotDesign, [width, height]: [u32; 2]) -> Image {
+fn cut_out(scene: &Scene, view: &View, design: RobotDesign, [width, height]: [u32; 2]) -> Image {
     let mut intrinsics = view.intrinsics;
     intrinsics.size = Vec2::new((SAMPLES * width) as f32, (SAMPLES * height) as f32);
     intrinsics.centre = intrinsics.size / 2.0;

@@ -5,7 +5,7 @@ use bevy::prelude::*;
 
 use super::FigureError;
 use crate::appearance::robot::RobotDesign;
-use crate::appearance::scene::SceneDescription;
+use crate::appearance::scene::Scene;
 use crate::appearance::view::View;
 use crate::camera_model::{CameraIntrinsics, CameraSide, CameraView};
 use crate::cycle::CycleClock;
@@ -65,7 +65,7 @@ impl Stage {
     }
 
     /// What there is to see now.
-    pub fn scene(&self) -> &SceneDescription {
+    pub fn scene(&self) -> &Scene {
         self.photographer.scene()
     }
 
@@ -76,12 +76,12 @@ impl Stage {
 }
 
 /// Draws a scene with robots as on the poster.
-pub fn draw(scene: &SceneDescription, view: &View) -> Image {
+pub fn draw(scene: &Scene, view: &View) -> Image {
     draw_with(scene, view, RobotDesign::Nao, Layers::default())
 }
 
 /// Draws a scene with robots of a design.
-pub fn draw_with(scene: &SceneDescription, view: &View, design: RobotDesign, layers: Layers) -> Image {
+pub fn draw_with(scene: &Scene, view: &View, design: RobotDesign, layers: Layers) -> Image {
     let mut prepared = PreparedScene::default();
     prepared.prepare(scene, Detail { design, ..Detail::FINE });
     let mut image = Image::default();
@@ -127,19 +127,19 @@ pub fn view_from_above(centre: Vec2, points_per_metre: f32, x_is_up: bool, size:
 /// What a robot's camera sees in a scene, as a view of this width in points: that of its images, with smooth edges. None
 /// of a robot that is not there.
 pub fn view_of_robot(
-    scene: &SceneDescription,
+    scene: &Scene,
     id: RobotId,
     side: CameraSide,
     width: f32,
     scale: f32,
 ) -> Option<(View, CameraView)> {
-    let robot = scene.robots.iter().find(|robot| robot.id == id)?;
+    let robot = scene.robot(id)?;
     let settings = CameraSettings::default();
     let height = width * settings.height as f32 / settings.width as f32;
     let [width, height] = pixels(Vec2::new(width, height), scale);
     let settings = CameraSettings { width, height, ..settings };
-    let camera = CameraView::new((&settings).into(), side, robot.joints.head);
-    let view = View::of_robot(&camera, robot.world_from_robot, id);
+    let camera = CameraView::new((&settings).into(), side, robot.head);
+    let view = View::of_robot(&camera, robot.world_from_robot(), id);
     Some((View { supersampling: supersampling([width, height]), shadows: true, ..view }, camera))
 }
 

@@ -13,7 +13,7 @@ mod shoot_out;
 
 pub use evidence::{Evidence, Measurement, RobotEvidence};
 pub use intervention::{Intervention, Interventions, TimedIntervention};
-pub use penalty::{ActivePenalty, Penalty, PenaltyReason};
+pub use penalty::{ActivePenalty, Penalty, PenaltyReason, RuleName};
 pub use rules::{
     BallOutRestart, DefenderLimit, KickOffPositions, KickOffProcedure, ReturnPlace, Rules, RulesError, SideContacts,
 };
@@ -128,6 +128,18 @@ impl Game {
     /// Seconds left in this half; none where the rules have no clock.
     pub fn time_left_s(&self, clock: &CycleClock) -> Option<f32> {
         self.cycles_left.map(|cycles| (cycles as f64 * clock.period_s) as f32)
+    }
+
+    /// Cycles left of what the game waits for: of `ready` and `set`, of a free kick, of a shot in a shoot-out.
+    pub fn secondary_cycles_left(&self, rules: &Rules, clock: &CycleClock) -> Option<u64> {
+        let left = |duration_s: f32, cycles: u64| u64::from(clock.cycles_in(duration_s)).saturating_sub(cycles);
+        match (self.state, &self.set_play, &self.shoot_out) {
+            (GameState::Ready, ..) => Some(left(rules.ready_s, self.state_cycles)),
+            (GameState::Set, ..) => Some(left(rules.set_s, self.state_cycles)),
+            (GameState::Playing, Some(set_play), _) => Some(set_play.cycles_left),
+            (GameState::Playing, None, Some(shoot_out)) => Some(left(rules.shoot_out_s, shoot_out.shot.cycles)),
+            (GameState::Initial | GameState::Playing | GameState::Finished, ..) => None,
+        }
     }
 
     /// The team that kicks off the half: blue the first, then in turn.

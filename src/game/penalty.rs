@@ -1,7 +1,10 @@
 //! Penalties of robots.
 
 use bevy::prelude::*;
-use serde::{Deserialize, Serialize};
+use core::fmt;
+use serde::de::{Error as _, Unexpected};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::borrow::Cow;
 
 use crate::cycle::CycleClock;
 use crate::knowledge::Knowledge;
@@ -36,8 +39,8 @@ impl ActivePenalty {
 }
 
 /// What a robot can be penalised for.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default, Reflect, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default, Reflect)]
+#[reflect(Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum PenaltyReason {
     /// It is responsible for a collision with another robot.
@@ -63,9 +66,44 @@ pub enum PenaltyReason {
     /// Whoever runs the match removed it.
     #[default]
     Manual,
+    /// It broke a rule of the program's own.
+    Own(RuleName),
 }
 
 impl PenaltyReason {
+    /// All but those of a program's own.
+    pub const BUILT_IN: [PenaltyReason; 11] = [
+        PenaltyReason::Pushing,
+        PenaltyReason::Stalling,
+        PenaltyReason::BallHolding,
+        PenaltyReason::LeavingField,
+        PenaltyReason::IllegalDefender,
+        PenaltyReason::IllegalPosition,
+        PenaltyReason::Inactive,
+        PenaltyReason::Fallen,
+        PenaltyReason::ShootOut,
+        PenaltyReason::GameStuck,
+        PenaltyReason::Manual,
+    ];
+
+    /// The reason as files spell it.
+    pub fn name(&self) -> &str {
+        match self {
+            PenaltyReason::Pushing => "pushing",
+            PenaltyReason::Stalling => "stalling",
+            PenaltyReason::BallHolding => "ball_holding",
+            PenaltyReason::LeavingField => "leaving_field",
+            PenaltyReason::IllegalDefender => "illegal_defender",
+            PenaltyReason::IllegalPosition => "illegal_position",
+            PenaltyReason::Inactive => "inactive",
+            PenaltyReason::Fallen => "fallen",
+            PenaltyReason::ShootOut => "shoot_out",
+            PenaltyReason::GameStuck => "game_stuck",
+            PenaltyReason::Manual => "manual",
+            PenaltyReason::Own(rule) => rule.as_str(),
+        }
+    }
+
     /// Whether it makes the team's later penalties longer (2025 rule book, "Standard Removal Penalty").
     pub fn is_infraction(self) -> bool {
         match self {
@@ -74,7 +112,8 @@ impl PenaltyReason {
             | PenaltyReason::BallHolding
             | PenaltyReason::LeavingField
             | PenaltyReason::IllegalDefender
-            | PenaltyReason::IllegalPosition => true,
+            | PenaltyReason::IllegalPosition
+            | PenaltyReason::Own(_) => true,
             PenaltyReason::Inactive
             | PenaltyReason::Fallen
             | PenaltyReason::ShootOut
@@ -84,8 +123,9 @@ impl PenaltyReason {
     }
 
     /// The reason in words, as after "penalised for".
-    pub fn words(self) -> &'static str {
-        match self {
+    pub fn words(self) -> Cow<'static, str> {
+        Cow::Borrowed(match self {
+            PenaltyReason::Own(rule) => return Cow::Owned(rule.as_str().replace('_', " ")),
             PenaltyReason::Pushing => "pushing",
             PenaltyReason::Stalling => "stalling",
             PenaltyReason::BallHolding => "ball holding",
@@ -97,6 +137,103 @@ impl PenaltyReason {
             PenaltyReason::ShootOut => "the shoot-out",
             PenaltyReason::GameStuck => "a stuck game",
             PenaltyReason::Manual => "a reason of its own",
+        })
+    }
+}
+
+impl Serialize for PenaltyReason {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
+}
+
+impl<'de> Deserialize<'de> for PenaltyReason {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let word = String::deserialize(deserializer)?;
+        let built_in = PenaltyReason::BUILT_IN.into_iter().find(|reason| reason.name() == word);
+        built_in.or_else(|| RuleName::new(&word).map(PenaltyReason::Own)).ok_or_else(|| {
+            let names: Vec<String> =
+                PenaltyReason::BUILT_IN.iter().map(|reason| format!("`{}`", reason.name())).collect();
+            let expected = format!("one of {}, or the name of a rule of the program's own", names.join(", "));
+            D::Error::invalid_value(Unexpected::Str(&word), &expected.as_str())
+        })
+    }
+}
+
+/// The name of a rule of the program's own: lower-case letters, digits and underscores, as files spell it.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Reflect)]
+#[reflect(opaque)]
+#[reflect(Clone, PartialEq, Debug, Hash, Serialize, Deserialize)]
+pub struct RuleName {
+    /// The name, and zeros after it.
+    bytes: [u8; RuleName::LONGEST],
+}
+
+impl RuleName {
+    /// The longest name, bytes.
+    pub const LONGEST: usize = 32;
+
+    /// This word as a name; none if it is no such word.
+    pub fn new(word: &str) -> Option<Self> {
+        let is_name = |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'_';
+        let mut bytes = [0; Self::LONGEST];
+        bytes
+            .get_mut(..word.len())
+            .filter(|_| !word.is_empty() && word.bytes().all(is_name))?
+            .copy_from_slice(word.as_bytes());
+        Some(Self { bytes })
+    }
+
+    /// The name.
+    pub fn as_str(&self) -> &str {
+        let length = self.bytes.iter().position(|byte| *byte == 0).unwrap_or(Self::LONGEST);
+        str::from_utf8(&self.bytes[..length]).unwrap_or_default()
+    }
+}
+
+impl fmt::Debug for RuleName {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Debug::fmt(self.as_str(), formatter)
+    }
+}
+
+impl fmt::Display for RuleName {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(self.as_str())
+    }
+}
+
+impl Serialize for RuleName {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.as_str())
+    }
+}
+
+impl<'de> Deserialize<'de> for RuleName {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let word = String::deserialize(deserializer)?;
+        let expected = "a word of at most 32 lower-case letters, digits and underscores";
+        RuleName::new(&word).ok_or_else(|| D::Error::invalid_value(Unexpected::Str(&word), &expected))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_reason_reads_as_it_is_written() {
+        let own = PenaltyReason::Own(RuleName::new("time_wasting").unwrap());
+        for reason in PenaltyReason::BUILT_IN.into_iter().chain([own]) {
+            let text = serde_json::to_string(&reason).unwrap();
+            assert_eq!(text, format!("\"{}\"", reason.name()));
+            assert_eq!(serde_json::from_str::<PenaltyReason>(&text).unwrap(), reason);
         }
+        assert_eq!(own.words(), "time wasting");
+        for wrong in ["", "Time", "time wasting", "a_name_of_more_than_thirty_two_letters"] {
+            assert_eq!(RuleName::new(wrong), None);
+            assert!(serde_json::from_value::<PenaltyReason>(wrong.into()).is_err());
+        }
+        assert_eq!(RuleName::new(&"x".repeat(32)).unwrap().as_str().len(), 32);
     }
 }

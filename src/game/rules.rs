@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::cycle::CycleClock;
 use crate::knowledge::Knowledge;
+use crate::named_values::NamedValues;
 use crate::state::ReflectState;
 
 /// What follows when the ball has left the pitch.
@@ -91,6 +92,10 @@ pub enum SideContacts {
 pub struct Rules {
     /// The preset's name, for display.
     pub name: String,
+    /// The [rules that the program has registered](crate::simulation::rules) which are in force, by name, with their settings;
+    /// `{}` for their defaults, `null` for none. Whether there are such is found when a match starts.
+    #[serde(skip_serializing_if = "NamedValues::is_empty")]
+    pub own: NamedValues,
 
     /// Whether the halves end, sides are changed and the match is finished by the clock.
     pub clock: bool,
@@ -240,6 +245,7 @@ impl Default for Rules {
     fn default() -> Self {
         Self {
             name: "naoisis".to_owned(),
+            own: NamedValues::default(),
             clock: true,
             half_s: 600.0,
             halves: 2,

@@ -7,7 +7,7 @@
 //! 5. [Experiments](experiments): batches, sweeps, saved matches, learning.
 //! 6. [Architecture](architecture): the cycle, who knows what, determinism.
 //! 7. [The paper](paper): what each of its sentences has become, and which test shows it.
-//! 8. [Adding to it](extending): a sensor, a rule, a field, a team.
+//! 8. [Adding to it](extending): a sensor, a rule, a team, a log format, a command.
 //!
 //! The programs in `examples/` are one idea each, and run headless:
 //!
@@ -25,6 +25,8 @@
 //! | `decision_making` | where to shoot, when nothing is certain |
 //! | `record_frames` | a sequence of PNG files from a program |
 //! | `learn_to_score` | a policy learned by the cross-entropy method, saved and played |
+//! | `robot_that_hears` | a sensor of one's own: a whistle, with settings in the scenario and a value in the trace |
+//! | `time_wasting` | a rule of one's own, which the referee judges and explains |
 //! | `watched_behaviour` | a behaviour of one's own in the window, with drawings |
 
 #[doc = include_str!("first_behaviour.md")]
@@ -49,4 +51,19 @@ pub mod architecture {}
 pub mod paper {}
 
 #[doc = include_str!("extending.md")]
-pub mod extending {}
+pub mod extending {
+    #[doc = include_str!("extending/sensor.md")]
+    pub mod sensor {}
+
+    #[doc = include_str!("extending/rule.md")]
+    pub mod rule {}
+
+    #[doc = include_str!("extending/team.md")]
+    pub mod team {}
+
+    #[doc = include_str!("extending/log_format.md")]
+    pub mod log_format {}
+
+    #[doc = include_str!("extending/command.md")]
+    pub mod command {}
+}

@@ -4,7 +4,7 @@ use bevy::prelude::*;
 use core::f32::consts::TAU;
 use serde::{Deserialize, Serialize};
 
-use super::{AreaDimensions, End, Pitch};
+use super::{AreaDimensions, End, GoalColour, Pitch};
 use crate::geometry::unit;
 
 /// A straight piece of line marking, at the centre of the line.
@@ -35,6 +35,39 @@ pub struct LineJunction {
     pub position: Vec2,
     /// In which shape.
     pub shape: JunctionShape,
+}
+
+/// What is painted on the ground, m, pitch frame.
+#[derive(Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+pub struct Markings {
+    /// The straight lines.
+    pub lines: Vec<LineSegment>,
+    /// Where lines meet.
+    pub junctions: Vec<LineJunction>,
+    /// The two penalty crosses.
+    pub penalty_crosses: [Vec2; 2],
+    /// Points on the centre circle, equally spaced; its centre is the origin.
+    pub centre_circle: [Vec2; 8],
+    /// The colours of the goals at -x and +x.
+    pub goal_colours: [GoalColour; 2],
+}
+
+impl Markings {
+    /// The markings of a pitch.
+    pub fn new(pitch: &Pitch) -> Self {
+        let [negative, positive, _] = pitch.marks();
+        let mut centre_circle = [Vec2::ZERO; 8];
+        for (slot, point) in centre_circle.iter_mut().zip(pitch.centre_circle_points(8)) {
+            *slot = point;
+        }
+        Self {
+            lines: pitch.line_segments(),
+            junctions: pitch.line_junctions(),
+            penalty_crosses: [negative, positive],
+            centre_circle,
+            goal_colours: End::BOTH.map(|end| pitch.goal_colour(end)),
+        }
+    }
 }
 
 impl Pitch {

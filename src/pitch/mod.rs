@@ -12,7 +12,7 @@ mod markings;
 use crate::knowledge::Knowledge;
 use crate::state::ReflectState;
 pub use goals::GoalPost;
-pub use markings::{JunctionShape, LineJunction, LineSegment};
+pub use markings::{JunctionShape, LineJunction, LineSegment, Markings};
 
 /// Registers the pitch's types.
 pub struct PitchPlugin;

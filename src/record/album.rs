@@ -2,14 +2,15 @@
 
 use bevy::prelude::*;
 
-use super::encoder::RecordError;
+use super::cycle_record::CycleRecord;
 use super::frames::FrameRecorder;
 use super::photographer::Photographer;
+use super::recorder::{MatchEnd, RecordError, Recorder};
 use super::sheet::SheetRecorder;
 use super::video::VideoRecorder;
 
 /// The pictures that are being made of a match.
-#[derive(Resource, Default)]
+#[derive(Default)]
 pub struct Album {
     /// Draws them.
     pub photographer: Photographer,
@@ -26,9 +27,10 @@ impl Album {
     pub fn is_empty(&self) -> bool {
         self.frames.is_none() && self.video.is_none() && self.sheet.is_none()
     }
+}
 
-    /// Takes the pictures of the match as it is now. Called at the start, and after every cycle.
-    pub fn record(&mut self, world: &mut World) {
+impl Recorder for Album {
+    fn record(&mut self, _: &CycleRecord, world: &mut World) {
         self.photographer.look(world);
         if let Some(frames) = &mut self.frames {
             frames.record(world, &mut self.photographer);
@@ -41,20 +43,16 @@ impl Album {
         }
     }
 
-    /// Whether something could not be written: nothing more is then.
-    pub fn has_failed(&self) -> bool {
+    fn has_failed(&self) -> bool {
         self.frames.as_ref().is_some_and(FrameRecorder::has_failed)
             || self.video.as_ref().is_some_and(VideoRecorder::has_failed)
     }
 
     /// Waits until everything is written.
-    ///
-    /// # Errors
-    /// The first thing that could not be written; everything else is.
-    pub fn finish(self) -> Result<(), RecordError> {
+    fn finish(self: Box<Self>, _: &MatchEnd) -> Result<Option<String>, RecordError> {
         let frames = self.frames.map_or(Ok(0), FrameRecorder::finish);
         let video = self.video.map_or(Ok(0), VideoRecorder::finish);
         let sheet = self.sheet.map_or(Ok(()), SheetRecorder::finish);
-        frames.and(video).and(sheet)
+        frames.and(video).and(sheet).map(|()| None)
     }
 }

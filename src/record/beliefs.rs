@@ -3,18 +3,17 @@
 use bevy::prelude::*;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use crate::ball::{Ball, BallVelocity};
+use super::cycle_record::CycleRecord;
+use super::recorder::{MatchEnd, RecordError, Recorder};
 use crate::belief::error::{BeliefError, NEES_95_PLACE, NEES_95_POSE, Truth};
-use crate::belief::{Belief, point_team_from_pitch, team_from_pitch};
-use crate::cycle::CycleClock;
-use crate::game::{Game, Penalty};
+use crate::belief::{point_team_from_pitch, team_from_pitch};
 use crate::geometry::{Pose, to_degrees};
 use crate::pitch::End;
-use crate::robot::Roster;
+use crate::scenario::Scenario;
 use crate::statistics::median;
-use crate::team::{RobotId, Team};
+use crate::team::RobotId;
 
 /// Rows a second.
 const RATE_HZ: f64 = 10.0;
@@ -23,9 +22,11 @@ const HEADER: &str = "cycle,time_s,robot,position_error_m,heading_error_deg,pose
                       ball_velocity_error_mps,ball_nees,opponents,opponents_known,opponent_error_m,false_tracks";
 
 /// A table of errors that is being written, and what its summary needs.
-#[derive(Resource)]
 pub struct BeliefRecorder {
+    path: PathBuf,
     file: BufWriter<File>,
+    /// Every so many cycles there are rows.
+    every: u64,
     robots: Vec<RobotErrors>,
     error: Option<io::Error>,
 }
@@ -54,55 +55,39 @@ impl BeliefRecorder {
     ///
     /// # Errors
     /// When the file cannot be written.
-    pub fn create(path: &Path) -> io::Result<Self> {
-        let mut file = BufWriter::new(File::create(path)?);
-        writeln!(file, "{HEADER}")?;
-        Ok(Self { file, robots: Vec::new(), error: None })
+    pub fn create(path: &Path) -> Result<Self, RecordError> {
+        let file = File::create(path).and_then(|file| {
+            let mut file = BufWriter::new(file);
+            writeln!(file, "{HEADER}").map(|()| file)
+        });
+        let file = file.map_err(RecordError::io(path))?;
+        Ok(Self { path: path.to_owned(), file, every: 1, robots: Vec::new(), error: None })
     }
 
-    /// Writes the rows of the cycle that has just ended, if it is time for some.
-    pub fn record(&mut self, world: &mut World) {
-        let clock = *world.resource::<CycleClock>();
-        let every = (1.0 / (RATE_HZ * clock.period_s)).round().max(1.0) as u64;
-        if self.error.is_some() || !clock.cycle.is_multiple_of(every) {
-            return;
-        }
-        let ball = world
-            .try_query_filtered::<(&Pose, &BallVelocity), With<Ball>>()
-            .and_then(|mut balls| balls.iter(world).next().map(|(pose, velocity)| [pose.position, velocity.0]));
-        let game = world.resource::<Game>();
-        let own_end = |team: Team| game.own_end(team);
-        let present: Vec<(RobotId, Vec2)> = world
-            .resource::<Roster>()
-            .iter()
-            .filter(|(_, entity)| !world.get::<Penalty>(*entity).is_some_and(Penalty::is_active))
-            .filter_map(|(id, entity)| Some((id, world.get::<Pose>(entity)?.position)))
-            .collect();
-        let time_s = clock.end_time_s();
+    fn write_rows(&mut self, record: &CycleRecord) -> io::Result<()> {
+        let ball = record.ball.map(|ball| [ball.position_m, ball.velocity_mps].map(Vec3::truncate));
+        let present = || record.robots.iter().filter(|robot| robot.penalised.is_none());
         // A robot that was sent off looks for nothing meanwhile.
         for robot in &mut self.robots {
-            if present.iter().all(|(id, _)| Some(*id) != robot.id) {
+            if present().all(|present| Some(present.id) != robot.id) {
                 robot.ball_unknown_since_s = None;
                 robot.unknown_since_s.clear();
             }
         }
-        for (id, entity) in world.resource::<Roster>().iter() {
-            let (Some(belief), Some(pose)) = (world.get::<Belief>(entity), world.get::<Pose>(entity)) else { continue };
-            if present.iter().all(|(other, _)| *other != id) {
-                continue;
-            }
-            let end = own_end(id.team);
-            let opponents: Vec<(RobotId, Vec2)> =
-                present.iter().filter(|(other, _)| other.team != id.team).copied().collect();
-            let truth = truth(*pose, ball, &opponents, end);
+        for robot in present() {
+            let Some(belief) = &robot.belief else { continue };
+            let opponents: Vec<(RobotId, Vec2)> = present()
+                .filter(|other| other.id.team != robot.id.team)
+                .map(|other| (other.id, other.pose.position))
+                .collect();
+            let truth = truth(robot.pose, ball, &opponents, record.game.own_end(robot.id.team));
             let mut known = vec![false; opponents.len()];
             let error = BeliefError::of(belief, &truth, |index| known[index] = true);
-            self.note(id, time_s, &error, belief.ball.is_some() || ball.is_none(), &opponents, &known);
-            if let Err(problem) = self.write(clock.cycle, time_s, id, &error) {
-                self.error = Some(problem);
-                return;
-            }
+            let ball_known = belief.ball.is_some() || ball.is_none();
+            self.note(robot.id, record.time_s, &error, ball_known, &opponents, &known);
+            self.write(record.cycle, record.time_s, robot.id, &error)?;
         }
+        Ok(())
     }
 
     fn write(&mut self, cycle: u64, time_s: f64, id: RobotId, error: &BeliefError) -> io::Result<()> {
@@ -168,21 +153,33 @@ impl BeliefRecorder {
             }
         }
     }
+}
 
-    /// Closes the table. The summary, a line a robot.
-    ///
-    /// # Errors
-    /// The first error that occurred while writing.
-    pub fn finish(mut self) -> io::Result<String> {
-        if let Some(error) = self.error {
-            return Err(error);
+impl Recorder for BeliefRecorder {
+    fn start(&mut self, scenario: &Scenario, _: &CycleRecord, _: &mut World) {
+        self.every = (1.0 / (RATE_HZ * scenario.cycle_s)).round().max(1.0) as u64;
+    }
+
+    fn record(&mut self, record: &CycleRecord, _: &mut World) {
+        if self.error.is_none() && record.cycle.is_multiple_of(self.every) {
+            self.error = self.write_rows(record).err();
         }
-        self.file.flush()?;
+    }
+
+    fn has_failed(&self) -> bool {
+        self.error.is_some()
+    }
+
+    /// Says the summary, a line a robot.
+    fn finish(mut self: Box<Self>, _: &MatchEnd) -> Result<Option<String>, RecordError> {
+        let closed = self.error.take().map_or_else(|| self.file.flush(), Err);
+        closed.map_err(RecordError::io(&self.path))?;
         if self.robots.is_empty() {
-            return Ok("no robot has beliefs\n".to_owned());
+            return Ok(Some("no robot has beliefs\n".to_owned()));
         }
         self.robots.sort_by_key(|robot| robot.id);
-        Ok(aligned(core::iter::once(COLUMNS.map(str::to_owned)).chain(self.robots.iter_mut().map(RobotErrors::cells))))
+        let cells = self.robots.iter_mut().map(RobotErrors::cells);
+        Ok(Some(aligned(core::iter::once(COLUMNS.map(str::to_owned)).chain(cells))))
     }
 }
 

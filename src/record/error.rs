@@ -1,9 +1,9 @@
-//! What can go wrong when pictures are written.
+//! What can go wrong when a match is written down.
 
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Why a picture is not written.
+/// Why something is not written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RecordError {
@@ -43,6 +43,11 @@ pub enum RecordError {
 }
 
 impl RecordError {
+    /// Whether whoever was to read it has seen enough, and closed the pipe.
+    pub fn is_broken_pipe(&self) -> bool {
+        matches!(self, RecordError::Io { error, .. } if error.kind() == io::ErrorKind::BrokenPipe)
+    }
+
     pub(super) fn io(path: &Path) -> impl FnOnce(io::Error) -> RecordError {
         move |error| RecordError::Io { path: path.to_owned(), error }
     }

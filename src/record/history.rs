@@ -4,13 +4,13 @@
 //! read from a file. Records are kept compressed in blocks; one block at a time is unpacked to be looked at.
 
 use bevy::prelude::*;
-use serde::Serialize;
 use std::collections::VecDeque;
 use std::io;
-use std::ops::RangeInclusive;
+use std::ops::{Range, RangeInclusive};
 use std::path::Path;
 
-use super::read::{CycleRecord, Ending, TraceError, TraceReader};
+use super::cycle_record::CycleRecord;
+use super::read::{Ending, TraceError, TraceReader};
 use crate::events::MatchEvent;
 use crate::kick_geometry::KickType;
 use crate::scenario::Scenario;
@@ -18,6 +18,8 @@ use crate::team::{RobotId, Team};
 
 /// Records in a block.
 const BLOCK: usize = 64;
+/// A block is full at this many bytes, whatever the number of records.
+const LARGEST_BLOCK_BYTES: usize = 8 << 20;
 /// Beyond this many bytes the oldest blocks are forgotten.
 const MOST_BYTES: usize = 400 << 20;
 /// How well blocks are compressed: the fastest of zstd's levels.
@@ -52,7 +54,7 @@ impl ReadTrace {
             ending: Ending::NotYet,
         };
         while let Some(record) = reader.next_cycle()? {
-            if let Err(error) = read.history.push(record.cycle, &record, &record.events) {
+            if let Err(error) = read.history.push(&record) {
                 return Err(TraceError::Io { path: path.to_owned(), error: io::Error::other(error) });
             }
             read.events.extend(record.events.iter().map(|event| (record.time_s, event.clone())));
@@ -111,19 +113,40 @@ pub struct KickMark {
     pub kick_type: KickType,
 }
 
+impl KickMark {
+    /// The kick and when it struck the ball, s, in a match with cycles of so many seconds.
+    pub fn struck(self, period_s: f64) -> (KickType, f64) {
+        (self.kick_type, self.cycle.saturating_sub(1) as f64 * period_s)
+    }
+}
+
 /// Some records in a row, as bytes.
 #[derive(Clone, Default, Debug)]
 struct Block {
     /// The records one after another; compressed but in the last block.
     bytes: Vec<u8>,
-    /// Where each record ends in the unpacked bytes.
-    ends: Vec<usize>,
+    /// The cycle of each record, and where it ends in the unpacked bytes.
+    ends: Vec<(u64, usize)>,
 }
 
-/// The records of all cycles so far.
-#[derive(Resource, Clone, Default, Debug)]
+impl Block {
+    fn last_cycle(&self) -> Option<u64> {
+        self.ends.last().map(|(cycle, _)| *cycle)
+    }
+
+    /// Where in the unpacked bytes the first record is that is not before a cycle.
+    fn find(&self, cycle: u64) -> Option<Range<usize>> {
+        let place = self.ends.partition_point(|(earlier, _)| *earlier < cycle);
+        let start = place.checked_sub(1).map_or(0, |previous| self.ends[previous].1);
+        self.ends.get(place).map(|(_, end)| start..*end)
+    }
+}
+
+/// The records of all cycles so far, or of every so many.
+#[derive(Resource, Clone, Debug)]
 pub struct History {
-    first_cycle: u64,
+    /// From one record to the next are at most so many cycles.
+    every: u64,
     /// Whole blocks, compressed.
     packed: VecDeque<Block>,
     packed_bytes: usize,
@@ -131,8 +154,14 @@ pub struct History {
     open: Block,
     marks: Vec<Mark>,
     kicks: Vec<KickMark>,
-    /// The block that was looked at last, unpacked, and which one it is.
-    unpacked: Option<(usize, Vec<u8>)>,
+    /// The block that was looked at last, unpacked, and the cycle of its last record.
+    unpacked: Option<(u64, Vec<u8>)>,
+}
+
+impl Default for History {
+    fn default() -> Self {
+        Self::of_every(1)
+    }
 }
 
 /// A record that cannot be kept or read. It is the program's own, so that this does not happen.
@@ -141,25 +170,38 @@ pub struct History {
 pub struct HistoryError(String);
 
 impl History {
+    /// An empty history of every so many cycles, at least.
+    pub fn of_every(every: u64) -> Self {
+        Self {
+            every: every.max(1),
+            packed: VecDeque::new(),
+            packed_bytes: 0,
+            open: Block::default(),
+            marks: Vec::new(),
+            kicks: Vec::new(),
+            unpacked: None,
+        }
+    }
+
     /// Forgets everything.
     pub fn clear(&mut self) {
-        *self = Self::default();
+        *self = Self::of_every(self.every);
     }
 
     /// Whether there is no record.
     pub fn is_empty(&self) -> bool {
-        self.packed.is_empty() && self.open.ends.is_empty()
+        self.last_cycle().is_none()
     }
 
     /// The first and last cycle that there is a record of.
     pub fn cycles(&self) -> Option<RangeInclusive<u64>> {
-        let count = (self.packed.len() * BLOCK + self.open.ends.len()) as u64;
-        (count > 0).then(|| self.first_cycle..=self.first_cycle + count - 1)
+        let (first, _) = self.blocks().next()?.ends.first()?;
+        Some(*first..=self.last_cycle()?)
     }
 
     /// The last cycle that there is a record of.
     pub fn last_cycle(&self) -> Option<u64> {
-        self.cycles().map(|cycles| *cycles.end())
+        self.open.last_cycle().or_else(|| self.packed.back().and_then(Block::last_cycle))
     }
 
     /// The moments that are worth finding again, in their order.
@@ -182,13 +224,13 @@ impl History {
     ///
     /// # Errors
     /// When the record cannot be encoded.
-    pub fn push(&mut self, cycle: u64, record: &impl Serialize, events: &[MatchEvent]) -> Result<(), HistoryError> {
-        if self.last_cycle().is_none_or(|last| last + 1 != cycle) {
+    pub fn push(&mut self, record: &CycleRecord) -> Result<(), HistoryError> {
+        let (cycle, events) = (record.cycle, &record.events);
+        if !self.last_cycle().is_some_and(|last| last < cycle && cycle - last <= self.every) {
             self.clear();
-            self.first_cycle = cycle;
         }
         serde_json::to_writer(&mut self.open.bytes, record).map_err(|error| HistoryError(error.to_string()))?;
-        self.open.ends.push(self.open.bytes.len());
+        self.open.ends.push((cycle, self.open.bytes.len()));
         self.marks.extend(events.iter().filter_map(|event| Mark::of(event, cycle)));
         self.kicks.extend(events.iter().filter_map(|event| match event {
             MatchEvent::Kick { robot, kick_type, result, reason, .. }
@@ -198,40 +240,58 @@ impl History {
             }
             _ => None,
         }));
-        if self.open.ends.len() == BLOCK {
+        if self.open.ends.len() == BLOCK || self.open.bytes.len() > LARGEST_BLOCK_BYTES {
             self.pack()?;
         }
         Ok(())
     }
 
-    /// The record of a cycle, if there is one.
+    /// The record of a cycle, or the first one after it; none where there is neither.
     ///
     /// # Errors
     /// When it cannot be decoded.
     pub fn record(&mut self, cycle: u64) -> Result<Option<CycleRecord>, HistoryError> {
-        if !self.cycles().is_some_and(|cycles| cycles.contains(&cycle)) {
-            return Ok(None);
-        }
-        let index = (cycle - self.first_cycle) as usize;
-        let (block, place) = (index / BLOCK, index % BLOCK);
-        let (bytes, ends) = match self.packed.get(block) {
-            None => (&self.open.bytes, &self.open.ends),
+        let (bytes, range) = match self.packed.get(self.block_of(cycle)) {
+            None => (&self.open.bytes, self.open.find(cycle)),
             Some(packed) => {
-                let size = packed.ends.last().copied().unwrap_or_default();
-                if self.unpacked.as_ref().is_none_or(|(unpacked, _)| *unpacked != block) {
+                let last = packed.last_cycle().unwrap_or_default();
+                if self.unpacked.as_ref().is_none_or(|(unpacked, _)| *unpacked != last) {
+                    let size = packed.ends.last().map_or(0, |(_, end)| *end);
                     let bytes =
                         zstd::bulk::decompress(&packed.bytes, size).map_err(|error| HistoryError(error.to_string()))?;
-                    self.unpacked = Some((block, bytes));
+                    self.unpacked = Some((last, bytes));
                 }
                 match &self.unpacked {
-                    Some((_, bytes)) => (bytes, &packed.ends),
+                    Some((_, bytes)) => (bytes, packed.find(cycle)),
                     None => return Ok(None),
                 }
             }
         };
-        let start = if place == 0 { 0 } else { ends[place - 1] };
-        let record = serde_json::from_slice(&bytes[start..ends[place]]);
-        record.map(Some).map_err(|error| HistoryError(error.to_string()))
+        let Some(range) = range else { return Ok(None) };
+        serde_json::from_slice(&bytes[range]).map(Some).map_err(|error| HistoryError(error.to_string()))
+    }
+
+    /// The cycle of the first record that is not before a cycle, and that of the record before it. Of a cycle after the last
+    /// record, the last.
+    pub fn around(&self, cycle: u64) -> (Option<u64>, u64) {
+        let index = self.block_of(cycle);
+        let block = self.packed.get(index).unwrap_or(&self.open);
+        let place = block.ends.partition_point(|(earlier, _)| *earlier < cycle);
+        let before = place.checked_sub(1).map(|place| block.ends[place].0);
+        let before = before.or_else(|| self.packed.get(index.checked_sub(1)?)?.last_cycle());
+        match block.ends.get(place) {
+            Some((found, _)) => (before, *found),
+            None => (None, self.last_cycle().unwrap_or_default()),
+        }
+    }
+
+    /// Which block has the first record that is not before a cycle; beyond the packed ones, the open one.
+    fn block_of(&self, cycle: u64) -> usize {
+        self.packed.partition_point(|block| block.last_cycle().is_none_or(|last| last < cycle))
+    }
+
+    fn blocks(&self) -> impl Iterator<Item = &Block> {
+        self.packed.iter().chain([&self.open])
     }
 
     fn pack(&mut self) -> Result<(), HistoryError> {
@@ -243,11 +303,10 @@ impl History {
             && let Some(oldest) = self.packed.pop_front()
         {
             self.packed_bytes -= oldest.bytes.len();
-            self.first_cycle += BLOCK as u64;
             self.unpacked = None;
-            let first = self.first_cycle;
-            self.marks.retain(|mark| mark.cycle >= first);
-            self.kicks.retain(|kick| kick.cycle >= first);
+            let forgotten = oldest.last_cycle().unwrap_or_default();
+            self.marks.retain(|mark| mark.cycle > forgotten);
+            self.kicks.retain(|kick| kick.cycle > forgotten);
         }
         Ok(())
     }
@@ -255,59 +314,33 @@ impl History {
 
 #[cfg(test)]
 mod tests {
-    use super::super::trace::MatchLine;
     use super::*;
+    use crate::record::gather::{CurrentRecord, RecordPlugin, gather_start};
     use crate::simulation::{MatchApp, NaoisisPlugins};
-    use bevy::ecs::system::RunSystemOnce;
-    use serde_json::Value;
-
-    /// Whether two values are the same but for rounding.
-    fn same(one: &Value, other: &Value) -> bool {
-        match (one, other) {
-            (Value::Number(one), Value::Number(other)) => {
-                let [one, other] = [one, other].map(|number| number.as_f64().unwrap());
-                (one - other).abs() <= 1e-6 * (1.0 + one.abs())
-            }
-            (Value::Array(one), Value::Array(other)) => {
-                one.len() == other.len() && one.iter().zip(other).all(|(one, other)| same(one, other))
-            }
-            (Value::Object(one), Value::Object(other)) => {
-                one.len() == other.len()
-                    && one.iter().all(|(key, one)| other.get(key).is_some_and(|other| same(one, other)))
-            }
-            (one, other) => one == other,
-        }
-    }
-
-    fn push(line: MatchLine, mut history: ResMut<History>) {
-        history.push(line.clock.cycle, &line.line(), &line.events).unwrap();
-    }
 
     #[test]
-    fn every_record_is_what_the_line_of_the_trace_says() {
+    fn every_record_comes_back_as_it_was() {
         let mut app = App::new();
-        app.add_plugins(NaoisisPlugins).init_resource::<History>();
+        app.add_plugins((NaoisisPlugins, RecordPlugin));
         app.start_match(&Scenario::named("match3v3").unwrap()).unwrap();
-        let mut lines = Vec::new();
+        gather_start(app.world_mut());
+        let (mut history, mut records) = (History::default(), Vec::new());
         for _ in 0..=200 {
-            app.world_mut().run_system_once(push).unwrap();
-            let line = app.world_mut().run_system_once(|line: MatchLine| serde_json::to_string(&line.line())).unwrap();
-            lines.push(line.unwrap());
+            let record = app.world().resource::<CurrentRecord>().record.clone();
+            history.push(&record).unwrap();
+            records.push(record);
             app.run_cycles(1);
         }
-        let mut history = app.world_mut().resource_mut::<History>();
         assert_eq!(history.cycles(), Some(0..=200));
         // There and back, so that blocks are unpacked again.
         for cycle in (0..=200_u64).chain((0..=200).rev().step_by(7)) {
-            let mut written: Value = serde_json::from_str(&lines[cycle as usize]).unwrap();
-            written.as_object_mut().unwrap().remove("type");
-            for robot in written["robots"].as_array_mut().unwrap() {
-                robot.as_object_mut().unwrap().entry("posture").or_insert("Upright".into());
-            }
-            let read = serde_json::to_value(history.record(cycle).unwrap().unwrap()).unwrap();
-            assert!(same(&read, &written), "cycle {cycle}");
+            assert_eq!(history.record(cycle).unwrap().as_ref(), Some(&records[cycle as usize]), "cycle {cycle}");
         }
         assert_eq!(history.record(201).unwrap(), None);
+    }
+
+    fn empty_record(cycle: u64) -> CycleRecord {
+        CycleRecord { cycle, ..default() }
     }
 
     #[test]
@@ -315,11 +348,25 @@ mod tests {
         let mut history = History::default();
         let goal = MatchEvent::Goal { team: Team::Pink, scorer: None, own_goal: false, evidence: default() };
         for cycle in 5..=80 {
-            history.push(cycle, &cycle, if cycle == 7 { std::slice::from_ref(&goal) } else { &[] }).unwrap();
+            let events = if cycle == 7 { vec![goal.clone()] } else { Vec::new() };
+            history.push(&CycleRecord { events, ..empty_record(cycle) }).unwrap();
         }
         assert_eq!(history.cycles(), Some(5..=80));
         assert_eq!(history.marks(), [Mark { cycle: 7, kind: MarkKind::Goal, team: Some(Team::Pink) }]);
-        history.push(0, &0, &[]).unwrap();
+        history.push(&empty_record(0)).unwrap();
         assert_eq!((history.cycles(), history.marks()), (Some(0..=0), &[][..]));
+    }
+
+    #[test]
+    fn where_only_every_so_many_cycles_have_a_record_the_next_one_is_found() {
+        let mut history = History::of_every(10);
+        for cycle in (0..=2000).step_by(10).chain([2003]) {
+            history.push(&empty_record(cycle)).unwrap();
+        }
+        assert_eq!(history.cycles(), Some(0..=2003));
+        for (asked, found) in [(0, 0), (1, 10), (640, 640), (641, 650), (1999, 2000), (2001, 2003)] {
+            assert_eq!(history.record(asked).unwrap().map(|record| record.cycle), Some(found));
+        }
+        assert_eq!(history.record(2004).unwrap(), None);
     }
 }

@@ -1,21 +1,29 @@
 //! What is written down of a match: its trace, what robots believe against what is true, and pictures of it; and how a trace
 //! is read again.
+//!
+//! Everything begins with one [record of each cycle](cycle_record::CycleRecord), in the [words](vocabulary) of all doors. It
+//! is [gathered](gather) once, and every [`Recorder`](recorder::Recorder) makes of it what it likes.
 
 pub mod album;
 pub mod beliefs;
 pub(crate) mod canvas;
 mod colour_description;
-mod cycle_record;
+pub mod cycle_record;
 pub mod encoder;
 mod error;
 pub mod film;
 pub mod frames;
+pub mod gather;
 pub mod history;
 pub mod photographer;
 pub mod picture;
 mod png_file;
 pub mod read;
+pub mod recorder;
 pub mod sheet;
 pub mod trace;
 pub mod video;
 mod video_file;
+pub mod vocabulary;
+
+pub use gather::RecordPlugin;

@@ -1,26 +1,18 @@
 //! Draws a match as it is: the field, and what each robot's cameras see.
 //!
-//! Recording changes nothing of the match: the photographer has a renderer and a memory of how the robots step of its own.
+//! Recording changes nothing of the match: the photographer has a renderer of its own.
 //! It draws on the graphics card where the match's camera images are drawn there, in software otherwise.
 
 use bevy::math::ops;
 use bevy::prelude::*;
-use std::collections::BTreeMap;
 
-use crate::appearance::gait::Gait;
-use crate::appearance::posing::JointAngles;
 use crate::appearance::robot::RobotDesign;
-use crate::appearance::scene::{SceneDescription, SceneRobot, world_from_body};
+use crate::appearance::scene::Scene;
 use crate::appearance::view::View;
-use crate::ball::{Ball, BallPhysics};
 use crate::camera_model::{CameraSide, CameraView};
 use crate::cycle::CycleClock;
-use crate::game::Penalty;
-use crate::geometry::Pose;
-use crate::pitch::{Pitch, Post};
-use crate::robot::head::HeadAngles;
-use crate::robot::posture::Posture;
-use crate::robot::{Roster, Velocity};
+use crate::pitch::Pitch;
+use crate::robot::Roster;
 #[cfg(feature = "gpu")]
 use crate::sensing::camera::gpu::GpuCameras;
 use crate::sensing::camera::image::{Image, Layers};
@@ -36,45 +28,22 @@ const SEGMENTS: usize = 20;
 /// Draws a match.
 #[derive(Default)]
 pub struct Photographer {
-    scene: SceneDescription,
+    scene: Scene,
     /// One a design, and whether it is of what was last looked at.
     prepared: [PreparedScene; 2],
     is_prepared: [bool; 2],
     renderer: Renderer,
-    gaits: BTreeMap<RobotId, Gait>,
 }
 
 impl Photographer {
-    /// Looks at the match as it is now. Called every cycle, or the robots' legs do not step.
+    /// Looks at the match as it is now.
     pub fn look(&mut self, world: &mut World) {
-        let now_s = world.resource::<CycleClock>().end_time_s();
         self.is_prepared = [false; 2];
-        let scene = &mut self.scene;
-        scene.pitch.clone_from(world.resource::<Pitch>());
-        scene.robots.clear();
-        for (id, entity) in world.resource::<Roster>().iter() {
-            if world.get::<Penalty>(entity).is_some_and(Penalty::is_active) {
-                continue;
-            }
-            let Some(pose) = world.get::<Pose>(entity).copied() else { continue };
-            let head = world.get::<HeadAngles>(entity).copied().unwrap_or_default();
-            let gait = self.gaits.entry(id).or_default();
-            gait.kick = world.get::<Gait>(entity).and_then(|gait| gait.kick);
-            gait.follow(pose, world.get::<Velocity>(entity).copied().unwrap_or_default(), now_s);
-            let joints: JointAngles = gait.joints(id, head);
-            let posture = world.get::<Posture>(entity).copied().unwrap_or_default();
-            scene.robots.push(SceneRobot { id, world_from_robot: world_from_body(pose, posture), joints });
-        }
-        scene.posts.clear();
-        let mut posts = world.query::<(&Post, &Pose)>();
-        scene.posts.extend(posts.iter(world).map(|(post, pose)| (*post, pose.position)));
-        scene.posts.sort_unstable_by(|(_, a), (_, b)| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
-        let mut balls = world.query_filtered::<(&Pose, &BallPhysics), With<Ball>>();
-        scene.ball = balls.iter(world).next().map(|(pose, physics)| (pose.position, physics.radius_m));
+        self.scene.gather(world);
     }
 
     /// What it last looked at.
-    pub fn scene(&self) -> &SceneDescription {
+    pub fn scene(&self) -> &Scene {
         &self.scene
     }
 
@@ -108,11 +77,11 @@ impl Photographer {
         if let Some((_, image)) = newest_image(world, id, side) {
             return Some(image.clone());
         }
-        let robot = *self.scene.robots.iter().find(|robot| robot.id == id)?;
+        let robot = *self.scene.robot(id)?;
         let entity = world.resource::<Roster>().get(id)?;
         let settings = world.get::<CameraSettings>(entity).copied().unwrap_or_default();
-        let camera = CameraView::new((&settings).into(), side, robot.joints.head);
-        let mut view = View::of_robot(&camera, robot.world_from_robot, id);
+        let camera = CameraView::new((&settings).into(), side, robot.head);
+        let mut view = View::of_robot(&camera, robot.world_from_robot(), id);
         view.shadows = settings.shadows;
         // Before its first image it sees what it will see in that.
         let has_images = settings.renderer(world.get::<VisionSettings>(entity)).is_some();
@@ -197,7 +166,8 @@ mod tests {
         for _ in 0..8 {
             app.run_cycles(1);
             photographer.look(app.world_mut());
-            hips.push(photographer.scene().robots[0].joints.legs[1].hip);
+            let robot = photographer.scene().robots[0];
+            hips.push(robot.gait.joints(robot.id, robot.head).legs[1].hip);
         }
         // It stands still before, and its right leg is far in front when the ball is struck.
         assert!(hips[0].abs() < 0.01 && hips.iter().any(|hip| *hip > 0.3), "{hips:?}");

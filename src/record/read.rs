@@ -8,8 +8,9 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
-pub use super::cycle_record::{BallRecord, CycleRecord, GameRecord, PenaltyRecord, RobotRecord};
-use super::trace::{EndReason, FORMAT, VERSION};
+use super::cycle_record::CycleRecord;
+use super::recorder::{EndReason, MatchEnd};
+use super::trace::{FORMAT, VERSION};
 use crate::scenario::Scenario;
 
 /// A longer line is no line of a trace.
@@ -60,11 +61,6 @@ struct HeaderLine {
     format: String,
     version: u32,
     scenario: Scenario,
-}
-
-#[derive(Deserialize)]
-struct EndLine {
-    reason: EndReason,
 }
 
 #[derive(Deserialize)]
@@ -155,7 +151,7 @@ impl TraceReader {
         match self.line_type()?.as_str() {
             "cycle" => {}
             "end" => {
-                let end: EndLine = self.parse("the last line of a trace")?;
+                let end: MatchEnd = self.parse("the last line of a trace")?;
                 self.ending = Ending::Proper(end.reason);
                 return Ok(None);
             }
@@ -225,7 +221,10 @@ mod tests {
     use super::*;
     use crate::events::MatchEvent;
     use crate::geometry::Pose;
+    use crate::record::recorder::Recorder;
+    use crate::record::trace::TraceRecorder;
     use crate::robot::posture::Posture;
+    use bevy::prelude::World;
 
     const HEADER: &str = r#"{"type":"header","format":"naoisis-trace","version":1,"seed":3,"scenario":{"seed":3}}"#;
 
@@ -261,7 +260,7 @@ mod tests {
         let robot = &records[1].robots[0];
         let quarter = core::f32::consts::FRAC_PI_2;
         assert_eq!(robot.pose, Pose::new(1.0, 2.0, quarter));
-        assert_eq!((robot.velocity().angular, robot.head().yaw), (quarter, quarter));
+        assert_eq!((robot.velocity.angular, robot.head.yaw), (quarter, quarter));
         assert_eq!((robot.posture, robot.sonar_m.right), (Posture::Upright, Some(0.4)));
         assert_eq!(records[1].events, [MatchEvent::FinalWhistle]);
     }
@@ -280,8 +279,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         for name in ["plain.jsonl", "small.jsonl.zst"] {
             let path = folder.path().join(name);
-            let mut recorder = crate::record::trace::TraceRecorder::create(&path).unwrap();
-            recorder.write_header(&Scenario::default());
+            let mut recorder = TraceRecorder::create(&path).unwrap();
+            recorder.start(&Scenario::default(), &CycleRecord::default(), &mut World::new());
             // Whoever is killed closes nothing.
             core::mem::forget(recorder);
             assert!(TraceReader::open(&path).is_ok(), "{name}");
@@ -294,10 +293,9 @@ mod tests {
             message(&[HEADER, &cycle(0), "{\"type\":\"cycle\",\"cycle\":x}", ""]),
             "match.jsonl:3:25: expected value; expected a line of a trace: an object with a `type`"
         );
-        let without_game = "{\"type\":\"cycle\",\"cycle\":1,\"time_s\":0,\"ball\":null,\"robots\":[]}";
         assert_eq!(
-            message(&[HEADER, &cycle(0), without_game, ""]),
-            "match.jsonl:3:61: missing field `game`; expected a cycle of a trace"
+            message(&[HEADER, &cycle(0), "{\"type\":\"cycle\",\"cycle\":1,\"robots\":[]}", ""]),
+            "match.jsonl:3:38: missing field `time_s`; expected a cycle of a trace"
         );
         assert_eq!(
             message(&[HEADER, &cycle(0), &cycle(2), ""]),

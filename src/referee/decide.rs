@@ -4,11 +4,13 @@ use bevy::prelude::*;
 
 use super::game_stuck::Remedy;
 use super::memory::RefereeMemory;
+use super::own_rules::OwnRules;
+use super::robot_rules::{self, RobotCase};
 use super::set_play;
-use super::snapshot::{MatchSnapshot, RobotSnapshot};
-use super::{ball_holding, collision, fallen, game_stuck, illegal_defender, inactive, leaving_field, stalling};
+use super::snapshot::{BallSnapshot, MatchSnapshot, RobotSnapshot};
+use super::{ball_holding, collision, game_stuck, illegal_defender, inactive, leaving_field, stalling};
 use crate::events::MatchEvent;
-use crate::game::{Evidence, Game, GameState, PenaltyReason};
+use crate::game::{Game, GameState};
 use crate::team::Team;
 
 /// What the referee decided in a cycle.
@@ -27,7 +29,7 @@ pub struct Decisions {
 }
 
 /// Judges a cycle. `memory` is carried from cycle to cycle; `decisions` is only room to write in.
-pub fn decide(snapshot: &MatchSnapshot, memory: &mut RefereeMemory, decisions: &mut Decisions) {
+pub fn decide(snapshot: &MatchSnapshot, own_rules: &OwnRules, memory: &mut RefereeMemory, decisions: &mut Decisions) {
     memory.match_robots(snapshot.robots);
     memory.note_touches(snapshot);
     decisions.game.clone_from(snapshot.game);
@@ -38,7 +40,7 @@ pub fn decide(snapshot: &MatchSnapshot, memory: &mut RefereeMemory, decisions: &
     decisions.ball_velocity = Vec2::ZERO;
     decisions.game.state_cycles += 1;
     let seen = MatchSnapshot { last_touch: memory.last_touch, ..*snapshot };
-    let mut referee = Referee { seen: &seen, memory, decisions };
+    let mut referee = Referee { seen: &seen, own_rules, memory, decisions };
     match snapshot.game.state {
         GameState::Initial | GameState::Finished => {}
         GameState::Ready => referee.judge_ready(),
@@ -58,6 +60,7 @@ pub fn decide(snapshot: &MatchSnapshot, memory: &mut RefereeMemory, decisions: &
 pub(super) struct Referee<'a, 'b> {
     /// What was seen at the end of the cycle.
     pub(super) seen: &'a MatchSnapshot<'a>,
+    own_rules: &'a OwnRules,
     pub(super) memory: &'b mut RefereeMemory,
     pub(super) decisions: &'b mut Decisions,
 }
@@ -74,7 +77,9 @@ pub(super) enum Stoppage {
 impl Referee<'_, '_> {
     /// The snapshot with what was decided so far in this cycle.
     pub(super) fn now(&self) -> MatchSnapshot<'_> {
-        MatchSnapshot { game: &self.decisions.game, robots: &self.decisions.robots, ..*self.seen }
+        let placed = |ball: BallSnapshot<'_>| self.decisions.ball.unwrap_or(ball.position);
+        let ball = self.seen.ball.map(|ball| BallSnapshot { position: placed(ball), ..ball });
+        MatchSnapshot { game: &self.decisions.game, robots: &self.decisions.robots, ball, ..*self.seen }
     }
 
     fn judge_play(&mut self) {
@@ -126,51 +131,18 @@ impl Referee<'_, '_> {
                 Some(set_play) => set_play::advance_encroachment(record.cycles_encroaching, set_play, self.seen, robot),
                 None => 0,
             };
+            self.own_rules.advance(&mut record.own_cycles, self.seen, robot);
         }
         for index in 0..self.decisions.robots.len() {
+            let case = RobotCase { seen: self.seen, records: &self.memory.robots, index };
+            let own_rules = || self.own_rules.judge(&self.memory.robots[index].own_cycles, self.seen, case.robot());
             if self.decisions.robots[index].is_present()
-                && self.seen.robots[index].is_present()
-                && let Some((reason, evidence)) = self.judge_robot(index)
+                && case.robot().is_present()
+                && let Some((reason, evidence)) = robot_rules::judge(&case).or_else(own_rules)
             {
                 self.penalise(index, reason, evidence);
             }
         }
-    }
-
-    fn judge_robot(&self, index: usize) -> Option<(PenaltyReason, Evidence)> {
-        let (seen, rules) = (self.seen, self.seen.rules);
-        let (robot, records) = (&seen.robots[index], &self.memory.robots);
-        let record = &records[index];
-        // The first rule that is broken counts; `then` keeps those that are switched off from being looked at.
-        let encroachment = || {
-            let set_play = seen.game.set_play.as_ref()?;
-            set_play::judge(record.cycles_encroaching, set_play, seen, robot)
-        };
-        let stalling = || record.stall.and_then(|stall| stalling::judge(&stall, seen, robot));
-        let with = |reason: PenaltyReason| move |evidence: Evidence| (reason, evidence);
-        encroachment()
-            .map(with(PenaltyReason::IllegalPosition))
-            .or_else(|| {
-                let evidence = rules.ball_holding.then(|| ball_holding::judge(record.cycles_holding, seen, robot));
-                evidence.flatten().map(with(PenaltyReason::BallHolding))
-            })
-            .or_else(|| rules.stalling.then(stalling).flatten().map(with(PenaltyReason::Stalling)))
-            .or_else(|| {
-                let evidence = rules.leaving_field.then(|| leaving_field::judge(record.cycles_in_goal, seen, robot));
-                evidence.flatten().map(with(PenaltyReason::LeavingField))
-            })
-            .or_else(|| {
-                let evidence = rules.illegal_defender.then(|| illegal_defender::judge(records, seen, index));
-                evidence.flatten().map(with(PenaltyReason::IllegalDefender))
-            })
-            .or_else(|| {
-                let evidence = rules.fallen.then(|| fallen::judge(seen, robot));
-                evidence.flatten().map(with(PenaltyReason::Fallen))
-            })
-            .or_else(|| {
-                let evidence = rules.inactive.then(|| inactive::judge(record.cycles_inactive, seen, robot));
-                evidence.flatten().map(with(PenaltyReason::Inactive))
-            })
     }
 
     fn judge_stuck(&mut self) -> Option<Stoppage> {

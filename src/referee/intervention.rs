@@ -4,7 +4,6 @@ use bevy::prelude::*;
 
 use super::decide::Referee;
 use super::placing::Occupied;
-use super::snapshot::Disc;
 use crate::events::MatchEvent;
 use crate::game::{GameState, Intervention, Score};
 use crate::team::RobotId;
@@ -41,10 +40,7 @@ impl Referee<'_, '_> {
                 if !self.decisions.robots[index].is_present() {
                     return Err(format!("{robot} serves a penalty"));
                 }
-                let mut occupied = Occupied::by_others(&self.now(), Some(index));
-                if let (Some(place), Some(ball)) = (self.decisions.ball, self.seen.ball) {
-                    occupied.set_ball(Disc { centre: place, radius: ball.radius });
-                }
+                let occupied = Occupied::by_others(&self.now(), Some(index));
                 self.decisions.robots[index].pose = occupied.free_pose(pose, &self.seen.robots[index].bounds);
                 self.memory.robots[index].forgive();
             }

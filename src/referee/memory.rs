@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::game_stuck::Stuck;
 use super::indirect_goal::Plays;
 use super::kick_off_shot::KickOffPlay;
+use super::own_rules::MOST_OWN_RULES;
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use super::stalling::Stall;
 use super::status::Announcement;
@@ -63,6 +64,8 @@ pub struct RobotRecord {
     pub cycles_encroaching: u64,
     /// Cycles for which it has done nothing.
     pub cycles_inactive: u64,
+    /// Cycles for which it has done what rules of the program's own are about.
+    pub own_cycles: [u64; MOST_OWN_RULES],
     /// Where its head pointed in the last cycle.
     pub head: HeadAngles,
 }
@@ -80,6 +83,7 @@ impl RobotRecord {
             cycles_in_area: 0,
             cycles_encroaching: 0,
             cycles_inactive: 0,
+            own_cycles: [0; MOST_OWN_RULES],
             head: HeadAngles::default(),
         }
     }

@@ -2,7 +2,7 @@
 //!
 //! At the end of every cycle the referee looks at a [`snapshot`] of the match. The rules, one file each, are plain
 //! functions of it; what they say becomes [`decide::Decisions`], which one system carries out. Every verdict is a
-//! [`MatchEvent`](crate::events::MatchEvent) with its [`Evidence`]: who, where, what was measured, the rule in one
+//! [`MatchEvent`](crate::events::MatchEvent) with its [`Evidence`](crate::game::Evidence): who, where, what was measured, the rule in one
 //! sentence, and what would have changed it. `naoisis run --explain` prints them as a [match report](report).
 //!
 //! # Rules as data
@@ -35,12 +35,13 @@
 //! [`GameStatus`]. It comes back on the halfway line at the side away from the ball (2010), or from where it waited
 //! (2025).
 //!
-//! What whoever runs the match can do to it, by command or at a given time of a scenario, is an [`Intervention`].
+//! What whoever runs the match can do to it, by command or at a given time of a scenario, is an [`Intervention`](crate::game::Intervention).
 //!
 //! # An example of its own
 //!
-//! A rule is a file with a function over the snapshot that returns [`Evidence`], a switch in [`Rules`], and a line in
-//! [`decide`]; `tests/rule_cases` has a scenario just inside and one just outside of each.
+//! A rule is a file with a function over the snapshot that returns [`Evidence`](crate::game::Evidence), a switch in [`Rules`],
+//! and a row in a table: [`robot_rules`] for what single robots do; others have a line in [`decide`]. `tests/rule_cases` has a
+//! scenario just inside and one just outside of each.
 
 use bevy::prelude::*;
 
@@ -62,12 +63,14 @@ mod intervention;
 pub mod kick_off_shot;
 pub mod leaving_field;
 pub mod memory;
+pub mod own_rules;
 mod penalise;
 pub mod placing;
 pub mod positions;
 pub mod removal;
 pub mod report;
 mod restarts;
+pub mod robot_rules;
 pub mod set_play;
 pub mod shoot_out;
 pub mod snapshot;
@@ -80,6 +83,7 @@ pub mod touch;
 
 pub use formation::formation;
 pub use memory::RefereeMemory;
+pub use own_rules::OwnRule;
 pub use positions::IllegalPosition;
 pub use status::{Announcement, GameStatus, SetPlayStatus};
 pub use touch::Touch;
@@ -87,7 +91,7 @@ pub use touch::Touch;
 use crate::cycle::{BeginCycle, Cycle, CycleClock, CycleSystems};
 use crate::game::{Game, Interventions, Penalty, Rules, TimedIntervention};
 use crate::random::RandomStream;
-use crate::robot::posture::FallSystems;
+use crate::robot::falls::FallSystems;
 use crate::team::RobotId;
 
 /// The referee, in [`CycleSystems::Officiate`], and the robots' [`GameStatus`], in [`CycleSystems::Sense`].
@@ -99,6 +103,7 @@ impl Plugin for RefereePlugin {
             .init_resource::<Rules>()
             .init_resource::<RefereeMemory>()
             .init_resource::<Interventions>()
+            .init_resource::<own_rules::OwnRules>()
             .register_type::<Interventions>()
             .register_type::<Game>()
             .register_type::<Rules>()
@@ -111,7 +116,7 @@ impl Plugin for RefereePlugin {
                 Cycle,
                 (
                     systems::begin_match.in_set(CycleSystems::First).after(BeginCycle),
-                    status::tell_status.in_set(CycleSystems::Sense),
+                    systems::tell_status.in_set(CycleSystems::Sense),
                     systems::officiate.in_set(CycleSystems::Officiate).after(FallSystems),
                 ),
             );

@@ -1,17 +1,20 @@
 //! Free places for robots and ball that the referee puts down.
 //!
 //! What is put down goes where it belongs, or, when something stands there, to the nearest of a fixed pattern of
-//! places around. Robots are placed in the order of their ids, so the outcome depends on no other order.
+//! places around. Robots are placed in the order of their ids, so the outcome depends on no other order. Where the carpet
+//! is full, which a scenario's check finds out for all kick-offs, it goes beside it: nothing is ever put into anything.
 
 use core::f32::consts::TAU;
 
 use bevy::prelude::*;
 
 use super::formation::formation;
-use super::snapshot::{Disc, MatchSnapshot, RobotSnapshot};
+use super::snapshot::{Disc, MatchSnapshot};
+use crate::game::Game;
 use crate::geometry::{Pose, unit};
+use crate::pitch::Pitch;
 use crate::robot::body::{BodyBounds, Footprint};
-use crate::team::Team;
+use crate::team::{RobotId, Team};
 
 /// Room that is left around whatever is placed, m.
 const CLEARANCE: f32 = 0.02;
@@ -19,12 +22,22 @@ const CLEARANCE: f32 = 0.02;
 const RING_DISTANCE: f32 = 0.05;
 /// Rings that are tried: up to 5 m away.
 const RINGS: u32 = 100;
-/// Places on each ring.
+/// Least number of places on each ring.
 const PLACES_ON_RING: u32 = 16;
+/// Greatest distance between places on a ring, m.
+const PLACE_DISTANCE: f32 = 0.15;
+/// Distance of the first place beside the carpet from its edge, m: no post on it reaches so far.
+const BESIDE_CARPET: f32 = 1.5;
+/// Distance between places beside the carpet, m: wider than a robot, and than most balls.
+const BESIDE_DISTANCE: f32 = 0.4;
+/// Places beside the carpet that are tried, one behind the other: for more robots than there are numbers for.
+const PLACES_BESIDE: u32 = 4096;
 
 /// What stands in the way of something that is placed.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Occupied {
+    /// Half extents of the carpet, m.
+    carpet: Vec2,
     /// Torsos of robots, each grown by the clearance.
     torsos: Vec<Footprint>,
     /// Bases of robots, each grown by the clearance.
@@ -37,14 +50,15 @@ pub struct Occupied {
 
 impl Occupied {
     /// Only the posts and, if there is one, a ball at `ball`.
-    pub fn by_posts(posts: &[Disc], ball: Option<Disc>) -> Self {
-        Self { posts: posts.to_vec(), ball, ..Self::default() }
+    pub fn by_posts(pitch: &Pitch, posts: &[Disc], ball: Option<Disc>) -> Self {
+        let carpet = pitch.carpet_half_extents();
+        Self { carpet, torsos: Vec::new(), bases: Vec::new(), posts: posts.to_vec(), ball }
     }
 
     /// The posts, the ball, and all robots on the pitch but the one of index `but`.
     pub fn by_others(snapshot: &MatchSnapshot, but: Option<usize>) -> Self {
         let ball = snapshot.ball.map(|ball| Disc { centre: ball.position, radius: ball.radius });
-        let mut occupied = Self::by_posts(snapshot.posts, ball);
+        let mut occupied = Self::by_posts(snapshot.pitch, snapshot.posts, ball);
         for (index, robot) in snapshot.robots.iter().enumerate() {
             if robot.is_present() && Some(index) != but {
                 occupied.add_robot(robot.pose, &robot.bounds);
@@ -53,18 +67,13 @@ impl Occupied {
         occupied
     }
 
-    /// The robots that wait beside the pitch.
+    /// The posts, and the robots that wait beside the pitch.
     pub fn by_waiting(snapshot: &MatchSnapshot) -> Self {
-        let mut occupied = Self::default();
+        let mut occupied = Self::by_posts(snapshot.pitch, snapshot.posts, None);
         for robot in snapshot.robots.iter().filter(|robot| !robot.is_present()) {
             occupied.add_robot(robot.pose, &robot.bounds);
         }
         occupied
-    }
-
-    /// The ball lies there instead.
-    pub fn set_ball(&mut self, ball: Disc) {
-        self.ball = Some(ball);
     }
 
     /// Adds a robot.
@@ -88,17 +97,27 @@ impl Occupied {
             && self.posts.iter().all(|post| post.centre.distance(centre) > post.radius + radius + CLEARANCE)
     }
 
-    /// The free pose nearest to the one wanted, with its heading; the wanted one where nothing is free for metres.
+    /// The free pose on the carpet nearest to the one wanted, with its heading; one beside the carpet where nothing is
+    /// free for metres.
     pub fn free_pose(&self, wanted: Pose, bounds: &BodyBounds) -> Pose {
-        places_around(wanted.position)
-            .map(|position| Pose { position, ..wanted })
-            .find(|pose| self.admits_robot(*pose, bounds))
-            .unwrap_or(wanted)
+        let position =
+            self.free_place(wanted.position, |position| self.admits_robot(Pose { position, ..wanted }, bounds));
+        Pose { position, ..wanted }
     }
 
-    /// The free place for the ball nearest to the one wanted; the wanted one where nothing is free for metres.
+    /// The free place on the carpet for the ball nearest to the one wanted; one beside the carpet where nothing is free
+    /// for metres.
     pub fn free_ball_place(&self, wanted: Vec2, radius: f32) -> Vec2 {
-        places_around(wanted).find(|place| self.admits_ball(*place, radius)).unwrap_or(wanted)
+        self.free_place(wanted, |place| self.admits_ball(place, radius))
+    }
+
+    fn free_place(&self, wanted: Vec2, is_free: impl Fn(Vec2) -> bool) -> Vec2 {
+        let mut on_carpet = places_around(wanted).filter(|place| place.abs().cmple(self.carpet).all());
+        let x = wanted.x.clamp(-self.carpet.x, self.carpet.x);
+        let side = if wanted.y < 0.0 { -1.0 } else { 1.0 };
+        let mut beside = (0..PLACES_BESIDE)
+            .map(|place| Vec2::new(x, side * (self.carpet.y + BESIDE_CARPET + place as f32 * BESIDE_DISTANCE)));
+        on_carpet.find(|place| is_free(*place)).or_else(|| beside.find(|place| is_free(*place))).unwrap_or(wanted)
     }
 }
 
@@ -109,38 +128,65 @@ fn grown(footprint: Footprint) -> Footprint {
 /// The place itself, then rings of places around it.
 fn places_around(centre: Vec2) -> impl Iterator<Item = Vec2> {
     let rings = (1..=RINGS).flat_map(move |ring| {
-        (0..PLACES_ON_RING)
-            .map(move |place| centre + unit(TAU * place as f32 / PLACES_ON_RING as f32) * (ring as f32 * RING_DISTANCE))
+        let radius = ring as f32 * RING_DISTANCE;
+        let places = PLACES_ON_RING.max((TAU * radius / PLACE_DISTANCE) as u32);
+        (0..places).map(move |place| centre + unit(TAU * place as f32 / places as f32) * radius)
     });
     core::iter::once(centre).chain(rings)
 }
 
-/// Where every robot that is not penalised stands for a kick-off of `kick_off_team`, or for a drop ball if there is
-/// none; none for the others.
-pub fn line_up(snapshot: &MatchSnapshot, kick_off_team: Option<Team>) -> impl Iterator<Item = Option<Pose>> {
-    let ball = snapshot.ball.map(|ball| Disc { centre: Vec2::ZERO, radius: ball.radius });
-    let mut occupied = Occupied::by_posts(snapshot.posts, ball);
-    snapshot.robots.iter().map(move |robot| {
-        robot.is_present().then(|| {
-            let RobotSnapshot { id, bounds, .. } = robot;
-            let own_end = snapshot.game.own_end(id.team);
-            let team_size = snapshot.rules.team_size;
-            let wanted = formation(snapshot.pitch, team_size, id.number, own_end, kick_off_team == Some(id.team));
-            let pose = occupied.free_pose(wanted, bounds);
-            occupied.add_robot(pose, bounds);
-            pose
-        })
-    })
+/// A kick-off for which robots are put down, one after the other.
+#[derive(Clone, Debug)]
+pub struct LineUp<'a> {
+    pitch: &'a Pitch,
+    game: &'a Game,
+    team_size: u8,
+    kick_off_team: Option<Team>,
+    occupied: Occupied,
+}
+
+impl<'a> LineUp<'a> {
+    /// For a kick-off of `kick_off_team`, or for a drop ball if there is none, with nobody there yet.
+    pub fn new(
+        pitch: &'a Pitch,
+        posts: &[Disc],
+        ball: Option<Disc>,
+        game: &'a Game,
+        team_size: u8,
+        kick_off_team: Option<Team>,
+    ) -> Self {
+        Self { pitch, game, team_size, kick_off_team, occupied: Occupied::by_posts(pitch, posts, ball) }
+    }
+
+    /// Puts a robot down: at its place in the formation, or at the free one nearest to that.
+    pub fn put_down(&mut self, id: RobotId, bounds: &BodyBounds) -> Pose {
+        let pose = self.occupied.free_pose(self.place_of(id), bounds);
+        self.occupied.add_robot(pose, bounds);
+        pose
+    }
+
+    /// A robot's place in the formation.
+    pub fn place_of(&self, id: RobotId) -> Pose {
+        let kicks_off = self.kick_off_team == Some(id.team);
+        formation(self.pitch, self.team_size, id.number, self.game.own_end(id.team), kicks_off)
+    }
+
+    /// Where a ball of this radius, m, is put then: on the centre mark, or at the free place nearest to it.
+    pub fn ball_place(&self, radius: f32) -> Vec2 {
+        self.occupied.free_ball_place(Vec2::ZERO, radius)
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
 
     #[test]
     fn a_place_that_is_taken_is_left_for_the_nearest_free_one() {
         let bounds = BodyBounds::default();
-        let mut occupied = Occupied::by_posts(&[Disc { centre: Vec2::new(1.0, 0.0), radius: 0.05 }], None);
+        let posts = [Disc { centre: Vec2::new(1.0, 0.0), radius: 0.05 }];
+        let mut occupied = Occupied::by_posts(&Pitch::default(), &posts, None);
         let wanted = Pose::new(0.0, 0.0, 0.0);
         assert_eq!(occupied.free_pose(wanted, &bounds), wanted);
         occupied.add_robot(wanted, &bounds);
@@ -154,10 +200,47 @@ mod tests {
     #[test]
     fn the_ball_is_not_put_into_a_robot() {
         let bounds = BodyBounds::default();
-        let mut occupied = Occupied::default();
+        let mut occupied = Occupied::by_posts(&Pitch::default(), &[], None);
         occupied.add_robot(Pose::new(1.0, 1.6, 0.0), &bounds);
         let place = occupied.free_ball_place(Vec2::new(1.0, 1.6), 0.03);
         let distance = bounds.base.footprint(Pose::new(1.0, 1.6, 0.0)).signed_distance(place).0;
         assert!((0.03..0.3).contains(&distance), "{distance}");
+    }
+
+    #[test]
+    fn on_a_full_carpet_things_are_put_beside_it_and_never_into_anything() {
+        let (bounds, pitch) = (BodyBounds::default(), Pitch::default());
+        let wall = [Disc { centre: Vec2::ZERO, radius: 6.0 }];
+        let mut occupied = Occupied::by_posts(&Pitch { border_m: 0.2, ..pitch }, &wall, None);
+        for _ in 0..30 {
+            let pose = occupied.free_pose(Pose::new(0.0, -0.5, 1.0), &bounds);
+            assert!(occupied.admits_robot(pose, &bounds) && pose.position.y < -5.9, "{pose:?}");
+            occupied.add_robot(pose, &bounds);
+        }
+        let ball = occupied.free_ball_place(Vec2::ZERO, 0.03);
+        assert!(occupied.admits_ball(ball, 0.03), "{ball}");
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(64) })]
+
+        #[test]
+        fn whoever_is_put_down_stands_free_and_on_the_carpet_while_there_is_room(
+            posts in proptest::collection::vec((-1.2f32..1.2, -0.95f32..0.95, 0.005f32..0.3), 0..4),
+            team_size in 1u8..=11, kick_off_team in proptest::option::of(proptest::sample::select(Team::BOTH.to_vec())),
+        ) {
+            let (bounds, game) = (BodyBounds::default(), Game::default());
+            let pitch = Pitch { length_m: 2.0, width_m: 1.5, border_m: 0.4, ..Pitch::default() };
+            let posts: Vec<Disc> =
+                posts.into_iter().map(|(x, y, radius)| Disc { centre: Vec2::new(x, y), radius }).collect();
+            let ball = Disc { centre: Vec2::ZERO, radius: 0.03 };
+            let mut line_up = LineUp::new(&pitch, &posts, Some(ball), &game, team_size, kick_off_team);
+            for id in Team::BOTH.into_iter().flat_map(|team| (1..=team_size).map(move |number| RobotId::new(team, number))) {
+                let free = line_up.occupied.clone();
+                let pose = line_up.put_down(id, &bounds);
+                prop_assert!(free.admits_robot(pose, &bounds), "{id} at {pose:?}");
+                prop_assert!(pose.position.abs().cmple(pitch.carpet_half_extents()).all(), "{id} at {pose:?}");
+            }
+        }
     }
 }

@@ -16,6 +16,8 @@ use crate::robot::body::BodyBounds;
 const WAITING_DISTANCE: f32 = 0.5;
 /// Distance between places along a side line, m: wider than a robot.
 const PLACE_DISTANCE: f32 = 0.35;
+/// Rows of places beyond each other where penalised robots wait: room for all that there are numbers for.
+const WAITING_ROWS: u32 = 64;
 
 /// Where a robot that was removed from `position` waits: beyond the side line nearest to it, level with its own
 /// penalty mark, where there is room. It faces away from the pitch (2010), or towards it (2025).
@@ -36,9 +38,12 @@ pub fn waiting_pose(
     let inwards = (mark.abs() / PLACE_DISTANCE) as u32;
     let steps = (0..=inwards).map(|step| mark - own_end.sign() * step as f32 * PLACE_DISTANCE);
     let outwards = (1..=8).map(|step| mark + own_end.sign() * step as f32 * PLACE_DISTANCE);
-    steps
-        .chain(outwards)
-        .map(|x| Pose::new(x, y, heading))
+    let along = steps.chain(outwards);
+    (0..WAITING_ROWS)
+        .flat_map(|row| {
+            let y = y + side * row as f32 * PLACE_DISTANCE;
+            along.clone().map(move |x| Pose::new(x, y, heading))
+        })
         .find(|pose| waiting.admits_robot(*pose, bounds))
         .unwrap_or(Pose::new(mark, y, heading))
 }

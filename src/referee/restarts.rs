@@ -5,9 +5,10 @@ use bevy::prelude::*;
 use super::decide::Referee;
 use super::indirect_goal::Plays;
 use super::kick_off_shot::KickOffPlay;
-use super::placing::{Occupied, line_up};
+use super::placing::{LineUp, Occupied};
 use super::positions::{self, illegal_positions};
 use super::set_play::{self, Course};
+use super::snapshot::Disc;
 use crate::events::MatchEvent;
 use crate::game::{Evidence, Game, GameState, KickOffProcedure, PenaltyReason, Score, SetPlay, SetPlayKind};
 use crate::referee::formation;
@@ -127,11 +128,15 @@ impl Referee<'_, '_> {
     /// Ball and robots are put at their places for a kick-off.
     fn place_for_kick_off(&mut self, team: Option<Team>) {
         self.decisions.game.restarts += 1;
-        let poses: Vec<_> = line_up(&self.now(), team).collect();
-        for ((robot, record), pose) in self.decisions.robots.iter_mut().zip(&mut self.memory.robots).zip(poses) {
-            let Some(pose) = pose else { continue };
-            robot.pose = pose;
-            record.restarts += 1;
+        let Self { seen, decisions, memory, .. } = self;
+        let ball = seen.ball.map(|ball| Disc { centre: Vec2::ZERO, radius: ball.radius });
+        let team_size = seen.rules.team_size;
+        let mut line_up = LineUp::new(seen.pitch, seen.posts, ball, &decisions.game, team_size, team);
+        for (robot, record) in decisions.robots.iter_mut().zip(&mut memory.robots) {
+            if robot.is_present() {
+                robot.pose = line_up.put_down(robot.id, &robot.bounds);
+                record.restarts += 1;
+            }
         }
         self.put_ball(Vec2::ZERO);
     }

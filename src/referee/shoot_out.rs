@@ -90,10 +90,13 @@ impl Referee<'_, '_> {
             let penalty = ActivePenalty { reason: PenaltyReason::ShootOut, cycles_left: u64::from(u32::MAX) };
             robot.penalty = Penalty(Some(penalty));
         }
+        let mut occupied = Occupied::by_posts(pitch, self.seen.posts, None);
         for index in 0..self.decisions.robots.len() {
             if let Some(pose) = [attacker, keeper].iter().position(|who| *who == Some(index)) {
-                self.decisions.robots[index].penalty = Penalty(None);
-                self.decisions.robots[index].pose = poses[pose];
+                let robot = &mut self.decisions.robots[index];
+                robot.penalty = Penalty(None);
+                robot.pose = occupied.free_pose(poses[pose], &robot.bounds);
+                occupied.add_robot(robot.pose, &robot.bounds);
             } else {
                 self.wait_beside(index);
             }

@@ -7,13 +7,11 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::memory::RefereeMemory;
-use crate::cycle::CycleClock;
-use crate::game::{Game, GameState, Penalty, PenaltyReason, Score, SetPlay, SetPlayKind};
+use crate::game::{Game, GameState, PenaltyReason, Score, SetPlay, SetPlayKind};
 use crate::knowledge::Knowledge;
 use crate::pitch::End;
 use crate::state::ReflectState;
-use crate::team::{RobotId, Team};
+use crate::team::Team;
 
 /// What a robot is told of the game at the start of a cycle, as by a GameController (2010 rule book, section 3.2). It is
 /// a sensor: every robot has its own, and behaviours read nothing else of the match. `state`, `score`, `kick_off_team`,
@@ -102,35 +100,6 @@ impl Announcement {
         } else {
             *self = truth;
         }
-    }
-}
-
-pub(super) fn tell_status(
-    clock: Res<CycleClock>,
-    game: Res<Game>,
-    memory: Res<RefereeMemory>,
-    mut robots: Query<(&RobotId, &Penalty, &mut GameStatus)>,
-) {
-    let told = &memory.announcement;
-    for (id, penalty, mut status) in &mut robots {
-        let record = memory.record(*id);
-        *status = GameStatus {
-            state: told.state,
-            score: told.score,
-            half: game.half,
-            time_left_s: game.time_left_s(&clock),
-            time_s: clock.start_time_s() as f32,
-            own_end: game.own_end(id.team),
-            kick_off_team: told.kick_off.unwrap_or(game.kick_off_team),
-            drop_ball: told.kick_off.is_none(),
-            set_play: told.set_play,
-            shoot_out: game.shoot_out.map(|shoot_out| shoot_out.team),
-            penalised: penalty.is_active(),
-            penalty: penalty.0.map(|penalty| penalty.reason),
-            restarts: record.map_or(0, |record| record.restarts),
-            hand_placements: record.map_or(0, |record| record.hand_placements),
-            whistles: game.whistles,
-        };
     }
 }
 

@@ -1,12 +1,14 @@
 //! The systems of the referee: they fetch what it sees and store what it decides.
 
+use bevy::ecs::query::QueryData;
 use bevy::prelude::*;
 
 use super::decide::{Decisions, decide};
 use super::kick_off_shot::KickOffPlay;
 use super::memory::RefereeMemory;
+use super::own_rules::OwnRules;
 use super::snapshot::{BallSnapshot, Disc, MatchSnapshot, RobotSnapshot};
-use super::status::Announcement;
+use super::status::{Announcement, GameStatus};
 use super::touch::touches_of_cycle;
 use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity};
 use crate::collision::Contacts;
@@ -62,10 +64,28 @@ pub(super) struct Scratch {
     decisions: Decisions,
 }
 
+/// A robot as the referee sees it, and what it can do to it.
+#[derive(QueryData)]
+#[query_data(mutable)]
+pub(super) struct JudgedRobot {
+    pose: &'static mut Pose,
+    previous: &'static mut PreviousPose,
+    velocity: &'static mut Velocity,
+    bounds: &'static BodyBounds,
+    step: &'static ExecutedStep,
+    head: &'static HeadAngles,
+    penalty: &'static mut Penalty,
+    posture: &'static mut Posture,
+    walk: &'static mut WalkCommand,
+    kick: &'static mut KickCommand,
+    kick_phase: &'static mut KickPhase,
+}
+
 pub(super) fn officiate(
     mut scratch: Local<Scratch>,
     clock: Res<CycleClock>,
     rules: Res<Rules>,
+    own_rules: Res<OwnRules>,
     pitch: Res<Pitch>,
     roster: Res<Roster>,
     contacts: Res<Contacts>,
@@ -74,13 +94,7 @@ pub(super) fn officiate(
     mut memory: ResMut<RefereeMemory>,
     mut interventions: ResMut<Interventions>,
     posts: Query<(&Pose, &Post), (Without<RobotId>, Without<Ball>)>,
-    mut robots: Query<
-        (
-            (&mut Pose, &mut PreviousPose, &mut Velocity, &BodyBounds, &ExecutedStep, &HeadAngles),
-            (&mut Penalty, &mut Posture, &mut WalkCommand, &mut KickCommand, &mut KickPhase),
-        ),
-        With<RobotId>,
-    >,
+    mut robots: Query<JudgedRobot, With<RobotId>>,
     mut balls: Query<
         (&mut Pose, &mut PreviousPose, &mut BallVelocity, &BallPhysics, &BallPath),
         (With<Ball>, Without<RobotId>),
@@ -90,20 +104,18 @@ pub(super) fn officiate(
     entities.clear();
     seen.clear();
     for (id, entity) in roster.iter() {
-        let Ok(((pose, previous, _, bounds, step, head), (penalty, posture, _, _, phase))) = robots.get(entity) else {
-            continue;
-        };
+        let Ok(robot) = robots.get(entity) else { continue };
         entities.push(entity);
         seen.push(RobotSnapshot {
             id,
-            pose: *pose,
-            previous: previous.0,
-            wanted_velocity: previous.0.forward().rotate(step.0.translation()) / clock.period(),
-            head: *head,
-            is_kicking: *phase != KickPhase::Ready,
-            bounds: *bounds,
-            posture: *posture,
-            penalty: *penalty,
+            pose: *robot.pose,
+            previous: robot.previous.0,
+            wanted_velocity: robot.previous.0.forward().rotate(robot.step.0.translation()) / clock.period(),
+            head: *robot.head,
+            is_kicking: *robot.kick_phase != KickPhase::Ready,
+            bounds: *robot.bounds,
+            posture: *robot.posture,
+            penalty: *robot.penalty,
         });
     }
     let index_of = |id: RobotId| seen.binary_search_by_key(&id, |robot| robot.id).ok();
@@ -133,7 +145,7 @@ pub(super) fn officiate(
         interventions: &interventions.queue,
         contacts: pairs,
     };
-    decide(&snapshot, &mut memory, decisions);
+    decide(&snapshot, &own_rules, &mut memory, decisions);
 
     if !interventions.queue.is_empty() {
         interventions.queue.clear();
@@ -151,21 +163,47 @@ pub(super) fn officiate(
         if before == after {
             continue;
         }
-        let Ok(((mut pose, mut previous, mut velocity, ..), (mut penalty, mut posture, mut walk, mut kick, mut phase))) =
-            robots.get_mut(*entity)
-        else {
-            continue;
-        };
-        *penalty = after.penalty;
+        let Ok(mut robot) = robots.get_mut(*entity) else { continue };
+        *robot.penalty = after.penalty;
         if before.pose != after.pose {
-            *pose = after.pose;
-            previous.0 = after.pose;
-            *velocity = Velocity::default();
-            *walk = WalkCommand::default();
-            *kick = KickCommand::default();
-            *phase = KickPhase::default();
+            *robot.pose = after.pose;
+            robot.previous.0 = after.pose;
+            *robot.velocity = Velocity::default();
+            *robot.walk = WalkCommand::default();
+            *robot.kick = KickCommand::default();
+            *robot.kick_phase = KickPhase::default();
             // Whoever is put down is put on its feet.
-            *posture = Posture::Upright;
+            *robot.posture = Posture::Upright;
         }
+    }
+}
+
+/// Tells the robots the state of the game, as far as they may know it yet.
+pub(super) fn tell_status(
+    clock: Res<CycleClock>,
+    game: Res<Game>,
+    memory: Res<RefereeMemory>,
+    mut robots: Query<(&RobotId, &Penalty, &mut GameStatus)>,
+) {
+    let told = &memory.announcement;
+    for (id, penalty, mut status) in &mut robots {
+        let record = memory.record(*id);
+        *status = GameStatus {
+            state: told.state,
+            score: told.score,
+            half: game.half,
+            time_left_s: game.time_left_s(&clock),
+            time_s: clock.start_time_s() as f32,
+            own_end: game.own_end(id.team),
+            kick_off_team: told.kick_off.unwrap_or(game.kick_off_team),
+            drop_ball: told.kick_off.is_none(),
+            set_play: told.set_play,
+            shoot_out: game.shoot_out.map(|shoot_out| shoot_out.team),
+            penalised: penalty.is_active(),
+            penalty: penalty.0.map(|penalty| penalty.reason),
+            restarts: record.map_or(0, |record| record.restarts),
+            hand_placements: record.map_or(0, |record| record.hand_placements),
+            whistles: game.whistles,
+        };
     }
 }

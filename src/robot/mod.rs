@@ -7,6 +7,7 @@ use crate::knowledge::Knowledge;
 use crate::state::ReflectState;
 
 pub mod body;
+pub mod falls;
 pub mod head;
 pub mod kick;
 pub mod motion;
@@ -31,7 +32,7 @@ impl Plugin for RobotPlugin {
             .add_observer(enter_roster)
             .add_observer(leave_roster)
             .add_systems(Cycle, remember_poses.in_set(CycleSystems::First).after(BeginCycle))
-            .add_plugins((head::HeadPlugin, motion::MotionPlugin, kick::KickPlugin, posture::PosturePlugin));
+            .add_plugins((head::HeadPlugin, motion::MotionPlugin, kick::KickPlugin, falls::FallsPlugin));
     }
 }
 

@@ -4,6 +4,7 @@
 //! current frame, for the coming cycle. What exceeds the robot's maximum linear or angular velocity is scaled down;
 //! then a random error with its own spread in each dimension is added.
 
+use bevy::ecs::query::QueryData;
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -122,39 +123,42 @@ impl Default for MotionLimits {
 #[reflect(State, @Knowledge::Truth)]
 pub struct ExecutedStep(pub WalkCommand);
 
+/// What decides how a robot walks.
+#[derive(QueryData)]
+#[query_data(mutable)]
+struct WalkingRobot {
+    id: &'static RobotId,
+    limits: &'static MotionLimits,
+    kick_phase: &'static KickPhase,
+    penalty: &'static Penalty,
+    posture: &'static Posture,
+    command: &'static mut WalkCommand,
+    step: &'static mut ExecutedStep,
+    streams: &'static mut RandomStreams,
+}
+
 /// Refuses what is no number, scales and perturbs the rest.
 fn take_walk_commands(
     roster: Res<Roster>,
     clock: Res<CycleClock>,
     game: Res<Game>,
     mut events: ResMut<CycleEvents>,
-    mut robots: Query<(
-        &RobotId,
-        &MotionLimits,
-        &KickPhase,
-        (&Penalty, &Posture),
-        &mut WalkCommand,
-        &mut ExecutedStep,
-        &mut RandomStreams,
-    )>,
+    mut robots: Query<WalkingRobot>,
 ) {
     let may_walk = matches!(game.state, GameState::Ready | GameState::Playing);
     for entity in roster.entities() {
-        let Ok((id, limits, kick, (penalty, posture), mut command, mut step, mut streams)) = robots.get_mut(entity)
-        else {
-            continue;
-        };
-        let wanted = core::mem::take(&mut *command);
+        let Ok(mut robot) = robots.get_mut(entity) else { continue };
+        let wanted = core::mem::take(&mut *robot.command);
         let wanted = match Refusal::of_numbers([wanted.dx, wanted.dy, wanted.dtheta]) {
             None => wanted,
             Some(reason) => {
-                events.push(MatchEvent::CommandRefused { robot: *id, command: CommandKind::Walk, reason });
+                events.push(MatchEvent::CommandRefused { robot: *robot.id, command: CommandKind::Walk, reason });
                 WalkCommand::default()
             }
         };
-        let is_free = *kick == KickPhase::Ready && posture.is_upright() && !penalty.is_active();
-        step.0 = if may_walk && is_free {
-            executed_step(wanted, limits, clock.period(), &mut streams.motion)
+        let is_free = *robot.kick_phase == KickPhase::Ready && robot.posture.is_upright() && !robot.penalty.is_active();
+        robot.step.0 = if may_walk && is_free {
+            executed_step(wanted, robot.limits, clock.period(), &mut robot.streams.motion)
         } else {
             WalkCommand::default()
         };

@@ -5,6 +5,7 @@ use core::ops::Range;
 use std::sync::Arc;
 
 use super::field_path::FieldPath;
+use super::wording::in_words;
 
 /// What kind of thing is wrong.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -158,9 +159,7 @@ impl fmt::Display for Details {
         if let Some(place) = &self.place {
             write!(formatter, "{}:{}:", place.line, place.column)?;
         }
-        // A question mark of a suggestion ends the sentence already.
-        let separator = if self.message.ends_with('?') { "" } else { ";" };
-        write!(formatter, " {}{separator} expected {}", self.message, self.expected)
+        write!(formatter, " {}", in_words(&self.message, &self.expected))
     }
 }
 

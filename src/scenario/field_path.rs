@@ -11,7 +11,7 @@ pub enum Segment {
     Index(usize),
 }
 
-/// A place in a scenario, as files spell it: `robots[1].pose`. The empty path is the whole scenario.
+/// A place in a scenario, as files spell it: `robots[1].pose`, or `robots.1.pose`. The empty path is the whole scenario.
 #[derive(Clone, PartialEq, Eq, Hash, Debug, Default)]
 pub struct FieldPath(Vec<Segment>);
 
@@ -59,6 +59,30 @@ impl FieldPath {
         }
     }
 
+    /// The part of the scenario that it is in: a setting, or an element of a list.
+    pub(super) fn part(&self) -> &[Segment] {
+        match self.segments() {
+            [_, Segment::Index(_), ..] => &self.0[..2],
+            segments => &segments[..segments.len().min(1)],
+        }
+    }
+
+    /// The last field and what of it is meant, such as `pose[1]`; none for the whole scenario.
+    pub(super) fn last_part(&self) -> Option<String> {
+        let field = self.0.iter().rposition(|segment| matches!(segment, Segment::Field(_)))?;
+        Some(self.without_first(field).to_string())
+    }
+
+    /// Whether it is `other`, or a place in it.
+    pub(super) fn starts_with(&self, other: &FieldPath) -> bool {
+        self.0.starts_with(&other.0)
+    }
+
+    /// Its first `count` steps.
+    pub(super) fn first(&self, count: usize) -> FieldPath {
+        FieldPath(self.0.iter().take(count).cloned().collect())
+    }
+
     /// The path without its first `count` steps.
     pub(super) fn without_first(&self, count: usize) -> FieldPath {
         FieldPath(self.0.iter().skip(count).cloned().collect())
@@ -70,7 +94,7 @@ impl From<&str> for FieldPath {
         let words = text.split(['.', '[']).filter(|word| !word.is_empty());
         FieldPath(
             words
-                .map(|word| match word.strip_suffix(']').and_then(|number| number.parse().ok()) {
+                .map(|word| match word.strip_suffix(']').unwrap_or(word).parse().ok() {
                     Some(index) => Segment::Index(index),
                     None => Segment::Field(word.to_owned()),
                 })
@@ -107,6 +131,7 @@ mod tests {
         let path = FieldPath::default().field("robots").index(1).field("behaviour.script").index(0).field("walk");
         assert_eq!(path.to_string(), "robots[1].behaviour.script[0].walk");
         assert_eq!(FieldPath::from(path.to_string().as_str()), path);
+        assert_eq!(FieldPath::from("robots.1.behaviour.script.0.walk"), path);
         assert_eq!(path.without_first(2).to_string(), "behaviour.script[0].walk");
     }
 }

@@ -1,7 +1,6 @@
 //! The scenarios that come with the program: `assets/scenarios`.
 
-use super::error::ScenarioError;
-use super::load::{Format, ScenarioFile};
+use super::format::Format;
 
 /// A scenario that is embedded in the program.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -12,16 +11,6 @@ pub struct LibraryScenario {
     pub format: Format,
     /// The file's text.
     pub text: &'static str,
-}
-
-impl LibraryScenario {
-    /// What it shows, in a sentence.
-    ///
-    /// # Errors
-    /// When the file is wrong, which a test rules out.
-    pub fn description(&self) -> Result<String, ScenarioError> {
-        ScenarioFile::from_text(self.text, self.format, self.name).map(|file| file.scenario.description)
-    }
 }
 
 macro_rules! embedded {
@@ -59,6 +48,7 @@ pub const LIBRARY: &[LibraryScenario] = embedded![
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scenario::ScenarioFile;
     use std::path::Path;
 
     /// The names of the files in a folder of `assets`, sorted.

@@ -1,6 +1,5 @@
 //! Loading scenarios: from files, from the embedded library, from text.
 
-use core::fmt;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 use std::fs::File;
@@ -8,129 +7,22 @@ use std::io::{self, Read};
 use std::path::Path;
 use std::sync::Arc;
 
+use super::build::{build, shape_fault};
 use super::error::{Place, ScenarioError, ScenarioErrorKind};
-use super::field_path::{FieldPath, Segment};
-use super::library::LIBRARY;
-use super::outline::{Aim, Node};
+use super::field_path::FieldPath;
+use super::format::Format;
+use super::library::{LIBRARY, LibraryScenario};
+use super::read;
 use super::setting::Setting;
-use super::shape::{self, ShapeFault};
-use super::validate::{ScenarioFault, place_ball_beside_robots};
+use super::shape;
+use super::source::ScenarioSource;
+use super::validate::ScenarioFault;
 use super::wording::did_you_mean;
-use super::{presets, read};
 use crate::scenario::Scenario;
 
-/// Larger files are no scenarios.
-const LARGEST_FILE_BYTES: u64 = 16 << 20;
-
-/// The two spellings of a scenario.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-#[non_exhaustive]
-pub enum Format {
-    /// Rusty Object Notation, `.ron`.
-    Ron,
-    /// JSON, `.json`.
-    Json,
-}
-
-impl Format {
-    /// The format that a file's name tells.
-    pub fn of_path(path: &Path) -> Option<Format> {
-        let extension = path.extension()?.to_str()?.to_ascii_lowercase();
-        match extension.as_str() {
-            "ron" => Some(Format::Ron),
-            "json" => Some(Format::Json),
-            _ => None,
-        }
-    }
-
-    pub(super) fn smallest_scenario(self) -> &'static str {
-        match self {
-            Format::Ron => "`(robots: [(team: blue, number: 1)])`",
-            Format::Json => "`{ \"robots\": [{ \"team\": \"blue\", \"number\": 1 }] }`",
-        }
-    }
-}
-
-impl fmt::Display for Format {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(match self {
-            Format::Ron => "RON",
-            Format::Json => "JSON",
-        })
-    }
-}
-
-/// The text that a scenario came from: whatever turns out to be wrong with the scenario later can still be placed.
-#[derive(Clone, PartialEq, Debug)]
-pub struct ScenarioSource {
-    /// The file as it was named, or the name of a built-in scenario.
-    pub name: String,
-    text: Arc<str>,
-    value: Value,
-    outline: Node,
-    /// What is laid over the text.
-    settings: Vec<Setting>,
-}
-
-impl ScenarioSource {
-    /// The text of the file.
-    pub fn text(&self) -> &str {
-        &self.text
-    }
-
-    /// The error for something wrong with the scenario that this is the text of, such as a behaviour that nobody has
-    /// registered.
-    pub fn error(&self, fault: &ScenarioFault) -> ScenarioError {
-        self.located(
-            ScenarioErrorKind::Value,
-            &fault.path,
-            fault.related.as_ref(),
-            fault.aim,
-            &fault.message,
-            &fault.expected,
-        )
-    }
-
-    fn located(
-        &self,
-        kind: ScenarioErrorKind,
-        path: &FieldPath,
-        related: Option<&FieldPath>,
-        aim: Aim,
-        message: &str,
-        expected: &str,
-    ) -> ScenarioError {
-        if let Some(setting) = self.settings.iter().rev().find(|setting| setting.concerns(path)) {
-            return setting.error(kind, message, expected);
-        }
-        let place = Place::new(&self.text, self.find(path, related, aim));
-        ScenarioError::of_file(kind, &self.name, message.to_owned(), expected.to_owned())
-            .at(place)
-            .in_field(path.clone())
-    }
-
-    /// Where the text says what is at `path`. What a robot does not say itself, it has from the common settings.
-    fn find(&self, path: &FieldPath, related: Option<&FieldPath>, aim: Aim) -> core::ops::Range<usize> {
-        let (own, found) = self.outline.locate(path, aim);
-        if found == path.segments().len() {
-            return own;
-        }
-        let common = match path.segments() {
-            [Segment::Field(robots), Segment::Index(_), ..] if robots == "robots" => Some(path.without_first(2)),
-            _ => None,
-        };
-        if let Some(common) = common {
-            let (place, found) = self.outline.locate(&common, aim);
-            if found > 0 && found == common.segments().len() {
-                return place;
-            }
-        }
-        match related {
-            Some(related) if found == 0 => self.find(related, None, aim),
-            _ => own,
-        }
-    }
-}
+/// Larger files are no scenarios: the largest that come to mind, of 22 robots that say three things a second for ten minutes,
+/// have half of it. It bounds the memory that a file takes.
+const LARGEST_FILE_BYTES: u64 = 4 << 20;
 
 /// A scenario together with the text that it came from.
 #[derive(Clone, PartialEq, Debug)]
@@ -142,42 +34,15 @@ pub struct ScenarioFile {
 }
 
 impl ScenarioFile {
+    /// The most errors that are told of one file.
+    pub const MOST_ERRORS: usize = 100;
+
     /// Reads the file at `path`.
     ///
     /// # Errors
-    /// What is wrong with the file, and where.
+    /// What is wrong with the file, and where: the first of all that is.
     pub fn load(path: impl AsRef<Path>) -> Result<ScenarioFile, ScenarioError> {
-        let path = path.as_ref();
-        let name = path.display().to_string();
-        let error =
-            |kind, message: String, expected: &str| ScenarioError::of_file(kind, &name, message, expected.to_owned());
-        let bytes = match read_bytes(path) {
-            Ok(bytes) => bytes,
-            Err(problem) if problem.kind() == io::ErrorKind::NotFound => return Err(not_found(&name, path)),
-            Err(problem) => {
-                let message = format!("the file cannot be read: {problem}");
-                return Err(error(ScenarioErrorKind::Unreadable, message, "a readable `.ron` or `.json` file"));
-            }
-        };
-        let Some(format) = Format::of_path(path) else {
-            let message = "the file's name does not tell its format".to_owned();
-            return Err(error(ScenarioErrorKind::Unreadable, message, "a name that ends in `.ron` or `.json`"));
-        };
-        if bytes.len() as u64 > LARGEST_FILE_BYTES {
-            let message = format!("the file has more than {} MiB", LARGEST_FILE_BYTES >> 20);
-            return Err(error(ScenarioErrorKind::Unreadable, message, "a scenario"));
-        }
-        let text = match String::from_utf8(bytes) {
-            Ok(text) => text,
-            Err(problem) => {
-                let valid = problem.utf8_error().valid_up_to();
-                let text: Arc<str> = String::from_utf8_lossy(problem.as_bytes()).into();
-                let message = "the file is not UTF-8 text".to_owned();
-                let error = error(ScenarioErrorKind::Unreadable, message, "a text file in UTF-8");
-                return Err(error.at(Place::new(&text, valid..valid)));
-            }
-        };
-        ScenarioFile::from_text(&text, format, &name)
+        Text::load(path.as_ref()).and_then(Text::scenario)
     }
 
     /// The built-in scenario of this name.
@@ -185,14 +50,7 @@ impl ScenarioFile {
     /// # Errors
     /// When there is none.
     pub fn named(name: &str) -> Result<ScenarioFile, ScenarioError> {
-        match LIBRARY.iter().find(|entry| entry.name == name) {
-            Some(entry) => ScenarioFile::from_text(entry.text, entry.format, entry.name),
-            None => {
-                let meant = did_you_mean(name, LIBRARY.iter().map(|entry| entry.name));
-                let message = format!("there is no built-in scenario of this name, and no such file{meant}");
-                Err(ScenarioError::of_file(ScenarioErrorKind::NotFound, name, message, expected_name()))
-            }
-        }
+        Text::named(name).and_then(Text::scenario)
     }
 
     /// What a command line means: the name of a built-in scenario, or the path of a file.
@@ -200,10 +58,19 @@ impl ScenarioFile {
     /// # Errors
     /// When there is neither, or the file is wrong.
     pub fn find(path_or_name: &str) -> Result<ScenarioFile, ScenarioError> {
-        let path = Path::new(path_or_name);
-        let is_built_in = LIBRARY.iter().any(|entry| entry.name == path_or_name);
-        let looks_like_path = path.extension().is_some() || path.components().count() > 1 || path.exists();
-        if !is_built_in && looks_like_path { ScenarioFile::load(path) } else { ScenarioFile::named(path_or_name) }
+        Text::find(path_or_name).and_then(Text::scenario)
+    }
+
+    /// As [`ScenarioFile::find`], to the end of the file whatever is wrong with it. `names` finds what only the program knows
+    /// to be wrong with a scenario: names that nobody has registered.
+    ///
+    /// # Errors
+    /// All that is wrong, in the order of the text. What may only be wrong because of something else is left out.
+    pub fn check(
+        path_or_name: &str,
+        names: impl FnOnce(&Scenario) -> Vec<ScenarioFault>,
+    ) -> Result<ScenarioFile, Vec<ScenarioError>> {
+        Text::find(path_or_name).map_err(|error| vec![error])?.check(names)
     }
 
     /// Reads a text. `name` is what errors call it.
@@ -211,14 +78,7 @@ impl ScenarioFile {
     /// # Errors
     /// What is wrong with the text, and where.
     pub fn from_text(text: &str, format: Format, name: &str) -> Result<ScenarioFile, ScenarioError> {
-        // Some editors begin a file with a byte order mark.
-        let text: Arc<str> = text.strip_prefix('\u{feff}').unwrap_or(text).into();
-        let (value, outline) = read::read(&text, format).map_err(|fault| {
-            ScenarioError::of_file(ScenarioErrorKind::Syntax, name, fault.message, fault.expected)
-                .at(Place::new(&text, fault.span))
-        })?;
-        let source = ScenarioSource { name: name.to_owned(), text, value, outline, settings: Vec::new() };
-        ScenarioFile::build(source)
+        Text::new(name, format, text).scenario()
     }
 
     /// The same scenario with some fields set otherwise; later settings win.
@@ -229,24 +89,97 @@ impl ScenarioFile {
         if settings.is_empty() {
             return Ok(self.clone());
         }
-        let mut source = self.source.clone();
-        source.settings.extend_from_slice(settings);
-        ScenarioFile::build(source)
+        let ScenarioSource { name, text, format, settings: earlier } = self.source.clone();
+        let settings = earlier.into_iter().chain(settings.iter().cloned()).collect();
+        Text { name, format, text, settings }.scenario()
+    }
+}
+
+/// A text that should be a scenario.
+struct Text {
+    /// What errors call it.
+    name: String,
+    format: Format,
+    text: Arc<str>,
+    /// What is laid over it.
+    settings: Vec<Setting>,
+}
+
+impl Text {
+    fn new(name: &str, format: Format, text: &str) -> Text {
+        // Some editors begin a file with a byte order mark.
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text).into();
+        Text { name: name.to_owned(), format, text, settings: Vec::new() }
     }
 
-    fn build(source: ScenarioSource) -> Result<ScenarioFile, ScenarioError> {
-        let mut value = source.value.clone();
-        source.settings.iter().try_for_each(|setting| setting.lay_over(&mut value))?;
-        let gives_ball_place = value.pointer("/ball/position_m").is_some();
-        if let Value::Object(root) = &mut value {
-            presets::resolve(root).map_err(|fault| source.error(&fault))?;
+    fn find(path_or_name: &str) -> Result<Text, ScenarioError> {
+        let path = Path::new(path_or_name);
+        let is_built_in = LIBRARY.iter().any(|entry| entry.name == path_or_name);
+        let looks_like_path = path.extension().is_some() || path.components().count() > 1 || path.exists();
+        if !is_built_in && looks_like_path { Text::load(path) } else { Text::named(path_or_name) }
+    }
+
+    fn named(name: &str) -> Result<Text, ScenarioError> {
+        match LIBRARY.iter().find(|entry| entry.name == name) {
+            Some(entry) => Ok(Text::new(entry.name, entry.format, entry.text)),
+            None => {
+                let meant = did_you_mean(name, LIBRARY.iter().map(|entry| entry.name));
+                let message = format!("there is no built-in scenario of this name, and no such file{meant}");
+                Err(ScenarioError::of_file(ScenarioErrorKind::NotFound, name, message, expected_name()))
+            }
         }
-        let mut scenario: Scenario = shape::read(&value).map_err(|fault| shape_error(&source, &fault))?;
-        if !gives_ball_place {
-            place_ball_beside_robots(&mut scenario);
+    }
+
+    fn load(path: &Path) -> Result<Text, ScenarioError> {
+        let name = path.display().to_string();
+        let unreadable = |message: String, expected: &str| {
+            ScenarioError::of_file(ScenarioErrorKind::Unreadable, &name, message, expected.to_owned())
+        };
+        let bytes = match read_bytes(path) {
+            Ok(bytes) => bytes,
+            Err(problem) if problem.kind() == io::ErrorKind::NotFound => return Err(not_found(&name, path)),
+            Err(problem) => {
+                let message = format!("the file cannot be read: {problem}");
+                return Err(unreadable(message, "a readable `.ron` or `.json` file"));
+            }
+        };
+        let Some(format) = Format::of_path(path) else {
+            let message = "the file's name does not tell its format".to_owned();
+            return Err(unreadable(message, "a name that ends in `.ron` or `.json`"));
+        };
+        if bytes.len() as u64 > LARGEST_FILE_BYTES {
+            let most = LARGEST_FILE_BYTES >> 20;
+            let message = format!("the file is too large for a scenario: it has more than {most} MiB");
+            return Err(unreadable(message, &format!("at most {most} MiB")));
         }
-        scenario.validate().map_err(|fault| source.error(&fault))?;
-        Ok(ScenarioFile { scenario, source })
+        match core::str::from_utf8(&bytes) {
+            Ok(text) => Ok(Text::new(&name, format, text)),
+            Err(problem) => {
+                let valid = problem.valid_up_to();
+                let text: Arc<str> = String::from_utf8_lossy(&bytes).into();
+                let error = unreadable("the file is not UTF-8 text".to_owned(), "a text file in UTF-8");
+                Err(error.at(Place::new(&text, valid..valid)))
+            }
+        }
+    }
+
+    fn scenario(self) -> Result<ScenarioFile, ScenarioError> {
+        let name = self.name.clone();
+        self.check(|_| Vec::new()).map_err(|errors| {
+            errors.into_iter().next().unwrap_or_else(|| {
+                let message = "the file is no scenario".to_owned();
+                ScenarioError::of_file(ScenarioErrorKind::Shape, &name, message, "a scenario".to_owned())
+            })
+        })
+    }
+
+    fn check(self, names: impl FnOnce(&Scenario) -> Vec<ScenarioFault>) -> Result<ScenarioFile, Vec<ScenarioError>> {
+        let Text { name, format, text, settings } = self;
+        let value = read::read(&text, format).map_err(|fault| {
+            let error = ScenarioError::of_file(ScenarioErrorKind::Syntax, &name, fault.message, fault.expected);
+            vec![error.at(Place::new(&text, fault.span))]
+        })?;
+        build(ScenarioSource { name, text, format, settings }, value, names)
     }
 }
 
@@ -335,20 +268,15 @@ fn not_found(name: &str, path: &Path) -> ScenarioError {
 /// # Errors
 /// What is wrong with them, and where.
 pub(crate) fn read_settings<T: DeserializeOwned>(value: &Value, path: &FieldPath) -> Result<T, ScenarioFault> {
-    shape::read(value).map_err(|fault| settings_fault(&fault, path))
+    shape::read(value).map_err(|fault| shape_fault(&fault, path))
 }
 
-fn settings_fault(fault: &ShapeFault, settings: &FieldPath) -> ScenarioFault {
-    let path = fault.path().within(settings);
-    let (message, expected) = fault.error().words(path.last_field());
-    let is_about_key = fault.error().is_about_key();
-    let fault = ScenarioFault::new(path, message, expected);
-    if is_about_key { fault.at_key() } else { fault }
-}
-
-fn shape_error(source: &ScenarioSource, fault: &ShapeFault) -> ScenarioError {
-    let path = fault.path();
-    let aim = if fault.error().is_about_key() { Aim::Key } else { Aim::Value };
-    let (message, expected) = fault.error().words(path.last_field());
-    source.located(ScenarioErrorKind::Shape, &path, None, aim, &message, &expected)
+impl LibraryScenario {
+    /// What it shows, in a sentence.
+    ///
+    /// # Errors
+    /// When the file is wrong, which a test rules out.
+    pub fn description(&self) -> Result<String, ScenarioError> {
+        ScenarioFile::from_text(self.text, self.format, self.name).map(|file| file.scenario.description)
+    }
 }

@@ -10,8 +10,10 @@
 //!
 //! Whatever is wrong on the way is a [`ScenarioError`] that points at the line and column and says what was expected.
 
+mod build;
 mod error;
 mod field_path;
+mod format;
 mod library;
 mod load;
 mod outline;
@@ -20,17 +22,21 @@ mod read;
 mod scanner;
 mod setting;
 mod shape;
+mod source;
 mod types;
 mod validate;
-mod wording;
+pub(crate) mod wording;
 
 pub use error::{Place, ScenarioError, ScenarioErrorKind};
 pub use field_path::{FieldPath, Segment};
+pub use format::Format;
 pub use library::{LIBRARY, LibraryScenario};
+pub use load::ScenarioFile;
 pub(crate) use load::read_settings;
-pub use load::{Format, ScenarioFile, ScenarioSource};
 pub use presets::{FIELD_PRESETS, Preset, RULES_PRESETS};
 pub use setting::{NotASetting, Setting};
-pub use types::{BallSpec, BehaviourSpec, PostSpec, RobotSpec, Scenario, SensorValues, TeamsSpec};
+pub use source::ScenarioSource;
+pub use types::{BallSpec, BehaviourSpec, PostSpec, RobotSpec, Scenario, TeamsSpec};
+pub(crate) use validate::Numbers;
 pub use validate::ScenarioFault;
 pub(crate) use wording::unknown_name;

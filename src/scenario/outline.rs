@@ -5,7 +5,6 @@
 use core::ops::Range;
 
 use super::field_path::{FieldPath, Segment};
-use super::scanner::scan;
 
 /// A value in the text.
 #[derive(Clone, PartialEq, Debug)]
@@ -50,11 +49,6 @@ pub enum Aim {
 }
 
 impl Node {
-    /// The outline of a whole text; none if the text is not well-formed.
-    pub fn of_text(text: &str) -> Option<Node> {
-        scan(text)
-    }
-
     /// Where `path` is in the text, and how many of its steps were found there. A path that leads on beyond the text
     /// (into a preset, or to a default) is placed at the last key that is there.
     pub fn locate(&self, path: &FieldPath, aim: Aim) -> (Range<usize>, usize) {
@@ -124,9 +118,10 @@ impl Node {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scenario::scanner::outline_of;
 
     fn found<'a>(text: &'a str, path: &str, aim: Aim) -> &'a str {
-        let (span, _) = Node::of_text(text).unwrap().locate(&FieldPath::from(path), aim);
+        let (span, _) = outline_of(text).unwrap().locate(&FieldPath::from(path), aim);
         &text[span]
     }
 
@@ -135,8 +130,8 @@ mod tests {
         let text = r#"{ "a\"b": [1, {"pose": [0.5, -1e3, 180]}], "walk": { "x": "}", "x": 2 } }"#;
         assert_eq!(found(text, "walk.x", Aim::Value), "2");
         let path = FieldPath::default().field("a\"b").index(1).field("pose").index(1);
-        assert_eq!(&text[Node::of_text(text).unwrap().locate(&path, Aim::Value).0], "-1e3");
-        assert_eq!(Node::of_text(text).unwrap().duplicate_key().unwrap().key_span.start, text.rfind("\"x\"").unwrap());
+        assert_eq!(&text[outline_of(text).unwrap().locate(&path, Aim::Value).0], "-1e3");
+        assert_eq!(outline_of(text).unwrap().duplicate_key().unwrap().key_span.start, text.rfind("\"x\"").unwrap());
     }
 
     #[test]
@@ -148,7 +143,7 @@ mod tests {
         assert_eq!(found(text, "rolling.exponential_per_s", Aim::Value), "0.5");
         assert_eq!(found(text, "robots[0].type", Aim::Value), "r#\"a \" b\"#");
         assert_eq!(found(text, "robots[0].behaviour.script[0].walk[2]", Aim::Value), "3");
-        assert!(Node::of_text(text).unwrap().is_named_struct);
+        assert!(outline_of(text).unwrap().is_named_struct);
     }
 
     #[test]
@@ -162,10 +157,10 @@ mod tests {
     #[test]
     fn broken_and_deep_texts_have_no_outline() {
         for text in ["", "{", "(a", "[1, 2", "\"abc", "{1", "r#\"a", "[1}", "(a: 1", "}", ",", "a: b"] {
-            assert_eq!(Node::of_text(text), None, "{text}");
+            assert_eq!(outline_of(text), None, "{text}");
         }
-        assert_eq!(Node::of_text(&"[".repeat(1_000_000)), None);
-        assert_eq!(Node::of_text(&"a(".repeat(1_000_000)), None);
-        assert_eq!(Node::of_text(&format!("{}1{}", "[".repeat(500), "]".repeat(500))), None);
+        assert_eq!(outline_of(&"[".repeat(1_000_000)), None);
+        assert_eq!(outline_of(&"a(".repeat(1_000_000)), None);
+        assert_eq!(outline_of(&format!("{}1{}", "[".repeat(500), "]".repeat(500))), None);
     }
 }

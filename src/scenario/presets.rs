@@ -4,7 +4,7 @@ use serde::Serialize;
 use serde_json::{Map, Value};
 
 use super::field_path::FieldPath;
-use super::load::Format;
+use super::format::Format;
 use super::read::read;
 use super::shape;
 use super::validate::ScenarioFault;
@@ -12,7 +12,6 @@ use super::wording::{did_you_mean, one_of, quoted};
 use crate::game::Rules;
 use crate::pitch::Pitch;
 use crate::sensing::odometry::OdometryNoise;
-use crate::sensing::preset::Preset as NoisePreset;
 use crate::sensing::vision::VisionNoise;
 use crate::team::Team;
 
@@ -28,7 +27,7 @@ pub struct Preset {
 impl Preset {
     fn value(&self) -> Value {
         // A test reads every embedded file.
-        read(self.text, Format::Ron).map(|(value, _)| value).unwrap_or_default()
+        read(self.text, Format::Ron).unwrap_or_default()
     }
 }
 
@@ -67,80 +66,99 @@ impl Rules {
 const CHOICES: [(&str, &str); 1] = [("sonar", "noise")];
 
 /// Fills in what a file says by name or leaves to others: presets, the common settings for each robot, and jersey
-/// numbers.
-pub fn resolve(root: &mut Map<String, Value>) -> Result<(), ScenarioFault> {
+/// numbers. This is the one place where presets become values.
+///
+/// What cannot be filled in is taken out, and returned.
+pub fn resolve(root: &mut Map<String, Value>) -> Vec<ScenarioFault> {
+    let mut faults = Vec::new();
     let path = FieldPath::default();
     for (field, presets) in [("field", FIELD_PRESETS), ("rules", RULES_PRESETS)] {
         let names: Vec<&str> = presets.iter().map(|preset| preset.name).collect();
-        if let Some(value) = root.get_mut(field) {
-            fill_in(value, &path.field(field), &names, |name| {
-                presets.iter().find(|preset| preset.name == name).map(Preset::value)
-            })?;
+        let value_of = |name: &str| presets.iter().find(|preset| preset.name == name).map(Preset::value);
+        if let Some(value) = root.get_mut(field)
+            && let Err(fault) = fill_in(value, &path.field(field), &names, value_of, || None)
+        {
+            faults.push(fault);
+            root.remove(field);
         }
     }
-    fill_in_noises(root, &path)?;
-    let common: Vec<(&str, Value)> = ["motion", "sonar", "odometry", "head", "vision", "sensors"]
+    fill_in_noises(root, &path, &Map::new(), &mut faults);
+    let common: Map<String, Value> = ["motion", "sonar", "odometry", "head", "vision", "sensors"]
         .iter()
-        .filter_map(|&field| Some((field, root.get(field)?.clone())))
+        .filter_map(|&field| Some((field.to_owned(), root.get(field)?.clone())))
         .collect();
-    let Some(Value::Array(robots)) = root.get_mut("robots") else { return Ok(()) };
+    let Some(Value::Array(robots)) = root.get_mut("robots") else { return faults };
     for (index, robot) in robots.iter_mut().enumerate() {
         let Value::Object(robot) = robot else { continue };
-        let path = path.field("robots").index(index);
-        let with_own_noise = fill_in_noises(robot, &path)?;
+        fill_in_noises(robot, &path.field("robots").index(index), &common, &mut faults);
         for (field, common) in &common {
-            let Some(own @ Value::Object(_)) = robot.get_mut(*field) else { continue };
+            let Some(own @ Value::Object(_)) = robot.get_mut(field) else { continue };
             let mut merged = common.clone();
-            // A preset is the whole noise, whatever the common one is.
-            if with_own_noise.contains(field)
-                && let Value::Object(merged) = &mut merged
-            {
-                merged.remove("noise");
-            }
             lay_over(&mut merged, own.take(), field);
             *own = merged;
         }
     }
     number(robots);
-    Ok(())
+    faults
 }
 
-/// Fills in the presets of the sensors' noises. The names of the sensors that had one.
-fn fill_in_noises(settings: &mut Map<String, Value>, path: &FieldPath) -> Result<Vec<&'static str>, ScenarioFault> {
-    let mut with_preset = Vec::new();
-    if fill_in_noise::<VisionNoise>(settings, path, "vision")? {
-        with_preset.push("vision");
-    }
-    if fill_in_noise::<OdometryNoise>(settings, path, "odometry")? {
-        with_preset.push("odometry");
-    }
-    Ok(with_preset)
+/// Fills in the presets of the sensors' noises. Where none is named, fields are changes of the `common` settings' noise.
+fn fill_in_noises(
+    settings: &mut Map<String, Value>,
+    path: &FieldPath,
+    common: &Map<String, Value>,
+    faults: &mut Vec<ScenarioFault>,
+) {
+    let results = [
+        fill_in_noise(settings, path, "vision", &VisionNoise::PRESETS, common),
+        fill_in_noise(settings, path, "odometry", &OdometryNoise::PRESETS, common),
+    ];
+    faults.extend(results.into_iter().filter_map(Result::err));
 }
 
-/// Fills in the preset of one sensor's noise. Whether it had one.
-fn fill_in_noise<Noise: NoisePreset + Serialize>(
+/// Fills in the preset of one sensor's noise.
+fn fill_in_noise<Noise: Serialize + Default>(
     settings: &mut Map<String, Value>,
     path: &FieldPath,
     sensor: &str,
-) -> Result<bool, ScenarioFault> {
-    let Some(noise) = settings.get_mut(sensor).and_then(|sensor| sensor.get_mut("noise")) else { return Ok(false) };
-    fill_in(noise, &path.field(sensor).field("noise"), Noise::NAMES, |name| {
-        serde_json::to_value(Noise::preset(name)?).ok()
-    })
+    presets: &[(&str, fn() -> Noise)],
+    common: &Map<String, Value>,
+) -> Result<(), ScenarioFault> {
+    let Some(Value::Object(fields)) = settings.get_mut(sensor) else { return Ok(()) };
+    let Some(noise) = fields.get_mut("noise") else { return Ok(()) };
+    let names: Vec<&str> = presets.iter().map(|(name, _)| *name).collect();
+    let value_of = |wanted: &str| {
+        let (_, preset) = presets.iter().find(|(name, _)| *name == wanted)?;
+        serde_json::to_value(preset()).ok()
+    };
+    let of_common = common.get(sensor).and_then(|settings| settings.get("noise"));
+    let base = || of_common.cloned().or_else(|| serde_json::to_value(Noise::default()).ok());
+    let filled = fill_in(noise, &path.field(sensor).field("noise"), &names, value_of, base);
+    if filled.is_err() {
+        fields.remove("noise");
+    }
+    filled
 }
 
-/// Replaces a preset's name, or an object with `preset`, by the preset's values and the object's own over them.
-/// Whether there was a preset.
+/// Replaces a preset's name, or an object with `preset`, by the preset's values and the object's own over them. The object's
+/// own are laid over `base`, if there is one, where it names no preset.
 fn fill_in(
     value: &mut Value,
     path: &FieldPath,
     names: &[&str],
     value_of: impl Fn(&str) -> Option<Value>,
-) -> Result<bool, ScenarioFault> {
+    base: impl FnOnce() -> Option<Value>,
+) -> Result<(), ScenarioFault> {
     let (name, name_path) = match value {
         Value::String(name) => (Some(core::mem::take(name)), path.clone()),
         Value::Object(fields) => match fields.remove("preset") {
-            None => return Ok(false),
+            None => {
+                if let Some(mut base) = base() {
+                    lay_over(&mut base, value.take(), "");
+                    *value = base;
+                }
+                return Ok(());
+            }
             Some(Value::String(name)) => (Some(name), path.field("preset")),
             Some(_) => (None, path.field("preset")),
         },
@@ -163,7 +181,7 @@ fn fill_in(
         lay_over(&mut preset, value.take(), "");
     }
     *value = preset;
-    Ok(true)
+    Ok(())
 }
 
 /// Lays `own` over `base`: objects field by field, everything else as a whole. `field` is the name of both.
@@ -209,9 +227,10 @@ mod tests {
     use super::*;
     use serde_json::json;
 
-    fn resolved(value: Value) -> Result<Value, ScenarioFault> {
+    fn resolved(value: Value) -> Result<Value, Vec<ScenarioFault>> {
         let Value::Object(mut root) = value else { panic!("not an object") };
-        resolve(&mut root).map(|()| Value::Object(root))
+        let faults = resolve(&mut root);
+        if faults.is_empty() { Ok(Value::Object(root)) } else { Err(faults) }
     }
 
     #[test]
@@ -267,6 +286,21 @@ mod tests {
     }
 
     #[test]
+    fn noise_without_a_preset_changes_the_common_one_or_else_the_default() {
+        let value = resolved(json!({
+            "vision": { "noise": { "head_angle_sd_deg": 1.0 } },
+            "robots": [{ "vision": { "noise": {} } }, { "odometry": { "noise": { "translation_scale": 1.5 } } }],
+        }));
+        let value = value.unwrap();
+        let mut expected = serde_json::to_value(VisionNoise::default()).unwrap();
+        expected["head_angle_sd_deg"] = json!(1.0);
+        assert_eq!(value["vision"]["noise"], expected);
+        assert_eq!(value["robots"][0]["vision"]["noise"], expected);
+        let own: OdometryNoise = serde_json::from_value(value["robots"][1]["odometry"]["noise"].clone()).unwrap();
+        assert_eq!(own, OdometryNoise { translation_scale: 1.5, ..OdometryNoise::default() });
+    }
+
+    #[test]
     fn robots_without_a_number_get_the_least_free_one() {
         let value = resolved(json!({ "robots": [{}, { "number": 1 }, { "team": "pink" }, {}] })).unwrap();
         let numbers: Vec<u64> = (0..4).map(|index| value["robots"][index]["number"].as_u64().unwrap()).collect();
@@ -275,11 +309,14 @@ mod tests {
 
     #[test]
     fn a_misspelled_preset_is_refused_with_the_names() {
-        let fault = resolved(json!({ "field": { "preset": "spl2052" } })).unwrap_err();
+        let fault = &resolved(json!({ "field": { "preset": "spl2052" } })).unwrap_err()[0];
         assert_eq!(fault.path.to_string(), "field.preset");
         assert_eq!(fault.message, "there is no preset `spl2052`: did you mean `spl2025`?");
         assert_eq!(fault.expected, "`naoisis` or `spl2025`");
         assert!(resolved(json!({ "rules": 3 })).is_err());
-        assert!(resolved(json!({ "robots": [{ "vision": { "noise": "nothing" } }] })).is_err());
+        let robots = json!([{ "vision": { "noise": "nothing" } }, { "odometry": { "noise": { "preset": 1 } } }]);
+        let faults = resolved(json!({ "robots": robots, "rules": "spl2011" })).unwrap_err();
+        let paths: Vec<String> = faults.iter().map(|fault| fault.path.to_string()).collect();
+        assert_eq!(paths, ["rules", "robots[0].vision.noise", "robots[1].odometry.noise.preset"]);
     }
 }

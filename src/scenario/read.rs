@@ -1,12 +1,13 @@
-//! From text to a tree of values, with an outline that knows where they stand.
+//! From text to a tree of values.
 
 use core::ops::Range;
 use ron::extensions::Extensions;
 use serde::Deserialize;
 use serde_json::Value;
 
-use super::load::Format;
+use super::format::Format;
 use super::outline::{Content, Node};
+use super::scanner::outline_of;
 use super::wording::quoted;
 
 /// A text that could not be read.
@@ -20,8 +21,8 @@ pub struct SyntaxFault {
     pub expected: String,
 }
 
-/// The values of a text and where they stand.
-pub fn read(text: &str, format: Format) -> Result<(Value, Node), SyntaxFault> {
+/// The values of a text.
+pub fn read(text: &str, format: Format) -> Result<Value, SyntaxFault> {
     let first = text.len() - text.trim_start().len();
     if first == text.len() {
         return Err(SyntaxFault {
@@ -34,7 +35,7 @@ pub fn read(text: &str, format: Format) -> Result<(Value, Node), SyntaxFault> {
         Format::Json => serde_json::from_str(text).map_err(|error| json_fault(text, &error))?,
         Format::Ron => read_ron(text)?,
     };
-    let outline = Node::of_text(text).ok_or_else(|| SyntaxFault {
+    let outline = outline_of(text).ok_or_else(|| SyntaxFault {
         span: first..first,
         message: "the structure of the file is not clear".to_owned(),
         expected: format!("plain {format}"),
@@ -52,7 +53,7 @@ pub fn read(text: &str, format: Format) -> Result<(Value, Node), SyntaxFault> {
     if format == Format::Ron {
         mend_ron(&mut value, &outline, text);
     }
-    Ok((value, outline))
+    Ok(value)
 }
 
 /// RON as the values of JSON. Words become strings, `(a: 1)` an object, `(1, 2)` a list and `variant(1)` an object
@@ -234,7 +235,7 @@ fn ron_fault(text: &str, error: &ron::error::SpannedError) -> SyntaxFault {
 
 /// The first thing that RON has and a scenario has not: byte strings, and keys that are no words.
 fn odd_ron(text: &str) -> Option<SyntaxFault> {
-    let outline = Node::of_text(text)?;
+    let outline = outline_of(text)?;
     if let Some(entry) = outline.find_odd_key() {
         return Some(SyntaxFault {
             span: entry.key_span.clone(),
@@ -256,7 +257,7 @@ mod tests {
     use serde_json::json;
 
     fn ron(text: &str) -> Value {
-        read(text, Format::Ron).unwrap().0
+        read(text, Format::Ron).unwrap()
     }
 
     #[test]

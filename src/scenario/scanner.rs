@@ -9,7 +9,7 @@ use super::outline::{Content, Entry, Node};
 const DEEPEST: usize = 160;
 
 /// The outline of a whole text; none if the text is not well-formed.
-pub(super) fn scan(text: &str) -> Option<Node> {
+pub(super) fn outline_of(text: &str) -> Option<Node> {
     let mut scanner = Scanner { text, position: 0 };
     scanner.skip_attributes();
     let node = scanner.value(DEEPEST)?;

@@ -59,9 +59,10 @@ impl Setting {
 
     /// Puts the value in its place, with the objects that are missing on the way. A list's element must be there.
     pub(super) fn lay_over(&self, root: &mut Value) -> Result<(), ScenarioError> {
-        let error = |message: String| self.error(ScenarioErrorKind::Shape, &message, "a field that a scenario has");
+        let error = |message: String, expected: &str| Err(self.error(ScenarioErrorKind::Shape, &message, expected));
         let mut value = root;
-        for segment in self.path.segments() {
+        for (position, segment) in self.path.segments().iter().enumerate() {
+            let here = self.path.first(position);
             value = match segment {
                 Segment::Field(name) => {
                     if let Value::String(preset) = value {
@@ -70,14 +71,39 @@ impl Setting {
                     } else if value.is_null() {
                         *value = Value::Object(Map::new());
                     }
-                    let Value::Object(fields) = value else {
-                        return Err(error(format!("there is no field {} in what is no object", quoted(name))));
-                    };
-                    fields.entry(name.clone()).or_insert(Value::Null)
+                    match value {
+                        Value::Object(fields) => fields.entry(name.clone()).or_insert(Value::Null),
+                        Value::Array(_) => {
+                            return error(
+                                format!("`{here}` is a list"),
+                                &format!("an element's number, such as `{here}[0]`"),
+                            );
+                        }
+                        _ => return error(format!("`{here}` has no fields"), "a field that a scenario has"),
+                    }
                 }
-                Segment::Index(index) => {
-                    value.get_mut(*index).ok_or_else(|| error(format!("there is no element {index}")))?
-                }
+                Segment::Index(index) => match value {
+                    Value::Array(elements) => match elements.len() {
+                        0 => {
+                            return error(
+                                format!("the list `{here}` is empty"),
+                                &format!("the whole list, `{here}=[...]`"),
+                            );
+                        }
+                        length if *index >= length => {
+                            let expected = format!("`{here}[0]` to `{here}[{}]`", length - 1);
+                            return error(format!("there is no element {index}"), &expected);
+                        }
+                        _ => &mut elements[*index],
+                    },
+                    Value::Null => {
+                        return error(
+                            format!("the file has no list `{here}`"),
+                            &format!("the whole list, `{here}=[...]`"),
+                        );
+                    }
+                    _ => return error(format!("`{here}` is no list"), "a field that a scenario has"),
+                },
             };
         }
         *value = self.value.clone();
@@ -144,7 +170,7 @@ mod tests {
     #[test]
     fn a_setting_replaces_what_the_file_says_or_leaves_to_its_default() {
         let text = r#"{ "messages": { "loss": 0.5, "delay_cycles": 3 }, "robots": [{}, { "pose": [1, 0, 0] }] }"#;
-        let settings = ["messages.loss=0.1", "kicks.recovery_s=2", "robots[1].pose=[2, 1, 90]", "name=a word"];
+        let settings = ["messages.loss=0.1", "kicks.recovery_s=2", "robots.1.pose=[2, 1, 90]", "name=a word"];
         let scenario = set(text, &settings).unwrap().scenario;
         assert_eq!((scenario.messages.loss, scenario.messages.delay_cycles), (0.1, 3));
         assert_eq!(scenario.kicks.recovery_s, 2.0);
@@ -175,8 +201,11 @@ mod tests {
             ("messages.loss=7", "`loss` is 7"),
             ("messages.los=0.1", "there is no field `los`"),
             ("messages=many", "the text `many`"),
-            ("robots[5].number=1", "there is no element 5"),
-            ("seed.high=1", "in what is no object"),
+            ("robots[5].number=1", "there is no element 5; expected `robots[0]` to `robots[0]`"),
+            ("robots.pose=[1,2,3]", "`robots` is a list; expected an element's number, such as `robots[0]`"),
+            ("posts[0].radius_m=1", "the file has no list `posts`; expected the whole list, `posts=[...]`"),
+            ("seed[0]=1", "`seed` is no list"),
+            ("seed.high=1", "`seed` has no fields"),
         ] {
             let error = set(r#"{ "seed": 3, "robots": [{}] }"#, &[setting]).unwrap_err().to_string();
             assert!(error.starts_with(&format!("--set {setting}: ")) && error.contains(words), "{error}");

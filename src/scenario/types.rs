@@ -5,8 +5,6 @@ use core::fmt;
 use serde::de::{self, MapAccess, Visitor};
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use serde_json::Value;
-use std::collections::BTreeMap;
 
 use crate::ball::Rolling;
 use crate::behaviour::script::ScriptEntry;
@@ -15,6 +13,7 @@ use crate::communication::MessageSettings;
 use crate::game::{Rules, TimedIntervention};
 use crate::geometry::{Pose, file_units};
 use crate::knowledge::Knowledge;
+use crate::named_values::NamedValues;
 use crate::pitch::Pitch;
 use crate::robot::head::HeadLimits;
 use crate::robot::kick::KickSettings;
@@ -67,9 +66,10 @@ pub struct Scenario {
     pub odometry: OdometrySettings,
     /// How robots with the built-in belief localise themselves, unless they say otherwise.
     pub localisation: Localisation,
-    /// Settings of sensors that the program has registered, unless a robot says otherwise.
-    #[serde(skip_serializing_if = "SensorValues::is_empty")]
-    pub sensors: SensorValues,
+    /// Settings of [sensors that the program has registered](crate::simulation::sensors), unless a robot says otherwise: what
+    /// they do not say has its default, and `null` takes a sensor away. Whether there are such is found when a match starts.
+    #[serde(skip_serializing_if = "NamedValues::is_empty")]
+    pub sensors: NamedValues,
     /// How messages travel.
     pub messages: MessageSettings,
     /// The robots.
@@ -103,7 +103,7 @@ impl Default for Scenario {
             vision: VisionSettings::default(),
             odometry: OdometrySettings::default(),
             localisation: Localisation::default(),
-            sensors: SensorValues::default(),
+            sensors: NamedValues::default(),
             messages: MessageSettings::default(),
             robots: Vec::new(),
             teams: None,
@@ -205,30 +205,14 @@ pub struct RobotSpec {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub odometry: Option<OdometrySettings>,
     /// Its own settings of sensors that the program has registered.
-    #[serde(skip_serializing_if = "SensorValues::is_empty")]
-    pub sensors: SensorValues,
+    #[serde(skip_serializing_if = "NamedValues::is_empty")]
+    pub sensors: NamedValues,
 }
 
 impl RobotSpec {
     /// The robot's identity.
     pub fn id(&self) -> RobotId {
         RobotId::new(self.team, self.number)
-    }
-}
-
-/// What is said of [sensors that a program has registered](crate::simulation::sensors), by name, as files have it. Of settings,
-/// what is not said has its default, and `null` takes the sensor away; whether there are such sensors and settings is found when
-/// a match starts.
-#[derive(Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(opaque)]
-#[reflect(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
-#[serde(transparent)]
-pub struct SensorValues(pub BTreeMap<String, Value>);
-
-impl SensorValues {
-    /// Whether they say nothing.
-    pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
     }
 }
 

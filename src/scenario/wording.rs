@@ -23,6 +23,13 @@ pub fn one_of<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
     }
 }
 
+/// What is wrong and what was expected, as a sentence.
+pub fn in_words(message: &str, expected: &str) -> String {
+    // The question mark of a suggestion ends the sentence already.
+    let separator = if message.ends_with('?') { "" } else { ";" };
+    format!("{message}{separator} expected {expected}")
+}
+
 /// The name that was probably meant by `word`: one that begins with it, or one that a few typing errors lead to.
 pub fn nearest<'a>(word: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let word: String = word.chars().take(100).collect::<String>().to_lowercase();
@@ -56,7 +63,7 @@ pub fn unknown_name<'a>(
     } else {
         one_of(known)
     };
-    ScenarioFault::new(path.clone(), message, expected).at_key()
+    ScenarioFault::new(path.clone(), message, expected)
 }
 
 #[cfg(test)]

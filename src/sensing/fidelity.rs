@@ -50,7 +50,6 @@ use serde::de::{Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::sensing::odometry::{OdometryNoise, OdometrySettings, OdometrySource};
-use crate::sensing::preset;
 use crate::sensing::sonar::{SonarNoise, SonarSettings, SonarSource};
 use crate::sensing::vision::{VisionNoise, VisionSettings, VisionSource};
 
@@ -168,15 +167,20 @@ impl Fidelities {
     }
 }
 
+/// Reads a field that is there, where a plain option would want `Some(...)` in RON.
+fn present<'de, T: Deserialize<'de>, D: Deserializer<'de>>(deserializer: D) -> Result<Option<T>, D::Error> {
+    T::deserialize(deserializer).map(Some)
+}
+
 /// The object form of [`Fidelities`].
 #[derive(Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 struct FidelityFields {
-    #[serde(deserialize_with = "preset::present", skip_serializing_if = "Option::is_none")]
+    #[serde(deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     vision: Option<Fidelity>,
-    #[serde(deserialize_with = "preset::present", skip_serializing_if = "Option::is_none")]
+    #[serde(deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     sonar: Option<Fidelity>,
-    #[serde(deserialize_with = "preset::present", skip_serializing_if = "Option::is_none")]
+    #[serde(deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     odometry: Option<Fidelity>,
 }
 

@@ -1,8 +1,8 @@
 //! What a robot can know: its cameras, sonars, joints, steps and its own state.
 //!
 //! A sensor is two components of a robot: its settings, and its reading, which the settings require. One system fills
-//! it, once a cycle. All sensors of all robots read the same instant, the start of the cycle, which [`scene::Scene`]
-//! has gathered for them. Each page below says what a sensor measures, in which units and how often, with which
+//! it, once a cycle. All sensors of all robots read the same instant, the start of the cycle, which is gathered for them in
+//! the [`Scene`](crate::appearance::scene::Scene). Each page below says what a sensor measures, in which units and how often, with which
 //! noise, and what the real NAO does.
 //!
 //! | sensor | settings | reading |
@@ -24,7 +24,7 @@ pub mod camera;
 pub mod fidelity;
 pub mod jobs;
 pub mod odometry;
-pub(crate) mod preset;
+pub mod rendering;
 pub mod scene;
 pub mod sonar;
 pub mod status;
@@ -39,6 +39,7 @@ impl Plugin for SensingPlugin {
             scene::ScenePlugin,
             camera::CameraPlugin,
             vision::VisionPlugin,
+            rendering::RenderingPlugin,
             sonar::SonarPlugin,
             odometry::OdometryPlugin,
             status::BodyStatusPlugin,

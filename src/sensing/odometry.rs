@@ -21,14 +21,13 @@
 //! feet and the play in its joints are what it does not know of.
 
 use bevy::prelude::*;
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 
 use crate::cycle::Cycle;
 use crate::geometry::{Pose, file_units, to_radians};
 use crate::knowledge::Knowledge;
 use crate::random::{RandomStream, RandomStreams};
 use crate::robot::motion::{ExecutedStep, WalkCommand};
-use crate::sensing::preset::{self, Preset};
 use crate::sensing::scene::{ScenePlugin, SensingSystems};
 use crate::state::ReflectState;
 
@@ -53,9 +52,10 @@ impl Plugin for OdometryPlugin {
 #[reflect(State, @Knowledge::Sensor)]
 pub struct Odometry(pub Pose);
 
-/// Errors of the odometry. In files: `"none"`, `"default"`, or an object with a `preset` and the fields that differ
+/// Errors of the odometry. In scenario files: `"none"`, `"default"`, or an object with a `preset` and the fields that differ
 /// from it.
-#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct OdometryNoise {
     /// Standard deviation of the place after 1 m of way, along it and across it, m. Grows with the way's root.
     pub translation_sd_m: f32,
@@ -83,6 +83,9 @@ impl Default for OdometryNoise {
 }
 
 impl OdometryNoise {
+    /// The presets by name.
+    pub const PRESETS: [(&'static str, fn() -> Self); 2] = [("none", Self::none), ("default", Self::default)];
+
     /// The preset `none`: exact steps.
     pub fn none() -> Self {
         Self {
@@ -109,58 +112,6 @@ impl OdometryNoise {
             self.rotation_scale * step.dtheta + stream.gaussian(heading_variance.sqrt()),
         )
     }
-}
-
-impl<'de> Deserialize<'de> for OdometryNoise {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        preset::deserialize(deserializer)
-    }
-}
-
-impl Preset for OdometryNoise {
-    type Changes = OdometryNoiseChanges;
-
-    const NAMES: &'static [&'static str] = &["none", "default"];
-
-    fn preset(name: &str) -> Option<Self> {
-        match name {
-            "none" => Some(Self::none()),
-            "default" => Some(Self::default()),
-            _ => None,
-        }
-    }
-
-    fn base(changes: &OdometryNoiseChanges) -> Option<&str> {
-        changes.preset.as_deref()
-    }
-
-    fn changed(self, changes: OdometryNoiseChanges) -> Self {
-        Self {
-            translation_sd_m: changes.translation_sd_m.unwrap_or(self.translation_sd_m),
-            heading_per_metre_sd: changes.heading_per_metre_sd_deg.map_or(self.heading_per_metre_sd, to_radians),
-            rotation_sd: changes.rotation_sd_deg.map_or(self.rotation_sd, to_radians),
-            translation_scale: changes.translation_scale.unwrap_or(self.translation_scale),
-            rotation_scale: changes.rotation_scale.unwrap_or(self.rotation_scale),
-        }
-    }
-}
-
-/// The fields of an [`OdometryNoise`] that an object changes.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct OdometryNoiseChanges {
-    #[serde(default, deserialize_with = "preset::present")]
-    preset: Option<String>,
-    #[serde(default, deserialize_with = "preset::present")]
-    translation_sd_m: Option<f32>,
-    #[serde(default, deserialize_with = "preset::present")]
-    heading_per_metre_sd_deg: Option<f32>,
-    #[serde(default, deserialize_with = "preset::present")]
-    rotation_sd_deg: Option<f32>,
-    #[serde(default, deserialize_with = "preset::present")]
-    translation_scale: Option<f32>,
-    #[serde(default, deserialize_with = "preset::present")]
-    rotation_scale: Option<f32>,
 }
 
 /// What a robot's odometry counts.
@@ -317,12 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn settings_are_read_by_name_or_field() {
-        let settings: OdometrySettings = serde_json::from_str(r#"{ "noise": "none" }"#).unwrap();
-        assert_eq!(settings, OdometrySettings::exact());
-        let settings: OdometrySettings =
-            serde_json::from_str(r#"{ "noise": { "preset": "none", "translation_scale": 1.1 } }"#).unwrap();
-        assert_eq!(settings.noise, OdometryNoise { translation_scale: 1.1, ..OdometryNoise::none() });
+    fn settings_written_by_a_program_read_back() {
         let written = serde_json::to_string(&OdometrySettings::default()).unwrap();
         assert_eq!(serde_json::from_str::<OdometrySettings>(&written).unwrap(), OdometrySettings::default());
     }

@@ -4,6 +4,7 @@ use bevy::prelude::*;
 
 use super::camera::{CameraPlugin, CameraSettings};
 use super::odometry::{OdometryPlugin, OdometrySettings};
+use super::rendering::RenderingPlugin;
 use super::sonar::{SonarNoise, SonarPlugin, SonarSettings};
 use super::vision::{VisionNoise, VisionPlugin, VisionSettings};
 use crate::ball::{Ball, BallPhysics};
@@ -19,7 +20,7 @@ use crate::team::{RobotId, Team};
 /// A world with all sensors and nothing in it.
 pub(crate) fn sensing_app() -> App {
     let mut app = App::new();
-    app.add_plugins((CyclePlugin::default(), CameraPlugin, VisionPlugin, SonarPlugin, OdometryPlugin));
+    app.add_plugins((CyclePlugin::default(), CameraPlugin, VisionPlugin, RenderingPlugin, SonarPlugin, OdometryPlugin));
     app
 }
 

@@ -1,22 +1,29 @@
-//! What must always hold, checked after every cycle. A breach is a bug: it is reported as an event and a warning, and
-//! the match goes on, so that its record can be looked at.
+//! What must always hold, of the truth and of what robots sense, hear and believe, checked after every cycle. A breach is a
+//! bug: it is reported as an event and a warning, and the match goes on, so that its record can be looked at.
 
+use bevy::ecs::query::QueryData;
 use bevy::log::warn;
 use bevy::prelude::*;
 
 use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity};
+use crate::belief::Belief;
+use crate::communication::Inbox;
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
 use crate::events::{CycleEvents, MatchEvent, PublishEvents};
 use crate::game::Penalty;
 use crate::geometry::Pose;
 use crate::pitch::Post;
 use crate::robot::body::BodyBounds;
+use crate::robot::head::HeadAngles;
 use crate::robot::{PreviousPose, Roster, Velocity};
+use crate::sensing::odometry::Odometry;
+use crate::sensing::sonar::SonarReading;
+use crate::sensing::vision::Percepts;
 use crate::team::RobotId;
 
 /// Depth of an overlap that counts as one, m.
 const TOLERANCE: f32 = 1e-4;
-/// How much deeper the ball may get into a base within a cycle, m.
+/// How much deeper the ball may get into a base or a post within a cycle, m.
 const BALL_TOLERANCE: f32 = 1e-3;
 
 /// Checks the invariants in [`CycleSystems::CheckInvariants`].
@@ -43,6 +50,17 @@ pub struct RobotState {
     pub bounds: BodyBounds,
 }
 
+/// What a robot senses, hears and believes, as far as it must be finite.
+#[derive(QueryData)]
+struct Mind {
+    head: &'static HeadAngles,
+    odometry: &'static Odometry,
+    sonar: &'static SonarReading,
+    percepts: &'static Percepts,
+    inbox: &'static Inbox,
+    belief: Option<&'static Belief>,
+}
+
 /// The ball as the invariants see it.
 #[derive(Clone, Copy, Debug)]
 pub struct BallState {
@@ -62,6 +80,7 @@ fn check_invariants(
     clock: Res<CycleClock>,
     mut events: ResMut<CycleEvents>,
     robots: Query<(&Pose, &PreviousPose, &Velocity, &BodyBounds, &Penalty)>,
+    minds: Query<Mind>,
     posts: Query<(&Pose, &Post)>,
     balls: Query<(&Pose, &PreviousPose, &BallVelocity, &BallPhysics), (With<Ball>, With<BallPath>)>,
 ) {
@@ -83,14 +102,35 @@ fn check_invariants(
         radius: physics.radius_m,
     });
     let posts = posts.iter().map(|(pose, post)| (pose.position, post.radius));
-    broken_invariants(&robots_now, posts, ball, |message| {
+    let mut report = |message| {
         warn!("cycle {}: {message}", clock.cycle);
         events.push(MatchEvent::InvariantBroken { message });
-    });
+    };
+    broken_invariants(&robots_now, posts, ball, &mut report);
+    for (id, entity) in roster.iter() {
+        if let Some(what) = minds.get(entity).ok().and_then(|mind| mind.first_not_finite()) {
+            report(format!("{id}: a number in its {what} is not finite"));
+        }
+    }
+}
+
+impl MindItem<'_, '_> {
+    /// What has a number in it that is not finite, if anything has.
+    fn first_not_finite(&self) -> Option<&'static str> {
+        let parts = [
+            ("head angles", self.head.yaw.is_finite() && self.head.pitch.is_finite()),
+            ("odometry", self.odometry.0.is_finite()),
+            ("sonars", [self.sonar.left, self.sonar.right].into_iter().flatten().all(f32::is_finite)),
+            ("percepts", self.percepts.is_finite()),
+            ("inbox", self.inbox.0.iter().all(|message| message.say.is_finite())),
+            ("belief", self.belief.is_none_or(Belief::is_finite)),
+        ];
+        parts.into_iter().find(|(_, is_finite)| !is_finite).map(|(what, _)| what)
+    }
 }
 
 /// Reports every invariant that does not hold: all numbers finite, no torso in another or in a post, the ball no
-/// deeper in a base than it was.
+/// deeper in a base or a post than it was.
 pub fn broken_invariants(
     robots: &[RobotState],
     posts: impl Iterator<Item = (Vec2, f32)> + Clone,
@@ -128,9 +168,14 @@ pub fn broken_invariants(
             }
         }
     }
-    if let Some(ball) = ball
-        && !(ball.position.is_finite() && ball.velocity.is_finite())
-    {
+    let Some(ball) = ball else { return };
+    if !(ball.position.is_finite() && ball.velocity.is_finite()) {
         report("the ball's position or velocity is not finite".to_owned());
+    }
+    for (centre, radius) in posts {
+        let [now, before] = [ball.position, ball.previous].map(|place| place.distance(centre) - radius);
+        if now < before.min(ball.radius) - BALL_TOLERANCE {
+            report(format!("the ball got {} m into the post at {centre}", ball.radius - now));
+        }
     }
 }

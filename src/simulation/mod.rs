@@ -21,12 +21,15 @@ use bevy::app::PluginGroupBuilder;
 use bevy::prelude::*;
 
 pub mod invariants;
+pub(crate) mod names;
+pub mod rules;
 pub mod sensors;
 mod settings;
 mod situation;
 pub mod snapshot;
 mod spawn;
 
+pub use rules::{RuleApp, RuleRegistry};
 pub use sensors::{SensorApp, SensorRegistry};
 pub use settings::change_settings;
 pub use situation::situation;
@@ -60,6 +63,7 @@ impl PluginGroup for NaoisisPlugins {
             .add(CyclePlugin::default())
             .add(EventsPlugin)
             .add(MatchPlugin)
+            .add(rules::OwnRulesPlugin)
             .add(PitchPlugin)
             .add(RobotPlugin)
             .add(BallPlugin)

@@ -58,10 +58,10 @@ use std::collections::BTreeMap;
 
 use crate::cycle::Cycle;
 use crate::knowledge::Knowledge;
-use crate::scenario::{FieldPath, RobotSpec, Scenario, ScenarioFault, SensorValues, read_settings, unknown_name};
+use crate::named_values::NamedValues;
+use crate::scenario::{FieldPath, RobotSpec, Scenario, ScenarioFault, read_settings, unknown_name};
 use crate::sensing::scene::SensingSystems;
-use crate::state::ReflectState;
-use crate::state::StateAccess;
+use crate::state::{ReflectState, StateAccess};
 use crate::team::RobotId;
 
 /// What the settings of a sensor are: a component that is read from files, and saved with a match.
@@ -210,32 +210,19 @@ pub struct ReadingsAreRecorded;
 /// What a robot's registered sensors read, by name, as traces have it.
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect)]
 #[reflect(State, @Knowledge::Truth)]
-pub struct SensorRecord(SensorValues);
+pub struct SensorRecord(NamedValues);
 
 impl SensorRecord {
     /// The readings by the names of the sensors.
     pub fn readings(&self) -> &BTreeMap<String, Value> {
         &self.0.0
     }
-
-    fn note(&mut self, sensor: &str, reading: Option<Value>) {
-        let readings = &mut self.0.0;
-        match (reading, readings.get_mut(sensor)) {
-            (Some(reading), Some(old)) => *old = reading,
-            (Some(reading), None) => {
-                readings.insert(sensor.to_owned(), reading);
-            }
-            (None, _) => {
-                readings.remove(sensor);
-            }
-        }
-    }
 }
 
 fn write_down<Reading: SensorReading>(sensor: String) -> impl FnMut(Query<(&Reading, &mut SensorRecord)>) {
     move |mut robots| {
         for (reading, mut record) in &mut robots {
-            record.note(&sensor, as_value(reading));
+            record.0.set(&sensor, as_value(reading));
         }
     }
 }
@@ -291,7 +278,7 @@ impl Sensor {
         }
         let reading = (self.reading)(robot.as_readonly());
         if let Some(mut record) = robot.get_mut::<SensorRecord>() {
-            record.note(name, reading);
+            record.0.set(name, reading);
         }
     }
 }
@@ -302,25 +289,24 @@ impl SensorRegistry {
         self.sensors.keys().map(String::as_str)
     }
 
-    /// Checks what a scenario says of sensors: that there are such, and that they have such settings.
-    pub(super) fn check(&self, scenario: &Scenario) -> Result<(), ScenarioFault> {
+    /// What is wrong with what a scenario says of sensors: that there are none such, or that they have no such settings.
+    pub(super) fn faults(&self, scenario: &Scenario) -> Vec<ScenarioFault> {
         let root = FieldPath::default();
-        self.check_specs(&scenario.sensors, &root.field("sensors"))?;
-        for (index, robot) in scenario.robots.iter().enumerate() {
-            self.check_specs(&robot.sensors, &root.field("robots").index(index).field("sensors"))?;
-        }
-        Ok(())
+        let of_robots = scenario.robots.iter().enumerate().flat_map(|(index, robot)| {
+            self.faults_of(&robot.sensors, root.field("robots").index(index).field("sensors"))
+        });
+        self.faults_of(&scenario.sensors, root.field("sensors")).chain(of_robots).collect()
     }
 
-    fn check_specs(&self, specs: &SensorValues, path: &FieldPath) -> Result<(), ScenarioFault> {
-        for (name, value) in &specs.0 {
+    fn faults_of(&self, specs: &NamedValues, path: FieldPath) -> impl Iterator<Item = ScenarioFault> {
+        specs.0.iter().filter_map(move |(name, value)| {
             let path = path.key(name);
-            let sensor = self.sensors.get(name).ok_or_else(|| unknown_name(&path, "sensor", name, self.names()))?;
-            if !value.is_null() {
-                (sensor.check)(value, &path)?;
+            match self.sensors.get(name) {
+                None => Some(unknown_name(&path, "sensor", name, self.names()).at_key()),
+                Some(_) if value.is_null() => None,
+                Some(sensor) => (sensor.check)(value, &path).err(),
             }
-        }
-        Ok(())
+        })
     }
 
     /// Gives a robot its sensors, with the settings that the scenario has for it.
@@ -343,5 +329,5 @@ impl SensorRegistry {
 
 /// The robot's own settings of a sensor, and else the common ones, if the scenario says any.
 fn settings_of<'a>(name: &str, scenario: &'a Scenario, robot: &'a RobotSpec) -> Option<&'a Value> {
-    robot.sensors.0.get(name).or_else(|| scenario.sensors.0.get(name))
+    robot.sensors.get(name).or_else(|| scenario.sensors.get(name))
 }

@@ -2,6 +2,7 @@
 
 use bevy::prelude::*;
 
+use super::names;
 use super::sensors::SensorRegistry;
 use crate::ball::BallPhysics;
 use crate::robot::Roster;
@@ -70,7 +71,9 @@ pub fn change_settings(world: &mut World, scenario: &Scenario) -> Result<(), Sce
         let expected = "the same as at the start; or a new match";
         return Err(ScenarioFault::new(FieldPath::from(*field), message, expected));
     }
-    world.resource::<SensorRegistry>().check(scenario)?;
+    if let Some(fault) = names::unknown(world, scenario).into_iter().next() {
+        return Err(fault);
+    }
     scenario.cameras.render.make_ready(world)?;
     if old.messages != scenario.messages {
         world.insert_resource(scenario.messages.clone());

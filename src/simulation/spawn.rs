@@ -2,6 +2,7 @@
 
 use bevy::prelude::*;
 
+use super::names;
 use super::sensors::{SensorRecord, SensorRegistry};
 use super::settings::RobotSettings;
 use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity};
@@ -18,19 +19,21 @@ use crate::geometry::Pose;
 use crate::knowledge::Knowledge;
 use crate::pitch::{Pitch, Post};
 use crate::random::RandomStreams;
-use crate::referee::{self, formation};
+use crate::referee;
+use crate::referee::placing::LineUp;
 use crate::robot::body::BodyBounds;
 use crate::robot::head::{HeadAngles, HeadCommand};
 use crate::robot::kick::{KickCommand, KickPhase};
 use crate::robot::motion::{ExecutedStep, WalkCommand};
 use crate::robot::{PreviousPose, Velocity};
+use crate::scenario::wording::one_of;
 use crate::scenario::{BehaviourSpec, FieldPath, RobotSpec, Scenario, ScenarioFault};
 use crate::sensing::odometry::Odometry;
 use crate::sensing::sonar::SonarReading;
 use crate::sensing::status::BodyStatus;
 use crate::sensing::vision::Percepts;
 use crate::state::ReflectState;
-use crate::team::Team;
+use crate::team::{RobotId, Team};
 
 /// Marks the entities of a match: robots, ball and posts.
 #[derive(Component, Clone, Copy, Default, Debug, Reflect)]
@@ -51,7 +54,6 @@ pub(super) fn ball_component<C: Component + Clone>(world: &World) -> Option<C> {
 pub fn start(world: &mut World, scenario: &Scenario) -> Result<(), ScenarioFault> {
     scenario.validate()?;
     let robots = robots_of(world, scenario)?;
-    world.resource::<SensorRegistry>().check(scenario)?;
     scenario.cameras.render.make_ready(world)?;
     let mut old = world.query_filtered::<Entity, With<MatchEntity>>();
     let old: Vec<Entity> = old.iter(world).collect();
@@ -92,39 +94,30 @@ pub fn resolved(world: &World, scenario: &Scenario) -> Scenario {
 /// their behaviours exist.
 fn robots_of(world: &World, scenario: &Scenario) -> Result<Vec<RobotSpec>, ScenarioFault> {
     let registry = world.resource::<BehaviourRegistry>();
-    for (index, robot) in scenario.robots.iter().enumerate() {
-        if let BehaviourSpec::Named(name) = &robot.behaviour
-            && registry.marker_of(name).is_none()
-        {
-            return Err(ScenarioFault::new(
-                FieldPath::default().field("robots").index(index).field("behaviour"),
-                format!("there is no behaviour `{name}`"),
-                format!("a script, or one of {}", quoted(registry.behaviour_names())),
-            ));
-        }
+    if let Some(fault) = names::unknown(world, scenario).into_iter().next() {
+        return Err(fault);
     }
     let mut robots = scenario.robots.clone();
     if let Some(teams) = &scenario.teams {
-        robots.extend(line_up(scenario, registry, Team::Blue, &teams.blue)?);
-        robots.extend(line_up(scenario, registry, Team::Pink, &teams.pink)?);
+        let game = Game::at_start(&scenario.rules, &clock_of(scenario));
+        let mut line_up = scenario.line_up(&game, game.kick_off(), scenario.ball.map(|ball| ball.position_m));
+        robots.extend(team_of(scenario, registry, Team::Blue, &teams.blue, &mut line_up)?);
+        robots.extend(team_of(scenario, registry, Team::Pink, &teams.pink, &mut line_up)?);
     }
     robots.sort_by_key(RobotSpec::id);
     Ok(robots)
 }
 
 /// The robots of a registered team at their places for the first kick-off.
-fn line_up(
+fn team_of(
     scenario: &Scenario,
     registry: &BehaviourRegistry,
     team: Team,
     name: &str,
+    line_up: &mut LineUp,
 ) -> Result<Vec<RobotSpec>, ScenarioFault> {
     let Some(recipe) = registry.team(name) else {
-        return Err(ScenarioFault::new(
-            FieldPath::default().field("teams").field(team.name()),
-            format!("there is no team `{name}`"),
-            format!("one of {}", quoted(registry.teams().map(|(name, _)| name))),
-        ));
+        return Err(names::no_team(registry, &FieldPath::default().field("teams").field(team.name()), name));
     };
     let size = scenario.rules.team_size;
     for number in 1..=size {
@@ -133,16 +126,15 @@ fn line_up(
             return Err(ScenarioFault::new(
                 FieldPath::default().field("teams").field(team.name()),
                 format!("player {number} of the team `{name}` has the behaviour `{behaviour}`, which there is not"),
-                format!("a team whose players have some of {}", quoted(registry.behaviour_names())),
+                format!("a team whose players have some of {}", one_of(registry.behaviour_names())),
             ));
         }
     }
-    let game = Game::at_start(&scenario.rules, &clock_of(scenario));
     Ok((1..=size)
         .map(|number| RobotSpec {
             team,
             number,
-            pose: formation(&scenario.field, size, number, game.own_end(team), game.kick_off_team == team),
+            pose: line_up.put_down(RobotId::new(team, number), &BodyBounds::default()),
             behaviour: BehaviourSpec::Named(recipe.behaviour_of(number, size).into_owned()),
             ..RobotSpec::default()
         })
@@ -151,10 +143,6 @@ fn line_up(
 
 fn clock_of(scenario: &Scenario) -> CycleClock {
     CycleClock { cycle: 0, period_s: scenario.cycle_s }
-}
-
-fn quoted<'a>(names: impl Iterator<Item = &'a str>) -> String {
-    names.map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
 }
 
 fn spawn_posts(world: &mut World, scenario: &Scenario) {

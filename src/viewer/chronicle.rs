@@ -11,14 +11,12 @@ use super::timeline::Timeline;
 use crate::ball::{Ball, BallVelocity};
 use crate::belief::error::{BeliefError, Truth};
 use crate::belief::{Belief, point_team_from_pitch, team_from_pitch};
-use crate::communication::{Outbox, TeamMessage};
-use crate::cycle::{Cycle, CycleClock, CycleSystems};
+use crate::cycle::{Cycle, CycleClock};
 use crate::game::{Game, Penalty};
 use crate::geometry::Pose;
-use crate::robot::head::{HeadAngles, HeadCommand};
-use crate::robot::kick::{KickCommand, KickRequest};
-use crate::robot::motion::WalkCommand;
-use crate::robot::posture::{PostureCommand, PostureRequest};
+use crate::record::gather::{CurrentRecord, RecordSystems};
+use crate::record::vocabulary::Command;
+use crate::robot::head::HeadAngles;
 use crate::robot::{Roster, Velocity};
 use crate::scenario::Scenario;
 use crate::sensing::sonar::SonarReading;
@@ -33,31 +31,10 @@ pub struct ChroniclePlugin;
 impl Plugin for ChroniclePlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Chronicle>()
-            .add_systems(
-                Cycle,
-                (
-                    note_intents.after(CycleSystems::Decide).before(CycleSystems::Act),
-                    note_cycle.in_set(CycleSystems::Record),
-                ),
-            )
+            .add_systems(Cycle, note_cycle.in_set(RecordSystems::Keep))
             .add_systems(First, begin_anew.run_if(resource_exists_and_changed::<Scenario>))
             .add_systems(PreUpdate, note_past);
     }
-}
-
-/// What a behaviour wanted in a cycle.
-#[derive(Clone, PartialEq, Debug)]
-pub struct Intent {
-    /// The step.
-    pub walk: WalkCommand,
-    /// Where the head goes.
-    pub head: HeadCommand,
-    /// The kick.
-    pub kick: Option<KickRequest>,
-    /// What the whole body does.
-    pub posture: Option<PostureRequest>,
-    /// What it says.
-    pub say: Option<TeamMessage>,
 }
 
 /// A robot in a cycle.
@@ -77,8 +54,8 @@ pub struct RobotSample {
     pub ball_m: Option<f32>,
     /// Whether it was off the pitch.
     pub penalised: bool,
-    /// What its behaviour wanted; unknown of what was read from a file.
-    pub intent: Option<Intent>,
+    /// What its behaviour wanted, if that is known.
+    pub command: Option<Command>,
 }
 
 /// A cycle.
@@ -96,8 +73,6 @@ pub struct CycleSample {
 #[derive(Resource, Default, Debug)]
 pub struct Chronicle {
     samples: BTreeMap<u64, CycleSample>,
-    /// What behaviours want in the cycle under way.
-    intents: BTreeMap<RobotId, Intent>,
 }
 
 impl Chronicle {
@@ -150,34 +125,16 @@ fn begin_anew(mut chronicle: ResMut<Chronicle>) {
     *chronicle = Chronicle::default();
 }
 
-fn note_intents(
-    mut chronicle: ResMut<Chronicle>,
-    robots: Query<(&RobotId, &WalkCommand, &HeadCommand, &KickCommand, &PostureCommand, &Outbox)>,
-) {
-    chronicle.intents.clear();
-    let intents = robots.iter().map(|(id, walk, head, kick, posture, outbox)| {
-        let intent = Intent { walk: *walk, head: *head, kick: kick.0, posture: posture.0, say: outbox.0.clone() };
-        (*id, intent)
-    });
-    chronicle.intents.extend(intents);
-}
-
 fn note_cycle(
     mut chronicle: ResMut<Chronicle>,
     clock: Res<CycleClock>,
     game: Res<Game>,
     roster: Res<Roster>,
+    current: Res<CurrentRecord>,
     robots: Query<NotedRobot>,
     balls: NotedBall,
 ) {
-    let chronicle = &mut *chronicle;
-    let mut sample = sample(&clock, &game, &roster, robots, balls);
-    for (id, intent) in core::mem::take(&mut chronicle.intents) {
-        if let Some(robot) = sample.robots.get_mut(&id) {
-            robot.intent = Some(intent);
-        }
-    }
-    chronicle.note(clock.cycle, sample);
+    chronicle.note(clock.cycle, sample(&clock, &game, &roster, &current, robots, balls));
 }
 
 /// Notes what is looked at again, unless it is known.
@@ -187,11 +144,12 @@ fn note_past(
     clock: Res<CycleClock>,
     game: Res<Game>,
     roster: Res<Roster>,
+    current: Res<CurrentRecord>,
     robots: Query<NotedRobot>,
     balls: NotedBall,
 ) {
     if timeline.is_past() && chronicle.sample(clock.cycle).is_none() {
-        chronicle.note(clock.cycle, sample(&clock, &game, &roster, robots, balls));
+        chronicle.note(clock.cycle, sample(&clock, &game, &roster, &current, robots, balls));
     }
 }
 
@@ -199,6 +157,7 @@ fn sample(
     clock: &CycleClock,
     game: &Game,
     roster: &Roster,
+    current: &CurrentRecord,
     robots: Query<NotedRobot>,
     balls: NotedBall,
 ) -> CycleSample {
@@ -225,7 +184,7 @@ fn sample(
             error,
             ball_m: ball.map(|[place, _]| place.distance(robot.pose.position)),
             penalised: robot.penalty.is_active(),
-            intent: None,
+            command: current.record.robot(*id).and_then(|robot| robot.command.clone()),
         };
         (*id, sample)
     };
@@ -239,6 +198,7 @@ fn sample(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::record::RecordPlugin;
     use crate::simulation::{MatchApp, NaoisisPlugins};
     use crate::team::Team;
 
@@ -253,16 +213,17 @@ mod tests {
                     { "from_s": 0.0, "until_s": 60.0, "say": { "intention": "go" } }] } }] }"#,
         );
         let mut app = App::new();
-        app.add_plugins((MinimalPlugins, NaoisisPlugins, ChroniclePlugin)).init_resource::<Timeline>();
+        app.add_plugins((MinimalPlugins, NaoisisPlugins, RecordPlugin, ChroniclePlugin));
+        app.init_resource::<Timeline>().init_resource::<CurrentRecord>();
         app.start_match(&scenario.unwrap()).unwrap();
         app.run_cycles(30);
         let chronicle = app.world().resource::<Chronicle>();
         let robot = chronicle.robot(30, BLUE).unwrap();
         // 30 steps of 4 mm.
         assert!((robot.pose.position.x - 0.12).abs() < 1e-5 && (robot.ball_m.unwrap() - 0.88).abs() < 1e-5);
-        let intent = robot.intent.as_ref().unwrap();
-        assert_eq!(intent.walk.dx, 0.004);
-        assert_eq!(intent.say.as_ref().and_then(|say| say.intention.as_deref()), Some("go"));
+        let command = robot.command.as_ref().unwrap();
+        assert_eq!(command.walk.map(|walk| walk.dx), Some(0.004));
+        assert_eq!(command.say.as_ref().and_then(|say| say.intention.as_deref()), Some("go"));
         assert_eq!(robot.error, None, "it believes nothing");
         assert_eq!(chronicle.between(20, 30).count(), 11);
         assert_eq!(chronicle.between(25, 20).count(), 1);

@@ -10,19 +10,15 @@ use std::time::{Duration, Instant};
 
 use super::timeline::Timeline;
 use crate::appearance::gait::Gait;
-use crate::appearance::scene::{SceneDescription, SceneRobot, world_from_body};
+use crate::appearance::gather::MatchScene;
+use crate::appearance::scene::{Scene, SceneBall, SceneRobot};
 use crate::appearance::view::View;
-use crate::ball::{Ball, BallPhysics};
 use crate::camera_model::{CameraSide, CameraView};
 use crate::cycle::{Cycle, CycleClock};
-use crate::game::Penalty;
-use crate::geometry::Pose;
-use crate::pitch::{Pitch, Post};
+use crate::record::cycle_record::CycleRecord;
 use crate::record::history::History;
-use crate::record::read::CycleRecord;
-use crate::robot::head::HeadAngles;
-use crate::robot::posture::Posture;
-use crate::robot::{Roster, Velocity};
+use crate::robot::Roster;
+use crate::robot::body::BodyBounds;
 use crate::scenario::Scenario;
 use crate::sensing::camera::image::{Image, Layers};
 use crate::sensing::camera::software::{Detail, PreparedScene, Renderer};
@@ -73,9 +69,8 @@ pub struct Watched {
 pub struct SensedScene {
     /// The cycle in which they did.
     cycle: Option<u64>,
-    scene: SceneDescription,
-    heads: BTreeMap<RobotId, HeadAngles>,
-    /// How their legs go, which is nobody's matter but the eye's.
+    scene: Scene,
+    /// How their legs go in what was recorded, where nobody kept it.
     gaits: BTreeMap<RobotId, Gait>,
 }
 
@@ -107,31 +102,9 @@ fn forget_scene(mut sensed: ResMut<SensedScene>, mut images: ResMut<EyeImages>) 
 }
 
 /// Keeps what the robots sense in the cycle under way.
-fn keep_scene(
-    clock: Res<CycleClock>,
-    mut sensed: ResMut<SensedScene>,
-    roster: Res<Roster>,
-    robots: Query<(&Pose, &Velocity, &HeadAngles, &Posture, &Penalty, Option<&Gait>)>,
-    balls: Query<(&Pose, &BallPhysics), With<Ball>>,
-) {
-    let sensed = &mut *sensed;
-    let now_s = clock.start_time_s();
+fn keep_scene(clock: Res<CycleClock>, scene: Res<Scene>, mut sensed: ResMut<SensedScene>) {
     sensed.cycle = Some(clock.cycle);
-    sensed.scene.robots.clear();
-    sensed.heads.clear();
-    for (id, entity) in roster.iter() {
-        let Ok((pose, velocity, head, posture, penalty, gait)) = robots.get(entity) else { continue };
-        if penalty.is_active() {
-            continue;
-        }
-        let steps = sensed.gaits.entry(id).or_default();
-        steps.kick = gait.and_then(|gait| gait.kick);
-        steps.follow(*pose, *velocity, now_s);
-        let world_from_robot = world_from_body(*pose, *posture);
-        sensed.scene.robots.push(SceneRobot { id, world_from_robot, joints: steps.joints(id, *head) });
-        sensed.heads.insert(id, *head);
-    }
-    sensed.scene.ball = balls.iter().next().map(|(pose, physics)| (pose.position, physics.radius_m));
+    sensed.scene.clone_from(&scene);
 }
 
 /// What was sensed in a cycle of the past, or in one that was over before anybody looked: the world at the end of the
@@ -139,46 +112,40 @@ fn keep_scene(
 fn find_past_scene(
     clock: Res<CycleClock>,
     timeline: Res<Timeline>,
-    pitch: Res<Pitch>,
+    now: MatchScene,
     mut sensed: ResMut<SensedScene>,
     mut history: ResMut<History>,
-    balls: Query<&BallPhysics, With<Ball>>,
-    posts: Query<(&Post, &Pose)>,
 ) {
     let sensed = &mut *sensed;
-    if sensed.scene.pitch != *pitch {
-        sensed.scene.pitch.clone_from(&pitch);
-    }
-    sensed.scene.posts.clear();
-    sensed.scene.posts.extend(posts.iter().map(|(post, pose)| (*post, pose.position)));
     let shown = clock.cycle;
     let is_known = sensed.cycle == Some(shown);
     if is_known || (!timeline.is_past() && sensed.cycle.is_some_and(|cycle| cycle > shown)) {
         return;
     }
     if let Ok(Some(record)) = history.record(shown.saturating_sub(1)) {
-        let radius = balls.iter().next().map_or(0.0325, |physics| physics.radius_m);
-        sensed.take_record(shown, &record, radius);
+        now.gather(&mut sensed.scene);
+        sensed.take_record(shown, &record, &history, clock.period_s);
     }
 }
 
 impl SensedScene {
-    fn take_record(&mut self, cycle: u64, record: &CycleRecord, ball_radius_m: f32) {
+    /// Takes over what a record says of robots and ball. All else is as it always was.
+    fn take_record(&mut self, cycle: u64, record: &CycleRecord, history: &History, period_s: f64) {
         self.cycle = Some(cycle);
+        let on_pitch = record.robots.iter().filter(|robot| robot.penalised.is_none());
         self.scene.robots.clear();
-        self.heads.clear();
-        for robot in record.robots.iter().filter(|robot| robot.penalised.is_none()) {
-            let steps = self.gaits.entry(robot.id).or_default();
-            steps.follow(robot.pose, robot.velocity(), record.time_s);
-            let head = robot.head();
-            self.scene.robots.push(SceneRobot {
-                id: robot.id,
-                world_from_robot: world_from_body(robot.pose, robot.posture),
-                joints: steps.joints(robot.id, head),
-            });
-            self.heads.insert(robot.id, head);
-        }
-        self.scene.ball = record.ball.map(|ball| (ball.position_m.truncate(), ball_radius_m));
+        self.scene.robots.extend(on_pitch.map(|robot| {
+            let gait = self.gaits.entry(robot.id).or_default();
+            gait.kick = history.last_kick(robot.id, record.cycle).map(|kick| kick.struck(period_s));
+            gait.follow(robot.pose, robot.velocity, record.time_s);
+            let body = SceneRobot::standing(robot.id, robot.pose, BodyBounds::default()).in_posture(robot.posture);
+            SceneRobot { head: robot.head, gait: *gait, ..body }
+        }));
+        self.scene.ball = record.ball.map(|ball| SceneBall {
+            position: ball.position_m.truncate(),
+            // Its centre is as high as it is large.
+            radius: ball.position_m.z,
+        });
     }
 }
 
@@ -209,15 +176,14 @@ fn draw_watched(
         let Some((settings, own)) = roster.get(id).and_then(|robot| robots.get(robot).ok()) else { continue };
         let (_, mut image) = eyes.images.remove(&(id, side)).unwrap_or_default();
         // Robots that are off the pitch or lie have no images.
-        let body = sensed.scene.robots.iter().find(|robot| robot.id == id).filter(|robot| robot.is_upright());
-        let (Some(body), Some(head)) = (body, sensed.heads.get(&id)) else { continue };
+        let Some(body) = sensed.scene.robot(id).filter(|robot| robot.is_upright()) else { continue };
         if own.cycle.is_some() && !own.side(side).is_empty() && !timeline.is_past() {
             image.clone_from(own.side(side));
             eyes.images.insert((id, side), (cycle, image));
             continue;
         }
-        let camera = CameraView::new(settings.into(), side, *head);
-        let view = View::of_robot(&camera, body.world_from_robot, id);
+        let camera = CameraView::new(settings.into(), side, body.head);
+        let view = View::of_robot(&camera, body.world_from_robot(), id);
         sittings.push(Sitting { camera: (id, side), view, image });
     }
     if sittings.is_empty() {
@@ -238,6 +204,7 @@ fn draw_watched(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::robot::head::HeadAngles;
     use crate::simulation::{MatchApp, NaoisisPlugins};
     use crate::team::Team;
 

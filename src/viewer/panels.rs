@@ -9,7 +9,7 @@ use super::layout;
 use super::shared::{Action, Playback, ViewerCommand, is_over};
 use super::shown::{Shown, Switch};
 use super::speed::Speed;
-use super::theme::{MARGIN, ThemeSystems, band, bright, card, dim, panel, problem_colour, text_size};
+use super::theme::{MARGIN, ThemeSystems, band, bright, card, dim, minutes, panel, problem_colour, text_size};
 use super::timeline::Timeline;
 use crate::behaviour::BehaviourRegistry;
 use crate::cycle::CycleClock;

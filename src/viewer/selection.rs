@@ -8,7 +8,7 @@ use super::shared::{Choice, Selection, SelectionSystems};
 use super::stage::pitch_from_world;
 use crate::game::Penalty;
 use crate::robot::Roster;
-use crate::team::{RobotId, Team};
+use crate::team::RobotId;
 
 /// A press and a release with less movement between them are a click, logical pixels.
 const CLICK_PIXELS: f32 = 4.0;
@@ -125,6 +125,7 @@ fn along_ray(origin: Vec3, direction: Vec3, place: Vec2) -> Option<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::team::Team;
 
     const BLUE: RobotId = RobotId::new(Team::Blue, 1);
     const PINK: RobotId = RobotId::new(Team::Pink, 2);

@@ -105,9 +105,13 @@ fn what_is_wrong_is_said_with_exit_status_2() {
 #[test]
 fn lists_name_what_there_is() {
     let folder = tempfile::tempdir().unwrap();
-    for (what, expected) in
-        [("scenarios", "match3v3"), ("teams", "chasers"), ("fields", "spl2025"), ("rules", "naoisis")]
-    {
+    for (what, expected) in [
+        ("scenarios", "match3v3"),
+        ("teams", "chasers"),
+        ("behaviours", "striker"),
+        ("fields", "spl2025"),
+        ("rules", "naoisis"),
+    ] {
         let output = naoisis(folder.path(), &["list", what]);
         assert!(output.status.success() && text(&output.stdout).contains(expected), "{}", text(&output.stdout));
     }
@@ -165,7 +169,14 @@ fn a_batch_goes_on_where_it_was_and_reports_what_fails() {
     assert!(table.starts_with(&first) && table.lines().count() == 7, "{table}");
     let output = naoisis(folder.path(), &["batch", "match3v3", "--matches", "1", "--csv", "table.csv"]);
     assert_eq!(output.status.code(), Some(2));
-    assert!(text(&output.stderr).contains("table.csv:1: these are not the columns of this batch"));
+    assert!(text(&output.stderr).contains("table.csv:1: the table has `messages.loss`, which this batch has not"));
+    let output = naoisis(
+        folder.path(),
+        &["batch", "match3v3", "--matches", "1", "--csv", "table.csv", "--set", "messages.loss=0,1"],
+    );
+    assert_eq!(output.status.code(), Some(2));
+    let words = "table.csv:2: the scenario, or a setting that is the same for all, is another than in this batch";
+    assert!(text(&output.stderr).contains(words), "{}", text(&output.stderr));
 }
 
 #[test]

@@ -2,7 +2,8 @@
 
 use bevy::prelude::*;
 use naoisis::prelude::*;
-use naoisis::record::trace::{TracePlugin, TraceRecorder, record_cycle};
+use naoisis::record::trace::TraceRecorder;
+use naoisis::record::{RecordPlugin, recorder};
 
 use crate::support::{SharedBytes, headless_app};
 
@@ -10,12 +11,9 @@ use crate::support::{SharedBytes, headless_app};
 pub fn trace_of(scenario: &Scenario, cycles: usize) -> Vec<u8> {
     let bytes = SharedBytes::default();
     let mut app = headless_app();
-    app.add_plugins(TracePlugin);
+    app.add_plugins(RecordPlugin);
     app.start_match(scenario).unwrap();
-    let mut recorder = TraceRecorder::plain(bytes.clone());
-    recorder.write_header(scenario);
-    app.insert_resource(recorder);
-    app.world_mut().run_system_cached(record_cycle).unwrap();
+    recorder::start(app.world_mut(), vec![Box::new(TraceRecorder::plain("trace", bytes.clone()))]);
     app.run_cycles(cycles);
     drop(app);
     let written = bytes.written();

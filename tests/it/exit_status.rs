@@ -167,3 +167,36 @@ fn command(folder: &Path, line: &str) -> Command {
     command.current_dir(folder).env_remove("DISPLAY").args(line.split(' '));
     command
 }
+
+#[cfg(unix)]
+#[test]
+fn a_million_variants_are_made_as_they_are_played_and_gone_on_with() {
+    let folder = folder();
+    let hundred: Vec<String> = (1..=100).map(|value| value.to_string()).collect();
+    let sweeps = ["rules.half_s", "rules.penalty_s", "messages.delay_cycles"]
+        .map(|path| format!("{path}={}", hundred.join(",")));
+    let mut line = "batch match3v3 --duration 0.1 --matches 1 --csv t.csv".to_owned();
+    for sweep in sweeps {
+        line += &format!(" --set {sweep}");
+    }
+    let table = folder.path().join("t.csv");
+    let rows = || fs::read_to_string(&table).unwrap_or_default().lines().count();
+    let mut before = String::new();
+    for wanted in [5, 12] {
+        let mut child = command(folder.path(), &line).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
+        while rows() < wanted {
+            assert!(child.try_wait().unwrap().is_none(), "it ended early");
+            std::thread::yield_now();
+        }
+        let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+        assert!(sent.success());
+        let output = child.wait_with_output().unwrap();
+        assert_eq!(output.status.code(), Some(130));
+        let said = text(&output.stdout);
+        assert!(said.contains(" of 1000000 matches") && said.contains("messages.delay_cycles = 2\n"), "{said}");
+        let after = fs::read_to_string(&table).unwrap();
+        assert!(after.starts_with(&before) && after.lines().count() >= wanted);
+        before = after;
+    }
+    assert!(before.lines().nth(2).unwrap().starts_with("2,1,1,1,2,duration,"), "{before}");
+}

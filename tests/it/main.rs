@@ -1,12 +1,15 @@
 //! The integration tests: one crate, a module a subject.
 #![expect(clippy::unwrap_used, reason = "a failed test may panic")]
 
+mod accepted_scenarios;
 mod barrier;
 mod batch;
 mod behaviours;
 mod built_in_scenarios;
 mod collisions;
 mod commands;
+mod completeness;
+mod damaged_saves;
 mod determinism;
 mod event_messages;
 mod exit_status;
@@ -15,10 +18,12 @@ mod golden;
 mod images;
 mod interventions;
 mod kicks;
+mod ladder;
 mod localisation;
 mod matches;
 mod outputs;
 mod own_program;
+mod own_rules;
 mod pairs;
 mod referee_properties;
 #[cfg(feature = "gpu")]

@@ -16,7 +16,7 @@ fn played(teams: &[&str], times: usize, duration_s: Option<f32>) -> PairTable {
         let json = format!(r#"{{ "teams": {{ "blue": "{blue}", "pink": "{pink}" }} }}"#);
         Scenario { duration_s, ..Scenario::from_json(&json).unwrap() }
     };
-    let variants = pairings.iter().map(scenario).collect();
+    let variants: Vec<Scenario> = pairings.iter().map(scenario).collect();
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let batch = Batch { variants, matches: times, first_seed: 1, threads };
     let mut rows: Vec<MatchRow> = Vec::new();

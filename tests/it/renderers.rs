@@ -3,14 +3,15 @@
 
 use bevy::prelude::*;
 use naoisis::appearance::Label;
-use naoisis::appearance::posing::JointAngles;
+use naoisis::appearance::gait::Gait;
 use naoisis::appearance::robot::{RobotDesign, WAISTBAND_Z, labels};
-use naoisis::appearance::scene::{SceneDescription, SceneRobot};
+use naoisis::appearance::scene::{Scene, SceneBall, SceneRobot};
 use naoisis::appearance::view::View;
 use naoisis::camera_model::{CameraIntrinsics, CameraView};
 use naoisis::geometry::Pose;
 use naoisis::pitch::Pitch;
 use naoisis::random::RandomStream;
+use naoisis::robot::body::BodyBounds;
 use naoisis::robot::head::HeadAngles;
 use naoisis::scenario::Scenario;
 use naoisis::sensing::camera::gpu::{GpuError, GpuRenderer};
@@ -32,38 +33,37 @@ fn renderer() -> Option<GpuRenderer> {
 }
 
 /// A scene with robots and ball somewhere, before the first robot more often than not.
-fn random_scene(dice: &mut RandomStream) -> SceneDescription {
+fn random_scene(dice: &mut RandomStream) -> Scene {
     let mut between = |low: f32, high: f32| low + (high - low) * dice.uniform();
-    let mut scene = SceneDescription::empty(Pitch::default());
+    let mut scene = Scene::empty(Pitch::default());
     let looker = Pose::new(between(-2.5, 2.0), between(-1.8, 1.8), between(-3.1, 3.1));
     let ahead = |distance: f32, angle: f32| looker.position + distance * Vec2::from_angle(looker.heading + angle);
-    scene.ball = Some((ahead(between(0.25, 2.5), between(-0.4, 0.4)), 0.03));
+    scene.ball = Some(SceneBall { position: ahead(between(0.25, 2.5), between(-0.4, 0.4)), radius: 0.03 });
     for number in 0..5u8 {
         let team = if number % 2 == 0 { Team::Blue } else { Team::Pink };
         let pose = match number {
             0 => looker,
             _ => Pose { position: ahead(between(0.5, 4.0), between(-0.6, 0.6)), heading: between(-3.1, 3.1) },
         };
-        let mut joints =
-            JointAngles { head: HeadAngles { yaw: between(-0.5, 0.5), pitch: between(-0.3, 0.4) }, ..default() };
-        joints.legs[0].hip = between(-0.4, 0.4);
-        joints.legs[1].knee = between(0.0, 0.8);
-        scene.robots.push(SceneRobot::standing(RobotId::new(team, 1 + number), pose, joints));
+        let head = HeadAngles { yaw: between(-0.5, 0.5), pitch: between(-0.3, 0.4) };
+        let gait = Gait { time_s: between(0.0, 1.0).into(), speed: between(-0.2, 0.2), liveliness: 1.0, kick: None };
+        let standing = SceneRobot::standing(RobotId::new(team, 1 + number), pose, BodyBounds::default());
+        scene.robots.push(SceneRobot { head, gait, ..standing });
     }
     scene
 }
 
-fn shot(scene: &SceneDescription, index: usize) -> Shot {
+fn shot(scene: &Scene, index: usize) -> Shot {
     let robot = scene.robots[0];
-    let camera = CameraView::both(CameraIntrinsics::from(&CameraSettings::default()), robot.joints.head)[index % 2];
-    let mut view = View::of_robot(&camera, robot.world_from_robot, robot.id);
+    let camera = CameraView::both(CameraIntrinsics::from(&CameraSettings::default()), robot.head)[index % 2];
+    let mut view = View::of_robot(&camera, robot.world_from_robot(), robot.id);
     view.shadows = index.is_multiple_of(3);
     let design = if index % 4 < 2 { RobotDesign::Nao } else { RobotDesign::Simple };
     Shot { view, design, layers: Layers::ALL, image: Image::default() }
 }
 
 /// A picture of the graphics card, and the same in software.
-fn draw_by_both(gpu: &mut GpuRenderer, scene: &SceneDescription, index: usize) -> (Shot, Image) {
+fn draw_by_both(gpu: &mut GpuRenderer, scene: &Scene, index: usize) -> (Shot, Image) {
     let mut shot = shot(scene, index);
     gpu.draw(scene, &mut [&mut shot]).expect("a picture");
     let mut prepared = PreparedScene::default();

@@ -1,6 +1,9 @@
 //! The rules, case by case: `tests/rule_cases/README.md` is the table, and each case a small scenario beside it.
 
+use bevy::reflect::{TypeInfo, Typed};
+use naoisis::game::PenaltyReason;
 use naoisis::prelude::*;
+use naoisis::simulation::RuleRegistry;
 use serde_json::Value;
 use std::path::PathBuf;
 
@@ -168,9 +171,68 @@ fn the_table_the_files_and_the_tests_agree() {
     assert_eq!(files, names);
 }
 
+/// What the referee may find, by the kind of its event and one of its fields: of a penalty, what it is for.
+fn verdicts() -> Vec<(String, Option<String>)> {
+    let TypeInfo::Enum(events) = MatchEvent::type_info() else { panic!("events are an enum") };
+    let with_evidence = events
+        .iter()
+        .filter(|variant| variant.as_struct_variant().is_ok_and(|variant| variant.field_names().contains(&"evidence")));
+    let mut kinds: Vec<String> = with_evidence.map(|variant| snake_case(variant.name())).collect();
+    kinds.retain(|kind| kind != "penalty");
+    let app = headless_app();
+    let own = app.world().resource::<RuleRegistry>().names().map(str::to_owned);
+    // Of what is not for something that the robot did there are no cases.
+    let is_of_a_rule = |reason: &PenaltyReason| !matches!(reason, PenaltyReason::ShootOut | PenaltyReason::Manual);
+    let built_in = PenaltyReason::BUILT_IN.into_iter().filter(is_of_a_rule).map(|reason| reason.name().to_owned());
+    let penalties = built_in.chain(own).map(|reason| ("penalty".to_owned(), Some(reason)));
+    kinds.into_iter().map(|kind| (kind, None)).chain(penalties).collect()
+}
+
+fn snake_case(name: &str) -> String {
+    let separated = name.char_indices().flat_map(|(index, letter)| {
+        let separator = (index > 0 && letter.is_uppercase()).then_some('_');
+        separator.into_iter().chain(letter.to_lowercase())
+    });
+    separated.collect()
+}
+
+#[test]
+fn every_verdict_has_a_case_just_inside_and_one_just_outside() {
+    let table = table();
+    let finds = |case: &Case, must: bool, kind: &str, reason: Option<&str>| {
+        case.expected.iter().any(|(happens, pattern)| {
+            let is_for = |reason| pattern.fields.iter().any(|(name, value)| name == "reason" && value == reason);
+            *happens == must && pattern.kind == kind && reason.is_none_or(is_for)
+        })
+    };
+    for (kind, reason) in verdicts() {
+        let inside = table.iter().find(|case| finds(case, true, &kind, reason.as_deref()));
+        let outside = |inside: &Case| {
+            let same_section = table.iter().filter(|case| case.section == inside.section);
+            same_section.into_iter().any(|case| finds(case, false, &kind, None))
+        };
+        let what = reason.map_or(kind.clone(), |reason| format!("{kind} reason={reason}"));
+        assert!(
+            inside.is_some_and(outside),
+            "a rule needs two cases in tests/rule_cases: one in which `{what}` happens, and in the same section of its README \
+             one in which no `{kind}` does"
+        );
+    }
+}
+
+#[test]
+fn all_built_in_penalties_are_listed() {
+    let TypeInfo::Enum(reasons) = PenaltyReason::type_info() else { panic!("reasons are an enum") };
+    let listed = PenaltyReason::BUILT_IN.map(|reason| reason.name().to_owned());
+    let names: Vec<String> = reasons.variant_names().iter().map(|name| snake_case(name)).collect();
+    assert_eq!(names, [&listed[..], &["own".to_owned()]].concat());
+}
+
 /// A row of the table.
 struct Case {
     name: String,
+    /// The heading that it stands under.
+    section: String,
     /// Events that must happen, and those that must not.
     expected: Vec<(bool, Pattern)>,
 }
@@ -215,24 +277,34 @@ fn folder() -> PathBuf {
 
 fn table() -> Vec<Case> {
     let text = std::fs::read_to_string(folder().join("README.md")).unwrap();
-    let rows = text.lines().filter(|line| line.starts_with("| ") && !line.starts_with("| case "));
-    rows.map(|line| {
+    let mut section = "";
+    let mut cases = Vec::new();
+    for line in text.lines() {
+        if let Some(heading) = line.strip_prefix("## ") {
+            section = heading;
+        }
+        if !line.starts_with("| ") || line.starts_with("| case ") {
+            continue;
+        }
         let cells: Vec<&str> = line.trim_matches('|').split('|').map(str::trim).collect();
         let [name, _, expected] = cells[..] else { panic!("not a row of three cells: {line}") };
-        let expected = expected.split("`, ").map(|event| {
-            let must_not = event.starts_with("no ");
-            let text = event.trim_start_matches("no ").trim_matches('`').to_owned();
-            let mut words = text.split_whitespace();
-            let kind = words.next().unwrap().to_owned();
-            let fields = words.map(|word| {
-                let (name, value) = word.split_once('=').unwrap();
-                (name.to_owned(), value.to_owned())
-            });
-            (!must_not, Pattern { kind, fields: fields.collect(), text })
-        });
-        Case { name: name.to_owned(), expected: expected.collect() }
-    })
-    .collect()
+        let expected = expected.split("`, ").map(pattern).collect();
+        cases.push(Case { name: name.to_owned(), section: section.to_owned(), expected });
+    }
+    cases
+}
+
+/// An event as the table has it, and whether it must happen.
+fn pattern(text: &str) -> (bool, Pattern) {
+    let must_not = text.starts_with("no ");
+    let text = text.trim_start_matches("no ").trim_matches('`').to_owned();
+    let mut words = text.split_whitespace();
+    let kind = words.next().unwrap().to_owned();
+    let fields = words.map(|word| {
+        let (name, value) = word.split_once('=').unwrap();
+        (name.to_owned(), value.to_owned())
+    });
+    (!must_not, Pattern { kind, fields: fields.collect(), text })
 }
 
 fn play(name: &str) {

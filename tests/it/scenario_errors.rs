@@ -2,7 +2,7 @@
 
 use naoisis::ball::Rolling;
 use naoisis::behaviour::script::ScriptEntry;
-use naoisis::scenario::{BallSpec, BehaviourSpec, Format, RobotSpec, Scenario, ScenarioErrorKind};
+use naoisis::scenario::{BallSpec, BehaviourSpec, Format, RobotSpec, Scenario, ScenarioErrorKind, ScenarioFile};
 use naoisis::team::Team;
 use std::fs;
 use std::path::Path;
@@ -342,4 +342,81 @@ fn programs_get_the_faults_of_their_scenarios() {
     };
     let paths: Vec<String> = scenario.faults().iter().map(|fault| fault.path.to_string()).collect();
     assert_eq!(paths, ["cycle_s", "ball.rolling.constant_mps2"]);
+}
+
+/// All that `ScenarioFile::check` says of a file.
+fn all_errors(name: &str, text: &str) -> Vec<String> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(name);
+    fs::write(&path, text).unwrap();
+    let errors = ScenarioFile::check(path.to_str().unwrap(), |_| Vec::new()).err().unwrap_or_default();
+    let start = format!("{}:", path.display());
+    errors.iter().map(|error| error.to_string().strip_prefix(&start).unwrap().to_owned()).collect()
+}
+
+#[test]
+fn a_check_finds_everything_and_nothing_that_only_follows() {
+    let text = r#"(
+  sede: 2,
+  field: spl2026,
+  ball: (radius_m: -1.0, position_m: "here"),
+  motion: (max_linear_mps: 9.0),
+  sonar: (noise: (gaussian: [1])),
+  robots: [
+    (number: 1, pose: (0, 0), behaviour: script([(kick: (typ: left_side)), (from_s: -1.0, walk: (0, 0, 0))])),
+    3,
+    (number: 1, head_deg: (0, "down")),
+    (number: 4, vision: (noise: lout)),
+    (number: 5, motion: (max_linear_mps: 8.0)),
+  ],
+  posts: [(radius_m: 7.0)],
+)"#;
+    let expected = [
+        "2:3: there is no field `sede`: did you mean `seed`?",
+        "3:10: there is no preset `spl2026`: did you mean `spl2025`?",
+        "4:38: `position_m` is the text `here`; expected a list of two numbers",
+        "5:28: `max_linear_mps` is 9; expected 0 to 5 m/s",
+        "6:29: `gaussian` is a list of 1; expected an object",
+        "8:23: `pose` is a list of 2; expected a list of three numbers",
+        "8:58: there is no field `typ`: did you mean `type`?",
+        "9:5: `robots[1]` is the number 3; expected an object",
+        "10:31: `head_deg[1]` is the text `down`; expected a number",
+        "11:33: there is no preset `lout`",
+        "12:42: `max_linear_mps` is 8; expected 0 to 5 m/s",
+        "14:21: `radius_m` is 7; expected more than 0",
+    ];
+    let errors = all_errors("wrong.ron", text);
+    for (error, start) in errors.iter().zip(expected) {
+        assert!(error.starts_with(start), "{error}\nexpected {start}");
+    }
+    assert_eq!(errors.len(), expected.len(), "{errors:#?}");
+}
+
+#[test]
+fn a_check_of_sound_fields_finds_all_places_and_settings() {
+    let text = r#"{ "cycle_s": 7, "messages": { "loss": 3, "delay_cycles": 0 }, "ball": { "position_m": [0, 0] },
+        "robots": [{}, {}, { "pose": [9, 0, 0] }] }"#;
+    let errors = all_errors("wrong.json", text);
+    let has = |words: &str| errors.iter().filter(|error| error.contains(words)).count();
+    for words in ["`cycle_s` is 7", "`loss` is 3", "`delay_cycles` is 0", "stand in one place", "outside the carpet"] {
+        assert_eq!(has(words), 1, "{words}: {errors:#?}");
+    }
+    assert_eq!(has("is inside blue"), 2, "{errors:#?}");
+}
+
+#[test]
+fn files_and_lists_have_an_end() {
+    let error = all_errors("large.json", &format!("{{ \"name\": \"{}\" }}", "x".repeat(5 << 20)));
+    assert!(error[0].contains("too large for a scenario: it has more than 4 MiB; expected at most 4 MiB"), "{error:?}");
+    let many = |field: &str, count: usize| format!("{{ \"{field}\": [{}] }}", vec!["{}"; count].join(","));
+    for (field, most) in [("robots", 510), ("posts", 1000), ("interventions", 10_000)] {
+        let errors = all_errors("many.json", &many(field, most + 1));
+        let words = format!("`{field}` is a list of {}; expected at most {most}", most + 1);
+        assert!(errors.iter().any(|error| error.contains(&words)), "{errors:?}");
+    }
+    // Of very many errors the first are told.
+    let entries = vec![r#"{ "from_s": -1, "walk": [0, 0, 0] }"#; 5000].join(",");
+    let errors =
+        all_errors("many.json", &format!(r#"{{ "robots": [{{ "behaviour": {{ "script": [{entries}] }} }}] }}"#));
+    assert_eq!(errors.len(), ScenarioFile::MOST_ERRORS);
 }

@@ -3,7 +3,8 @@
 use bevy::prelude::*;
 use naoisis::prelude::*;
 use naoisis::record::read::TraceReader;
-use naoisis::record::trace::{TracePlugin, TraceRecorder, record_cycle};
+use naoisis::record::trace::TraceRecorder;
+use naoisis::record::{RecordPlugin, recorder};
 use naoisis::scenario::{Format, ScenarioFile, Setting};
 use naoisis::sensing::scene::Scene;
 use naoisis::simulation::{Snapshot, change_settings};
@@ -34,7 +35,7 @@ struct BallNoise {
     distance_m: Option<f32>,
 }
 
-fn listen(scene: Res<Scene>, mut robots: Query<(&Pose, &Ear, &mut BallNoise, &mut naoisis::random::RandomStreams)>) {
+fn listen(scene: Res<Scene>, mut robots: Query<(&Pose, &Ear, &mut BallNoise, &mut RandomStreams)>) {
     for (pose, ear, mut noise, mut streams) in &mut robots {
         let distance = scene.ball.map(|ball| ball.position.distance(pose.position));
         let heard = distance.filter(|distance| *distance < ear.range_m);
@@ -122,13 +123,10 @@ fn what_is_wrong_is_found_before_the_match_and_located() {
 fn readings_are_in_the_trace_and_come_back_from_it() {
     let bytes = SharedBytes::default();
     let mut app = app();
-    app.add_plugins(TracePlugin);
+    app.add_plugins(RecordPlugin);
     let scenario = Scenario::from_json(SCENARIO).unwrap();
     app.start_match(&scenario).unwrap();
-    let mut recorder = TraceRecorder::plain(bytes.clone());
-    recorder.write_header(&scenario);
-    app.insert_resource(recorder);
-    app.world_mut().run_system_cached(record_cycle).unwrap();
+    recorder::start(app.world_mut(), vec![Box::new(TraceRecorder::plain("trace", bytes.clone()))]);
     app.run_cycles(3);
     let written = bytes.written();
     let heard = app.robot::<BallNoise>(blue(2)).unwrap().distance_m.unwrap();

@@ -151,7 +151,7 @@ fn whoever_lost_the_ball_finds_it_again() {
         r#"{ "rules": "free", "ball": { "position_m": [-1.5, 0.3] },
              "robots": [{ "number": 2, "pose": [0.5, 0.0, 0.0], "behaviour": "chaser" }] }"#,
     );
-    let sees = |app: &bevy::prelude::App| app.robot::<naoisis::belief::Belief>(blue(2)).unwrap().ball.is_some();
+    let sees = |app: &bevy::prelude::App| app.robot::<Belief>(blue(2)).unwrap().ball.is_some();
     assert!(app.run_until(30 * 8, sees));
 }
 
@@ -164,7 +164,7 @@ fn beliefs_stay_near_the_truth_for_a_whole_match() {
     for _ in 0..30 * 300 {
         app.run_cycles(1);
         for id in [blue(1), blue(2), pink(3)] {
-            let belief = app.robot::<naoisis::belief::Belief>(id).unwrap();
+            let belief = app.robot::<Belief>(id).unwrap();
             let own_end = app.game().own_end(id.team);
             let error = belief.pose_in_pitch(own_end).position.distance(app.robot_pose(id).unwrap().position);
             all += 1;
@@ -248,7 +248,7 @@ fn who_comes_back_from_a_penalty_plays_on() {
             plays,
             "{rules}: {:?}, believed {:?}",
             app.robot_pose(blue(2)),
-            app.robot::<naoisis::belief::Belief>(blue(2)).map(|belief| belief.pose)
+            app.robot::<Belief>(blue(2)).map(|belief| belief.pose)
         );
     }
 }

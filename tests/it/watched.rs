@@ -4,7 +4,8 @@ use bevy::prelude::*;
 use bevy::time::TimeUpdateStrategy;
 use core::time::Duration;
 use naoisis::prelude::*;
-use naoisis::record::trace::{TracePlugin, TraceRecorder, record_cycle};
+use naoisis::record::recorder;
+use naoisis::record::trace::TraceRecorder;
 use naoisis::viewer::chronicle::ChroniclePlugin;
 use naoisis::viewer::drive::DrivePlugin;
 use naoisis::viewer::event_log::EventLogPlugin;
@@ -21,16 +22,13 @@ fn the_trace_of_a_match_watched_at_changing_speeds_is_the_headless_one_byte_for_
     let scenario = Scenario { seed: 5, ..Scenario::named("match3v3").unwrap() };
     let bytes = SharedBytes::default();
     let mut app = App::new();
-    app.add_plugins((MinimalPlugins, NaoisisPlugins, TracePlugin, EventLogPlugin, DrivePlugin));
+    app.add_plugins((MinimalPlugins, NaoisisPlugins, EventLogPlugin, DrivePlugin));
     app.add_plugins((ChroniclePlugin, EyesPlugin));
     // Somebody looks through a robot's eyes, too.
     let looked_through = (RobotId::new(Team::Blue, 2), CameraSide::Top);
     app.world_mut().resource_mut::<Watched>().cameras.insert(looked_through);
     app.start_match(&scenario).unwrap();
-    let mut recorder = TraceRecorder::plain(bytes.clone());
-    recorder.write_header(&scenario);
-    app.insert_resource(recorder);
-    app.world_mut().run_system_cached(record_cycle).unwrap();
+    recorder::start(app.world_mut(), vec![Box::new(TraceRecorder::plain("trace", bytes.clone()))]);
     // Frames of uneven length, whatever is watched.
     let frames = |app: &mut App, count: u64| {
         for frame in 0..count {

@@ -1,17 +1,19 @@
 //! What types cannot say: that numbers are finite and within their ranges, and that nothing overlaps.
 
-mod finite;
+mod numbers;
 mod placement;
 mod settings;
 
+pub(crate) use numbers::Numbers;
 pub(super) use placement::place_ball_beside_robots;
 
 use core::fmt::Display;
 use core::ops::RangeInclusive;
 
-use super::field_path::FieldPath;
+use super::field_path::{FieldPath, Segment};
 use super::outline::Aim;
 use super::types::{BehaviourSpec, RobotSpec, Scenario};
+use super::wording::in_words;
 use crate::behaviour::script::ScriptEntry;
 use crate::game::{Intervention, TimedIntervention};
 use crate::geometry::to_degrees;
@@ -23,7 +25,7 @@ use crate::sensing::vision::VisionSource;
 
 /// A value of a scenario that cannot be.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
-#[error("{path}: {message}; expected {expected}")]
+#[error("{path}: {}", in_words(.message, .expected))]
 pub struct ScenarioFault {
     /// The field at fault.
     pub path: FieldPath,
@@ -57,6 +59,28 @@ impl ScenarioFault {
         Self { aim: Aim::Key, ..self }
     }
 
+    /// What is wrong and what was expected, without the field.
+    pub fn in_words(&self) -> String {
+        in_words(&self.message, &self.expected)
+    }
+
+    /// Whether it may be there only because something else is wrong: in the same part of the scenario, in what its robot
+    /// has from the common settings, or in the other field that it has to do with.
+    pub(super) fn may_come_of(&self, wrong: &[FieldPath]) -> bool {
+        let common = match self.path.segments() {
+            [_, Segment::Index(_), Segment::Field(field), ..] => match field.as_str() {
+                "head_deg" => "head",
+                "behaviour" => "messages",
+                field => field,
+            },
+            _ => "",
+        };
+        let common = FieldPath::from(common);
+        let own = [Some(&self.path), self.related.as_ref(), Some(&common)];
+        let mut parts = own.into_iter().flatten().map(FieldPath::part).filter(|part| !part.is_empty());
+        parts.any(|part| wrong.iter().any(|other| other.part() == part))
+    }
+
     /// The fault with another field that has to do with it.
     #[must_use]
     pub fn related_to(mut self, path: FieldPath) -> Self {
@@ -74,18 +98,54 @@ impl Scenario {
         self.faults().into_iter().next().map_or(Ok(()), Err)
     }
 
-    /// Everything that is wrong, numbers first, then places.
+    /// Everything that is wrong, numbers first, then places; of very many faults the first.
     pub fn faults(&self) -> Vec<ScenarioFault> {
+        let mut faults = self.faults_of_parts();
+        let wrong: Vec<FieldPath> = faults.iter().map(|fault| fault.path.clone()).collect();
+        // On a field that cannot be nothing has its place.
+        if !wrong.iter().any(|path| path.starts_with(&FieldPath::from("field"))) {
+            let more = self.checked(|checks| {
+                checks.whole(self);
+                checks.placement(self);
+                // Whoever is to be lined up must have a sound pitch to stand on.
+                if wrong.is_empty() && checks.faults.is_empty() {
+                    checks.room_at_kick_offs(self);
+                }
+            });
+            faults.extend(more.into_iter().filter(|fault| !wrong.contains(&fault.path) && !fault.may_come_of(&wrong)));
+        }
+        faults
+    }
+
+    /// What is wrong with its settings, whose numbers are finite, wherever robots, ball and posts are.
+    pub(crate) fn faults_of_settings(&self) -> Vec<ScenarioFault> {
+        self.checked(|checks| {
+            checks.parts(self);
+            checks.whole(self);
+        })
+    }
+
+    /// What is wrong with single settings, whatever is to be thought of them together.
+    pub(super) fn faults_of_parts(&self) -> Vec<ScenarioFault> {
+        self.checked(|checks| checks.parts(self))
+    }
+
+    fn checked(&self, check: impl FnOnce(&mut Checks)) -> Vec<ScenarioFault> {
         // With a number that is not finite nothing else can be judged.
-        if let Err(fault) = finite::check(self) {
+        if let Err(fault) = Numbers::FINITE.check(self) {
             return vec![fault];
         }
         let mut checks = Checks::default();
-        checks.scenario(self);
-        checks.placement(self);
+        check(&mut checks);
         checks.faults
     }
 }
+
+/// Durations of a cycle that can be, s.
+const CYCLE_S: RangeInclusive<f64> = 0.001..=1.0;
+
+/// More faults than these say nothing new, and would take memory.
+const MOST_FAULTS: usize = 1000;
 
 /// Collects faults.
 #[derive(Default)]
@@ -95,7 +155,13 @@ struct Checks {
 
 impl Checks {
     fn fault(&mut self, path: FieldPath, message: impl Into<String>, expected: impl Into<String>) {
-        self.faults.push(ScenarioFault::new(path, message, expected));
+        self.push(ScenarioFault::new(path, message, expected));
+    }
+
+    fn push(&mut self, fault: ScenarioFault) {
+        if self.faults.len() < MOST_FAULTS {
+            self.faults.push(fault);
+        }
     }
 
     /// That a value is within a range.
@@ -140,15 +206,16 @@ impl Checks {
             if by_word || (word.is_none() && source == VisionSource::Image) {
                 let message = "`render` is off, but robots see by their images";
                 let fault = ScenarioFault::new(root.field("cameras").field("render"), message, "`software` or `auto`");
-                self.faults.push(fault.related_to(path.field("vision")));
+                self.push(fault.related_to(path.field("vision")));
                 return;
             }
         }
     }
 
-    fn scenario(&mut self, scenario: &Scenario) {
+    /// What can be said of each setting by itself, or with its neighbours.
+    fn parts(&mut self, scenario: &Scenario) {
         let root = FieldPath::default();
-        self.range(root.field("cycle_s"), scenario.cycle_s, 0.001..=1.0, " s");
+        self.range(root.field("cycle_s"), scenario.cycle_s, CYCLE_S, " s");
         if let Some(duration) = scenario.duration_s {
             self.positive(root.field("duration_s"), duration, 1e6, " s");
         }
@@ -167,17 +234,12 @@ impl Checks {
         self.odometry(&root.field("odometry"), &scenario.odometry);
         self.cameras(&root.field("cameras"), &scenario.cameras);
         self.vision(&root.field("vision"), &scenario.vision);
-        self.image_source(scenario);
         self.messages(&root.field("messages"), &scenario.messages);
         for (index, robot) in scenario.robots.iter().enumerate() {
             self.robot(&root.field("robots").index(index), robot, scenario);
         }
-        self.numbers(&scenario.robots);
         if let Some(teams) = &scenario.teams {
             let path = root.field("teams");
-            if !scenario.robots.is_empty() {
-                self.fault(path.clone(), "both `teams` and `robots` are given", "one of the two");
-            }
             for (side, name) in [("blue", &teams.blue), ("pink", &teams.pink)] {
                 if name.trim().is_empty() {
                     let expected = "the name of a team, as `naoisis list teams` shows them";
@@ -189,6 +251,16 @@ impl Checks {
             let path = root.field("posts").index(index);
             self.positive(path.field("radius_m"), post.radius_m, 1.0, " m");
             self.positive(path.field("height_m"), post.height_m, 10.0, " m");
+        }
+    }
+
+    /// What takes more than one part of the scenario to be said.
+    fn whole(&mut self, scenario: &Scenario) {
+        let root = FieldPath::default();
+        self.image_source(scenario);
+        self.numbers(&scenario.robots);
+        if scenario.teams.is_some() && !scenario.robots.is_empty() {
+            self.fault(root.field("teams"), "both `teams` and `robots` are given", "one of the two");
         }
         for (index, timed) in scenario.interventions.iter().enumerate() {
             self.intervention(&root.field("interventions").index(index), timed, scenario);
@@ -308,7 +380,8 @@ impl Checks {
     /// That within a cycle a robot can turn by less than half a turn to either side.
     fn turn(&mut self, path: &FieldPath, motion: &MotionLimits, cycle_s: f64) {
         let turn_deg = f64::from(to_degrees(motion.max_angular)) * cycle_s;
-        if turn_deg >= 180.0 {
+        // Of an impossible cycle enough is said.
+        if turn_deg >= 180.0 && CYCLE_S.contains(&cycle_s) {
             let message = format!("with cycles of {cycle_s} s a robot could turn by {turn_deg:.0} degrees in one");
             self.fault(path.field("max_angular_degps"), message, "less than 180 degrees a cycle");
         }

@@ -1,12 +1,18 @@
-//! That robots, ball and posts of a scenario have room, each on the carpet and none in another.
+//! That robots, ball and posts of a scenario have room, each on the carpet and none in another: at the start, and at every
+//! kick-off.
 
 use bevy::prelude::*;
 
 use super::{Checks, ScenarioFault};
+use crate::game::Game;
 use crate::geometry::Pose;
+use crate::pitch::End;
+use crate::referee::placing::LineUp;
+use crate::referee::snapshot::Disc;
 use crate::robot::body::{BodyBounds, Footprint};
 use crate::scenario::field_path::FieldPath;
 use crate::scenario::types::{RobotSpec, Scenario};
+use crate::team::{RobotId, Team};
 
 /// Touching is no overlap: less than this is rounding, m.
 const TOLERANCE_M: f32 = 1e-4;
@@ -17,10 +23,6 @@ impl Checks {
         let carpet = scenario.field.carpet_half_extents();
         let on_carpet = format!("a place on the carpet: x within ±{} m and y within ±{} m", carpet.x, carpet.y);
         let outside = |position: Vec2| position.abs().cmpgt(carpet).any();
-        let words = |position: Vec2| {
-            let millimetres = |metres: f32| f64::from((metres * 1000.0).round()) / 1000.0;
-            format!("({}, {})", millimetres(position.x), millimetres(position.y))
-        };
 
         let robots = &scenario.robots;
         let pose_path = |index: usize| root.field("robots").index(index).field("pose");
@@ -33,7 +35,7 @@ impl Checks {
                 if torsos_overlap(robot.pose, other.pose) {
                     let message = format!("{} and {} stand in one place", other.id(), robot.id());
                     let fault = ScenarioFault::new(pose_path(index), message, "a place where the two have room");
-                    self.faults.push(fault.related_to(pose_path(other_index)));
+                    self.push(fault.related_to(pose_path(other_index)));
                 }
             }
             for post in scenario.field.goal_posts() {
@@ -53,7 +55,7 @@ impl Checks {
                 if torso_reaches(robot, post.position_m, post.radius_m) {
                     let message = format!("{} stands in the post at {}", robot.id(), words(post.position_m));
                     let fault = ScenarioFault::new(pose_path(robot_index), message, "a place clear of posts");
-                    self.faults.push(fault.related_to(path.clone()));
+                    self.push(fault.related_to(path.clone()));
                 }
             }
         }
@@ -67,7 +69,7 @@ impl Checks {
             if torso_reaches(robot, ball.position_m, ball.radius_m) {
                 let message = format!("the ball at {} is inside {}", words(ball.position_m), robot.id());
                 let expected = "a place clear of the robots' torsos; a ball to kick lies 0.10 m to 0.22 m in front";
-                self.faults.push(ScenarioFault::new(path.clone(), message, expected).related_to(pose_path(index)));
+                self.push(ScenarioFault::new(path.clone(), message, expected).related_to(pose_path(index)));
             }
         }
         for (position, radius) in posts(scenario) {
@@ -78,6 +80,68 @@ impl Checks {
             }
         }
     }
+}
+
+impl Checks {
+    /// That there is room on the carpet for everybody at a kick-off, whose it is and at whichever end the teams are.
+    pub(super) fn room_at_kick_offs(&mut self, scenario: &Scenario) {
+        let carpet = scenario.field.carpet_half_extents();
+        let is_outside = |place: Vec2| place.abs().cmpgt(carpet).any();
+        let mut robots: Vec<RobotId> = scenario.robots.iter().map(RobotSpec::id).collect();
+        let mut balls = vec![Vec2::ZERO];
+        if scenario.teams.is_some() {
+            let numbers = 1..=scenario.rules.team_size;
+            robots = Team::BOTH
+                .into_iter()
+                .flat_map(|team| numbers.clone().map(move |number| RobotId::new(team, number)))
+                .collect();
+            // Who is lined up at the start stands clear of the ball wherever that is.
+            balls.extend(scenario.ball.map(|ball| ball.position_m));
+        }
+        robots.sort();
+        let kick_offs =
+            End::BOTH.into_iter().flat_map(|end| [Some(Team::Blue), Some(Team::Pink), None].map(|team| (end, team)));
+        for (blue_end, kick_off_team) in kick_offs {
+            let game = Game { blue_end, ..Game::default() };
+            for &ball in &balls {
+                let mut line_up = scenario.line_up(&game, kick_off_team, scenario.ball.map(|_| ball));
+                let crowded_out =
+                    robots.iter().find(|id| is_outside(line_up.put_down(**id, &BodyBounds::default()).position));
+                let without_room = match (crowded_out, &scenario.ball) {
+                    (Some(id), _) => Some((id.to_string(), line_up.place_of(*id).position)),
+                    (None, Some(ball)) => {
+                        is_outside(line_up.ball_place(ball.radius_m)).then(|| ("the ball".to_owned(), Vec2::ZERO))
+                    }
+                    (None, None) => None,
+                };
+                let Some((who, place)) = without_room else { continue };
+                let root = FieldPath::default();
+                let path = if scenario.posts.is_empty() {
+                    root.field("rules").field("team_size")
+                } else {
+                    root.field("posts")
+                };
+                let message = format!("at a kick-off there is no room on the carpet for {who} around {}", words(place));
+                self.fault(path, message, "fewer or thinner posts, smaller teams, or a larger pitch");
+                return;
+            }
+        }
+    }
+}
+
+impl Scenario {
+    /// The kick-off of a match of this scenario, with nobody there yet and the ball there, m.
+    pub fn line_up<'a>(&'a self, game: &'a Game, kick_off_team: Option<Team>, ball: Option<Vec2>) -> LineUp<'a> {
+        let posts: Vec<Disc> = posts(self).map(|(centre, radius)| Disc { centre, radius }).collect();
+        let ball = ball.zip(self.ball).map(|(centre, ball)| Disc { centre, radius: ball.radius_m });
+        LineUp::new(&self.field, &posts, ball, game, self.rules.team_size, kick_off_team)
+    }
+}
+
+/// A place in words, to the millimetre.
+fn words(position: Vec2) -> String {
+    let millimetres = |metres: f32| f64::from((metres * 1000.0).round()) / 1000.0;
+    format!("({}, {})", millimetres(position.x), millimetres(position.y))
 }
 
 /// Moves a ball that was left at its default place, the centre mark, to the nearest place that is free of robots and

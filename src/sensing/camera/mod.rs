@@ -2,7 +2,7 @@
 //!
 //! **What it measures.** Two images, one from the upper camera that looks ahead and one from the lower that looks
 //! 40° further down, of 320 x 240 pixels with a field of view of 58° along the diagonal (47.8° x 36.8°). The
-//! geometry of both is the [`model`]. What is recognised in them is the [vision](crate::sensing::vision)'s matter,
+//! geometry of both is the [model](crate::camera_model). What is recognised in them is the [vision](crate::sensing::vision)'s matter,
 //! which need not have an image rendered.
 //!
 //! **Images** ([`CameraImages`]) are rendered on request (`"render": "software"` or `"gpu"`), and for robots that see by them
@@ -23,26 +23,22 @@ use serde::{Deserialize, Serialize};
 use crate::appearance::gait::{Gait, GaitPlugin};
 use crate::appearance::robot::RobotDesign;
 use crate::camera_model::{CameraIntrinsics, CameraSide};
-use crate::cycle::Cycle;
 use crate::geometry::{file_units, to_radians};
 use crate::knowledge::Knowledge;
 use crate::pitch::Pitch;
-use crate::sensing::jobs::SensingThreads;
-use crate::sensing::scene::SensingSystems;
 use crate::state::ReflectState;
 
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod image;
 pub mod noise;
-mod rendering;
 pub mod shot;
 pub mod software;
 
 use image::Image;
 use noise::ImageNoise;
 
-/// Fills every robot's [`CameraImages`] where they are rendered.
+/// Robots with cameras. Their images are the [rendering](crate::sensing::rendering)'s matter.
 pub struct CameraPlugin;
 
 impl Plugin for CameraPlugin {
@@ -50,11 +46,7 @@ impl Plugin for CameraPlugin {
         if !app.is_plugin_added::<GaitPlugin>() {
             app.add_plugins(GaitPlugin);
         }
-        app.register_type::<CameraSettings>()
-            .register_type::<CameraImages>()
-            .init_resource::<Pitch>()
-            .init_resource::<SensingThreads>()
-            .add_systems(Cycle, rendering::take_images.in_set(SensingSystems::Images));
+        app.register_type::<CameraSettings>().register_type::<CameraImages>().init_resource::<Pitch>();
     }
 }
 

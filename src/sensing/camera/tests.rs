@@ -6,6 +6,7 @@ use crate::geometry::Pose;
 use crate::random::RandomStreams;
 use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
+use crate::sensing::jobs::SensingThreads;
 use crate::sensing::testing::{sense, sensing_app, set, spawn_ball, spawn_robot};
 use crate::sensing::vision::{VisionSettings, VisionSource};
 use crate::team::Team;

@@ -40,11 +40,12 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use crate::appearance::scene::{Scene, ScenePost, SceneRobot};
 use crate::cycle::Cycle;
 use crate::geometry::{Pose, file_units, to_radians, unit, unrotate};
 use crate::knowledge::Knowledge;
 use crate::random::{RandomStream, RandomStreams};
-use crate::sensing::scene::{Scene, ScenePlugin, ScenePost, SceneRobot, SensingSystems};
+use crate::sensing::scene::{ScenePlugin, SensingSystems};
 use crate::state::ReflectState;
 use crate::team::RobotId;
 
@@ -230,7 +231,7 @@ pub fn echoes(settings: &SonarSettings, own_id: RobotId, own_pose: Pose, scene: 
         nearest[1] = nearer(nearest[1], distance_to(right_axis));
     };
     for robot in &scene.robots {
-        let centre = unrotate(forward, robot.position - own_position);
+        let centre = unrotate(forward, robot.pose.position - own_position);
         if robot.id != own_id && is_near(centre, robot.reach + range + EDGE_M) {
             let facing = unrotate(forward, robot.forward);
             hear(&|axis| distance_to_body(sector, axis, robot, centre, facing, settings.height_m));

@@ -4,13 +4,12 @@ use bevy::prelude::*;
 
 use super::occlusion::{Occluders, Target};
 use super::{BallPercept, ClassNoise, GoalPostPercept, Percepts, RobotPercept, VisionNoise};
+use crate::appearance::scene::{Scene, SceneBall, ScenePost, SceneRobot};
 use crate::camera_model::{CameraIntrinsics, CameraSide, CameraView, ViewSide};
 use crate::geometry::{Pose, unrotate};
-use crate::pitch::GoalColour;
 use crate::random::RandomStream;
 use crate::robot::head::HeadAngles;
 use crate::sensing::camera::CameraSettings;
-use crate::sensing::scene::{Scene, SceneBall, ScenePost, SceneRobot};
 use crate::team::Team;
 
 /// Heights on the waistband at which a robot is looked for, m: the band is 10 cm high, above the hips.
@@ -166,7 +165,7 @@ impl<'a> Observer<'a> {
 
     fn see_robot(&mut self, index: usize, robot: &SceneRobot) -> Option<RobotPercept> {
         let class = self.noise.robots;
-        let place = self.in_robot_frame(robot.position);
+        let place = self.in_robot_frame(robot.pose.position);
         if class.is_too_far(place) || self.side_of(place) != ViewSide::Inside {
             return None;
         }
@@ -207,7 +206,7 @@ impl<'a> Observer<'a> {
             });
         }
         if self.stream.chance(goal_posts.false_positive_probability) {
-            let [one, other] = scene.markings.goal_colours.unwrap_or([GoalColour::White; 2]);
+            let [one, other] = scene.markings.goal_colours;
             let colour = if self.stream.chance(0.5) { one } else { other };
             percepts.goal_posts.extend(
                 self.imagined_place(&goal_posts, 0.0).map(|(camera, pixel, position_m)| GoalPostPercept {

@@ -6,8 +6,7 @@ use super::geometric::Observer;
 use super::occlusion::Target;
 use super::{ClassNoise, LandmarkKind, LandmarkPercept};
 use crate::camera_model::{CameraSide, ViewSide};
-use crate::pitch::LineSegment;
-use crate::sensing::scene::Markings;
+use crate::pitch::{LineSegment, Markings};
 
 /// A shorter stretch of line is not recognised, pixels.
 const SHORTEST_LINE_PX: f32 = 10.0;

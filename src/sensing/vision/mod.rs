@@ -40,6 +40,7 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use crate::appearance::scene::Scene;
 use crate::camera_model::CameraSide;
 use crate::cycle::Cycle;
 use crate::geometry::{Pose, angle_of};
@@ -49,7 +50,7 @@ use crate::random::RandomStreams;
 use crate::robot::head::HeadAngles;
 use crate::sensing::camera::CameraSettings;
 use crate::sensing::jobs::SensingThreads;
-use crate::sensing::scene::{Scene, ScenePlugin, SensingSystems};
+use crate::sensing::scene::{ScenePlugin, SensingSystems};
 use crate::state::ReflectState;
 use crate::team::{RobotId, Team};
 
@@ -203,6 +204,21 @@ impl Percepts {
         goal_posts.clear();
         robots.clear();
         landmarks.clear();
+    }
+
+    /// Whether every number in them is finite.
+    pub fn is_finite(&self) -> bool {
+        let Percepts { ball, goal_posts, robots, landmarks } = self;
+        let seen = ball.iter().map(|seen| (seen.pixel, seen.position_m));
+        let seen = seen.chain(goal_posts.iter().map(|seen| (seen.pixel, seen.position_m)));
+        let seen = seen.chain(robots.iter().map(|seen| (seen.pixel, seen.position_m)));
+        let seen = seen.chain(landmarks.iter().map(|seen| (seen.pixel, seen.position_m)));
+        let mut ends = landmarks.iter().filter_map(|seen| match seen.kind {
+            LandmarkKind::Line { end_pixel, end_position_m } => Some((end_pixel, end_position_m)),
+            LandmarkKind::Junction { .. } | LandmarkKind::PenaltyCross | LandmarkKind::CentreCircle => None,
+        });
+        let is_finite = |(pixel, place): (Vec2, Vec2)| pixel.is_finite() && place.is_finite();
+        seen.into_iter().all(is_finite) && ends.all(is_finite)
     }
 
     /// Puts everything in the order of the images: upper camera first, from left to right.

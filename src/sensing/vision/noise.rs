@@ -1,13 +1,13 @@
 //! Errors of the geometric vision, class by class, and their presets.
 
 use bevy::prelude::*;
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 
 use crate::geometry::{file_units, to_radians};
-use crate::sensing::preset::{self, Preset};
 
 /// How well one class of things is recognised.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct ClassNoise {
     /// Standard deviation of the pixel, along u and v each, pixels.
     pub pixel_sd: f32,
@@ -31,9 +31,10 @@ impl ClassNoise {
     }
 }
 
-/// Errors of the geometric vision. In files: `"none"`, `"default"`, or an object with a `preset` and the fields that
+/// Errors of the geometric vision. In scenario files: `"none"`, `"default"`, or an object with a `preset` and the fields that
 /// differ from it.
-#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct VisionNoise {
     /// The ball.
     pub ball: ClassNoise,
@@ -62,6 +63,9 @@ impl Default for VisionNoise {
 }
 
 impl VisionNoise {
+    /// The presets by name.
+    pub const PRESETS: [(&'static str, fn() -> Self); 2] = [("none", Self::none), ("default", Self::standard)];
+
     /// The preset `none`: everything in view is recognised, exactly and at any distance.
     pub fn none() -> Self {
         let exact = ClassNoise::default();
@@ -95,130 +99,16 @@ impl VisionNoise {
     }
 }
 
-impl<'de> Deserialize<'de> for VisionNoise {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        preset::deserialize(deserializer)
-    }
-}
-
-impl Preset for VisionNoise {
-    type Changes = VisionNoiseChanges;
-
-    const NAMES: &'static [&'static str] = &["none", "default"];
-
-    fn preset(name: &str) -> Option<Self> {
-        match name {
-            "none" => Some(Self::none()),
-            "default" => Some(Self::standard()),
-            _ => None,
-        }
-    }
-
-    fn base(changes: &VisionNoiseChanges) -> Option<&str> {
-        changes.preset.as_deref()
-    }
-
-    fn changed(self, changes: VisionNoiseChanges) -> Self {
-        Self {
-            ball: changes.ball.applied_to(self.ball),
-            goal_posts: changes.goal_posts.applied_to(self.goal_posts),
-            robots: changes.robots.applied_to(self.robots),
-            lines: changes.lines.applied_to(self.lines),
-            junctions: changes.junctions.applied_to(self.junctions),
-            penalty_crosses: changes.penalty_crosses.applied_to(self.penalty_crosses),
-            centre_circle: changes.centre_circle.applied_to(self.centre_circle),
-            head_angle_sd: changes.head_angle_sd_deg.map_or(self.head_angle_sd, to_radians),
-        }
-    }
-}
-
-/// The fields of a [`VisionNoise`] that an object changes.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct VisionNoiseChanges {
-    #[serde(default, deserialize_with = "preset::present")]
-    preset: Option<String>,
-    #[serde(default)]
-    ball: ClassChanges,
-    #[serde(default)]
-    goal_posts: ClassChanges,
-    #[serde(default)]
-    robots: ClassChanges,
-    #[serde(default)]
-    lines: ClassChanges,
-    #[serde(default)]
-    junctions: ClassChanges,
-    #[serde(default)]
-    penalty_crosses: ClassChanges,
-    #[serde(default)]
-    centre_circle: ClassChanges,
-    #[serde(default, deserialize_with = "preset::present")]
-    head_angle_sd_deg: Option<f32>,
-}
-
-/// The fields of a [`ClassNoise`] that an object changes.
-#[derive(Deserialize, Default)]
-#[serde(deny_unknown_fields)]
-struct ClassChanges {
-    #[serde(default, deserialize_with = "preset::present")]
-    pixel_sd: Option<f32>,
-    #[serde(default, deserialize_with = "preset::present")]
-    miss_probability: Option<f32>,
-    #[serde(default, deserialize_with = "preset::present")]
-    false_positive_probability: Option<f32>,
-    /// Absent, or present and null for unlimited.
-    #[serde(default, deserialize_with = "preset::present")]
-    max_distance_m: Option<Option<f32>>,
-}
-
-impl ClassChanges {
-    fn applied_to(self, class: ClassNoise) -> ClassNoise {
-        ClassNoise {
-            pixel_sd: self.pixel_sd.unwrap_or(class.pixel_sd),
-            miss_probability: self.miss_probability.unwrap_or(class.miss_probability),
-            false_positive_probability: self.false_positive_probability.unwrap_or(class.false_positive_probability),
-            max_distance_m: self.max_distance_m.unwrap_or(class.max_distance_m),
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn read(json: &str) -> Result<VisionNoise, serde_json::Error> {
-        serde_json::from_str(json)
-    }
-
-    #[test]
-    fn noise_is_a_presets_name_or_what_differs_from_one() {
-        assert_eq!(read("\"none\"").unwrap(), VisionNoise::none());
-        assert_eq!(read("\"default\"").unwrap(), VisionNoise::default());
-        let changed = read(r#"{ "preset": "none", "ball": { "pixel_sd": 2 }, "head_angle_sd_deg": 180 }"#).unwrap();
-        assert_eq!(changed.ball, ClassNoise { pixel_sd: 2.0, ..default() });
-        assert_eq!(changed.head_angle_sd, core::f32::consts::PI);
-        assert_eq!(changed.robots, ClassNoise::default());
-        // Without a preset, what is not said is as by default.
-        let changed = read(r#"{ "ball": { "max_distance_m": null } }"#).unwrap();
-        assert_eq!(changed.ball, ClassNoise { max_distance_m: None, ..VisionNoise::default().ball });
-        assert_eq!(changed.goal_posts, VisionNoise::default().goal_posts);
-    }
-
     #[test]
     fn noise_written_by_a_program_reads_back() {
-        for noise in [VisionNoise::none(), VisionNoise::default()] {
-            assert_eq!(read(&serde_json::to_string(&noise).unwrap()).unwrap(), noise);
+        for (_, noise) in VisionNoise::PRESETS {
+            let noise = noise();
+            assert_eq!(serde_json::from_str::<VisionNoise>(&serde_json::to_string(&noise).unwrap()).unwrap(), noise);
             assert_eq!(ron::from_str::<VisionNoise>(&ron::to_string(&noise).unwrap()).unwrap(), noise);
         }
-        assert_eq!(ron::from_str::<VisionNoise>("\"none\"").unwrap(), VisionNoise::none());
-    }
-
-    #[test]
-    fn what_is_not_understood_is_refused_in_words() {
-        let error = read("\"loud\"").unwrap_err().to_string();
-        assert!(error.contains("expected one of the presets `none`, `default`"), "{error}");
-        assert!(read(r#"{ "balls": {} }"#).unwrap_err().to_string().contains("unknown field `balls`"));
-        let error = read("{ \"ball\": {\n \"pixel\": 1 } }").unwrap_err();
-        assert_eq!(error.line(), 2);
     }
 }

@@ -4,9 +4,9 @@ use bevy::prelude::*;
 use parry3d::bounding_volume::Aabb;
 use parry3d::query::{Ray, RayCast};
 
+use crate::appearance::scene::Scene;
 use crate::geometry::{Pose, unrotate};
 use crate::robot::body::BodyBox;
-use crate::sensing::scene::Scene;
 
 /// The bodies and posts around one robot, in its frame. Filled anew for each robot, keeping its memory.
 #[derive(Default, Debug)]
@@ -54,7 +54,7 @@ impl Occluders {
         self.robots.extend(scene.robots.iter().enumerate().filter(|&(index, _)| Some(index) != own_index).map(
             |(index, robot)| OccludingRobot {
                 index,
-                position: unrotate(own_forward, robot.position - own_pose.position),
+                position: unrotate(own_forward, robot.pose.position - own_pose.position),
                 forward: unrotate(own_forward, robot.forward),
                 reach: robot.reach,
                 boxes: [robot.bounds.torso, robot.bounds.base].map(bounding_box),
@@ -164,18 +164,15 @@ fn bounding_box(body: BodyBox) -> Aabb {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::unit;
+    use crate::appearance::scene::{ScenePost, SceneRobot};
     use crate::pitch::Post;
     use crate::robot::body::BodyBounds;
-    use crate::sensing::scene::{ScenePost, SceneRobot};
     use crate::team::{RobotId, Team};
 
     const LENS: Vec3 = Vec3::new(0.0539, 0.0, 0.5372);
 
     fn robot(team: Team, x: f32, y: f32, heading: f32) -> SceneRobot {
-        let bounds = BodyBounds::default();
-        let reach = bounds.torso.reach();
-        SceneRobot { id: RobotId::new(team, 1), position: Vec2::new(x, y), forward: unit(heading), bounds, reach }
+        SceneRobot::standing(RobotId::new(team, 1), Pose::new(x, y, heading), BodyBounds::default())
     }
 
     fn around(others: &[SceneRobot], posts: &[ScenePost]) -> Occluders {

@@ -3,11 +3,11 @@
 use bevy::prelude::*;
 
 use super::{BallPercept, GoalPostPercept, LandmarkKind, LandmarkPercept, Percepts, RobotPercept};
+use crate::appearance::scene::Scene;
 use crate::camera_model::{CameraIntrinsics, CameraSide, CameraView};
 use crate::geometry::Pose;
 use crate::robot::head::HeadAngles;
 use crate::sensing::camera::CameraSettings;
-use crate::sensing::scene::Scene;
 
 /// Fills the percepts with everything, wherever the robot looks. The camera is the lower one if that has the thing in its
 /// image, otherwise the upper one; the pixel of what no camera sees is outside the image.
@@ -41,7 +41,7 @@ pub(super) fn know_everything(
     }));
     let others = scene.robots.iter().enumerate().filter(|&(index, _)| Some(index) != own_index);
     percepts.robots.extend(others.map(|(_, robot)| {
-        let (camera, pixel, position_m) = look_at(robot.position);
+        let (camera, pixel, position_m) = look_at(robot.pose.position);
         RobotPercept { camera, team: robot.id.team, pixel, position_m }
     }));
     let landmark = |kind: LandmarkKind, point: Vec2| {

@@ -30,6 +30,7 @@ use core::any::TypeId;
 use std::io;
 use std::path::PathBuf;
 
+mod check;
 mod file;
 
 use super::spawn::MatchEntity;
@@ -74,6 +75,14 @@ pub enum SnapshotError {
     /// The state belongs to a behaviour that is not registered here.
     #[error("there is no behaviour `{0}`; register it before the snapshot is restored")]
     NoBehaviour(String),
+    /// The state is that of no match.
+    #[error("{what}: {message}; expected a match as it was saved")]
+    Impossible {
+        /// Whose state.
+        what: String,
+        /// What is wrong with it.
+        message: String,
+    },
     /// The match has camera images that cannot be rendered here.
     #[error(transparent)]
     Cameras(#[from] ScenarioFault),
@@ -129,7 +138,7 @@ impl Snapshot {
     /// Puts the match into `world`, in place of any that is there.
     ///
     /// # Errors
-    /// When a behaviour of it is not registered; the world is then as it was.
+    /// When it is the state of no match, or a behaviour of it is not registered; the world is then as it was.
     pub fn restore(&self, world: &mut World) -> Result<(), SnapshotError> {
         let behaviours = world.resource::<BehaviourRegistry>();
         for name in self.entities.iter().flat_map(|entity| &entity.behaviours) {
@@ -137,6 +146,9 @@ impl Snapshot {
                 return Err(SnapshotError::NoBehaviour(name.clone()));
             }
         }
+        let registry = world.resource::<AppTypeRegistry>().clone();
+        let registry = registry.read();
+        check::check(self, &registry)?;
         let scenario = self.resources.iter().find_map(|resource| resource.as_any().downcast_ref::<Scenario>());
         if let Some(scenario) = scenario {
             scenario.cameras.render.make_ready(world).map_err(ScenarioFault::from)?;
@@ -146,8 +158,6 @@ impl Snapshot {
         for entity in old {
             world.despawn(entity);
         }
-        let registry = world.resource::<AppTypeRegistry>().clone();
-        let registry = registry.read();
         for resource in &self.resources {
             let Some(access) = access_to(&**resource, &registry) else { continue };
             let id = access.register(world);

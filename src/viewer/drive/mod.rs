@@ -18,7 +18,7 @@ use super::shared::{DisplayFraction, Playback, ViewerCommand, is_over};
 use super::speed::Speed;
 use super::timeline::{self, Timeline, TimelinePlugin, TimelineSystems};
 use crate::cycle::{CycleClock, try_run_cycle};
-use crate::game::{Game, GameState};
+use crate::game::Game;
 use crate::record::history::History;
 use crate::scenario::{Scenario, ScenarioFault, ScenarioFile};
 use crate::simulation;

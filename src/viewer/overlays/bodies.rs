@@ -10,6 +10,7 @@ use crate::belief::point_pitch_from_team;
 use crate::game::{Game, Penalty};
 use crate::geometry::{Pose, unit};
 use crate::kick_geometry::{KickType, strike};
+use crate::record::gather::CurrentRecord;
 use crate::robot::PreviousPose;
 use crate::robot::body::{BodyBounds, BodyBox};
 use crate::team::RobotId;
@@ -130,7 +131,7 @@ pub(super) fn draw_trails(
 
 pub(super) fn draw_targets(
     showing: Showing,
-    chronicle: Res<Chronicle>,
+    current: Res<CurrentRecord>,
     game: Res<Game>,
     robots: Query<(&RobotId, &Pose, &PreviousPose, &Penalty, &Drawings)>,
     mut brush: Brush,
@@ -160,18 +161,20 @@ pub(super) fn draw_targets(
                 brush.words(target, words.clone(), colour);
             }
         }
-        let intent = chronicle.robot(showing.clock.cycle, *id).and_then(|sample| sample.intent.as_ref());
-        let Some(intent) = intent else { continue };
+        let command = current.record.robot(*id).and_then(|robot| robot.command.as_ref());
+        let Some(command) = command else { continue };
         let cycles = AHEAD_S / showing.clock.period();
-        if !intent.walk.is_null() {
-            let end = place.transform_point(cycles * intent.walk.translation());
+        if let Some(walk) = command.walk {
+            let end = place.transform_point(cycles * walk.translation());
             brush.arrow(place.position, end, palette::ink(Ink::White));
-            let turn = (cycles * intent.walk.dtheta).clamp(-3.0, 3.0);
+            let turn = (cycles * walk.dtheta).clamp(-3.0, 3.0);
             let from = place.heading;
             brush.path(super::geometry::arc(place.position, 0.22, [from, from + turn]), palette::ink(Ink::White));
         }
-        let gaze = unit(place.heading + intent.head.yaw);
-        brush.line(place.position + 0.1 * gaze, place.position + LOOK_M * gaze, palette::ink(Ink::Sky));
+        if let Some(head) = command.head {
+            let gaze = unit(place.heading + head.yaw);
+            brush.line(place.position + 0.1 * gaze, place.position + LOOK_M * gaze, palette::ink(Ink::Sky));
+        }
     }
 }
 

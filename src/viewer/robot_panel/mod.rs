@@ -26,6 +26,8 @@ use crate::communication::{Inbox, TeamMessage};
 use crate::cycle::CycleClock;
 use crate::game::{Game, Penalty};
 use crate::geometry::Pose;
+use crate::record::cycle_record::RobotRecord;
+use crate::record::gather::CurrentRecord;
 use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
 use crate::robot::{Roster, Velocity};
@@ -146,7 +148,8 @@ fn show_robot(
     roster: Res<Roster>,
     robots: Query<ShownRobot>,
     (clock, game, timeline): (Res<CycleClock>, Res<Game>, Res<Timeline>),
-    (chronicle, state, pictures): (Res<Chronicle>, Res<BehaviourState>, Res<Pictures>),
+    (chronicle, current): (Res<Chronicle>, Res<CurrentRecord>),
+    (state, pictures): (Res<BehaviourState>, Res<Pictures>),
     mut opened: ResMut<Opened>,
     mut actions: MessageWriter<Action>,
 ) -> Result {
@@ -174,12 +177,12 @@ fn show_robot(
                     ui.label(dim(wording::percepts(robot.percepts)).size(text_size::SMALL));
                 });
                 opened.set_if_neq(Opened { cameras });
-                section(ui, "Senses", true, |ui| show_senses(ui, &robot));
+                let record = current.record.robot(id);
+                section(ui, "Senses", true, |ui| show_senses(ui, &robot, record));
                 let sample = chronicle.robot(clock.cycle, id);
-                let intent = sample.and_then(|sample| sample.intent.as_ref());
-                section(ui, "Commands", true, |ui| match intent {
-                    Some(intent) => lines(ui, "commands", wording::commands(intent, clock.period())),
-                    None if timeline.is_replay() => drop(ui.label(dim("A trace has no commands."))),
+                let command = record.and_then(|record| record.command.as_ref());
+                section(ui, "Commands", true, |ui| match command {
+                    Some(command) => lines(ui, "commands", wording::commands(command, clock.period())),
                     None => drop(ui.label(dim("Not known of this cycle."))),
                 });
                 section(ui, "Belief", true, |ui| match robot.belief {
@@ -190,7 +193,7 @@ fn show_robot(
                     None => drop(ui.label(dim("It keeps none."))),
                 });
                 section(ui, "Messages", false, |ui| {
-                    let said = intent.and_then(|intent| intent.say.as_ref());
+                    let said = command.and_then(|command| command.say.as_ref());
                     show_messages(ui, said, &robot.inbox.0, clock.cycle);
                 });
                 section(ui, "Behaviour", false, |ui| show_state(ui, &state, timeline.is_replay()));
@@ -243,17 +246,16 @@ fn show_head(
     ui.label(dim(format!("{}   {}", wording::pose(*robot.pose), condition)).size(text_size::ENTRY));
 }
 
-fn show_senses(ui: &mut egui::Ui, robot: &ShownRobotItem) {
-    lines(
-        ui,
-        "senses",
-        vec![
-            ("Sonar".to_owned(), wording::sonar(*robot.sonar)),
-            ("Head".to_owned(), wording::head(robot.head.yaw, robot.head.pitch)),
-            ("Odometry".to_owned(), wording::pose(robot.odometry.0)),
-            ("Truly moves".to_owned(), wording::velocity(*robot.velocity)),
-        ],
-    );
+fn show_senses(ui: &mut egui::Ui, robot: &ShownRobotItem, record: Option<&RobotRecord>) {
+    let mut senses = vec![
+        ("Sonar", wording::sonar(*robot.sonar)),
+        ("Head", wording::head(robot.head.yaw, robot.head.pitch)),
+        ("Odometry", wording::pose(robot.odometry.0)),
+        ("Truly moves", wording::velocity(*robot.velocity)),
+    ];
+    senses.extend(record.and_then(|record| record.body).map(|body| ("Body", wording::body(body))));
+    senses.extend(record.and_then(|record| record.game.as_ref()).map(|told| ("Is told", wording::told(told))));
+    lines(ui, "senses", senses.into_iter().map(|(name, value)| (name.to_owned(), value)).collect());
 }
 
 fn show_messages(

@@ -38,7 +38,9 @@ const PLOTS: &[(&str, &[Curve])] = &[
         "Speed, m/s",
         &[
             ("speed", Ink::Yellow, |robot, _| Some(robot.speed_mps)),
-            ("wanted", Ink::Sky, |robot, period| Some(robot.intent.as_ref()?.walk.translation().length() / period)),
+            ("wanted", Ink::Sky, |robot, period| {
+                robot.command.as_ref().map(|command| command.walk.unwrap_or_default().translation().length() / period)
+            }),
         ],
     ),
     (

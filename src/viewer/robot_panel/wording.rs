@@ -9,12 +9,14 @@ use crate::cycle::CycleClock;
 use crate::game::Penalty;
 use crate::geometry::{Pose, angle_of, to_degrees};
 use crate::pitch::End;
+use crate::record::vocabulary::Command;
+use crate::referee::GameStatus;
 use crate::robot::Velocity;
 use crate::robot::kick::KickRequest;
 use crate::robot::posture::{Posture, PostureRequest};
 use crate::sensing::sonar::SonarReading;
+use crate::sensing::status::BodyStatus;
 use crate::sensing::vision::Percepts;
-use crate::viewer::chronicle::Intent;
 use crate::viewer::overlays::geometry::{SIGMAS_95, ellipse};
 
 /// A name and a value.
@@ -98,24 +100,23 @@ pub fn percepts(percepts: &Percepts) -> String {
 }
 
 /// What a behaviour wanted in a cycle of this duration, s.
-pub fn commands(intent: &Intent, period: f32) -> Vec<Entry> {
-    let walk = if intent.walk.is_null() {
-        "stands".to_owned()
-    } else {
-        let way = intent.walk.translation() / period;
+pub fn commands(command: &Command, period: f32) -> Vec<Entry> {
+    let walk = command.walk.map_or("stands".to_owned(), |walk| {
+        let way = walk.translation() / period;
         let sideways = format!("{} {}", decimal(way.y.abs()), if way.y < 0.0 { "right" } else { "left" });
-        format!("{} ahead, {sideways} m/s, {}/s", decimal(way.x), degrees(intent.walk.dtheta / period))
-    };
-    let mut entries = vec![entry("Walk", walk), entry("Head to", head(intent.head.yaw, intent.head.pitch))];
-    entries.push(entry("Kick", intent.kick.map_or("none".to_owned(), kick)));
-    if let Some(posture) = intent.posture {
+        format!("{} ahead, {sideways} m/s, {}/s", decimal(way.x), degrees(walk.dtheta / period))
+    });
+    let look = command.head.map_or("as before".to_owned(), |to| head(to.yaw, to.pitch));
+    let mut entries = vec![entry("Walk", walk), entry("Head to", look)];
+    entries.push(entry("Kick", command.kick.map_or("none".to_owned(), kick)));
+    if let Some(posture) = command.posture {
         let text = match posture {
             PostureRequest::GetUp => "gets up".to_owned(),
             PostureRequest::Dive(side) => format!("dives to the {}", side.name()),
         };
         entries.push(entry("Body", text));
     }
-    if let Some(intention) = intent.say.as_ref().and_then(|say| say.intention.as_deref()) {
+    if let Some(intention) = command.say.as_ref().and_then(|say| say.intention.as_deref()) {
         entries.push(entry("Intends to", intention.to_owned()));
     }
     entries
@@ -123,6 +124,32 @@ pub fn commands(intent: &Intent, period: f32) -> Vec<Entry> {
 
 fn kick(request: KickRequest) -> String {
     format!("{}, {:.0} %", request.kick_type.words(), 100.0 * request.speed)
+}
+
+/// What a robot is told of the game.
+pub fn told(told: &GameStatus) -> String {
+    let mut parts = vec![told.state.name().to_owned()];
+    parts.extend(
+        told.set_play.map(|set_play| format!("{} for {}", set_play.kind.words().to_lowercase(), set_play.team)),
+    );
+    parts.extend(told.penalty.map(|reason| format!("penalised for {}", reason.words())));
+    parts.push(format!("{} : {}", told.score.blue, told.score.pink));
+    parts.join(", ")
+}
+
+/// What a robot's body is doing, as it knows.
+pub fn body(body: BodyStatus) -> String {
+    match body {
+        BodyStatus::Standing => "stands",
+        BodyStatus::Walking => "walks",
+        BodyStatus::Kicking => "kicks",
+        BodyStatus::Recovering => "regains balance",
+        BodyStatus::Fallen => "lies",
+        BodyStatus::GettingUp => "gets up",
+        BodyStatus::Diving => "dives",
+        BodyStatus::Penalised => "is penalised",
+    }
+    .to_owned()
 }
 
 /// Half the length of the ellipse in which a place lies with 95 %, in words.
@@ -186,14 +213,12 @@ mod tests {
 
     #[test]
     fn commands_are_told_in_speeds() {
-        let intent = Intent {
-            walk: WalkCommand::new(0.005, -0.002, 0.0349),
-            head: default(),
+        let command = Command {
+            walk: Some(WalkCommand::new(0.005, -0.002, 0.0349)),
             kick: Some(KickRequest { kick_type: KickType::LeftSide, speed: 0.5 }),
-            posture: None,
-            say: None,
+            ..default()
         };
-        let told = commands(&intent, 1.0 / 30.0);
+        let told = commands(&command, 1.0 / 30.0);
         assert_eq!(told[0].1, "0.15 ahead, 0.06 right m/s, 60°/s");
         assert_eq!(told[2].1, "left foot, to the right, 50 %");
     }

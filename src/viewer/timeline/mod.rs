@@ -15,12 +15,12 @@ mod moment;
 use super::event_log::EventLog;
 use super::shared::{DisplayFraction, Playback, TimelineCommand};
 use super::speed::Speed;
-use crate::cycle::{Cycle, CycleClock, CycleSystems};
+use crate::cycle::{Cycle, CycleClock};
+use crate::record::RecordPlugin;
+use crate::record::gather::{CurrentRecord, RecordSystems, RecordedMatch};
 use crate::record::history::{History, ReadTrace};
-use crate::record::trace::MatchLine;
 use crate::scenario::{BehaviourSpec, Scenario, ScenarioFault};
 use crate::simulation;
-use crate::simulation::sensors::ReadingsAreRecorded;
 pub use bar::TimelineBarPlugin;
 use moment::{Present, put_record};
 
@@ -32,11 +32,14 @@ pub struct TimelinePlugin;
 
 impl Plugin for TimelinePlugin {
     fn build(&self, app: &mut App) {
+        if !app.is_plugin_added::<RecordPlugin>() {
+            app.add_plugins(RecordPlugin);
+        }
         app.init_resource::<History>()
-            .init_resource::<ReadingsAreRecorded>()
+            .init_resource::<CurrentRecord>()
             .init_resource::<Timeline>()
             .add_message::<TimelineCommand>()
-            .add_systems(Cycle, keep_cycle.in_set(CycleSystems::Record))
+            .add_systems(Cycle, keep_cycle.in_set(RecordSystems::Keep))
             .add_systems(First, (keep_start, obey_timeline_commands).chain().before(TimeSystems))
             .add_systems(RunFixedMainLoop, play_past.in_set(TimelineSystems));
     }
@@ -154,16 +157,16 @@ pub fn return_to_present(world: &mut World) {
 /// Puts what the records say of the moment into the world.
 fn show_past(world: &mut World) {
     let Some(cursor) = world.resource::<Timeline>().cursor else { return };
-    let cycle = cursor.ceil() as u64;
-    let fraction = (cursor - (cycle as f64 - 1.0)) as f32;
-    *world.resource_mut::<DisplayFraction>() = DisplayFraction(fraction);
-    if world.resource::<Timeline>().shown == Some(cycle) {
-        return;
-    }
-    world.resource_mut::<Timeline>().shown = Some(cycle);
     world.resource_scope(|world, mut history: Mut<History>| {
+        let (previous, cycle) = history.around(cursor.ceil() as u64);
+        let fraction = previous.map_or(1.0, |previous| (cursor - previous as f64) / (cycle - previous) as f64);
+        *world.resource_mut::<DisplayFraction>() = DisplayFraction(fraction as f32);
+        if world.resource::<Timeline>().shown == Some(cycle) {
+            return;
+        }
+        world.resource_mut::<Timeline>().shown = Some(cycle);
         let records = history.record(cycle).and_then(|record| {
-            let previous = cycle.checked_sub(1).map(|earlier| history.record(earlier));
+            let previous = previous.map(|previous| history.record(previous));
             Ok((record, previous.transpose()?.flatten()))
         });
         match records {
@@ -174,23 +177,25 @@ fn show_past(world: &mut World) {
     });
 }
 
-fn keep_cycle(line: MatchLine, mut history: ResMut<History>, mut playback: ResMut<Playback>) {
-    if let Err(error) = history.push(line.clock.cycle, &line.line(), &line.events) {
+fn keep_cycle(current: Res<CurrentRecord>, mut history: ResMut<History>, mut playback: ResMut<Playback>) {
+    if let Err(error) = history.push(&current.record) {
         playback.problem = Some(error.to_string());
     }
 }
 
 /// Keeps what a match starts from, whoever started it.
 fn keep_start(
-    line: MatchLine,
+    recorded: RecordedMatch,
+    mut current: ResMut<CurrentRecord>,
     scenario: Option<Res<Scenario>>,
     timeline: Res<Timeline>,
     history: ResMut<History>,
     playback: ResMut<Playback>,
 ) {
-    let kept = history.last_cycle() == Some(line.clock.cycle);
+    let kept = history.last_cycle() == Some(recorded.cycle());
     if scenario.is_some() && !timeline.is_past() && !timeline.replay && !kept {
-        keep_cycle(line, history, playback);
+        recorded.gather(&mut current);
+        keep_cycle(current.into(), history, playback);
     }
 }
 

@@ -11,8 +11,9 @@ use crate::cycle::CycleClock;
 use crate::events::CycleEvents;
 use crate::game::{ActivePenalty, Game, Penalty};
 use crate::geometry::Pose;
+use crate::record::cycle_record::{CycleRecord, RobotRecord};
+use crate::record::gather::CurrentRecord;
 use crate::record::history::History;
-use crate::record::read::{CycleRecord, RobotRecord};
 use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
 use crate::robot::{PreviousPose, Roster, Velocity};
@@ -26,6 +27,7 @@ pub(super) struct Present {
     clock: CycleClock,
     game: Game,
     events: CycleEvents,
+    record: CycleRecord,
     robots: Vec<(Entity, RobotState, Option<Belief>)>,
     ball: Option<(Entity, BallState)>,
 }
@@ -70,6 +72,7 @@ impl Present {
             clock: *world.resource(),
             game: world.resource::<Game>().clone(),
             events: world.resource::<CycleEvents>().clone(),
+            record: world.resource::<CurrentRecord>().record.clone(),
             robots,
             ball,
         }
@@ -77,10 +80,11 @@ impl Present {
 
     /// Makes it what there is now.
     pub fn put_back(self, world: &mut World) {
-        let Present { clock, game, events, robots, ball } = self;
+        let Present { clock, game, events, record, robots, ball } = self;
         world.insert_resource(clock);
         world.insert_resource(game);
         world.insert_resource(events);
+        world.resource_mut::<CurrentRecord>().record = record;
         for (entity, state, belief) in robots {
             put_robot(world, entity, state, belief);
         }
@@ -133,14 +137,14 @@ fn robot_state(world: &World, robot: Entity) -> RobotState {
 
 /// Puts what a record says into the world; what is shown between it and the one before is between the two.
 pub(super) fn put_record(world: &mut World, history: &History, record: CycleRecord, previous: Option<&CycleRecord>) {
+    world.resource_mut::<CurrentRecord>().record.clone_from(&record);
     let mut clock = *world.resource::<CycleClock>();
     clock.cycle = record.cycle;
     world.insert_resource(clock);
     let mut game = world.resource::<Game>().clone();
-    if game.half.abs_diff(record.game.half) % 2 == 1 {
-        game.blue_end = game.blue_end.opposite();
-    }
     (game.state, game.score, game.half) = (record.game.state, record.game.score, record.game.half);
+    game.blue_end = record.game.blue_end;
+    game.whistles = record.game.whistles;
     game.cycles_left = record.game.time_left_s.map(|left_s| (left_s / clock.period_s).round() as u64);
     world.insert_resource(game);
     world.insert_resource(CycleEvents(record.events));
@@ -155,8 +159,7 @@ pub(super) fn put_record(world: &mut World, history: &History, record: CycleReco
         let Some(entity) = world.resource::<Roster>().get(robot.id) else { continue };
         let was = previous.and_then(|previous| previous.robots.iter().find(|earlier| earlier.id == robot.id));
         let was = was.map_or(robot.pose, |earlier| earlier.pose);
-        let kick = history.last_kick(robot.id, record.cycle);
-        let kick = kick.map(|kick| (kick.kick_type, (kick.cycle as f64 - 1.0) * clock.period_s));
+        let kick = history.last_kick(robot.id, record.cycle).map(|kick| kick.struck(clock.period_s));
         let gait = world.get::<Gait>(entity).copied().unwrap_or_default();
         let belief = robot.belief.clone();
         put_robot(world, entity, state_of(robot, was, Gait { kick, ..gait }, clock.period_s), belief);
@@ -167,8 +170,8 @@ fn state_of(robot: RobotRecord, was: Pose, gait: Gait, period_s: f64) -> RobotSt
     RobotState {
         pose: robot.pose,
         previous: PreviousPose(was),
-        velocity: robot.velocity(),
-        head: robot.head(),
+        velocity: robot.velocity,
+        head: robot.head,
         posture: robot.posture,
         penalty: Penalty(robot.penalised.map(|penalty| ActivePenalty {
             reason: penalty.reason,

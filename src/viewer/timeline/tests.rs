@@ -1,6 +1,7 @@
 use super::*;
 use crate::belief::Belief;
-use crate::record::trace::{TracePlugin, TraceRecorder, record_cycle};
+use crate::record::recorder::{self, EndReason};
+use crate::record::trace::TraceRecorder;
 use crate::sensing::vision::Percepts;
 use crate::simulation::{MatchApp, NaoisisPlugins};
 use crate::team::{RobotId, Team};
@@ -15,7 +16,7 @@ const BLUE2: RobotId = RobotId::new(Team::Blue, 2);
 /// A match at 60 frames/s of 1/30 s a cycle.
 fn app(scenario: &Scenario) -> App {
     let mut app = App::new();
-    app.add_plugins((MinimalPlugins, NaoisisPlugins, TracePlugin, EventLogPlugin, DrivePlugin));
+    app.add_plugins((MinimalPlugins, NaoisisPlugins, EventLogPlugin, DrivePlugin));
     app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_micros(16_667)));
     app.start_match(scenario).unwrap();
     // The first frame only starts the clock.
@@ -126,15 +127,13 @@ fn a_trace_is_shown_as_the_match_was() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("match.jsonl.zst");
     let mut played = match3v3();
-    let mut recorder = TraceRecorder::create(&path).unwrap();
-    recorder.write_header(&simulation::resolved(played.world(), &Scenario::named("match3v3").unwrap()));
-    played.insert_resource(recorder);
-    played.world_mut().run_system_cached(record_cycle).unwrap();
+    let trace = TraceRecorder::create(&path).unwrap();
+    recorder::start(played.world_mut(), vec![Box::new(trace)]);
     while played.cycle() < 150 {
         played.update();
     }
-    let recorder = played.world_mut().remove_resource::<TraceRecorder>().unwrap();
-    recorder.finish(default(), default(), 150, default()).unwrap();
+    assert!(recorder::finish(played.world_mut(), EndReason::Duration).into_iter().all(|said| said.is_ok()));
+    let wanted = played.world().resource::<CurrentRecord>().record.robot(BLUE2).unwrap().command.clone();
 
     let mut replay = app(&Scenario::default());
     start_replay(replay.world_mut(), ReadTrace::open(&path).unwrap()).unwrap();
@@ -142,6 +141,8 @@ fn a_trace_is_shown_as_the_match_was() {
     let place = replay.robot_pose(BLUE2).unwrap().position;
     assert!(place.abs_diff_eq(played.robot_pose(BLUE2).unwrap().position, 1e-5));
     assert!(replay.robot::<Belief>(BLUE2).is_some());
+    let shown = replay.world().resource::<CurrentRecord>().record.robot(BLUE2).unwrap().command.clone();
+    assert!(shown.is_some() && shown == wanted, "{shown:?} instead of {wanted:?}");
     // It stands at its end, and begins again.
     frames(&mut replay, 10);
     assert_eq!((replay.cycle(), replay.world().resource::<Playback>().paused), (150, true));

@@ -274,7 +274,7 @@ fn robots_have_the_same_components_from_the_first_cycle_to_the_last() {
     };
     let before = components(&mut app);
     app.run_cycles(300);
-    app.world_mut().commands().queue(naoisis::game::Intervention::Penalise {
+    app.world_mut().commands().queue(Intervention::Penalise {
         robot: crate::support::blue(2),
         reason: default(),
         duration_s: Some(5.0),

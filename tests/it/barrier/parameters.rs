@@ -1,4 +1,5 @@
-//! Cheats that do not compile, shown here by the trait that they lack.
+//! Cheats that do not compile, shown here by the trait that they lack: a test that something does not compile would be
+//! content with any other mistake.
 
 use super::*;
 use bevy::ecs::archetype::Archetypes;
@@ -170,6 +171,20 @@ fn every_other_parameter_of_the_engine_is_refused() {
         All,
     ];
     assert_eq!(refused.len(), 43, "these are accepted, or new: {refused:?}");
+}
+
+#[cfg(feature = "viewer")]
+#[test]
+fn so_is_every_other_parameter_of_the_window() {
+    use bevy::picking::mesh_picking::ray_cast::MeshRayCast;
+    use bevy::render::Extract;
+    let refused = unsafe_parameters![
+        Gizmos,
+        MeshRayCast,
+        Extract<Query<'static, 'static, &'static Pose>>,
+        bevy_egui::EguiContexts,
+    ];
+    assert_eq!(refused.len(), 4, "these are accepted, or new: {refused:?}");
 }
 
 #[test]

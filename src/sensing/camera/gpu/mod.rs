@@ -1,4 +1,4 @@
-//! The renderer of the graphics card: pictures of a [scene](crate::appearance::scene::SceneDescription) by Bevy, without a
+//! The renderer of the graphics card: pictures of a [scene](crate::appearance::scene::Scene) by Bevy, without a
 //! window.
 //!
 //! It is a Bevy app of its own with nothing but the renderer in it. A picture is asked for and returned at once, so that it
@@ -29,7 +29,7 @@ mod stage;
 
 use super::shot::Shot;
 use super::software::NEAR;
-use crate::appearance::scene::SceneDescription;
+use crate::appearance::scene::Scene;
 use crate::appearance::view::View;
 use crate::appearance::{Label, colours};
 use material::SceneMaterialPlugin;
@@ -170,7 +170,7 @@ impl GpuRenderer {
     ///
     /// # Errors
     /// When one is too large, or the adapter fails. The pictures are not to be used then.
-    pub fn draw(&mut self, scene: &SceneDescription, shots: &mut [&mut Shot]) -> Result<(), GpuError> {
+    pub fn draw(&mut self, scene: &Scene, shots: &mut [&mut Shot]) -> Result<(), GpuError> {
         // Distances are a picture of their own.
         let mut exposures: Vec<(usize, Showing)> = Vec::new();
         for (index, shot) in shots.iter().enumerate() {

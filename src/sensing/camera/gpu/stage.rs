@@ -14,7 +14,7 @@ use crate::appearance::field::{self, GroundMark, GroundShape};
 use crate::appearance::mesh::{ground_mesh, labelled_mesh, line_mesh};
 use crate::appearance::posing::Limb;
 use crate::appearance::robot::RobotDesign;
-use crate::appearance::scene::SceneDescription;
+use crate::appearance::scene::{Scene, ScenePost, SceneRobot};
 use crate::appearance::shapes::{Part, Shape};
 use crate::appearance::view::View;
 use crate::appearance::{Label, colours};
@@ -73,7 +73,7 @@ struct Figure {
 pub(super) struct Stage {
     materials: BTreeMap<usize, Handle<SceneMaterial>>,
     pitch: Option<Pitch>,
-    posts: Vec<(Post, Vec2)>,
+    posts: Vec<ScenePost>,
     /// What stands or lies still.
     fixed: Vec<Entity>,
     ball: Vec<Prop>,
@@ -89,7 +89,7 @@ impl Stage {
     pub(super) fn set(
         &mut self,
         world: &mut World,
-        scene: &SceneDescription,
+        scene: &Scene,
         showings: &[Showing],
     ) -> Result<bool, MeshMergeError> {
         let shadows = self.has_shadows || showings.iter().any(|showing| showing.shadows);
@@ -97,14 +97,14 @@ impl Stage {
         let is_other = self.pitch.as_ref() != Some(&scene.pitch)
             || self.posts != scene.posts
             || (shadows, depth) != (self.has_shadows, self.has_depth)
-            || scene.ball.is_some_and(|(_, radius)| radius != self.ball_radius_m);
+            || scene.ball.is_some_and(|ball| ball.radius != self.ball_radius_m);
         let mut is_new = is_other;
         if is_other {
             (self.has_shadows, self.has_depth) = (shadows, depth);
             self.lay_out(world, scene)?;
         }
         for prop in &self.ball {
-            let place = scene.ball.map(|(position, radius)| Affine3A::from_translation(position.extend(radius)));
+            let place = scene.ball.map(|ball| Affine3A::from_translation(ball.centre()));
             put(world, prop, place);
         }
         for robot in &scene.robots {
@@ -115,8 +115,7 @@ impl Stage {
             }
         }
         for (id, figure) in &self.figures {
-            let robot = scene.robots.iter().find(|robot| robot.id == *id);
-            let limbs = robot.map(|robot| robot.joints.world_from_limbs(robot.world_from_robot));
+            let limbs = scene.robot(*id).map(SceneRobot::world_from_limbs);
             for prop in figure.props.iter().flatten() {
                 put(world, prop, limbs.map(|limbs| limbs[prop.limb]));
             }
@@ -147,7 +146,7 @@ impl Stage {
     }
 
     /// What stays where it is as long as the pitch and the posts are the same, and the ball.
-    fn lay_out(&mut self, world: &mut World, scene: &SceneDescription) -> Result<(), MeshMergeError> {
+    fn lay_out(&mut self, world: &mut World, scene: &Scene) -> Result<(), MeshMergeError> {
         let gone = self.fixed.drain(..).chain(self.ball.drain(..).map(|prop| prop.entity));
         for entity in gone.collect::<Vec<_>>() {
             world.despawn(entity);
@@ -164,14 +163,15 @@ impl Stage {
         if self.has_depth {
             self.fixed.push(spawn(ground_mesh(&marks[..1], 0.0, 0.0), Surface::Depth, COMMON_DEPTH));
         }
-        let mut standing: Vec<Part<()>> = scene.posts.iter().map(|(post, at)| field::post(post, *at)).collect();
+        let mut standing: Vec<Part<()>> =
+            scene.posts.iter().map(|post| field::post(&post.post, post.position)).collect();
         for end in End::BOTH {
             standing.extend(field::goal_frame(&scene.pitch, end));
             let net = line_mesh(&field::net_strings(&scene.pitch, end), colours::NET, Label::GoalFrame);
             self.fixed.push(spawn(net, Surface::Net, COMMON));
         }
         let standing = labelled_mesh(&standing)?;
-        let ball = scene.ball.map_or(self.ball_radius_m, |(_, radius)| radius).max(1e-3);
+        let ball = scene.ball.map_or(self.ball_radius_m, |ball| ball.radius).max(1e-3);
         let part = Part::at((), Label::Ball, colours::BALL, Shape::sphere(ball), Vec3::ZERO);
         let ball_mesh = labelled_mesh([&part])?;
         for (surface, layer) in surfaces {

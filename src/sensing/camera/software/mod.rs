@@ -1,4 +1,4 @@
-//! The software renderer: pictures of a [scene](crate::appearance::scene::SceneDescription) without a graphics card.
+//! The software renderer: pictures of a [scene](crate::appearance::scene::Scene) without a graphics card.
 //!
 //! The ground and everything painted on it is drawn analytically: each mark is an area of the image with straight or conic
 //! edges, whose span is computed in each row and filled. Bodies are drawn by a rasteriser with a depth buffer: flat and
@@ -10,14 +10,14 @@
 //!
 //! ```
 //! use bevy::math::Vec3;
-//! use naoisis::appearance::scene::SceneDescription;
+//! use naoisis::appearance::scene::Scene;
 //! use naoisis::appearance::view::View;
 //! use naoisis::pitch::Pitch;
 //! use naoisis::sensing::camera::image::{Image, Layers};
 //! use naoisis::sensing::camera::software::{Detail, PreparedScene, Renderer};
 //!
 //! let mut scene = PreparedScene::default();
-//! scene.prepare(&SceneDescription::empty(Pitch::default()), Detail::default());
+//! scene.prepare(&Scene::empty(Pitch::default()), Detail::default());
 //! let view = View::looking_at(Vec3::new(0.0, -4.0, 5.0), Vec3::ZERO, 0.8, [320, 240]);
 //! let mut image = Image::default();
 //! Renderer::default().draw(&scene, &view, Layers::default(), &mut image);

@@ -9,7 +9,7 @@ use super::model::Model;
 use crate::appearance::field::{self, GroundMark};
 use crate::appearance::posing::Limb;
 use crate::appearance::robot::RobotDesign;
-use crate::appearance::scene::SceneDescription;
+use crate::appearance::scene::Scene;
 use crate::appearance::shapes::Part;
 use crate::appearance::{Label, colours};
 use crate::pitch::{End, Pitch};
@@ -107,7 +107,7 @@ pub struct PreparedScene {
 
 impl PreparedScene {
     /// Takes over what there is to draw.
-    pub fn prepare(&mut self, scene: &SceneDescription, detail: Detail) {
+    pub fn prepare(&mut self, scene: &Scene, detail: Detail) {
         let detail = Detail { segments: detail.segments.max(3), ..detail };
         if self.detail != Some(detail) {
             self.detail = Some(detail);
@@ -128,8 +128,8 @@ impl PreparedScene {
         let robots = core::mem::take(&mut self.robots);
         let mut unknown = Vec::new();
         for robot in &scene.robots {
-            let middle = robot.world_from_robot.transform_point3(Vec3::Z * ROBOT_MIDDLE);
-            let limbs = robot.joints.world_from_limbs(robot.world_from_robot);
+            let middle = robot.world_from_robot().transform_point3(Vec3::Z * ROBOT_MIDDLE);
+            let limbs = robot.world_from_limbs();
             let place = |limb: Limb| limbs[limb as usize];
             match robots.iter().find(|(id, _)| *id == robot.id) {
                 Some((_, model)) => self.add(Some(robot.id), middle, ROBOT_REACH, model, place),
@@ -149,7 +149,7 @@ impl PreparedScene {
             self.add(None, *centre, *reach, model, standing);
         }
         self.goals = goals;
-        let parts = scene.posts.iter().map(|(post, position)| field::post(post, *position));
+        let parts = scene.posts.iter().map(|post| field::post(&post.post, post.position));
         if !self.posts.iter().map(|(part, _)| *part).eq(parts.clone()) {
             self.posts = parts.map(|part| (part, Model::new(&[part], detail.segments))).collect();
         }
@@ -158,8 +158,8 @@ impl PreparedScene {
             self.add(None, part.frame_from_shape.translation.into(), part.shape.reach(), model, standing);
         }
         self.posts = posts;
-        if let Some((position, radius)) = scene.ball {
-            let centre = position.extend(radius);
+        if let Some(ball) = scene.ball {
+            let (centre, radius) = (ball.centre(), ball.radius);
             let (first_face, first_round) = (self.faces.len(), self.rounds.len());
             self.rounds.push(Round {
                 unit_from_world: Affine3A::from_scale_rotation_translation(

@@ -1,27 +1,27 @@
 use super::*;
 use crate::appearance::Label;
 use crate::appearance::colours;
-use crate::appearance::posing::{JointAngles, leg_angles};
+use crate::appearance::gait::Gait;
 use crate::appearance::robot::RobotDesign;
-use crate::appearance::scene::{SceneDescription, SceneRobot};
+use crate::appearance::scene::{Scene, SceneBall, SceneRobot};
 use crate::geometry::{Pose, unit};
 use crate::pitch::Pitch;
+use crate::robot::body::BodyBounds;
 use crate::robot::head::HeadAngles;
+use crate::robot::posture::Posture;
 use crate::team::{RobotId, Team};
 use bevy::math::{Vec2, Vec3};
 
 /// A scene with two robots, one in front of the other, and the ball.
-fn scene() -> SceneDescription {
-    let mut scene = SceneDescription::empty(Pitch::default());
-    let joints = JointAngles {
-        head: HeadAngles { yaw: 0.4, pitch: 0.1 },
-        legs: [leg_angles(Vec2::new(0.03, 0.02)), leg_angles(Vec2::new(-0.03, 0.0))],
-        arms: [0.2, -0.2],
-    };
+fn scene() -> Scene {
+    let mut scene = Scene::empty(Pitch::default());
+    let head = HeadAngles { yaw: 0.4, pitch: 0.1 };
+    let gait = Gait { time_s: 0.2, speed: 0.2, liveliness: 1.0, kick: None };
     for (team, x, y, heading) in [(Team::Blue, 0.5, 0.2, 1.0), (Team::Pink, 1.2, -0.2, 3.0)] {
-        scene.robots.push(SceneRobot::standing(RobotId::new(team, 3), Pose::new(x, y, heading), joints));
+        let standing = SceneRobot::standing(RobotId::new(team, 3), Pose::new(x, y, heading), BodyBounds::default());
+        scene.robots.push(SceneRobot { head, gait, ..standing });
     }
-    scene.ball = Some((Vec2::new(0.1, -0.3), 0.03));
+    scene.ball = Some(SceneBall { position: Vec2::new(0.1, -0.3), radius: 0.03 });
     scene
 }
 
@@ -31,7 +31,7 @@ fn view() -> View {
     view
 }
 
-fn draw(scene: &SceneDescription, view: &View, design: RobotDesign) -> Image {
+fn draw(scene: &Scene, view: &View, design: RobotDesign) -> Image {
     let mut prepared = PreparedScene::default();
     prepared.prepare(scene, Detail { design, ..Detail::default() });
     let mut image = Image::default();
@@ -65,7 +65,7 @@ fn the_picture_is_the_same_everywhere() {
 }
 
 /// See [`the_picture_is_the_same_everywhere`].
-const GOLDEN: u64 = 6907252517746731645;
+const GOLDEN: u64 = 12599529527809776765;
 
 #[test]
 fn a_renderer_draws_the_same_when_it_is_used_again() {
@@ -130,8 +130,7 @@ fn the_ground_is_what_the_pitch_says() {
     // A camera that leans to the side.
     let lean = unit(0.3);
     (view.right, view.down) = (lean.x * view.right + lean.y * view.down, lean.x * view.down - lean.y * view.right);
-    let image =
-        draw(&SceneDescription { pitch: pitch.clone(), ..SceneDescription::default() }, &view, RobotDesign::Simple);
+    let image = draw(&Scene { pitch: pitch.clone(), ..Scene::default() }, &view, RobotDesign::Simple);
     let half = pitch.line_width_m / 2.0;
     let mut compared = 0;
     for v in 0..120 {
@@ -168,9 +167,8 @@ fn a_robot_does_not_see_itself() {
 fn a_robot_that_lies_down_is_flat() {
     let mut scene = scene();
     scene.robots.truncate(1);
-    // On its back: its up is the pitch's +x.
-    let lying = bevy::math::Mat3::from_cols(Vec3::Z, Vec3::Y, Vec3::NEG_X);
-    scene.robots[0].world_from_robot = bevy::math::Affine3A::from_mat3_translation(lying, Vec3::new(1.0, 0.0, 0.06));
+    let standing = SceneRobot::standing(scene.robots[0].id, Pose::new(1.0, 0.0, 0.0), BodyBounds::default());
+    scene.robots[0] = standing.in_posture(Posture::Fallen { cycles: 3 });
     let (image, view) = (draw(&scene, &view(), RobotDesign::Nao), view());
     let highest = image.labels.iter().position(|&label| label == Label::BlueRobot as u8).unwrap() / 160;
     let top = view.project(Vec3::new(1.0, 0.0, 0.25)).unwrap();
@@ -197,7 +195,7 @@ fn shadows_darken_the_ground_away_from_the_sun_only() {
 #[test]
 fn samples_are_averaged() {
     let view = View { supersampling: 3, ..view() };
-    let image = draw(&SceneDescription::empty(Pitch::default()), &view, RobotDesign::Simple);
+    let image = draw(&Scene::empty(Pitch::default()), &view, RobotDesign::Simple);
     assert_eq!((image.width, image.height, image.rgb.len(), image.labels.len()), (160, 120, 3 * 160 * 120, 160 * 120));
     // Somewhere an edge between carpet and line is neither the one nor the other.
     let is_mixed = |pixel: &[u8]| pixel[0] > colours::CARPET.0[0] + 20 && pixel[0] < colours::CHALK.0[0] - 20;

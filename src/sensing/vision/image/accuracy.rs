@@ -10,20 +10,22 @@
 //! println!("{table}");
 //! ```
 
-use bevy::math::{Affine3A, Vec2, Vec3, ops};
+use bevy::math::{Vec2, Vec3, ops};
 use core::fmt;
 use std::time::Instant;
 
 use super::{Findings, ImageVision, Known};
 use crate::appearance::Label;
 use crate::appearance::field::goal_label;
-use crate::appearance::posing::{self, JointAngles, LegAngles};
+use crate::appearance::gait::Gait;
+use crate::appearance::posing::STEP_FREQUENCY;
 use crate::appearance::robot::{RobotDesign, labels};
-use crate::appearance::scene::{SceneDescription, SceneRobot};
+use crate::appearance::scene::{Scene, SceneBall, ScenePost, SceneRobot};
 use crate::appearance::view::View;
 use crate::camera_model::{CameraIntrinsics, CameraSide, CameraView};
 use crate::geometry::{Pose, to_radians};
 use crate::pitch::Pitch;
+use crate::robot::body::BodyBounds;
 use crate::robot::head::HeadAngles;
 use crate::sensing::camera::CameraSettings;
 use crate::sensing::camera::image::{Image, Layers};
@@ -190,7 +192,7 @@ pub fn measure(scenes: usize, conditions: Conditions, uniform: &mut dyn FnMut() 
         prepared.prepare(&scene, Detail { design: conditions.design, ..Detail::default() });
         let own = scene.robots[0];
         for (side, camera) in CameraSide::BOTH.into_iter().zip(CameraView::both(intrinsics, head)) {
-            let mut view = View::of_robot(&camera, own.world_from_robot, own.id);
+            let mut view = View::of_robot(&camera, own.world_from_robot(), own.id);
             view.shadows = conditions.shadows;
             renderer.draw(&prepared, &view, Layers::ALL, &mut image);
             let started = Instant::now();
@@ -211,22 +213,22 @@ pub fn measure(scenes: usize, conditions: Conditions, uniform: &mut dyn FnMut() 
 
 impl Accuracy {
     /// Compares what was found in an image with what is there.
-    fn judge(&mut self, scene: &SceneDescription, image: &Image, view: &View, findings: &Findings) {
-        let robot_from_world = scene.robots[0].world_from_robot.inverse();
-        let in_robot = |place: Vec2| robot_from_world.transform_point3(place.extend(0.0)).truncate();
+    fn judge(&mut self, scene: &Scene, image: &Image, view: &View, findings: &Findings) {
+        let own = scene.robots[0].pose;
+        let in_robot = |place: Vec2| own.inverse_transform_point(place);
         let pixels = Pixels::new(image, view);
 
-        let ball: Vec<Vec2> = scene.ball.iter().map(|(place, _)| in_robot(*place)).collect();
+        let ball: Vec<Vec2> = scene.ball.iter().map(|ball| in_robot(ball.position)).collect();
         let visible: Vec<_> = ball.iter().map(|place| (*place, pixels.of(Label::Ball).count())).collect();
         let seen: Vec<Vec2> = findings.ball.iter().map(|(_, ball)| ball.position_m).collect();
         self.ball.judge(&seen, &visible, &ball);
 
         for colour in [scene.pitch.goal.negative_x_colour, scene.pitch.goal.positive_x_colour] {
-            let posts = scene.posts.iter().filter(|(post, _)| post.colour == Some(colour));
+            let posts = scene.posts.iter().filter(|post| post.post.colour == Some(colour));
             let visible: Vec<_> = posts
-                .map(|(post, place)| {
-                    let is_its = |point: &Vec3| point.truncate().distance(*place) < post.radius + 0.03;
-                    (in_robot(*place), pixels.of(goal_label(colour)).filter(is_its).count())
+                .map(|ScenePost { position, post }| {
+                    let is_its = |point: &Vec3| point.truncate().distance(*position) < post.radius + 0.03;
+                    (in_robot(*position), pixels.of(goal_label(colour)).filter(is_its).count())
                 })
                 .collect();
             let all: Vec<Vec2> = visible.iter().map(|(place, _)| *place).collect();
@@ -240,7 +242,7 @@ impl Accuracy {
             let others = scene.robots[1..].iter().filter(|robot| robot.id.team == team);
             let visible: Vec<_> = others
                 .map(|robot| {
-                    let place = Vec3::from(robot.world_from_robot.translation).truncate();
+                    let place = robot.pose.position;
                     let is_its = |point: &Vec3| point.truncate().distance(place) < 0.13;
                     (in_robot(place), pixels.of(band).filter(is_its).count())
                 })
@@ -303,35 +305,35 @@ impl Pixels {
 }
 
 /// A robot anywhere that looks anywhere, five others, and the ball more or less ahead.
-fn random_scene(conditions: Conditions, uniform: &mut dyn FnMut() -> f32) -> (SceneDescription, HeadAngles) {
-    let mut scene = SceneDescription::empty(Pitch::default());
+fn random_scene(conditions: Conditions, uniform: &mut dyn FnMut() -> f32) -> (Scene, HeadAngles) {
+    let mut scene = Scene::empty(Pitch::default());
     let mut between = |least: f32, most: f32| least + (most - least) * uniform();
     let head = HeadAngles { yaw: to_radians(between(-60.0, 60.0)), pitch: to_radians(between(-10.0, 25.0)) };
     let pose = Pose::new(between(-2.8, 2.8), between(-1.8, 1.8), to_radians(between(-180.0, 180.0)));
     let bearing = pose.heading + head.yaw + to_radians(between(-28.0, 28.0));
     let ball = pose.position + between(0.15, 3.5) * Vec2::new(ops::cos(bearing), ops::sin(bearing));
-    scene.ball = Some((ball, conditions.ball_radius));
+    scene.ball = Some(SceneBall { position: ball, radius: conditions.ball_radius });
     let own = RobotId::new(Team::Blue, 1);
-    scene.robots.push(SceneRobot::standing(own, pose, JointAngles { head, ..JointAngles::default() }));
+    scene.robots.push(SceneRobot { head, ..SceneRobot::standing(own, pose, BodyBounds::default()) });
     for index in 0..5u8 {
         let id = RobotId::new(if index % 2 == 0 { Team::Pink } else { Team::Blue }, 2 + index);
         let heading = to_radians(between(-180.0, 180.0));
         let phase = between(0.0, core::f32::consts::TAU);
         let (speed, head_yaw) = (between(0.0, 0.2), between(-1.0, 1.0));
         let is_free = |place: Vec2| {
-            let apart = |other: &SceneRobot| place.distance(Vec3::from(other.world_from_robot.translation).truncate());
+            let apart = |other: &SceneRobot| place.distance(other.pose.position);
             scene.robots.iter().all(|other| apart(other) > 0.35)
-                && scene.posts.iter().all(|(_, post)| place.distance(*post) > 0.25)
+                && scene.posts.iter().all(|post| place.distance(post.position) > 0.25)
                 && place.distance(ball) > 0.17
         };
         let place = (0..100).map(|_| Vec2::new(between(-2.9, 2.9), between(-1.9, 1.9))).find(|place| is_free(*place));
         let Some(place) = place else { continue };
-        let half_turn = core::f32::consts::PI;
-        let legs =
-            [0.0, half_turn].map(|side| -> LegAngles { posing::leg_angles(posing::step(phase + side, speed, 1.0)) });
-        let joints = JointAngles { head: HeadAngles { yaw: head_yaw, pitch: 0.0 }, legs, arms: [speed, -speed] };
-        let world_from_robot: Affine3A = posing::world_from_standing(Pose { position: place, heading });
-        scene.robots.push(SceneRobot { id, world_from_robot, joints });
+        let time_s = f64::from(phase / core::f32::consts::TAU / STEP_FREQUENCY);
+        scene.robots.push(SceneRobot {
+            head: HeadAngles { yaw: head_yaw, pitch: 0.0 },
+            gait: Gait { time_s, speed, liveliness: 1.0, kick: None },
+            ..SceneRobot::standing(id, Pose { position: place, heading }, BodyBounds::default())
+        });
     }
     (scene, head)
 }

@@ -4,7 +4,7 @@ use bevy::math::{Mat2, Vec2};
 
 use super::Look;
 use super::colour::ColourClass;
-use super::lines::{GOAL_M, Point};
+use super::line_point::{GOAL_M, Point};
 use crate::sensing::vision::{GoalPostPercept, LandmarkKind, LandmarkPercept, RobotPercept};
 
 /// Fewer pixels are no cross.

@@ -8,6 +8,7 @@ use bevy::math::Vec2;
 use super::Look;
 use super::colour::ColourClass;
 use super::crosses::Spot;
+use super::line_point::{GOAL_M, Point};
 use crate::pitch::JunctionShape;
 use crate::sensing::vision::{GoalPostPercept, LandmarkKind, LandmarkPercept, RobotPercept};
 
@@ -31,23 +32,10 @@ const GAP_M: f32 = 0.15;
 const BEYOND_M: f32 = 0.2;
 /// What is white nearer than this to a robot is probably a part of it, m.
 const ROBOT_M: f32 = 0.25;
-/// Lines that meet nearer than this to a goal post are probably bars that carry the net, m; and spots are parts of them.
-pub(super) const GOAL_M: f32 = 0.5;
 /// A piece that is longer is a line for sure, m.
 const LONG_M: f32 = 0.6;
 /// The radius of the centre circle is measured as exactly as this, m.
 const CIRCLE_TOLERANCE_M: f32 = 0.07;
-
-/// A point in the middle of a line.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub(super) struct Point {
-    pub(super) pixel: Vec2,
-    /// On the ground, m, robot frame.
-    pub(super) place: Vec2,
-    /// The column or row in which it was found.
-    scan: usize,
-    chain: usize,
-}
 
 /// A straight piece of a line.
 #[derive(Clone, Copy, PartialEq, Debug)]

@@ -23,6 +23,7 @@ mod ball;
 mod blobs;
 pub mod colour;
 mod crosses;
+mod line_point;
 mod lines;
 mod posts;
 mod robots;

@@ -1,12 +1,12 @@
 use super::accuracy::{self, Conditions};
 use super::*;
-use crate::appearance::posing::JointAngles;
 use crate::appearance::robot::RobotDesign;
-use crate::appearance::scene::{SceneDescription, SceneRobot};
+use crate::appearance::scene::{Scene, SceneBall, SceneRobot};
 use crate::appearance::view::View;
 use crate::geometry::{Pose, to_radians};
 use crate::pitch::JunctionShape;
 use crate::random::RandomStream;
+use crate::robot::body::BodyBounds;
 use crate::robot::head::HeadAngles;
 use crate::sensing::camera::CameraSettings;
 use crate::sensing::camera::image::Layers;
@@ -16,27 +16,27 @@ use crate::team::{RobotId, Team};
 
 /// What a robot at `[x m, y m, heading deg]`, looking straight ahead and `pitch_deg` down, finds in the image of one of its
 /// cameras. The scene is given in the pitch frame.
-fn look(scene: &SceneDescription, [x, y, heading]: [f32; 3], pitch_deg: f32, side: CameraSide) -> Findings {
+fn look(scene: &Scene, [x, y, heading]: [f32; 3], pitch_deg: f32, side: CameraSide) -> Findings {
     let pose = Pose::new(x, y, to_radians(heading));
     let head = HeadAngles { yaw: 0.0, pitch: to_radians(pitch_deg) };
     let camera = CameraView::new((&CameraSettings::default()).into(), side, head);
-    let own = SceneRobot::standing(RobotId::new(Team::Blue, 1), pose, JointAngles::default());
+    let own = SceneRobot::standing(RobotId::new(Team::Blue, 1), pose, BodyBounds::default());
     let mut prepared = PreparedScene::default();
     prepared.prepare(scene, Detail::default());
     let mut image = Image::default();
-    let view = View::of_robot(&camera, own.world_from_robot, own.id);
+    let view = View::of_robot(&camera, own.world_from_robot(), own.id);
     Renderer::default().draw(&prepared, &view, Layers::default(), &mut image);
     let mut findings = Findings::default();
     ImageVision::default().recognise(&image, side, &camera, &Known::new(&scene.pitch, 0.03), &mut findings);
     findings
 }
 
-fn pitch() -> SceneDescription {
-    SceneDescription::empty(Pitch::default())
+fn pitch() -> Scene {
+    Scene::empty(Pitch::default())
 }
 
 fn robot(team: Team, number: u8, x: f32, y: f32, heading: f32) -> SceneRobot {
-    SceneRobot::standing(RobotId::new(team, number), Pose::new(x, y, heading), JointAngles::default())
+    SceneRobot::standing(RobotId::new(team, number), Pose::new(x, y, heading), BodyBounds::default())
 }
 
 #[test]
@@ -46,7 +46,7 @@ fn the_ball_is_found_where_it_is() {
         (Vec2::new(0.8, -0.2), 0.0, CameraSide::Bottom),
         (Vec2::new(0.2, 0.05), 25.0, CameraSide::Bottom),
     ] {
-        let scene = SceneDescription { ball: Some((place, 0.03)), ..pitch() };
+        let scene = Scene { ball: Some(SceneBall { position: place, radius: 0.03 }), ..pitch() };
         let (pixels, ball) = look(&scene, [0.0, 0.0, 0.0], pitch_deg, side).ball.unwrap();
         assert!(ball.position_m.distance(place) < 0.02 * place.length(), "{place}: {ball:?}");
         // The disc's area: pi (f r / d)².
@@ -58,14 +58,14 @@ fn the_ball_is_found_where_it_is() {
 fn half_a_ball_at_the_edge_of_the_image_is_still_found_where_it_is() {
     // Looking ahead, the lower camera's image ends at x = 0.339 m on the ground (half of 36.8° and 40° below the horizon).
     let place = Vec2::new(0.345, 0.0);
-    let scene = SceneDescription { ball: Some((place, 0.03)), ..pitch() };
+    let scene = Scene { ball: Some(SceneBall { position: place, radius: 0.03 }), ..pitch() };
     let (_, ball) = look(&scene, [0.0, 0.0, 0.0], 0.0, CameraSide::Bottom).ball.unwrap();
     assert!(ball.position_m.distance(place) < 0.02, "{ball:?}");
 }
 
 #[test]
 fn an_orange_thing_of_the_wrong_size_is_no_ball() {
-    let scene = SceneDescription { ball: Some((Vec2::new(1.9, 0.0), 0.15)), ..pitch() };
+    let scene = Scene { ball: Some(SceneBall { position: Vec2::new(1.9, 0.0), radius: 0.15 }), ..pitch() };
     assert_eq!(look(&scene, [0.0, 0.0, 0.0], 0.0, CameraSide::Top).ball, None);
     assert_eq!(look(&pitch(), [0.0, 0.0, 0.0], 0.0, CameraSide::Top).ball, None);
 }
@@ -166,7 +166,7 @@ fn neither_the_centre_mark_nor_pieces_of_lines_are_penalty_crosses() {
 fn goals_without_a_colour_are_not_found() {
     let mut white = Pitch::default();
     (white.goal.negative_x_colour, white.goal.positive_x_colour) = (GoalColour::White, GoalColour::White);
-    let findings = look(&SceneDescription::empty(white), [0.5, 0.0, 0.0], 0.0, CameraSide::Top);
+    let findings = look(&Scene::empty(white), [0.5, 0.0, 0.0], 0.0, CameraSide::Top);
     assert!(findings.goal_posts.is_empty());
 }
 

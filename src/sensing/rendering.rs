@@ -1,28 +1,38 @@
 //! Fills [`CameraImages`]: which images are due, and who draws them.
+//!
+//! It knows the cameras and the vision: robots that see by their images have some without being asked.
 
 use bevy::prelude::*;
 
-use super::image::Layers;
-use super::noise::{Darkroom, Exposure};
-use super::shot::Shot;
-use super::software::{Detail, PreparedScene, Renderer};
-use super::{CameraImages, CameraRendering, CameraSettings};
-use crate::appearance::gather::MatchScene;
+use super::camera::image::Layers;
+use super::camera::noise::{Darkroom, Exposure};
+use super::camera::shot::Shot;
+use super::camera::software::{Detail, PreparedScene, Renderer};
+use super::camera::{CameraImages, CameraRendering, CameraSettings};
+use super::jobs::{self, SensingThreads};
+use super::scene::SensingSystems;
+use super::vision::{VisionSettings, VisionSource};
 use crate::appearance::robot::RobotDesign;
-use crate::appearance::scene::SceneDescription;
+use crate::appearance::scene::Scene;
 use crate::appearance::view::View;
 use crate::camera_model::{CameraSide, CameraView};
-use crate::cycle::CycleClock;
+use crate::cycle::{Cycle, CycleClock};
 use crate::random::RandomStreams;
 use crate::robot::head::HeadAngles;
-use crate::sensing::jobs::{self, SensingThreads};
-use crate::sensing::vision::{VisionSettings, VisionSource};
 use crate::team::RobotId;
+
+/// Takes the robots' images in [`SensingSystems::Images`].
+pub struct RenderingPlugin;
+
+impl Plugin for RenderingPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<SensingThreads>().add_systems(Cycle, take_images.in_set(SensingSystems::Images));
+    }
+}
 
 /// Memory that is kept from cycle to cycle.
 #[derive(Default)]
-pub(super) struct Studio {
-    scene: SceneDescription,
+struct Studio {
     /// One a design.
     prepared: [PreparedScene; 2],
     jobs: Vec<Job>,
@@ -64,12 +74,12 @@ impl CameraSettings {
 }
 
 /// Draws the images that are due in this cycle.
-pub(super) fn take_images(
+fn take_images(
     mut studio: Local<Studio>,
     clock: Res<CycleClock>,
     threads: Res<SensingThreads>,
-    #[cfg(feature = "gpu")] mut gpu: Option<ResMut<super::gpu::GpuCameras>>,
-    mut source: MatchScene,
+    #[cfg(feature = "gpu")] mut gpu: Option<ResMut<super::camera::gpu::GpuCameras>>,
+    scene: Res<Scene>,
     mut robots: Query<(
         Entity,
         &RobotId,
@@ -87,14 +97,12 @@ pub(super) fn take_images(
     if !robots.iter().any(|(_, _, _, settings, vision, ..)| is_due(settings, vision).is_some()) {
         return;
     }
-    source.gather(clock.start_time_s(), &mut studio.scene);
     let mut is_wanted = [false; 2];
     for (entity, id, head, settings, vision, mut images, mut streams) in &mut robots {
         let Some(renderer) = is_due(settings, vision) else { continue };
         let is_gpu = renderer == CameraRendering::Gpu;
         // Robots that are not on the pitch, and those that lie, have no images.
-        let place = studio.scene.robots.iter().find(|robot| robot.id == *id);
-        let Some(place) = place.filter(|robot| robot.is_upright()) else {
+        let Some(body) = scene.robot(*id).filter(|robot| robot.is_upright()) else {
             images.clear();
             continue;
         };
@@ -106,7 +114,7 @@ pub(super) fn take_images(
                 images.side_mut(side).clear();
                 continue;
             }
-            let mut view = View::of_robot(&camera, place.world_from_robot, *id);
+            let mut view = View::of_robot(&camera, body.world_from_robot(), *id);
             view.shadows = settings.shadows;
             studio.jobs.push(Job {
                 robot: entity,
@@ -124,7 +132,7 @@ pub(super) fn take_images(
     }
     for design in RobotDesign::BOTH {
         if is_wanted[design as usize] {
-            studio.prepared[design as usize].prepare(&studio.scene, Detail { design, ..Detail::default() });
+            studio.prepared[design as usize].prepare(&scene, Detail { design, ..Detail::default() });
         }
     }
     #[cfg(feature = "gpu")]
@@ -132,7 +140,7 @@ pub(super) fn take_images(
         let mut shots: Vec<&mut Shot> =
             studio.jobs.iter_mut().filter(|job| job.is_gpu).map(|job| &mut job.shot).collect();
         if !shots.is_empty()
-            && let Err(error) = gpu.get().draw(&studio.scene, &mut shots)
+            && let Err(error) = gpu.get().draw(&scene, &mut shots)
         {
             error!("no camera images in cycle {}: {error}", clock.cycle);
             shots.iter_mut().for_each(|shot| shot.image.clear());

@@ -1,0 +1,77 @@
+//! What `naoisis run` records of a match. A new format is a file with its options, and a line here.
+
+use bevy::prelude::*;
+use clap::Args;
+
+use super::beliefs::BeliefArguments;
+use super::outputs::Output;
+use super::pictures::PictureArguments;
+use super::traces::TraceArguments;
+use crate::record::recorder::Recorder;
+
+/// The options of a way to record.
+pub trait Recording {
+    /// That the options fit each other.
+    fn check(&self) -> Result<(), String> {
+        Ok(())
+    }
+
+    /// The files that it writes anew.
+    fn outputs(&self) -> Vec<Output<'_>>;
+
+    /// Whether it takes standard output, so that nothing else may be printed there.
+    fn takes_standard_output(&self) -> bool {
+        false
+    }
+
+    /// Opens what is to be written of the match in the world, with `force` in place of what is there; none if nothing is.
+    fn open(&self, world: &World, force: bool) -> Result<Option<Box<dyn Recorder>>, String>;
+}
+
+macro_rules! recordings {
+    ($($name:ident: $arguments:ty,)*) => {
+        /// The options of all ways to record.
+        #[derive(Args, Debug, Clone, Default)]
+        pub struct Recordings {
+            $(
+                #[command(flatten)]
+                pub $name: $arguments,
+            )*
+        }
+
+        impl Recordings {
+            fn all(&self) -> Vec<&dyn Recording> {
+                vec![$(&self.$name),*]
+            }
+        }
+    };
+}
+
+// What is opened first leaves nothing behind when another cannot be opened: files that are written over come last.
+recordings! {
+    pictures: PictureArguments,
+    trace: TraceArguments,
+    beliefs: BeliefArguments,
+}
+
+impl Recordings {
+    /// That the options fit each other.
+    pub fn check(&self) -> Result<(), String> {
+        self.all().into_iter().try_for_each(Recording::check)
+    }
+
+    /// The files that are written anew.
+    pub fn outputs(&self) -> Vec<Output<'_>> {
+        self.all().into_iter().flat_map(Recording::outputs).collect()
+    }
+
+    /// Whether standard output is taken, so that nothing else may be printed there.
+    pub fn take_standard_output(&self) -> bool {
+        self.all().into_iter().any(Recording::takes_standard_output)
+    }
+
+    /// Opens everything that is to be written of the match in the world, with `force` in place of what is there.
+    pub fn open(&self, world: &World, force: bool) -> Result<Vec<Box<dyn Recorder>>, String> {
+        self.all().into_iter().filter_map(|recording| recording.open(world, force).transpose()).collect()
+    }
+}

@@ -1,0 +1,38 @@
+//! Values by name: settings and readings of what a program has registered, whose types only the program knows.
+
+use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::collections::BTreeMap;
+
+/// Values by name, as files have them.
+#[derive(Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[reflect(opaque)]
+#[reflect(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct NamedValues(pub BTreeMap<String, Value>);
+
+impl NamedValues {
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// The value of this name.
+    pub fn get(&self, name: &str) -> Option<&Value> {
+        self.0.get(name)
+    }
+
+    /// Gives a name a value, or none.
+    pub fn set(&mut self, name: &str, value: Option<Value>) {
+        match (value, self.0.get_mut(name)) {
+            (Some(value), Some(old)) => *old = value,
+            (Some(value), None) => {
+                self.0.insert(name.to_owned(), value);
+            }
+            (None, _) => {
+                self.0.remove(name);
+            }
+        }
+    }
+}

@@ -1,0 +1,90 @@
+//! The rules about single robots, as a table.
+
+use super::memory::RobotRecord;
+use super::snapshot::{MatchSnapshot, RobotSnapshot};
+use super::{ball_holding, fallen, illegal_defender, inactive, leaving_field, set_play, stalling};
+use crate::game::{Evidence, PenaltyReason, Rules};
+
+/// A robot before the referee.
+#[derive(Clone, Copy)]
+pub struct RobotCase<'a> {
+    /// The cycle.
+    pub seen: &'a MatchSnapshot<'a>,
+    /// What is remembered of all robots, in their order, this cycle included.
+    pub records: &'a [RobotRecord],
+    /// Which robot it is.
+    pub index: usize,
+}
+
+impl<'a> RobotCase<'a> {
+    /// The robot.
+    pub fn robot(&self) -> &'a RobotSnapshot {
+        &self.seen.robots[self.index]
+    }
+
+    /// What is remembered of it.
+    pub fn record(&self) -> &'a RobotRecord {
+        &self.records[self.index]
+    }
+}
+
+/// A rule for which single robots are removed.
+pub struct RobotRule {
+    /// What they are penalised for.
+    pub reason: PenaltyReason,
+    /// Whether the rules of the match have it.
+    pub is_on: fn(&Rules) -> bool,
+    /// The case against a robot that breaks it.
+    pub judge: fn(&RobotCase) -> Option<Evidence>,
+}
+
+/// All rules about single robots. Of those that a robot breaks the first counts.
+pub const ROBOT_RULES: &[RobotRule] = &[
+    RobotRule {
+        reason: PenaltyReason::IllegalPosition,
+        // There are set plays only where the rules have them.
+        is_on: |_| true,
+        judge: |case| {
+            let set_play = case.seen.game.set_play.as_ref()?;
+            set_play::judge(case.record().cycles_encroaching, set_play, case.seen, case.robot())
+        },
+    },
+    RobotRule {
+        reason: PenaltyReason::BallHolding,
+        is_on: |rules| rules.ball_holding,
+        judge: |case| ball_holding::judge(case.record().cycles_holding, case.seen, case.robot()),
+    },
+    RobotRule {
+        reason: PenaltyReason::Stalling,
+        is_on: |rules| rules.stalling,
+        judge: |case| stalling::judge(case.record().stall.as_ref()?, case.seen, case.robot()),
+    },
+    RobotRule {
+        reason: PenaltyReason::LeavingField,
+        is_on: |rules| rules.leaving_field,
+        judge: |case| leaving_field::judge(case.record().cycles_in_goal, case.seen, case.robot()),
+    },
+    RobotRule {
+        reason: PenaltyReason::IllegalDefender,
+        is_on: |rules| rules.illegal_defender,
+        judge: |case| illegal_defender::judge(case.records, case.seen, case.index),
+    },
+    RobotRule {
+        reason: PenaltyReason::Fallen,
+        is_on: |rules| rules.fallen,
+        judge: |case| fallen::judge(case.seen, case.robot()),
+    },
+    RobotRule {
+        reason: PenaltyReason::Inactive,
+        is_on: |rules| rules.inactive,
+        judge: |case| inactive::judge(case.record().cycles_inactive, case.seen, case.robot()),
+    },
+];
+
+/// The first rule that a robot breaks, and the case against it.
+pub fn judge(case: &RobotCase) -> Option<(PenaltyReason, Evidence)> {
+    ROBOT_RULES
+        .iter()
+        .filter(|rule| (rule.is_on)(case.seen.rules))
+        .find_map(|rule| Some((rule.reason, (rule.judge)(case)?)))
+}

@@ -1,0 +1,131 @@
+//! From a tree of values to a scenario, with everything that is wrong with it: what is found wrong is taken out, and the rest
+//! is looked at as if it had been left to its default.
+
+use serde_json::{Map, Value};
+
+use super::error::{ScenarioError, ScenarioErrorKind};
+use super::field_path::{FieldPath, Segment};
+use super::load::ScenarioFile;
+use super::presets;
+use super::shape::{self, ShapeFault};
+use super::source::{Finding, ScenarioSource};
+use super::types::Scenario;
+use super::validate::{ScenarioFault, place_ball_beside_robots};
+
+/// The longest lists that a scenario may have: more would take a program's memory and time for nothing.
+const LONGEST_LISTS: [(&str, usize); 3] =
+    [("robots", 2 * u8::MAX as usize), ("posts", 1000), ("interventions", 10_000)];
+
+/// The scenario of a tree of values, with the source's settings laid over it. `names` finds what only the program knows to
+/// be wrong: names that nobody has registered.
+///
+/// # Errors
+/// All that is wrong, in the order of the text.
+pub fn build(
+    source: ScenarioSource,
+    mut value: Value,
+    names: impl FnOnce(&Scenario) -> Vec<ScenarioFault>,
+) -> Result<ScenarioFile, Vec<ScenarioError>> {
+    let mut errors: Vec<ScenarioError> =
+        source.settings.iter().filter_map(|setting| setting.lay_over(&mut value).err()).collect();
+    let gives_ball_place = value.pointer("/ball/position_m").is_some();
+    let mut findings: Vec<Finding> = Vec::new();
+    if let Value::Object(root) = &mut value {
+        let faults = cut_lists(root).into_iter().chain(presets::resolve(root));
+        findings.extend(faults.map(Finding::from));
+    }
+    if let Some(mut scenario) = read_types(value, &mut findings) {
+        if !gives_ball_place {
+            place_ball_beside_robots(&mut scenario);
+        }
+        let is_whole = findings.is_empty() && errors.is_empty();
+        let faults = if is_whole { scenario.faults() } else { scenario.faults_of_parts() };
+        let taken_out: Vec<FieldPath> = findings.iter().map(|finding| finding.fault.path.clone()).collect();
+        let faults = faults.into_iter().chain(names(&scenario));
+        findings.extend(faults.filter(|fault| !fault.may_come_of(&taken_out)).map(Finding::from));
+        if findings.is_empty() && errors.is_empty() {
+            return Ok(ScenarioFile { scenario, source });
+        }
+    }
+    errors.extend(source.errors(&findings));
+    errors.sort_by_key(|error| (error.line(), error.column()));
+    // What is wrong with a common setting is wrong with every robot that shares it.
+    errors.dedup_by(|one, other| one.place() == other.place() && one.message() == other.message());
+    errors.truncate(ScenarioFile::MOST_ERRORS);
+    Err(errors)
+}
+
+/// Cuts lists that are too long.
+fn cut_lists(root: &mut Map<String, Value>) -> Vec<ScenarioFault> {
+    let mut faults = Vec::new();
+    for (field, most) in LONGEST_LISTS {
+        if let Some(Value::Array(elements)) = root.get_mut(field)
+            && elements.len() > most
+        {
+            let message = format!("`{field}` is a list of {}", elements.len());
+            faults.push(ScenarioFault::new(FieldPath::from(field), message, format!("at most {most}")));
+            elements.truncate(most);
+        }
+    }
+    faults
+}
+
+/// Reads the types, again and again, until nothing is left that has the wrong shape. None if there is no end of it.
+fn read_types(mut value: Value, findings: &mut Vec<Finding>) -> Option<Scenario> {
+    for _ in 0..ScenarioFile::MOST_ERRORS {
+        let fault = match shape::read(&value) {
+            Ok(scenario) => return Some(scenario),
+            Err(fault) => shape_fault(&fault, &FieldPath::default()),
+        };
+        let path = fault.path.clone();
+        // A hole that was left by something taken out of it is no mistake of the file.
+        if findings.iter().all(|finding| !finding.fault.path.starts_with(&path)) {
+            findings.push(Finding { kind: ScenarioErrorKind::Shape, fault });
+        }
+        if !take_out(&mut value, &path) {
+            return None;
+        }
+    }
+    None
+}
+
+/// What is wrong with the shape of settings that scenarios have at `root`.
+pub fn shape_fault(fault: &ShapeFault, root: &FieldPath) -> ScenarioFault {
+    let (path, error) = (fault.path().within(root), fault.error());
+    let (message, expected) = error.words(path.last_part().as_deref());
+    let fault = ScenarioFault::new(path, message, expected);
+    if error.is_about_key() { fault.at_key() } else { fault }
+}
+
+/// Takes out what is at `path`, or what that is in. An element leaves an empty object, so that the others keep their places.
+/// Whether there was something to be taken out.
+fn take_out(root: &mut Value, path: &FieldPath) -> bool {
+    let segments = path.segments();
+    for length in (0..segments.len()).rev() {
+        match (value_at(root, &segments[..length]), &segments[length]) {
+            (Some(Value::Object(fields)), Segment::Field(name)) => {
+                if fields.remove(name).is_some() {
+                    return true;
+                }
+            }
+            (Some(Value::Array(elements)), Segment::Index(index)) => {
+                let empty = Value::Object(Map::new());
+                if let Some(element) = elements.get_mut(*index)
+                    && *element != empty
+                {
+                    *element = empty;
+                    return true;
+                }
+            }
+            _ => {}
+        }
+    }
+    false
+}
+
+fn value_at<'a>(root: &'a mut Value, segments: &[Segment]) -> Option<&'a mut Value> {
+    segments.iter().try_fold(root, |value, segment| match segment {
+        Segment::Field(name) => value.get_mut(name),
+        Segment::Index(index) => value.get_mut(*index),
+    })
+}

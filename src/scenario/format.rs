@@ -1,0 +1,42 @@
+//! The formats of scenario files.
+
+use core::fmt;
+use std::path::Path;
+
+/// The two spellings of a scenario.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[non_exhaustive]
+pub enum Format {
+    /// Rusty Object Notation, `.ron`.
+    Ron,
+    /// JSON, `.json`.
+    Json,
+}
+
+impl Format {
+    /// The format that a file's name tells.
+    pub fn of_path(path: &Path) -> Option<Format> {
+        let extension = path.extension()?.to_str()?.to_ascii_lowercase();
+        match extension.as_str() {
+            "ron" => Some(Format::Ron),
+            "json" => Some(Format::Json),
+            _ => None,
+        }
+    }
+
+    pub(super) fn smallest_scenario(self) -> &'static str {
+        match self {
+            Format::Ron => "`(robots: [(team: blue, number: 1)])`",
+            Format::Json => "`{ \"robots\": [{ \"team\": \"blue\", \"number\": 1 }] }`",
+        }
+    }
+}
+
+impl fmt::Display for Format {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Format::Ron => "RON",
+            Format::Json => "JSON",
+        })
+    }
+}

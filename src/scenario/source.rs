@@ -1,0 +1,96 @@
+//! The text that a scenario came from: whatever is wrong with the scenario is placed in it.
+
+use core::ops::Range;
+use std::sync::Arc;
+
+use super::error::{Place, ScenarioError, ScenarioErrorKind};
+use super::field_path::{FieldPath, Segment};
+use super::format::Format;
+use super::outline::{Aim, Content, Node};
+use super::scanner::outline_of;
+use super::setting::Setting;
+use super::validate::ScenarioFault;
+
+/// The text that a scenario came from: whatever turns out to be wrong with the scenario later can still be placed.
+#[derive(Clone, PartialEq, Debug)]
+pub struct ScenarioSource {
+    /// The file as it was named, or the name of a built-in scenario.
+    pub name: String,
+    pub(super) text: Arc<str>,
+    pub(super) format: Format,
+    /// What is laid over the text.
+    pub(super) settings: Vec<Setting>,
+}
+
+/// Something wrong with a scenario, not placed yet.
+#[derive(Clone, PartialEq, Debug)]
+pub(super) struct Finding {
+    /// What kind of thing.
+    pub kind: ScenarioErrorKind,
+    /// The field, what is wrong, and what was expected.
+    pub fault: ScenarioFault,
+}
+
+impl From<ScenarioFault> for Finding {
+    fn from(fault: ScenarioFault) -> Self {
+        Self { kind: ScenarioErrorKind::Value, fault }
+    }
+}
+
+impl ScenarioSource {
+    /// The text of the file.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// The error for something wrong with the scenario that this is the text of, such as a behaviour that nobody has
+    /// registered.
+    pub fn error(&self, fault: &ScenarioFault) -> ScenarioError {
+        self.placed(&self.outline(), &Finding::from(fault.clone()))
+    }
+
+    /// The errors for all that was found.
+    pub(super) fn errors(&self, findings: &[Finding]) -> Vec<ScenarioError> {
+        let outline = self.outline();
+        findings.iter().map(|finding| self.placed(&outline, finding)).collect()
+    }
+
+    /// Where the values stand. Only errors need it, so that it is not kept.
+    fn outline(&self) -> Node {
+        let nothing = || Node { span: 0..0, content: Content::Scalar, is_named_struct: false };
+        outline_of(&self.text).unwrap_or_else(nothing)
+    }
+
+    fn placed(&self, outline: &Node, finding: &Finding) -> ScenarioError {
+        let Finding { kind, fault } = finding;
+        if let Some(setting) = self.settings.iter().rev().find(|setting| setting.concerns(&fault.path)) {
+            return setting.error(*kind, &fault.message, &fault.expected);
+        }
+        let place = Place::new(&self.text, find(outline, &fault.path, fault.related.as_ref(), fault.aim));
+        ScenarioError::of_file(*kind, &self.name, fault.message.clone(), fault.expected.clone())
+            .at(place)
+            .in_field(fault.path.clone())
+    }
+}
+
+/// Where a text says what is at `path`. What a robot does not say itself, it has from the common settings.
+fn find(outline: &Node, path: &FieldPath, related: Option<&FieldPath>, aim: Aim) -> Range<usize> {
+    let (own, found) = outline.locate(path, aim);
+    if found == path.segments().len() {
+        return own;
+    }
+    let common = match path.segments() {
+        [Segment::Field(robots), Segment::Index(_), ..] if robots == "robots" => Some(path.without_first(2)),
+        _ => None,
+    };
+    if let Some(common) = common {
+        let (place, found) = outline.locate(&common, aim);
+        if found > 0 && found == common.segments().len() {
+            return place;
+        }
+    }
+    match related {
+        Some(related) if found == 0 => find(outline, related, None, aim),
+        _ => own,
+    }
+}

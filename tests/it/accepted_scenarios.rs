@@ -1,0 +1,289 @@
+//! Whatever `check` accepts can be played: nothing gets into anything else, every number stays finite, and the trace can
+//! be read back.
+//!
+//! The scenarios are drawn from the whole ranges that are accepted, and from their ends more often than not: robots that
+//! stumble fast among posts, balls of all sizes in grass of all depths, cycles of a second, teams on pitches that they
+//! hardly fit on. `PROPTEST_CASES` asks for more of them.
+
+use bevy::math::{Vec2, ops};
+use core::ops::RangeInclusive;
+use naoisis::ball::Rolling;
+use naoisis::behaviour::script::ScriptEntry;
+use naoisis::communication::TeamMessage;
+use naoisis::game::{Intervention, PenaltyReason, TimedIntervention};
+use naoisis::geometry::to_radians;
+use naoisis::kick_geometry::Side;
+use naoisis::prelude::*;
+use naoisis::record::read::TraceReader;
+use naoisis::record::trace::TraceRecorder;
+use naoisis::record::{RecordPlugin, recorder};
+use naoisis::robot::motion::{MotionError, MotionLimits};
+use naoisis::robot::posture::PostureRequest;
+use naoisis::scenario::{BallSpec, BehaviourSpec, PostSpec, RULES_PRESETS, RobotSpec, TeamsSpec};
+use proptest::collection::vec;
+use proptest::option;
+use proptest::prelude::*;
+use proptest::sample::select;
+use std::path::Path;
+
+use crate::support::{SharedBytes, headless_app};
+
+/// Cycles of each match.
+const CYCLES: usize = 60;
+
+/// A scenario that shows as its file.
+#[derive(Clone)]
+struct Accepted(Scenario);
+
+impl core::fmt::Debug for Accepted {
+    fn fmt(&self, formatter: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        formatter.write_str(&self.0.resolved_json().unwrap_or_default())
+    }
+}
+
+/// A number of a range: often an end of it, and as often a small one as a large one.
+fn within(range: RangeInclusive<f32>) -> impl Strategy<Value = f32> {
+    let (least, most) = (*range.start(), *range.end());
+    let floor = (most.abs().max(least.abs()) * 1e-5).max(least);
+    let by_magnitude = (0.0f32..1.0, any::<bool>()).prop_map(move |(share, negative)| {
+        let size = floor * ops::powf(most / floor, share);
+        if negative && least < 0.0 { -size } else { size }
+    });
+    prop_oneof![1 => Just(least), 1 => Just(most), 2 => range, 3 => by_magnitude]
+}
+
+/// One thing, but at times another.
+fn mostly<T: Clone + core::fmt::Debug + 'static>(
+    usual: T,
+    other: impl Strategy<Value = T> + 'static,
+) -> impl Strategy<Value = T> {
+    prop_oneof![2 => Just(usual), 1 => other]
+}
+
+fn place(range: f32) -> impl Strategy<Value = Vec2> {
+    (-range..range, -range..range).prop_map(Vec2::from)
+}
+
+fn pose(range: f32) -> impl Strategy<Value = Pose> {
+    (place(range), -180.0f32..180.0)
+        .prop_map(|(position, degrees)| Pose { position, heading: to_radians(degrees.round()) })
+}
+
+fn ball() -> impl Strategy<Value = Option<BallSpec>> {
+    let rolling = prop_oneof![
+        within(1e-6..=1000.0).prop_map(Rolling::ExponentialPerS),
+        within(1e-6..=1000.0).prop_map(Rolling::ConstantMps2),
+    ];
+    let ball = (
+        place(1.0),
+        mostly(Vec2::ZERO, (-3.1f32..3.1, within(0.0..=99.9)).prop_map(|(turn, speed)| Vec2::from_angle(turn) * speed)),
+        within(0.005..=0.5),
+        mostly(Rolling::default(), rolling),
+        mostly(0.4, within(0.0..=1.0)),
+    );
+    let ball = ball.prop_map(|(position_m, velocity_mps, radius_m, rolling, restitution)| {
+        Some(BallSpec { position_m, velocity_mps, radius_m, rolling, restitution })
+    });
+    prop_oneof![9 => ball, 1 => Just(None)]
+}
+
+fn motion() -> impl Strategy<Value = MotionLimits> {
+    let error_sd = (within(0.0..=10.0), within(0.0..=10.0), within(0.0..=360.0))
+        .prop_map(|(dx_m, dy_m, degrees)| MotionError { dx_m, dy_m, dtheta: to_radians(degrees) });
+    (mostly(0.2, within(0.0..=5.0)), mostly(90.0, within(0.0..=1080.0)), mostly(MotionError::default(), error_sd))
+        .prop_map(|(max_linear_mps, degrees, error_sd)| MotionLimits {
+            max_linear_mps,
+            max_angular: to_radians(degrees),
+            error_sd,
+        })
+}
+
+/// A number as a message may have it.
+fn said() -> impl Strategy<Value = f32> {
+    prop_oneof![-3.0f32..3.0, within(-1e30..=1e30), Just(f32::MAX), Just(-f32::MAX)]
+}
+
+fn message() -> impl Strategy<Value = TeamMessage> {
+    let place = || (said(), said()).prop_map(Vec2::from);
+    let pose = (place(), -3.1f32..3.1).prop_map(|(position, heading)| Pose { position, heading });
+    (option::of(pose), option::of(place()), vec(place(), 0..3)).prop_map(|(pose, ball_m, robots_m)| TeamMessage {
+        pose,
+        ball_m,
+        robots_m,
+        ..TeamMessage::default()
+    })
+}
+
+/// What a robot does in a stretch of time of a script.
+fn script_entry() -> impl Strategy<Value = ScriptEntry> {
+    let step = || mostly(0.05, within(-2000.0..=2000.0));
+    let kick =
+        (select(KickType::ALL.to_vec()), -1.0f32..2.0).prop_map(|(kick_type, speed)| KickRequest { kick_type, speed });
+    let head = [within(-1e5..=1e5), within(-1e5..=1e5)];
+    let posture =
+        select(vec![PostureRequest::GetUp, PostureRequest::Dive(Side::Left), PostureRequest::Dive(Side::Right)]);
+    (
+        0.0f64..1.0,
+        option::of(0.1f64..9.0),
+        [step(), step(), step()],
+        option::of(kick),
+        option::of(head),
+        option::of(posture),
+        option::of(message()),
+    )
+        .prop_map(|(from_s, duration_s, walk, kick, head, posture, say)| ScriptEntry {
+            from_s,
+            until_s: duration_s.map(|duration_s| from_s + duration_s),
+            walk: Some(walk),
+            kick,
+            head,
+            posture,
+            say,
+        })
+}
+
+fn robot() -> impl Strategy<Value = RobotSpec> {
+    let named = select(vec!["idle", "chaser", "keeper", "striker", "supporter", "passer", "passing_keeper"]);
+    let behaviour = prop_oneof![
+        1 => named.prop_map(|name| BehaviourSpec::Named(name.to_owned())),
+        2 => vec(script_entry(), 1..4).prop_map(BehaviourSpec::Script),
+    ];
+    (select(Team::BOTH.to_vec()), pose(0.8), behaviour, option::of(motion()))
+        .prop_map(|(team, pose, behaviour, motion)| RobotSpec { team, pose, behaviour, motion, ..RobotSpec::default() })
+}
+
+fn rules() -> impl Strategy<Value = Rules> {
+    let names: Vec<&str> = RULES_PRESETS.iter().map(|preset| preset.name).collect();
+    // Short, so that much happens in few cycles.
+    let seconds = || within(0.01..=5.0);
+    (select(names), 1u8..=11, [seconds(), seconds(), seconds(), seconds(), seconds()], any::<[bool; 4]>()).prop_map(
+        |(name, team_size, [half_s, ready_s, set_s, penalty_s, stall_s], [falls, dives, shoot_out, is_short])| {
+            let preset = Rules::preset(name).unwrap();
+            let short = Rules { half_s, ready_s, set_s, penalty_s, stall_s, shoot_out, ..preset.clone() };
+            Rules { team_size, falls, dives, get_up_s: 0.2, ..if is_short { short } else { preset } }
+        },
+    )
+}
+
+fn field() -> impl Strategy<Value = Pitch> {
+    let small = (within(1.0..=9.0), within(1.0..=6.0), within(0.2..=2.0), within(0.05..=1.0), within(0.01..=1.0))
+        .prop_map(|(length_m, width_m, border_m, goal, post)| {
+            let mut pitch = Pitch { length_m, width_m, border_m, ..Pitch::default() };
+            pitch.goal.width_m = (goal * width_m).max(0.2);
+            pitch.goal.post_diameter_m = (post * pitch.goal.width_m / 2.0).max(0.01);
+            pitch.goal.bar_diameter_m = pitch.goal.bar_diameter_m.min(pitch.goal.width_m / 2.0);
+            pitch.centre_circle_diameter_m = pitch.centre_circle_diameter_m.min(width_m);
+            pitch.penalty_area.depth_m = pitch.penalty_area.depth_m.min(length_m / 2.0);
+            pitch.penalty_area.width_m = pitch.penalty_area.width_m.min(width_m);
+            pitch.penalty_mark_distance_m = pitch.penalty_mark_distance_m.min(length_m / 2.0);
+            pitch
+        });
+    mostly(Pitch::default(), small)
+}
+
+fn intervention() -> impl Strategy<Value = TimedIntervention> {
+    let robot = || (select(Team::BOTH.to_vec()), 1u8..4).prop_map(|(team, number)| RobotId::new(team, number));
+    let velocity = (within(-100.0..=100.0), within(-100.0..=100.0)).prop_map(Vec2::from);
+    let what = prop_oneof![
+        (place(1.0), velocity)
+            .prop_map(|(position_m, velocity_mps)| Intervention::PlaceBall { position_m, velocity_mps }),
+        (robot(), pose(0.8)).prop_map(|(robot, pose)| Intervention::PlaceRobot { robot, pose }),
+        robot().prop_map(|robot| Intervention::Penalise {
+            robot,
+            reason: PenaltyReason::Manual,
+            duration_s: Some(0.3)
+        }),
+        robot().prop_map(|robot| Intervention::Return { robot }),
+        place(1.0).prop_map(|position_m| Intervention::DropBall { position_m }),
+        select(Team::BOTH.to_vec()).prop_map(|team| Intervention::KickOff { team }),
+        Just(Intervention::Whistle),
+    ];
+    (0.0f64..2.0, what).prop_map(|(at_s, intervention)| TimedIntervention { at_s, intervention })
+}
+
+fn scenario() -> impl Strategy<Value = Accepted> {
+    let cycle_s = mostly(1.0 / 30.0, within(0.001..=1.0).prop_map(f64::from));
+    let teams = (select(vec!["roles", "chasers", "passers"]), select(vec!["roles", "chasers", "passers"]))
+        .prop_map(|(blue, pink)| TeamsSpec { blue: blue.to_owned(), pink: pink.to_owned() });
+    let post = (place(0.9), within(0.001..=1.0)).prop_map(|(position_m, radius_m)| PostSpec {
+        position_m,
+        radius_m,
+        height_m: 0.5,
+    });
+    let who = prop_oneof![3 => vec(robot(), 0..9).prop_map(Ok), 1 => teams.prop_map(Err)];
+    ((any::<u64>(), cycle_s, ball(), motion(), rules(), field()), (who, vec(post, 0..4), vec(intervention(), 0..4)))
+        .prop_map(|((seed, cycle_s, ball, motion, rules, field), (who, posts, interventions))| {
+            let (mut robots, teams) = who.map_or_else(|teams| (Vec::new(), Some(teams)), |robots| (robots, None));
+            for (number, robot) in (1..).zip(&mut robots) {
+                robot.number = number;
+            }
+            let scenario = Scenario {
+                seed,
+                cycle_s,
+                ball,
+                motion,
+                rules,
+                field,
+                robots,
+                teams,
+                posts,
+                interventions,
+                ..Scenario::default()
+            };
+            Accepted(without_faults(scenario))
+        })
+        .prop_filter("refused", |scenario| scenario.0.validate().is_ok())
+}
+
+/// The scenario without whatever stands in something else, and what cannot be done.
+fn without_faults(mut scenario: Scenario) -> Scenario {
+    while let Err(fault) = scenario.validate() {
+        let path = fault.path.to_string();
+        let index = |list: &str| path.strip_prefix(list)?.split(']').next()?.parse::<usize>().ok();
+        if let Some(robot) = index("robots[") {
+            scenario.robots.remove(robot);
+        } else if let Some(post) = index("posts[") {
+            scenario.posts.remove(post);
+        } else if let Some(intervention) = index("interventions[") {
+            scenario.interventions.remove(intervention);
+        } else if path.starts_with("ball") {
+            scenario.ball = None;
+        } else if path.contains("max_angular") {
+            scenario.motion.max_angular = 0.1;
+        } else {
+            break;
+        }
+    }
+    scenario
+}
+
+/// Plays a match and looks at everything that it says.
+fn play(scenario: &Scenario) -> Result<(), TestCaseError> {
+    let bytes = SharedBytes::default();
+    let mut app = headless_app();
+    app.add_plugins(RecordPlugin);
+    app.start_match(scenario).map_err(|fault| TestCaseError::fail(fault.to_string()))?;
+    recorder::start(app.world_mut(), vec![Box::new(TraceRecorder::plain("trace", bytes.clone()))]);
+    for cycle in 1..=CYCLES {
+        app.run_cycles(1);
+        for event in app.events() {
+            let broken = matches!(event, MatchEvent::InvariantBroken { .. });
+            prop_assert!(!broken, "in cycle {cycle}: {event:?}");
+        }
+    }
+    drop(app);
+    let written = std::io::Cursor::new(bytes.written());
+    let mut trace =
+        TraceReader::new(Path::new("trace"), written).map_err(|error| TestCaseError::fail(error.to_string()))?;
+    while trace.next_cycle().map_err(|error| TestCaseError::fail(error.to_string()))?.is_some() {}
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, max_shrink_iters: 2000, ..ProptestConfig::default() })]
+
+    #[test]
+    fn whatever_is_accepted_can_be_played(scenario in scenario()) {
+        play(&scenario.0)?;
+    }
+}
