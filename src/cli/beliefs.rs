@@ -5,7 +5,7 @@ use clap::Args;
 use std::path::PathBuf;
 
 use super::outputs::{Output, STANDARD_OUTPUT};
-use super::recordings::Recording;
+use super::recording::Recording;
 use crate::record::beliefs::BeliefRecorder;
 use crate::record::recorder::Recorder;
 

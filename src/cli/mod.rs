@@ -43,6 +43,7 @@ mod list;
 mod outputs;
 mod pictures;
 mod play;
+mod recording;
 mod recordings;
 mod replay;
 mod report;

@@ -5,7 +5,7 @@ use clap::Args;
 use std::path::PathBuf;
 
 use super::outputs::{self, Output};
-use super::recordings::Recording;
+use super::recording::Recording;
 use crate::camera_model::CameraSide;
 use crate::cycle::CycleClock;
 use crate::record::album::Album;

@@ -6,27 +6,9 @@ use clap::Args;
 use super::beliefs::BeliefArguments;
 use super::outputs::Output;
 use super::pictures::PictureArguments;
+use super::recording::Recording;
 use super::traces::TraceArguments;
 use crate::record::recorder::Recorder;
-
-/// The options of a way to record.
-pub trait Recording {
-    /// That the options fit each other.
-    fn check(&self) -> Result<(), String> {
-        Ok(())
-    }
-
-    /// The files that it writes anew.
-    fn outputs(&self) -> Vec<Output<'_>>;
-
-    /// Whether it takes standard output, so that nothing else may be printed there.
-    fn takes_standard_output(&self) -> bool {
-        false
-    }
-
-    /// Opens what is to be written of the match in the world, with `force` in place of what is there; none if nothing is.
-    fn open(&self, world: &World, force: bool) -> Result<Option<Box<dyn Recorder>>, String>;
-}
 
 macro_rules! recordings {
     ($($name:ident: $arguments:ty,)*) => {

@@ -6,7 +6,7 @@ use std::io;
 use std::path::PathBuf;
 
 use super::outputs::{Output, STANDARD_OUTPUT};
-use super::recordings::Recording;
+use super::recording::Recording;
 use crate::record::recorder::Recorder;
 use crate::record::trace::TraceRecorder;
 

@@ -404,12 +404,12 @@ mod tests {
     }
 
     fn any_pose(range: f32) -> impl Strategy<Value = Pose> {
-        (-range..range, -range..range, -3.14f32..3.14).prop_map(|(x, y, heading)| Pose::new(x, y, heading))
+        (-range..range, -range..range, -3.1f32..3.1).prop_map(|(x, y, heading)| Pose::new(x, y, heading))
     }
 
     /// A robot near the ball that walks, turns, or stands.
     fn any_base() -> impl Strategy<Value = Obstacle> {
-        (any_pose(0.4), up_to(5.0), -3.14f32..3.14, prop_oneof![Just(0.0), -0.1f32..0.1, -3.1f32..3.1]).prop_map(
+        (any_pose(0.4), up_to(5.0), -3.1f32..3.1, prop_oneof![Just(0.0), -0.1f32..0.1, -3.1f32..3.1]).prop_map(
             |(start, way, direction, turn)| {
                 let position = start.position + unit(direction) * way;
                 base(start, Pose { position, heading: wrap_angle(start.heading + turn) })

@@ -8,45 +8,17 @@ use bevy::prelude::*;
 use std::collections::BTreeMap;
 
 use super::cycle_record::{BallRecord, CycleRecord, GameRecord, PenaltyRecord, RobotRecord};
-use super::recorder;
 use super::vocabulary::{Command, Commanded, Perceived};
 use crate::ball::{Ball, BallPhysics, BallVelocity};
 use crate::behaviour::drawings::Drawings;
 use crate::belief::Belief;
-use crate::cycle::{Cycle, CycleClock, CycleSystems};
+use crate::cycle::CycleClock;
 use crate::events::{CycleEvents, MatchEvent};
 use crate::game::{Game, Penalty, Rules};
 use crate::geometry::Pose;
 use crate::robot::posture::Posture;
 use crate::robot::{Roster, Velocity};
-use crate::simulation::sensors::ReadingsAreRecorded;
 use crate::team::RobotId;
-
-/// Gathers the [`CurrentRecord`] of every cycle while there is one, and lets the [recorders](recorder) have it.
-pub struct RecordPlugin;
-
-impl Plugin for RecordPlugin {
-    fn build(&self, app: &mut App) {
-        let is_recorded = resource_exists::<CurrentRecord>;
-        app.init_resource::<ReadingsAreRecorded>()
-            .configure_sets(
-                Cycle,
-                (
-                    (RecordSystems::Gather, RecordSystems::Keep).chain().in_set(CycleSystems::Record),
-                    // Recorders have the whole world to look at: they come when nobody else is at work.
-                    RecordSystems::Write.after(CycleSystems::Record).before(CycleSystems::Last),
-                ),
-            )
-            .add_systems(
-                Cycle,
-                (
-                    note_commands.after(CycleSystems::Decide).before(CycleSystems::Act).run_if(is_recorded),
-                    gather_record.in_set(RecordSystems::Gather).run_if(is_recorded),
-                    recorder::record_cycle.in_set(RecordSystems::Write).run_if(resource_exists::<recorder::Recorders>),
-                ),
-            );
-    }
-}
 
 /// The systems of recording.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -154,12 +126,16 @@ pub fn gather_start(world: &mut World) {
     let _ = world.run_system_cached(gather_record);
 }
 
-fn note_commands(mut current: ResMut<CurrentRecord>, robots: Query<(&RobotId, Commanded)>, ticks: SystemChangeTick) {
+pub(super) fn note_commands(
+    mut current: ResMut<CurrentRecord>,
+    robots: Query<(&RobotId, Commanded)>,
+    ticks: SystemChangeTick,
+) {
     let (since, now) = (current.gathered, ticks.this_run());
     current.commands.clear();
     current.commands.extend(robots.iter().map(|(id, robot)| (*id, robot.command(since, now))));
 }
 
-fn gather_record(mut current: ResMut<CurrentRecord>, recorded: RecordedMatch) {
+pub(super) fn gather_record(mut current: ResMut<CurrentRecord>, recorded: RecordedMatch) {
     recorded.gather(&mut current);
 }

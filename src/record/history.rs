@@ -315,7 +315,8 @@ impl History {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::record::gather::{CurrentRecord, RecordPlugin, gather_start};
+    use crate::record::RecordPlugin;
+    use crate::record::gather::{CurrentRecord, gather_start};
     use crate::simulation::{MatchApp, NaoisisPlugins};
 
     #[test]

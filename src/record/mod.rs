@@ -17,6 +17,7 @@ pub mod gather;
 pub mod history;
 pub mod photographer;
 pub mod picture;
+mod plugin;
 mod png_file;
 pub mod read;
 pub mod recorder;
@@ -26,4 +27,4 @@ pub mod video;
 mod video_file;
 pub mod vocabulary;
 
-pub use gather::RecordPlugin;
+pub use plugin::RecordPlugin;

@@ -126,7 +126,7 @@ impl Recorders {
     }
 }
 
-/// Lets recorders write down the match in the world, from now on. The app must have the [`RecordPlugin`](gather::RecordPlugin).
+/// Lets recorders write down the match in the world, from now on. The app must have the [`RecordPlugin`](super::RecordPlugin).
 pub fn start(world: &mut World, recorders: Vec<Box<dyn Recorder>>) {
     gather::gather_start(world);
     let Some(scenario) = world.get_resource::<Scenario>() else { return };

@@ -5,10 +5,9 @@ use serde_json::{Map, Value};
 
 use super::error::{ScenarioError, ScenarioErrorKind};
 use super::field_path::{FieldPath, Segment};
-use super::load::ScenarioFile;
 use super::presets;
 use super::shape::{self, ShapeFault};
-use super::source::{Finding, ScenarioSource};
+use super::source::{Finding, ScenarioFile, ScenarioSource};
 use super::types::Scenario;
 use super::validate::{ScenarioFault, place_ball_beside_robots};
 
@@ -103,10 +102,9 @@ fn take_out(root: &mut Value, path: &FieldPath) -> bool {
     let segments = path.segments();
     for length in (0..segments.len()).rev() {
         match (value_at(root, &segments[..length]), &segments[length]) {
-            (Some(Value::Object(fields)), Segment::Field(name)) => {
-                if fields.remove(name).is_some() {
-                    return true;
-                }
+            (Some(Value::Object(fields)), Segment::Field(name)) if fields.contains_key(name) => {
+                fields.remove(name);
+                return true;
             }
             (Some(Value::Array(elements)), Segment::Index(index)) => {
                 let empty = Value::Object(Map::new());

@@ -15,7 +15,7 @@ use super::library::{LIBRARY, LibraryScenario};
 use super::read;
 use super::setting::Setting;
 use super::shape;
-use super::source::ScenarioSource;
+use super::source::{ScenarioFile, ScenarioSource};
 use super::validate::ScenarioFault;
 use super::wording::did_you_mean;
 use crate::scenario::Scenario;
@@ -23,15 +23,6 @@ use crate::scenario::Scenario;
 /// Larger files are no scenarios: the largest that come to mind, of 22 robots that say three things a second for ten minutes,
 /// have half of it. It bounds the memory that a file takes.
 const LARGEST_FILE_BYTES: u64 = 4 << 20;
-
-/// A scenario together with the text that it came from.
-#[derive(Clone, PartialEq, Debug)]
-pub struct ScenarioFile {
-    /// The scenario, valid.
-    pub scenario: Scenario,
-    /// Its text.
-    pub source: ScenarioSource,
-}
 
 impl ScenarioFile {
     /// The most errors that are told of one file.

@@ -9,6 +9,7 @@ use super::format::Format;
 use super::outline::{Aim, Content, Node};
 use super::scanner::outline_of;
 use super::setting::Setting;
+use super::types::Scenario;
 use super::validate::ScenarioFault;
 
 /// The text that a scenario came from: whatever turns out to be wrong with the scenario later can still be placed.
@@ -93,4 +94,13 @@ fn find(outline: &Node, path: &FieldPath, related: Option<&FieldPath>, aim: Aim)
         Some(related) if found == 0 => find(outline, related, None, aim),
         _ => own,
     }
+}
+
+/// A scenario together with the text that it came from.
+#[derive(Clone, PartialEq, Debug)]
+pub struct ScenarioFile {
+    /// The scenario, valid.
+    pub scenario: Scenario,
+    /// Its text.
+    pub source: ScenarioSource,
 }

@@ -1,8 +1,5 @@
 //! How errors word things: quotes, lists of names, the nearest name.
 
-use super::field_path::FieldPath;
-use super::validate::ScenarioFault;
-
 /// A word from a file in quotes, on one line and not too long.
 pub fn quoted(word: &str) -> String {
     const LONGEST: usize = 60;
@@ -48,22 +45,6 @@ pub fn nearest<'a>(word: &str, names: impl IntoIterator<Item = &'a str>) -> Opti
 /// `: did you mean ...?`, or nothing.
 pub fn did_you_mean<'a>(word: &str, names: impl IntoIterator<Item = &'a str>) -> String {
     nearest(word, names).map(|name| format!(": did you mean `{name}`?")).unwrap_or_default()
-}
-
-/// The fault of a name in a file that names nothing which the program has.
-pub fn unknown_name<'a>(
-    path: &FieldPath,
-    what: &str,
-    name: &str,
-    known: impl Iterator<Item = &'a str> + Clone,
-) -> ScenarioFault {
-    let message = format!("there is no {what} {}{}", quoted(name), did_you_mean(name, known.clone()));
-    let expected = if known.clone().next().is_none() {
-        format!("none: this program has registered no {what}")
-    } else {
-        one_of(known)
-    };
-    ScenarioFault::new(path.clone(), message, expected)
 }
 
 #[cfg(test)]

@@ -61,8 +61,8 @@ fn a_behaviour_runs_only_in_the_cycles_in_which_all_its_conditions_hold() {
     struct Ran(Vec<u64>);
     let mut app = headless_app();
     let count = behaviour(|clock: Res<CycleClock>, mut ran: ResMut<Ran>| ran.0.push(clock.cycle))
-        .run_if(|clock: Res<CycleClock>| clock.cycle % 2 == 0)
-        .run_if(|clock: Res<CycleClock>| clock.cycle % 3 == 0);
+        .run_if(|clock: Res<CycleClock>| clock.cycle.is_multiple_of(2))
+        .run_if(|clock: Res<CycleClock>| clock.cycle.is_multiple_of(3));
     app.init_resource::<Ran>().add_behaviour::<Mine, _>("counter", count);
     app.start_match(&Scenario::default()).unwrap().run_cycles(20);
     assert_eq!(app.world().resource::<Ran>().0, [6, 12, 18]);

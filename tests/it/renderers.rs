@@ -126,15 +126,15 @@ fn the_pixel_of_a_point_shows_what_is_there() {
         let (shot, image) = draw_by_both(&mut gpu, &scene, index);
         // The middles of ball, waistbands and posts: label, place, and what it is thick.
         let mut points = Vec::new();
-        points.extend(scene.ball.map(|(at, radius)| (Label::Ball, at.extend(radius), radius)));
+        points.extend(scene.ball.map(|ball| (Label::Ball, ball.position.extend(ball.radius), ball.radius)));
         let waist = Vec3::Z * (WAISTBAND_Z[0] + WAISTBAND_Z[1]) / 2.0;
         points.extend(scene.robots[1..].iter().map(|robot| {
             let [_, band] = labels(robot.id.team);
-            (band, robot.world_from_robot.transform_point3(waist), 0.056)
+            (band, robot.world_from_robot().transform_point3(waist), 0.056)
         }));
-        points.extend(scene.posts.iter().filter_map(|(post, at)| {
-            let label = naoisis::appearance::field::goal_label(post.colour?);
-            Some((label, at.extend(post.height / 2.0), post.radius))
+        points.extend(scene.posts.iter().filter_map(|there| {
+            let label = naoisis::appearance::field::goal_label(there.post.colour?);
+            Some((label, there.position.extend(there.post.height / 2.0), there.post.radius))
         }));
         for (label, point, half) in points {
             let ahead = shot.view.to_camera(point).z;

@@ -212,7 +212,6 @@ fn interventions_that_cannot_be() {
         ("place_robot(robot: blue1, pose: «(9, 0, 0))", "(9, 0) is outside the carpet", "within"),
         ("place_ball(position_m: «(0, 9))", "(0, 9) is outside the carpet", "within"),
         ("«restart", "`restart`", "place_ball"),
-        ("penalise(robot: blue1, reason: «dancing)", "`dancing`", "pushing"),
     ];
     for (marked, message, expected) in cases {
         refuses_ron(&format!("(robots: [()], interventions: [(at_s: 1, do: {marked})])"), message, expected);
@@ -383,7 +382,7 @@ fn a_check_finds_everything_and_nothing_that_only_follows() {
         "10:31: `head_deg[1]` is the text `down`; expected a number",
         "11:33: there is no preset `lout`",
         "12:42: `max_linear_mps` is 8; expected 0 to 5 m/s",
-        "14:21: `radius_m` is 7; expected more than 0",
+        "14:22: `radius_m` is 7; expected more than 0",
     ];
     let errors = all_errors("wrong.ron", text);
     for (error, start) in errors.iter().zip(expected) {

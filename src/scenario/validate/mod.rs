@@ -13,7 +13,7 @@ use core::ops::RangeInclusive;
 use super::field_path::{FieldPath, Segment};
 use super::outline::Aim;
 use super::types::{BehaviourSpec, RobotSpec, Scenario};
-use super::wording::in_words;
+use super::wording::{did_you_mean, in_words, one_of, quoted};
 use crate::behaviour::script::ScriptEntry;
 use crate::game::{Intervention, TimedIntervention};
 use crate::geometry::to_degrees;
@@ -87,6 +87,22 @@ impl ScenarioFault {
         self.related = Some(path);
         self
     }
+}
+
+/// The fault of a name in a file that names nothing which the program has.
+pub fn unknown_name<'a>(
+    path: &FieldPath,
+    what: &str,
+    name: &str,
+    known: impl Iterator<Item = &'a str> + Clone,
+) -> ScenarioFault {
+    let message = format!("there is no {what} {}{}", quoted(name), did_you_mean(name, known.clone()));
+    let expected = if known.clone().next().is_none() {
+        format!("none: this program has registered no {what}")
+    } else {
+        one_of(known)
+    };
+    ScenarioFault::new(path.clone(), message, expected)
 }
 
 impl Scenario {

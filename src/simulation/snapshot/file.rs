@@ -308,7 +308,10 @@ impl<'de> Visitor<'de> for ValuesSeed<'_> {
             let registration = registration_by_name(&name, self.0).ok_or_else(unknown)?;
             let from_reflect = registration.data::<ReflectFromReflect>().ok_or_else(unknown)?;
             let value = map.next_value_seed(TypedReflectDeserializer::new(registration, self.0))?;
-            if values.iter().any(|value: &Box<dyn Reflect>| value.as_any().type_id() == registration.type_id()) {
+            let is_there = |values: &[Box<dyn Reflect>]| {
+                values.iter().any(|value| value.as_any().type_id() == registration.type_id())
+            };
+            if is_there(&values) {
                 return Err(A::Error::custom(format!("there are two of `{name}`")));
             }
             let value = from_reflect

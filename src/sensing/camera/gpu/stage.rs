@@ -18,7 +18,7 @@ use crate::appearance::scene::{Scene, ScenePost, SceneRobot};
 use crate::appearance::shapes::{Part, Shape};
 use crate::appearance::view::View;
 use crate::appearance::{Label, colours};
-use crate::pitch::{End, Pitch, Post};
+use crate::pitch::{End, Pitch};
 use crate::sensing::camera::software::light::SUN;
 use crate::team::RobotId;
 

@@ -1,0 +1,34 @@
+//! When in a cycle a match is recorded.
+
+use bevy::prelude::*;
+
+use super::gather::{self, CurrentRecord, RecordSystems};
+use super::recorder::{self, Recorders};
+use crate::cycle::{Cycle, CycleSystems};
+use crate::simulation::sensors::ReadingsAreRecorded;
+
+/// Gathers the [`CurrentRecord`] of every cycle while there is one, and lets the [recorders](recorder) have it.
+pub struct RecordPlugin;
+
+impl Plugin for RecordPlugin {
+    fn build(&self, app: &mut App) {
+        let is_recorded = resource_exists::<CurrentRecord>;
+        app.init_resource::<ReadingsAreRecorded>()
+            .configure_sets(
+                Cycle,
+                (
+                    (RecordSystems::Gather, RecordSystems::Keep).chain().in_set(CycleSystems::Record),
+                    // Recorders have the whole world to look at: they come when nobody else is at work.
+                    RecordSystems::Write.after(CycleSystems::Record).before(CycleSystems::Last),
+                ),
+            )
+            .add_systems(
+                Cycle,
+                (
+                    gather::note_commands.after(CycleSystems::Decide).before(CycleSystems::Act).run_if(is_recorded),
+                    gather::gather_record.in_set(RecordSystems::Gather).run_if(is_recorded),
+                    recorder::record_cycle.in_set(RecordSystems::Write).run_if(resource_exists::<Recorders>),
+                ),
+            );
+    }
+}
