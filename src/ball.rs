@@ -7,7 +7,6 @@ use serde::{Deserialize, Serialize};
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
 use crate::geometry::Pose;
 use crate::knowledge::Knowledge;
-use crate::state::ReflectState;
 
 /// Rolls the ball in [`CycleSystems::RollBall`], as if nothing were in its way; what is, is seen to in
 /// [`CycleSystems::Collide`].
@@ -25,17 +24,17 @@ impl Plugin for BallPlugin {
 
 /// Marks the ball. Its [`Pose`] is its centre's place above the ground.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Truth)]
+#[reflect(Component, @Knowledge::Truth)]
 pub struct Ball;
 
 /// The ball's velocity, m/s, pitch frame.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Truth)]
+#[reflect(Component, @Knowledge::Truth)]
 pub struct BallVelocity(pub Vec2);
 
 /// The ball's size and how it rolls and bounces.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Public)]
+#[reflect(Component, @Knowledge::Public)]
 pub struct BallPhysics {
     /// Radius, m: 0.03 (paper, section 3.1).
     pub radius_m: f32,
@@ -53,7 +52,7 @@ impl Default for BallPhysics {
 
 /// The ball's way through the cycle under way.
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Truth)]
+#[reflect(Component, @Knowledge::Truth)]
 pub struct BallPath {
     /// The velocity with which it began the cycle, after any kick, m/s.
     pub start_velocity: Vec2,

@@ -13,7 +13,6 @@ use serde::{Deserialize, Serialize};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use crate::knowledge::Knowledge;
-use crate::state::ReflectState;
 
 /// Sets up the [`Cycle`] schedule, its [`CycleSystems`] and its [`CycleClock`].
 pub struct CyclePlugin {
@@ -119,7 +118,7 @@ pub struct BeginCycle;
 
 /// The match's own clock. It counts cycles and knows nothing of the wall clock.
 #[derive(Resource, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Public)]
+#[reflect(Resource, @Knowledge::Public)]
 pub struct CycleClock {
     /// The cycle under way, or the last one; 0 before the first.
     pub cycle: u64,

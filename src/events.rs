@@ -34,7 +34,6 @@ use crate::game::{Evidence, GameState, Intervention, PenaltyReason, Score, SetPl
 use crate::geometry::file_units;
 use crate::kick_geometry::{KickType, Side};
 use crate::knowledge::Knowledge;
-use crate::state::ReflectState;
 use crate::team::{RobotId, Team};
 
 /// Messages are kept until the frame after the next, as Bevy's are, and where there are no frames, so many at least.
@@ -62,7 +61,7 @@ pub struct PublishEvents;
 
 /// The events of the cycle under way, in the order in which they happened.
 #[derive(Resource, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, Deref, DerefMut)]
-#[reflect(State, @Knowledge::Truth)]
+#[reflect(Resource, @Knowledge::Truth)]
 pub struct CycleEvents(pub Vec<MatchEvent>);
 
 /// What came of a kick.

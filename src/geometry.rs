@@ -10,13 +10,12 @@ use core::f32::consts::{PI, TAU};
 use serde::{Deserialize, Serialize};
 
 use crate::knowledge::Knowledge;
-use crate::state::ReflectState;
 
 /// Position and heading on the ground, in the pitch frame: the simulation's truth of where something is.
 ///
 /// `Transform` exists for display only and is derived from this.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Truth)]
+#[reflect(Component, @Knowledge::Truth)]
 pub struct Pose {
     /// Position in metres.
     pub position: Vec2,

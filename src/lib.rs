@@ -115,7 +115,6 @@ pub mod robot;
 pub mod scenario;
 pub mod sensing;
 pub mod simulation;
-pub mod state;
 pub mod statistics;
 pub mod team;
 pub mod teams;

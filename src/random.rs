@@ -12,7 +12,6 @@ use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::knowledge::Knowledge;
-use crate::state::ReflectState;
 use crate::team::RobotId;
 
 /// A reproducible stream of random numbers (xoshiro256++): the same on every platform, and small to save.
@@ -95,7 +94,7 @@ impl TryRng for RandomStream {
 
 /// The random streams of one robot, one a purpose.
 #[derive(Component, Clone, Debug, PartialEq, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Truth)]
+#[reflect(Component, @Knowledge::Truth)]
 pub struct RandomStreams {
     seed: u64,
     robot: RobotId,

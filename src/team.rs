@@ -7,7 +7,6 @@ use core::str::FromStr;
 use serde::{Deserialize, Serialize};
 
 use crate::knowledge::Knowledge;
-use crate::state::ReflectState;
 
 /// One of the two teams, named by the colour of their waistbands (2010 rule book, section 2.4).
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default, Reflect, Serialize, Deserialize)]
@@ -51,7 +50,7 @@ impl fmt::Display for Team {
 /// it. Written `blue1` in files.
 #[derive(Component, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Reflect)]
 #[component(immutable)]
-#[reflect(State, Serialize, Deserialize, @Knowledge::Sensor)]
+#[reflect(Component, Serialize, Deserialize, @Knowledge::Sensor)]
 pub struct RobotId {
     /// The robot's team.
     pub team: Team,

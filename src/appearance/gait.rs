@@ -14,7 +14,6 @@ use crate::kick_geometry::{KickType, Side};
 use crate::knowledge::Knowledge;
 use crate::robot::head::HeadAngles;
 use crate::robot::{Roster, Velocity};
-use crate::state::ReflectState;
 use crate::team::RobotId;
 
 /// How long it takes to get into step, s.
@@ -34,7 +33,7 @@ impl Plugin for GaitPlugin {
 
 /// How a robot's limbs are moving. For the eye only: nothing in the simulation depends on it.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Truth)]
+#[reflect(Component, @Knowledge::Truth)]
 pub struct Gait {
     /// The time of the match, s.
     pub time_s: f64,

@@ -14,12 +14,11 @@ use crate::pitch::{Markings, Pitch, Post};
 use crate::robot::body::BodyBounds;
 use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
-use crate::state::ReflectState;
 use crate::team::RobotId;
 
 /// What there is on the pitch at one instant, pitch frame. As a resource, it is what there is to sense in this cycle.
 #[derive(Resource, Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Truth)]
+#[reflect(Resource, @Knowledge::Truth)]
 pub struct Scene {
     /// The pitch.
     pub pitch: Pitch,

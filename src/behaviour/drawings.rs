@@ -40,7 +40,6 @@ use std::borrow::Cow;
 
 use crate::cycle::{BeginCycle, Cycle, CycleSystems};
 use crate::knowledge::Knowledge;
-use crate::state::ReflectState;
 
 /// More drawings of a robot in a cycle are dropped.
 pub const MOST: usize = 1000;
@@ -182,7 +181,7 @@ impl DrawnShape {
 
 /// What a robot's behaviour has drawn in this cycle.
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Command)]
+#[reflect(Component, @Knowledge::Command)]
 pub struct Drawings(Vec<Drawing>);
 
 impl Drawings {

@@ -45,7 +45,6 @@ pub mod script;
 
 use crate::cycle::{Cycle, CycleSystems};
 use crate::knowledge::Knowledge;
-use crate::state::ReflectState;
 use barrier::{BarrierError, Breach};
 pub use function::{Behaviour, IntoBehaviour, behaviour};
 pub use parameters::BehaviourParam;
@@ -84,7 +83,7 @@ struct BehaviourTurn(usize);
 
 /// Marks a robot that does nothing.
 #[derive(Component, Clone, Copy, Default, Debug, Reflect)]
-#[reflect(State, @Knowledge::Belief)]
+#[reflect(Component, @Knowledge::Belief)]
 pub struct Idle;
 
 /// A team that a scenario can line up by name.

@@ -11,11 +11,10 @@ use crate::robot::head::HeadCommand;
 use crate::robot::kick::{KickCommand, KickRequest};
 use crate::robot::motion::WalkCommand;
 use crate::robot::posture::{PostureCommand, PostureRequest};
-use crate::state::ReflectState;
 
 /// Controls a robot by a script instead of a behaviour.
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Command)]
+#[reflect(Component, @Knowledge::Command)]
 pub struct Script(pub Vec<ScriptEntry>);
 
 /// One entry of a script: what to command in every cycle with `from_s <= t < until_s`; without `until_s` once, in

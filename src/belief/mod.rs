@@ -12,7 +12,6 @@ use serde::{Deserialize, Serialize};
 use crate::geometry::{Pose, file_units};
 use crate::knowledge::Knowledge;
 use crate::pitch::End;
-use crate::state::ReflectState;
 use crate::team::RobotId;
 
 mod association;
@@ -43,7 +42,7 @@ pub type PoseCovariance = [f32; 6];
 
 /// Where the robot thinks that it, the ball and the other robots are, in the team frame.
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Belief)]
+#[reflect(Component, @Knowledge::Belief)]
 #[serde(default, deny_unknown_fields)]
 pub struct Belief {
     /// The robot's own pose: `[x m, y m, heading deg]` in files.

@@ -31,7 +31,6 @@ use crate::sensing::camera::CameraSettings;
 use crate::sensing::odometry::Odometry;
 use crate::sensing::sonar::{SonarReading, SonarSettings};
 use crate::sensing::vision::Percepts;
-use crate::state::ReflectState;
 use crate::team::{RobotId, Team};
 
 /// Updates the [`Belief`] of robots with [`SimpleBelief`] in [`DecideSystems::Believe`].
@@ -53,7 +52,7 @@ impl Plugin for SimpleBeliefPlugin {
 /// The settings of the simple estimator; it keeps the belief of robots that have them.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[require(Belief, SimpleBeliefMemory)]
-#[reflect(State, @Knowledge::Belief)]
+#[reflect(Component, @Knowledge::Belief)]
 #[serde(default, deny_unknown_fields)]
 pub struct SimpleBelief {
     /// How the robot localises itself. Read when the match starts.
@@ -106,7 +105,7 @@ impl Default for SimpleBelief {
 
 /// What the simple estimator remembers from cycle to cycle.
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Belief)]
+#[reflect(Component, @Knowledge::Belief)]
 pub struct SimpleBeliefMemory {
     /// Whether it has begun.
     begun: bool,

@@ -24,7 +24,6 @@ use crate::robot::body::{BodyBounds, BodyBox};
 use crate::robot::motion::MotionLimits;
 use crate::robot::posture::Posture;
 use crate::robot::{PreviousPose, Roster, Velocity};
-use crate::state::ReflectState;
 use crate::team::RobotId;
 use ball::{BallContact, Obstacle, roll_ball};
 use robots::{Cylinder, RobotBody, RobotContact, Touched, Workspace, hold_back_from_end, resolve_robots};
@@ -42,7 +41,7 @@ impl Plugin for CollisionPlugin {
 
 /// Who touches whom since the last cycle, so that a collision is reported once, when the contact begins.
 #[derive(Resource, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Truth)]
+#[reflect(Resource, @Knowledge::Truth)]
 pub struct Contacts {
     touching: Vec<(Option<RobotId>, CollisionPartner)>,
 }

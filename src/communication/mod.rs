@@ -34,7 +34,6 @@ use crate::geometry::Pose;
 use crate::knowledge::Knowledge;
 use crate::random::{RandomStream, RandomStreams};
 use crate::robot::Roster;
-use crate::state::ReflectState;
 use crate::team::{PerTeam, RobotId};
 
 /// Carries messages: sends them in [`CycleSystems::Act`], delivers them in [`CycleSystems::Communicate`].
@@ -60,7 +59,7 @@ impl Plugin for CommunicationPlugin {
 
 /// What the robot says in this cycle, if anything. None again after every cycle.
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Command)]
+#[reflect(Component, @Knowledge::Command)]
 pub struct Outbox(pub Option<TeamMessage>);
 
 /// A message that arrived.
@@ -76,12 +75,12 @@ pub struct ReceivedMessage {
 
 /// The messages that arrived in this cycle, ordered by sender, then by the cycle in which they were sent.
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Sensor)]
+#[reflect(Component, @Knowledge::Sensor)]
 pub struct Inbox(pub Vec<ReceivedMessage>);
 
 /// How messages travel.
 #[derive(Resource, Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Public)]
+#[reflect(Resource, @Knowledge::Public)]
 #[serde(default, deny_unknown_fields)]
 pub struct MessageSettings {
     /// Probability that a recipient does not get a message, independently for each.
@@ -170,7 +169,7 @@ pub struct MessageInFlight {
 
 /// All messages on their way.
 #[derive(Resource, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Truth)]
+#[reflect(Resource, @Knowledge::Truth)]
 pub struct MessagesInFlight(pub Vec<MessageInFlight>);
 
 /// What became of the messages of one team.
@@ -194,7 +193,7 @@ pub struct TeamMessageStatistics {
 
 /// What became of all messages of the match.
 #[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize, Deref, DerefMut)]
-#[reflect(State, @Knowledge::Truth)]
+#[reflect(Resource, @Knowledge::Truth)]
 pub struct MessageStatistics(pub PerTeam<TeamMessageStatistics>);
 
 fn deliver_messages(

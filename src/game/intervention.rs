@@ -11,7 +11,6 @@ use serde::{Deserialize, Serialize};
 use super::PenaltyReason;
 use crate::geometry::{Pose, file_units};
 use crate::knowledge::Knowledge;
-use crate::state::ReflectState;
 use crate::team::{RobotId, Team};
 
 /// Something that the referee is made to do.
@@ -111,7 +110,7 @@ pub struct TimedIntervention {
 
 /// The interventions to come.
 #[derive(Resource, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Truth)]
+#[reflect(Resource, @Knowledge::Truth)]
 pub struct Interventions {
     /// Those for the end of this cycle, in the order in which they were asked for.
     pub queue: Vec<Intervention>,

@@ -23,7 +23,6 @@ pub use shoot_out::{ShootOut, Shot, Standing};
 use crate::cycle::CycleClock;
 use crate::knowledge::Knowledge;
 use crate::pitch::End;
-use crate::state::ReflectState;
 use crate::team::{PerTeam, Team};
 
 /// The state of the game (2010 rule book, section 3.2).
@@ -62,7 +61,7 @@ pub type Score = PerTeam<u32>;
 
 /// The true state of the match.
 #[derive(Resource, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Truth)]
+#[reflect(Resource, @Knowledge::Truth)]
 pub struct Game {
     /// The state.
     pub state: GameState,

@@ -8,11 +8,10 @@ use std::borrow::Cow;
 
 use crate::cycle::CycleClock;
 use crate::knowledge::Knowledge;
-use crate::state::ReflectState;
 
 /// The penalty that a robot serves, if any. A penalised robot cannot act, is no obstacle, and is not seen.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Truth)]
+#[reflect(Component, @Knowledge::Truth)]
 pub struct Penalty(pub Option<ActivePenalty>);
 
 impl Penalty {

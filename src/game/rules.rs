@@ -6,7 +6,6 @@ use serde::{Deserialize, Serialize};
 use crate::cycle::CycleClock;
 use crate::knowledge::Knowledge;
 use crate::named_values::NamedValues;
-use crate::state::ReflectState;
 
 /// What follows when the ball has left the pitch.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
@@ -87,7 +86,7 @@ pub enum SideContacts {
 /// The rules as data; presets are files in `assets/rules`. The default is the preset `naoisis`: the paper's match
 /// mode (section 3.4). Durations are in seconds of play unless they say otherwise.
 #[derive(Resource, Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Public)]
+#[reflect(Resource, @Knowledge::Public)]
 #[serde(default, deny_unknown_fields)]
 pub struct Rules {
     /// The preset's name, for display.

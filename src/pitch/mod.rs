@@ -10,7 +10,6 @@ mod goals;
 mod markings;
 
 use crate::knowledge::Knowledge;
-use crate::state::ReflectState;
 pub use goals::GoalPost;
 pub use markings::{JunctionShape, LineJunction, LineSegment, Markings};
 
@@ -84,7 +83,7 @@ impl Default for GoalDimensions {
 
 /// Dimensions of the pitch. The default is the paper's 6 x 4 m pitch (2010 rule book, section 1.1).
 #[derive(Resource, Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Public)]
+#[reflect(Resource, @Knowledge::Public)]
 #[serde(default, deny_unknown_fields)]
 pub struct Pitch {
     /// The preset's name, for display.
@@ -163,7 +162,7 @@ impl End {
 
 /// A post as a thing on the pitch: a vertical cylinder that stands where its [`Pose`](crate::geometry::Pose) is.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Truth)]
+#[reflect(Component, @Knowledge::Truth)]
 pub struct Post {
     /// Radius, m.
     pub radius: f32,

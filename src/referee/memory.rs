@@ -14,12 +14,11 @@ use super::touch::Touch;
 use crate::knowledge::Knowledge;
 use crate::random::RandomStream;
 use crate::robot::head::HeadAngles;
-use crate::state::ReflectState;
 use crate::team::{PerTeam, RobotId};
 
 /// The referee's memory.
 #[derive(Resource, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Truth)]
+#[reflect(Resource, @Knowledge::Truth)]
 pub struct RefereeMemory {
     /// The last touch of the ball since it was last placed, if any.
     pub last_touch: Option<Touch>,

@@ -10,14 +10,13 @@ use serde::{Deserialize, Serialize};
 use crate::game::{Game, GameState, PenaltyReason, Score, SetPlay, SetPlayKind};
 use crate::knowledge::Knowledge;
 use crate::pitch::End;
-use crate::state::ReflectState;
 use crate::team::Team;
 
 /// What a robot is told of the game at the start of a cycle, as by a GameController (2010 rule book, section 3.2). It is
 /// a sensor: every robot has its own, and behaviours read nothing else of the match. `state`, `score`, `kick_off_team`,
 /// `drop_ball` and `set_play` may come [late](crate::game::Rules::status_delay_s).
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Sensor)]
+#[reflect(Component, @Knowledge::Sensor)]
 #[non_exhaustive]
 pub struct GameStatus {
     /// The state of the game.

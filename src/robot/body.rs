@@ -10,7 +10,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::geometry::Pose;
 use crate::knowledge::Knowledge;
-use crate::state::ReflectState;
 
 /// An upright box in the robot frame.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
@@ -73,7 +72,7 @@ pub struct Footprint {
 /// model: upper body x -3..+5 cm and y ±15 cm, feet x -3..+11 cm and y ±10 cm), with heights to match a robot of
 /// 57.3 cm: the feet and legs below the torso, the torso from hip to neck.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Truth)]
+#[reflect(Component, @Knowledge::Truth)]
 #[serde(default, deny_unknown_fields)]
 pub struct BodyBounds {
     /// Trunk and arms.

@@ -11,7 +11,6 @@ use crate::cycle::{ActSystems, Cycle, CycleClock};
 use crate::events::{CommandKind, CycleEvents, MatchEvent, Refusal};
 use crate::geometry::{file_units, to_radians};
 use crate::knowledge::Knowledge;
-use crate::state::ReflectState;
 use crate::team::RobotId;
 
 /// Turns the heads in [`ActSystems::Head`].
@@ -31,7 +30,7 @@ pub const NECK: Vec3 = Vec3::new(0.0, 0.0, 0.4595);
 
 /// Measured joint angles of the head.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Sensor)]
+#[reflect(Component, @Knowledge::Sensor)]
 pub struct HeadAngles {
     /// Counter-clockwise (to the left), radians.
     pub yaw: f32,
@@ -41,7 +40,7 @@ pub struct HeadAngles {
 
 /// The angles that the head moves towards, as fast as it can. Stays until it is changed.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Command)]
+#[reflect(Component, @Knowledge::Command)]
 pub struct HeadCommand {
     /// Counter-clockwise (to the left), radians; beyond the limit it is clamped.
     pub yaw: f32,
@@ -51,7 +50,7 @@ pub struct HeadCommand {
 
 /// Limits of the head's joints.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Public)]
+#[reflect(Component, @Knowledge::Public)]
 #[serde(default, deny_unknown_fields)]
 pub struct HeadLimits {
     /// Least and greatest yaw, radians (degrees in files). Default ±120° (paper, Table 1b, labels corrected).

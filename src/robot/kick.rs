@@ -13,7 +13,6 @@ use crate::geometry::{Pose, angle_of, file_units, unit, wrap_angle};
 use crate::kick_geometry::{KickType, Strike, strike};
 use crate::knowledge::Knowledge;
 use crate::random::{RandomStream, RandomStreams};
-use crate::state::ReflectState;
 use crate::team::RobotId;
 
 /// Takes over kick commands in [`ActSystems::Kick`] and strikes the ball in [`CycleSystems::Kick`].
@@ -47,12 +46,12 @@ fn full_speed() -> f32 {
 
 /// The kick wanted in this cycle, if any. None again after every cycle.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Command)]
+#[reflect(Component, @Knowledge::Command)]
 pub struct KickCommand(pub Option<KickRequest>);
 
 /// Where a robot is in the course of a kick: it neither walks nor kicks again before it has recovered.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Truth)]
+#[reflect(Component, @Knowledge::Truth)]
 #[non_exhaustive]
 pub enum KickPhase {
     /// Not kicking.
@@ -90,7 +89,7 @@ impl Default for KickRange {
 ///
 /// Distances: rUNSWift's forward kick of 2010 reached 4.0 to 5.8 m at full power, its side kick 2 to 3 m.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Public)]
+#[reflect(Component, @Knowledge::Public)]
 #[serde(default, deny_unknown_fields)]
 pub struct KickSettings {
     /// The left straight kick; 4 m by default.

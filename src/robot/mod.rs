@@ -4,7 +4,6 @@ use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::knowledge::Knowledge;
-use crate::state::ReflectState;
 
 pub mod body;
 pub mod falls;
@@ -39,7 +38,7 @@ impl Plugin for RobotPlugin {
 /// Linear and angular velocity over the last cycle, in the pitch frame: what the robot really did, after
 /// limits, error and collisions.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Truth)]
+#[reflect(Component, @Knowledge::Truth)]
 pub struct Velocity {
     /// Metres per second.
     pub linear: Vec2,
@@ -49,12 +48,12 @@ pub struct Velocity {
 
 /// Where a robot or the ball was at the start of the cycle under way.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Truth)]
+#[reflect(Component, @Knowledge::Truth)]
 pub struct PreviousPose(pub Pose);
 
 /// All robots, ordered by [`RobotId`]: whatever depends on an order goes through the robots in this one.
 #[derive(Resource, Clone, PartialEq, Eq, Debug, Default, Reflect)]
-#[reflect(State, @Knowledge::Truth)]
+#[reflect(Resource, @Knowledge::Truth)]
 pub struct Roster(Vec<(RobotId, Entity)>);
 
 impl Roster {

@@ -17,7 +17,6 @@ use crate::game::{Game, GameState, Penalty};
 use crate::geometry::{Pose, file_units, wrap_angle};
 use crate::knowledge::Knowledge;
 use crate::random::{RandomStream, RandomStreams};
-use crate::state::ReflectState;
 use crate::team::RobotId;
 
 /// Takes over walk commands in [`ActSystems::Walk`] and walks in [`CycleSystems::Move`].
@@ -35,7 +34,7 @@ impl Plugin for MotionPlugin {
 
 /// The displacement wanted in this cycle. Null again after every cycle.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Command)]
+#[reflect(Component, @Knowledge::Command)]
 pub struct WalkCommand {
     /// Forward, m, in the robot frame before the turn.
     pub dx: f32,
@@ -99,7 +98,7 @@ pub struct MotionError {
 
 /// How fast a robot walks and turns, and how exactly.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Public)]
+#[reflect(Component, @Knowledge::Public)]
 #[serde(default, deny_unknown_fields)]
 pub struct MotionLimits {
     /// Greatest speed of translation in any direction, m/s. Default 0.2: rUNSWift's FastWalk of 2010 reached 0.22.
@@ -120,7 +119,7 @@ impl Default for MotionLimits {
 /// The displacement that the robot's legs made in the last cycle, m and radians, in the robot frame before the turn:
 /// the command after limits and error. A collision may have kept the robot from going all of it.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Truth)]
+#[reflect(Component, @Knowledge::Truth)]
 pub struct ExecutedStep(pub WalkCommand);
 
 /// What decides how a robot walks.

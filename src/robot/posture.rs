@@ -7,7 +7,6 @@ use super::body::{BodyBounds, BodyBox};
 use crate::geometry::Pose;
 use crate::kick_geometry::Side;
 use crate::knowledge::Knowledge;
-use crate::state::ReflectState;
 
 /// What a robot does with its whole body, rather than with its legs.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
@@ -22,12 +21,12 @@ pub enum PostureRequest {
 
 /// The request of this cycle, if any. None again after every cycle.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Command)]
+#[reflect(Component, @Knowledge::Command)]
 pub struct PostureCommand(pub Option<PostureRequest>);
 
 /// How a robot's body is.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Truth)]
+#[reflect(Component, @Knowledge::Truth)]
 #[non_exhaustive]
 pub enum Posture {
     /// On its feet.

@@ -23,12 +23,11 @@ use crate::sensing::fidelity::Fidelities;
 use crate::sensing::odometry::OdometrySettings;
 use crate::sensing::sonar::SonarSettings;
 use crate::sensing::vision::VisionSettings;
-use crate::state::ReflectState;
 use crate::team::{RobotId, Team};
 
 /// Everything that a match starts from.
 #[derive(Resource, Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Truth)]
+#[reflect(Resource, @Knowledge::Truth)]
 #[serde(default, deny_unknown_fields)]
 pub struct Scenario {
     /// A name for display.

@@ -29,7 +29,6 @@ use crate::knowledge::Knowledge;
 use crate::random::{RandomStream, RandomStreams};
 use crate::robot::motion::{ExecutedStep, WalkCommand};
 use crate::sensing::scene::{ScenePlugin, SensingSystems};
-use crate::state::ReflectState;
 
 /// Fills every robot's [`Odometry`].
 pub struct OdometryPlugin;
@@ -49,7 +48,7 @@ impl Plugin for OdometryPlugin {
 /// The measured pose since the start of the match, in the frame of the robot's first pose (m, radians). It drifts,
 /// and knows nothing of being carried.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Sensor)]
+#[reflect(Component, @Knowledge::Sensor)]
 pub struct Odometry(pub Pose);
 
 /// Errors of the odometry. In scenario files: `"none"`, `"default"`, or an object with a `preset` and the fields that differ
@@ -128,13 +127,13 @@ pub enum OdometrySource {
 
 /// Where the frame of a robot's odometry lies, pitch frame, while it tells the truth.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Truth)]
+#[reflect(Component, @Knowledge::Truth)]
 pub struct OdometryOrigin(Option<Pose>);
 
 /// How exactly a robot knows its steps.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[require(Odometry, OdometryOrigin)]
-#[reflect(State, @Knowledge::Public)]
+#[reflect(Component, @Knowledge::Public)]
 #[serde(default, deny_unknown_fields)]
 pub struct OdometrySettings {
     /// What it counts.

@@ -12,7 +12,6 @@ use crate::robot::posture::Posture;
 use crate::sensing::scene::SensingSystems;
 use crate::sensing::sonar::SonarReading;
 use crate::sensing::vision::Percepts;
-use crate::state::ReflectState;
 
 /// Tells robots what their bodies are doing, in [`CycleSystems::Sense`].
 pub struct BodyStatusPlugin;
@@ -31,7 +30,7 @@ impl Plugin for BodyStatusPlugin {
 
 /// What the robot's body is doing.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Sensor)]
+#[reflect(Component, @Knowledge::Sensor)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum BodyStatus {

@@ -61,7 +61,6 @@ use crate::knowledge::Knowledge;
 use crate::named_values::NamedValues;
 use crate::scenario::{FieldPath, RobotSpec, Scenario, ScenarioFault, read_settings, unknown_name};
 use crate::sensing::scene::SensingSystems;
-use crate::state::{ReflectState, StateAccess};
 use crate::team::RobotId;
 
 /// What the settings of a sensor are: a component that is read from files, and saved with a match.
@@ -195,7 +194,7 @@ struct SensorTurn(usize);
 
 /// The mark of a component that can be saved.
 fn mark_of<C: Component>(types: &TypeRegistry) -> Option<Knowledge> {
-    StateAccess::of(types.get(TypeId::of::<C>())?)?;
+    types.get_type_data::<ReflectComponent>(TypeId::of::<C>())?;
     Knowledge::of_type(types, TypeId::of::<C>())
 }
 
@@ -209,8 +208,10 @@ pub struct ReadingsAreRecorded;
 
 /// What a robot's registered sensors read, by name, as traces have it.
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect)]
-#[reflect(State, @Knowledge::Truth)]
+#[reflect(Component, @Knowledge::Truth)]
 pub struct SensorRecord(NamedValues);
+#[reflect(Component, @Knowledge::Truth)]
+pub struct SensorRecord(SensorValues);
 
 impl SensorRecord {
     /// The readings by the names of the sensors.

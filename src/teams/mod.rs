@@ -41,7 +41,6 @@ use crate::robot::motion::{MotionLimits, WalkCommand};
 use crate::robot::posture::PostureCommand;
 use crate::sensing::sonar::{SonarReading, SonarSettings};
 use crate::sensing::status::BodyStatus;
-use crate::state::ReflectState;
 use crate::team::RobotId;
 
 /// Registers the built-in behaviours and teams.
@@ -91,37 +90,37 @@ trait Role: Component {
 /// Marks a robot that goes for the ball.
 #[derive(Component, Clone, Copy, Default, Debug, Reflect)]
 #[require(Belief, SimpleBelief, PlayerMemory)]
-#[reflect(State, @Knowledge::Belief)]
+#[reflect(Component, @Knowledge::Belief)]
 pub struct Chaser;
 
 /// Marks a robot that keeps the goal.
 #[derive(Component, Clone, Copy, Default, Debug, Reflect)]
 #[require(Belief, SimpleBelief, PlayerMemory)]
-#[reflect(State, @Knowledge::Belief)]
+#[reflect(Component, @Knowledge::Belief)]
 pub struct Keeper;
 
 /// Marks a robot that attacks.
 #[derive(Component, Clone, Copy, Default, Debug, Reflect)]
 #[require(Belief, SimpleBelief, PlayerMemory)]
-#[reflect(State, @Knowledge::Belief)]
+#[reflect(Component, @Knowledge::Belief)]
 pub struct Striker;
 
 /// Marks a robot that supports the attack.
 #[derive(Component, Clone, Copy, Default, Debug, Reflect)]
 #[require(Belief, SimpleBelief, PlayerMemory)]
-#[reflect(State, @Knowledge::Belief)]
+#[reflect(Component, @Knowledge::Belief)]
 pub struct Supporter;
 
 /// Marks a robot that passes, and waits for passes.
 #[derive(Component, Clone, Copy, Default, Debug, Reflect)]
 #[require(Belief, SimpleBelief, PlayerMemory)]
-#[reflect(State, @Knowledge::Belief)]
+#[reflect(Component, @Knowledge::Belief)]
 pub struct Passer;
 
 /// Marks a keeper of a team that passes.
 #[derive(Component, Clone, Copy, Default, Debug, Reflect)]
 #[require(Belief, SimpleBelief, PlayerMemory)]
-#[reflect(State, @Knowledge::Belief)]
+#[reflect(Component, @Knowledge::Belief)]
 pub struct PassingKeeper;
 
 impl Role for PassingKeeper {

@@ -19,7 +19,6 @@ use crate::robot::motion::{MotionLimits, WalkCommand};
 use crate::robot::posture::PostureRequest;
 use crate::sensing::sonar::{SonarReading, SonarSettings};
 use crate::sensing::status::BodyStatus;
-use crate::state::ReflectState;
 use crate::team::RobotId;
 
 /// Everything that a player knows when it decides.
@@ -76,7 +75,7 @@ pub struct Decision {
 
 /// What a built-in player remembers from cycle to cycle.
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Belief)]
+#[reflect(Component, @Knowledge::Belief)]
 pub struct PlayerMemory {
     /// How often the robots had been placed.
     pub restarts: Option<u32>,

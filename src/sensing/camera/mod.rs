@@ -26,7 +26,6 @@ use crate::camera_model::{CameraIntrinsics, CameraSide};
 use crate::geometry::{file_units, to_radians};
 use crate::knowledge::Knowledge;
 use crate::pitch::Pitch;
-use crate::state::ReflectState;
 
 #[cfg(feature = "gpu")]
 pub mod gpu;
@@ -118,7 +117,7 @@ impl CameraChoice {
 
 /// The images of a robot's cameras, where they are rendered.
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Sensor)]
+#[reflect(Component, @Knowledge::Sensor)]
 #[require(Gait)]
 pub struct CameraImages {
     /// The cycle at the start of which they were taken; none without images.
@@ -156,7 +155,7 @@ impl CameraImages {
 
 /// The lens and the image of both cameras.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Public)]
+#[reflect(Component, @Knowledge::Public)]
 #[require(CameraImages)]
 #[serde(default, deny_unknown_fields)]
 pub struct CameraSettings {

@@ -46,7 +46,6 @@ use crate::geometry::{Pose, file_units, to_radians, unit, unrotate};
 use crate::knowledge::Knowledge;
 use crate::random::{RandomStream, RandomStreams};
 use crate::sensing::scene::{ScenePlugin, SensingSystems};
-use crate::state::ReflectState;
 use crate::team::RobotId;
 
 pub mod sector;
@@ -72,7 +71,7 @@ impl Plugin for SonarPlugin {
 
 /// What the two sonars measured in this cycle, m; nothing in range is no reading.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Sensor)]
+#[reflect(Component, @Knowledge::Sensor)]
 pub struct SonarReading {
     /// The left sonar's distance, m.
     pub left: Option<f32>,
@@ -166,7 +165,7 @@ impl SonarNoise {
 /// Geometry and noise of a robot's sonars.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[require(SonarReading)]
-#[reflect(State, @Knowledge::Public)]
+#[reflect(Component, @Knowledge::Public)]
 #[serde(default, deny_unknown_fields)]
 pub struct SonarSettings {
     /// Where the readings come from.

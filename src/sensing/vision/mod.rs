@@ -51,7 +51,6 @@ use crate::robot::head::HeadAngles;
 use crate::sensing::camera::CameraSettings;
 use crate::sensing::jobs::SensingThreads;
 use crate::sensing::scene::{ScenePlugin, SensingSystems};
-use crate::state::ReflectState;
 use crate::team::{RobotId, Team};
 
 mod geometric;
@@ -183,7 +182,7 @@ pub enum LandmarkKind {
 
 /// What a robot's cameras recognised in this cycle.
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(State, @Knowledge::Sensor)]
+#[reflect(Component, @Knowledge::Sensor)]
 #[non_exhaustive]
 pub struct Percepts {
     /// The ball.
@@ -250,7 +249,7 @@ pub enum VisionSource {
 /// What a robot recognises in its images, and how well.
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[require(Percepts, CameraSettings)]
-#[reflect(State, @Knowledge::Public)]
+#[reflect(Component, @Knowledge::Public)]
 #[serde(default, deny_unknown_fields)]
 pub struct VisionSettings {
     /// Where the percepts come from.

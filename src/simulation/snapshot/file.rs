@@ -13,7 +13,6 @@ use std::path::Path;
 
 use super::{EntityState, Snapshot, SnapshotError, belongs_to_match};
 use crate::replace_file::replace_file;
-use crate::state::StateAccess;
 
 /// The format's name in files.
 const FORMAT: &str = "naoisis-snapshot";
@@ -90,7 +89,9 @@ fn registration_by_name<'a>(name: &str, registry: &'a TypeRegistry) -> Option<&'
 
 /// The components and resources that a snapshot can hold.
 fn saved_types(registry: &TypeRegistry) -> impl Iterator<Item = &TypeRegistration> {
-    registry.iter().filter(|registration| StateAccess::of(registration).is_some() && belongs_to_match(registration))
+    registry
+        .iter()
+        .filter(|registration| registration.data::<ReflectComponent>().is_some() && belongs_to_match(registration))
 }
 
 /// A snapshot as it is written.

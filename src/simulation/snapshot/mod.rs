@@ -39,7 +39,6 @@ use crate::geometry::Pose;
 use crate::knowledge::Knowledge;
 use crate::robot::Roster;
 use crate::scenario::{Scenario, ScenarioFault};
-use crate::state::StateAccess;
 use crate::team::RobotId;
 pub use file::EXTENSION;
 
@@ -125,8 +124,8 @@ impl Snapshot {
             let Some(registration) = registration.filter(|registration| belongs_to_match(registration)) else {
                 continue;
             };
-            let Some(state) = StateAccess::of(registration) else { continue };
-            if let Some(value) = state.reflect(world.entity(entity)) {
+            let Some(component) = registration.data::<ReflectComponent>() else { continue };
+            if let Some(value) = component.reflect(world.entity(entity)) {
                 resources.push(copy(value, registration)?);
             }
         }
@@ -159,14 +158,14 @@ impl Snapshot {
             world.despawn(entity);
         }
         for resource in &self.resources {
-            let Some(access) = access_to(&**resource, &registry) else { continue };
-            let id = access.register(world);
+            let Some(component) = reflected(&**resource, &registry) else { continue };
+            let id = component.register_component(world);
             let entity = world.resource_entities().get(id);
             let mut entity = match entity {
                 Some(entity) => world.entity_mut(entity),
                 None => world.spawn_empty(),
             };
-            access.insert(&mut entity, &**resource, &registry);
+            component.insert(&mut entity, resource.as_partial_reflect(), &registry);
         }
         for state in &self.entities {
             let mut entity = world.spawn_empty();
@@ -176,8 +175,8 @@ impl Snapshot {
                 }
             }
             for value in &state.components {
-                if let Some(access) = access_to(&**value, &registry) {
-                    access.insert(&mut entity, &**value, &registry);
+                if let Some(component) = reflected(&**value, &registry) {
+                    component.insert(&mut entity, value.as_partial_reflect(), &registry);
                 }
             }
         }
@@ -192,10 +191,10 @@ fn entity_state(entity: Entity, world: &World, registry: &TypeRegistry) -> Resul
         let Some(info) = world.components().get_info(id) else { continue };
         let registration = registration_of(id, world, registry);
         if let Some(registration) = registration
-            && let Some(access) = StateAccess::of(registration)
+            && let Some(component) = registration.data::<ReflectComponent>()
         {
             if belongs_to_match(registration)
-                && let Some(value) = access.reflect(entity)
+                && let Some(value) = component.reflect(entity)
             {
                 state.components.push(copy(value, registration)?);
             }
@@ -231,8 +230,8 @@ fn registration_of<'a>(
     registry.get(world.components().get_info(id)?.type_id()?)
 }
 
-fn access_to<'a>(value: &dyn Reflect, registry: &'a TypeRegistry) -> Option<StateAccess<'a>> {
-    StateAccess::of(registry.get(value.reflect_type_info().type_id())?)
+fn reflected<'a>(value: &dyn Reflect, registry: &'a TypeRegistry) -> Option<&'a ReflectComponent> {
+    registry.get(value.reflect_type_info().type_id())?.data::<ReflectComponent>()
 }
 
 /// Whether a type is part of a match's state: those of the simulation that say what they are, and the user's own.

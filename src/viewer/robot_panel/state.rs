@@ -10,8 +10,6 @@ use crate::behaviour::script::Script;
 use crate::belief::{Belief, SimpleBelief};
 use crate::knowledge::Knowledge;
 use crate::robot::Roster;
-use crate::state::ReflectState;
-use crate::state::StateAccess;
 use crate::viewer::shared::Selection;
 use crate::viewer::shown::Shown;
 
@@ -60,8 +58,8 @@ fn state_of(world: &World, robot: Entity) -> BehaviourState {
         if !belongs_to_behaviour(info, &registry) {
             continue;
         }
-        let access = info.type_id().and_then(|id| registry.get(id)).and_then(StateAccess::of);
-        let fields = match access.and_then(|access| access.reflect(entity)) {
+        let reflected = info.type_id().and_then(|id| registry.get_type_data::<ReflectComponent>(id));
+        let fields = match reflected.and_then(|component| component.reflect(entity)) {
             Some(value) => fields_of(value.as_partial_reflect()),
             None if info.layout().size() == 0 => Vec::new(),
             None => vec![(String::new(), "derive and register `Reflect` to see it here".to_owned())],
@@ -125,12 +123,12 @@ mod tests {
     use crate::simulation::{MatchApp, NaoisisPlugins};
 
     #[derive(Component, Default, Reflect)]
-    #[reflect(State, @Knowledge::Belief)]
+    #[reflect(Component, @Knowledge::Belief)]
     #[require(Dreams)]
     struct Dreamer;
 
     #[derive(Component, Default, Reflect)]
-    #[reflect(State, @Knowledge::Belief)]
+    #[reflect(Component, @Knowledge::Belief)]
     struct Dreams {
         count: u32,
         of: Option<Vec2>,
