@@ -60,6 +60,9 @@ pub struct BallPath {
     pub corners: Vec<Vec2>,
 }
 
+/// Nobody puts a ball down to roll faster than this, m/s.
+pub const FASTEST_MPS: f32 = 100.0;
+
 /// Below this speed the ball rests, m/s. Exponential drag alone would never stop it.
 pub const REST_SPEED_MPS: f32 = 1e-3;
 

@@ -13,6 +13,7 @@ pub use crate::kick_geometry::KickType;
 pub use crate::knowledge::Knowledge;
 pub use crate::pitch::Pitch;
 pub use crate::random::{RandomStream, RandomStreams};
+pub use crate::record::formats::LogFormatApp;
 pub use crate::referee::snapshot::{MatchSnapshot, RobotSnapshot};
 pub use crate::referee::{GameStatus, OwnRule};
 pub use crate::robot::head::{HeadAngles, HeadCommand};

@@ -31,9 +31,9 @@ impl Recording for BeliefArguments {
         self.beliefs.as_deref().into_iter().map(|path| Output { option: "--beliefs", path }).collect()
     }
 
-    fn open(&self, _: &World, _: bool) -> Result<Option<Box<dyn Recorder>>, String> {
-        let Some(path) = &self.beliefs else { return Ok(None) };
+    fn open(&self, _: &World, _: bool) -> Result<Vec<Box<dyn Recorder>>, String> {
+        let Some(path) = &self.beliefs else { return Ok(Vec::new()) };
         let recorder = BeliefRecorder::create(path).map_err(|error| format!("--beliefs: {error}"))?;
-        Ok(Some(Box::new(recorder)))
+        Ok(vec![Box::new(recorder)])
     }
 }

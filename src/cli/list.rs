@@ -1,5 +1,6 @@
 //! `naoisis list`: what comes with the program, by name.
 
+use bevy::ecs::world::World;
 use clap::{Args, ValueEnum};
 use std::process::ExitCode;
 
@@ -8,6 +9,7 @@ use super::terminal::Printer;
 use crate::behaviour::{BehaviourRegistry, TeamRecipe};
 use crate::game::Rules;
 use crate::pitch::Pitch;
+use crate::record::formats::LogFormats;
 use crate::scenario::{FIELD_PRESETS, LIBRARY, RULES_PRESETS, ScenarioError};
 
 /// Robots of the largest team that there can be.
@@ -34,10 +36,13 @@ pub enum Listing {
     Fields,
     /// Presets of rules
     Rules,
+    /// Log formats
+    Logs,
 }
 
-/// Prints names and what they stand for, a line each.
-pub fn list(arguments: &ListArguments, registry: &BehaviourRegistry) -> ExitCode {
+/// Prints names and what they stand for in this simulator, a line each.
+pub fn list(arguments: &ListArguments, world: &World) -> ExitCode {
+    let registry = world.resource::<BehaviourRegistry>();
     let rows = match arguments.what {
         Listing::Scenarios => scenarios(),
         Listing::Teams => {
@@ -46,6 +51,10 @@ pub fn list(arguments: &ListArguments, registry: &BehaviourRegistry) -> ExitCode
         Listing::Behaviours => Ok(behaviours(registry)),
         Listing::Fields => Ok(fields()),
         Listing::Rules => Ok(rules()),
+        Listing::Logs => {
+            let formats = world.resource::<LogFormats>().iter();
+            Ok(formats.map(|(name, format)| (name.to_owned(), format.description.clone())).collect())
+        }
     };
     match rows {
         Ok(rows) => {

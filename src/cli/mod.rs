@@ -1,4 +1,4 @@
-//! The command line: one file a command. A program of one's own has all of it with [`run`]:
+//! The command line: one file a command. A program of one's own has all of it with [`run()`]:
 //!
 //! ```no_run
 //! use bevy::prelude::*;
@@ -30,7 +30,7 @@ use clap::{Parser, Subcommand};
 use std::io;
 use std::process::ExitCode;
 
-use crate::behaviour::BehaviourRegistry;
+use crate::record::RecordPlugin;
 use crate::simulation::NaoisisPlugins;
 
 mod batch;
@@ -40,6 +40,7 @@ mod check;
 mod figures;
 mod interrupt;
 mod list;
+mod logs;
 mod outputs;
 mod pictures;
 mod play;
@@ -101,9 +102,7 @@ pub fn run(extend: impl Fn(&mut App) + Sync) -> ExitCode {
         Some(Command::Batch(arguments)) => batch::batch(program, &arguments),
         Some(Command::Check(arguments)) => check::check(&arguments, &mut program.simulator()),
         Some(Command::Figures(arguments)) => figures::figures(&arguments),
-        Some(Command::List(arguments)) => {
-            list::list(&arguments, program.simulator().world().resource::<BehaviourRegistry>())
-        }
+        Some(Command::List(arguments)) => list::list(&arguments, program.simulator_with(RecordPlugin).world()),
         Some(Command::Vision(arguments)) => vision::vision(&arguments),
         None => play::play(program, &play::PlayArguments::default()),
     }

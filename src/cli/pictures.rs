@@ -60,7 +60,7 @@ impl Recording for PictureArguments {
         files.into_iter().filter_map(|(option, path)| Some(Output { option, path: path.as_deref()? })).collect()
     }
 
-    fn open(&self, world: &World, force: bool) -> Result<Option<Box<dyn Recorder>>, String> {
+    fn open(&self, world: &World, force: bool) -> Result<Vec<Box<dyn Recorder>>, String> {
         for picture in &self.views {
             if let Picture::Camera(robot, _) = picture
                 && world.resource::<Roster>().get(*robot).is_none()
@@ -97,7 +97,7 @@ impl Recording for PictureArguments {
             let video = VideoRecorder::create(path, every, self.views.clone(), cycle_s);
             album.video = Some(video.map_err(|error| format!("--video: {error}"))?);
         }
-        Ok((!album.is_empty()).then(|| Box::new(album) as Box<dyn Recorder>))
+        Ok(if album.is_empty() { Vec::new() } else { vec![Box::new(album)] })
     }
 }
 

@@ -20,6 +20,6 @@ pub trait Recording {
         false
     }
 
-    /// Opens what is to be written of the match in the world, with `force` in place of what is there; none if nothing is.
-    fn open(&self, world: &World, force: bool) -> Result<Option<Box<dyn Recorder>>, String>;
+    /// Opens what is to be written of the match in the world, with `force` in place of what is there.
+    fn open(&self, world: &World, force: bool) -> Result<Vec<Box<dyn Recorder>>, String>;
 }

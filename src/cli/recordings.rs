@@ -4,6 +4,7 @@ use bevy::prelude::*;
 use clap::Args;
 
 use super::beliefs::BeliefArguments;
+use super::logs::LogArguments;
 use super::outputs::Output;
 use super::pictures::PictureArguments;
 use super::recording::Recording;
@@ -34,6 +35,7 @@ recordings! {
     pictures: PictureArguments,
     trace: TraceArguments,
     beliefs: BeliefArguments,
+    logs: LogArguments,
 }
 
 impl Recordings {
@@ -54,6 +56,7 @@ impl Recordings {
 
     /// Opens everything that is to be written of the match in the world, with `force` in place of what is there.
     pub fn open(&self, world: &World, force: bool) -> Result<Vec<Box<dyn Recorder>>, String> {
-        self.all().into_iter().filter_map(|recording| recording.open(world, force).transpose()).collect()
+        let opened = self.all().into_iter().map(|recording| recording.open(world, force));
+        Ok(opened.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
     }
 }

@@ -28,15 +28,13 @@ impl Recording for TraceArguments {
         self.trace.as_ref().is_some_and(|path| path.as_os_str() == STANDARD_OUTPUT)
     }
 
-    fn open(&self, _: &World, _: bool) -> Result<Option<Box<dyn Recorder>>, String> {
-        let Some(path) = &self.trace else { return Ok(None) };
+    fn open(&self, _: &World, _: bool) -> Result<Vec<Box<dyn Recorder>>, String> {
+        let Some(path) = &self.trace else { return Ok(Vec::new()) };
         let recorder = if self.takes_standard_output() {
             Ok(TraceRecorder::plain("standard output", io::stdout()))
         } else {
             TraceRecorder::create(path)
         };
-        recorder
-            .map(|recorder| Some(Box::new(recorder) as Box<dyn Recorder>))
-            .map_err(|error| format!("--trace: {error}"))
+        Ok(vec![Box::new(recorder.map_err(|error| format!("--trace: {error}"))?)])
     }
 }

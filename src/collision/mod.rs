@@ -41,7 +41,7 @@ impl Plugin for CollisionPlugin {
 
 /// Who touches whom since the last cycle, so that a collision is reported once, when the contact begins.
 #[derive(Resource, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(Resource, @Knowledge::Truth)]
+#[reflect(Resource, Serialize, Deserialize, @Knowledge::Truth)]
 pub struct Contacts {
     touching: Vec<(Option<RobotId>, CollisionPartner)>,
 }

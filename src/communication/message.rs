@@ -46,7 +46,7 @@ impl TeamMessage {
         [&self.intention, &self.payload].into_iter().flatten().map(|text| text.len()).sum()
     }
 
-    /// Whether every place in it is within [`FARTHEST_M`] along both axes.
+    /// Whether every place in it is within range along both axes: no pitch reaches so far.
     pub fn is_in_range(&self) -> bool {
         let places = self.pose.iter().map(|pose| pose.position).chain(self.ball_m).chain(self.robots_m.iter().copied());
         places.map(Vec2::abs).all(|place| place.max_element() <= FARTHEST_M)

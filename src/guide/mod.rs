@@ -27,6 +27,7 @@
 //! | `learn_to_score` | a policy learned by the cross-entropy method, saved and played |
 //! | `robot_that_hears` | a sensor of one's own: a whistle, with settings in the scenario and a value in the trace |
 //! | `time_wasting` | a rule of one's own, which the referee judges and explains |
+//! | `log_format` | a log format of one's own: a table of where the ball was |
 //! | `watched_behaviour` | a behaviour of one's own in the window, with drawings |
 
 #[doc = include_str!("first_behaviour.md")]

@@ -48,7 +48,8 @@ impl RecordError {
         matches!(self, RecordError::Io { error, .. } if error.kind() == io::ErrorKind::BrokenPipe)
     }
 
-    pub(super) fn io(path: &Path) -> impl FnOnce(io::Error) -> RecordError {
+    /// What comes of an error while this file is made, or written to.
+    pub fn io(path: &Path) -> impl FnOnce(io::Error) -> RecordError {
         move |error| RecordError::Io { path: path.to_owned(), error }
     }
 }

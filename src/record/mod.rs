@@ -12,6 +12,7 @@ pub mod cycle_record;
 pub mod encoder;
 mod error;
 pub mod film;
+pub mod formats;
 pub mod frames;
 pub mod gather;
 pub mod history;

@@ -2,8 +2,10 @@
 
 use bevy::prelude::*;
 
+use super::formats::LogFormatApp;
 use super::gather::{self, CurrentRecord, RecordSystems};
 use super::recorder::{self, Recorders};
+use super::trace::TraceRecorder;
 use crate::cycle::{Cycle, CycleSystems};
 use crate::simulation::sensors::ReadingsAreRecorded;
 
@@ -13,7 +15,9 @@ pub struct RecordPlugin;
 impl Plugin for RecordPlugin {
     fn build(&self, app: &mut App) {
         let is_recorded = resource_exists::<CurrentRecord>;
+        let trace = "a line of JSON a cycle, compressed if its name ends in .zst";
         app.init_resource::<ReadingsAreRecorded>()
+            .add_log_format("trace", trace, TraceRecorder::create)
             .configure_sets(
                 Cycle,
                 (

@@ -4,6 +4,7 @@ use bevy::prelude::*;
 
 use super::decide::Referee;
 use super::placing::Occupied;
+use crate::ball::FASTEST_MPS;
 use crate::events::MatchEvent;
 use crate::game::{GameState, Intervention, Score};
 use crate::team::RobotId;
@@ -25,8 +26,9 @@ impl Referee<'_, '_> {
             Intervention::PlaceBall { position_m, velocity_mps } => {
                 self.require_ball()?;
                 self.require_on_carpet(position_m)?;
-                if !velocity_mps.is_finite() {
-                    return Err("the velocity is not finite".to_owned());
+                // A speed that is no number is none that a ball can have.
+                if !(0.0..=FASTEST_MPS).contains(&velocity_mps.length()) {
+                    return Err(format!("a ball rolls at {FASTEST_MPS} m/s at most"));
                 }
                 self.put_ball(position_m);
                 self.decisions.ball_velocity = velocity_mps;

@@ -100,24 +100,31 @@ impl Occupied {
     /// The free pose on the carpet nearest to the one wanted, with its heading; one beside the carpet where nothing is
     /// free for metres.
     pub fn free_pose(&self, wanted: Pose, bounds: &BodyBounds) -> Pose {
-        let position =
-            self.free_place(wanted.position, |position| self.admits_robot(Pose { position, ..wanted }, bounds));
-        Pose { position, ..wanted }
+        self.free_pose_from(0, wanted, bounds).1
+    }
+
+    /// The same, with the first `tried` places known to be taken; and how many places are, now.
+    fn free_pose_from(&self, tried: usize, wanted: Pose, bounds: &BodyBounds) -> (usize, Pose) {
+        let is_free = |position| self.admits_robot(Pose { position, ..wanted }, bounds);
+        let (tried, position) = self.free_place_from(tried, wanted.position, is_free);
+        (tried, Pose { position, ..wanted })
     }
 
     /// The free place on the carpet for the ball nearest to the one wanted; one beside the carpet where nothing is free
     /// for metres.
     pub fn free_ball_place(&self, wanted: Vec2, radius: f32) -> Vec2 {
-        self.free_place(wanted, |place| self.admits_ball(place, radius))
+        self.free_place_from(0, wanted, |place| self.admits_ball(place, radius)).1
     }
 
-    fn free_place(&self, wanted: Vec2, is_free: impl Fn(Vec2) -> bool) -> Vec2 {
-        let mut on_carpet = places_around(wanted).filter(|place| place.abs().cmple(self.carpet).all());
+    /// The first free place from that of index `tried` on, and its index.
+    fn free_place_from(&self, tried: usize, wanted: Vec2, is_free: impl Fn(Vec2) -> bool) -> (usize, Vec2) {
+        let on_carpet = places_around(wanted).filter(|place| place.abs().cmple(self.carpet).all());
         let x = wanted.x.clamp(-self.carpet.x, self.carpet.x);
         let side = if wanted.y < 0.0 { -1.0 } else { 1.0 };
-        let mut beside = (0..PLACES_BESIDE)
+        let beside = (0..PLACES_BESIDE)
             .map(|place| Vec2::new(x, side * (self.carpet.y + BESIDE_CARPET + place as f32 * BESIDE_DISTANCE)));
-        on_carpet.find(|place| is_free(*place)).or_else(|| beside.find(|place| is_free(*place))).unwrap_or(wanted)
+        let mut places = on_carpet.chain(beside).enumerate().skip(tried);
+        places.find(|(_, place)| is_free(*place)).unwrap_or((tried, wanted))
     }
 }
 
@@ -143,6 +150,8 @@ pub struct LineUp<'a> {
     team_size: u8,
     kick_off_team: Option<Team>,
     occupied: Occupied,
+    /// How many of the places around those of the formation are taken, for each body.
+    tried: Vec<(Pose, BodyBounds, usize)>,
 }
 
 impl<'a> LineUp<'a> {
@@ -155,12 +164,21 @@ impl<'a> LineUp<'a> {
         team_size: u8,
         kick_off_team: Option<Team>,
     ) -> Self {
-        Self { pitch, game, team_size, kick_off_team, occupied: Occupied::by_posts(pitch, posts, ball) }
+        let occupied = Occupied::by_posts(pitch, posts, ball);
+        Self { pitch, game, team_size, kick_off_team, occupied, tried: Vec::new() }
     }
 
     /// Puts a robot down: at its place in the formation, or at the free one nearest to that.
     pub fn put_down(&mut self, id: RobotId, bounds: &BodyBounds) -> Pose {
-        let pose = self.occupied.free_pose(self.place_of(id), bounds);
+        let wanted = self.place_of(id);
+        // Jersey numbers beyond those of a formation share its places: what one found taken the next need not try.
+        let known = self.tried.iter().position(|(place, body, _)| *place == wanted && body == bounds);
+        let known = known.unwrap_or_else(|| {
+            self.tried.push((wanted, *bounds, 0));
+            self.tried.len() - 1
+        });
+        let (tried, pose) = self.occupied.free_pose_from(self.tried[known].2, wanted, bounds);
+        self.tried[known].2 = tried;
         self.occupied.add_robot(pose, bounds);
         pose
     }

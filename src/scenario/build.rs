@@ -46,6 +46,7 @@ pub fn build(
             return Ok(ScenarioFile { scenario, source });
         }
     }
+    findings.truncate(ScenarioFile::MOST_ERRORS);
     errors.extend(source.errors(&findings));
     errors.sort_by_key(|error| (error.line(), error.column()));
     // What is wrong with a common setting is wrong with every robot that shares it.

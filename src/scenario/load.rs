@@ -16,17 +16,17 @@ use super::read;
 use super::setting::Setting;
 use super::shape;
 use super::source::{ScenarioFile, ScenarioSource};
-use super::validate::ScenarioFault;
+use super::validate::{MOST_FAULTS, ScenarioFault};
 use super::wording::did_you_mean;
 use crate::scenario::Scenario;
 
-/// Larger files are no scenarios: the largest that come to mind, of 22 robots that say three things a second for ten minutes,
-/// have half of it. It bounds the memory that a file takes.
-const LARGEST_FILE_BYTES: u64 = 4 << 20;
+/// Larger files are no scenarios: a script for each of 22 robots, with an entry a second for twenty minutes, has less. A file
+/// takes a hundred times its size in memory where it is a script of the shortest entries, from its text to the match.
+const LARGEST_FILE_BYTES: u64 = 2 << 20;
 
 impl ScenarioFile {
     /// The most errors that are told of one file.
-    pub const MOST_ERRORS: usize = 100;
+    pub const MOST_ERRORS: usize = MOST_FAULTS;
 
     /// Reads the file at `path`.
     ///

@@ -9,7 +9,8 @@ use bevy::math::{Vec2, ops};
 use core::ops::RangeInclusive;
 use naoisis::ball::Rolling;
 use naoisis::behaviour::script::ScriptEntry;
-use naoisis::communication::TeamMessage;
+use naoisis::belief::method::Localisation;
+use naoisis::communication::{MessageSettings, TeamMessage};
 use naoisis::game::{Intervention, PenaltyReason, TimedIntervention};
 use naoisis::geometry::to_radians;
 use naoisis::kick_geometry::Side;
@@ -17,9 +18,14 @@ use naoisis::prelude::*;
 use naoisis::record::read::TraceReader;
 use naoisis::record::trace::TraceRecorder;
 use naoisis::record::{RecordPlugin, recorder};
+use naoisis::robot::head::HeadLimits;
+use naoisis::robot::kick::{KickRange, KickSettings};
 use naoisis::robot::motion::{MotionError, MotionLimits};
 use naoisis::robot::posture::PostureRequest;
 use naoisis::scenario::{BallSpec, BehaviourSpec, PostSpec, RULES_PRESETS, RobotSpec, TeamsSpec};
+use naoisis::sensing::odometry::{OdometryNoise, OdometrySettings};
+use naoisis::sensing::sonar::{SonarNoise, SonarSettings};
+use naoisis::sensing::vision::{ClassNoise, VisionNoise, VisionSettings};
 use proptest::collection::vec;
 use proptest::option;
 use proptest::prelude::*;
@@ -183,7 +189,7 @@ fn field() -> impl Strategy<Value = Pitch> {
 
 fn intervention() -> impl Strategy<Value = TimedIntervention> {
     let robot = || (select(Team::BOTH.to_vec()), 1u8..4).prop_map(|(team, number)| RobotId::new(team, number));
-    let velocity = (within(-100.0..=100.0), within(-100.0..=100.0)).prop_map(Vec2::from);
+    let velocity = (-3.1f32..3.1, within(0.0..=99.9)).prop_map(|(turn, speed)| Vec2::from_angle(turn) * speed);
     let what = prop_oneof![
         (place(1.0), velocity)
             .prop_map(|(position_m, velocity_mps)| Intervention::PlaceBall { position_m, velocity_mps }),
@@ -201,6 +207,127 @@ fn intervention() -> impl Strategy<Value = TimedIntervention> {
     (0.0f64..2.0, what).prop_map(|(at_s, intervention)| TimedIntervention { at_s, intervention })
 }
 
+/// How a robot senses, talks, turns its head and kicks.
+#[derive(Clone, Debug)]
+struct Abilities {
+    sonar: SonarSettings,
+    odometry: OdometrySettings,
+    vision: VisionSettings,
+    messages: MessageSettings,
+    head: HeadLimits,
+    kicks: KickSettings,
+}
+
+impl Default for Abilities {
+    fn default() -> Self {
+        let Scenario { sonar, odometry, vision, messages, head, kicks, .. } = Scenario::default();
+        Self { sonar, odometry, vision, messages, head, kicks }
+    }
+}
+
+fn abilities() -> impl Strategy<Value = Abilities> {
+    let degrees = |range: RangeInclusive<f32>| within(range).prop_map(to_radians);
+    let sonar_noise = prop_oneof![
+        within(0.0..=10.0).prop_map(|sd_m| SonarNoise::Gaussian { sd_m }),
+        within(0.0..=10.0).prop_map(|half_width_m| SonarNoise::Uniform { half_width_m }),
+        (within(0.0..=10.0), 0.0f32..=1.0).prop_map(|(sd_m, probability)| SonarNoise::Outliers { sd_m, probability }),
+    ];
+    let sonar = (
+        within(0.0..=9.9),
+        within(0.01..=10.0),
+        degrees(-180.0..=180.0),
+        degrees(0.1..=90.0),
+        0.0f32..=2.0,
+        sonar_noise,
+    )
+        .prop_map(|(min_m, length_m, heading, half_angle, height_m, noise)| SonarSettings {
+            min_m,
+            max_m: (min_m + length_m).min(10.0),
+            heading,
+            half_angle,
+            height_m,
+            noise,
+            ..SonarSettings::default()
+        });
+    let odometry = [within(0.0..=10.0), within(0.0..=6.28), within(0.0..=6.28), within(0.0..=10.0), within(0.0..=10.0)]
+        .prop_map(|[translation_sd_m, heading_per_metre_sd, rotation_sd, translation_scale, rotation_scale]| {
+            OdometrySettings {
+                noise: OdometryNoise {
+                    translation_sd_m,
+                    heading_per_metre_sd,
+                    rotation_sd,
+                    translation_scale,
+                    rotation_scale,
+                },
+                ..OdometrySettings::default()
+            }
+        });
+    let class = || {
+        (within(0.0..=1000.0), within(0.0..=1.0), within(0.0..=1.0), option::of(within(0.0..=1000.0))).prop_map(
+            |(pixel_sd, miss_probability, false_positive_probability, max_distance_m)| ClassNoise {
+                pixel_sd,
+                miss_probability,
+                false_positive_probability,
+                max_distance_m,
+            },
+        )
+    };
+    let vision = ([class(), class(), class(), class(), class(), class(), class()], degrees(0.0..=180.0)).prop_map(
+        |([ball, goal_posts, robots, lines, junctions, penalty_crosses, centre_circle], head_angle_sd)| {
+            VisionSettings {
+                noise: VisionNoise {
+                    ball,
+                    goal_posts,
+                    robots,
+                    lines,
+                    junctions,
+                    penalty_crosses,
+                    centre_circle,
+                    head_angle_sd,
+                },
+                ..VisionSettings::default()
+            }
+        },
+    );
+    let messages = (within(0.0..=1.0), 1u32..=20, 0u32..=20, option::of(within(0.0..=1000.0))).prop_map(
+        |(loss, delay_cycles, jitter_cycles, range_m)| MessageSettings {
+            loss,
+            delay_cycles,
+            jitter_cycles,
+            range_m,
+            ..MessageSettings::default()
+        },
+    );
+    let limits = |most: f32| {
+        (within(-most..=most), within(-most..=most)).prop_map(|(one, other)| [one.min(other), one.max(other)])
+    };
+    let head = (limits(3.14), limits(1.57), degrees(0.0..=3600.0)).prop_map(|(yaw, pitch, max_speed)| HeadLimits {
+        yaw,
+        pitch,
+        max_speed,
+    });
+    let seconds = || within(0.0..=2.0);
+    let kicks = (within(0.001..=50.0), 0.0f32..=1.0, seconds(), seconds(), degrees(0.0..=180.0), within(0.0..=10.0))
+        .prop_map(|(max_distance_m, wrong_side_speed_factor, wind_up_s, recovery_s, direction_sd, speed_sd)| {
+            let range = KickRange { max_distance_m };
+            KickSettings {
+                left_straight: range,
+                right_straight: range,
+                left_side: range,
+                right_side: range,
+                wrong_side_speed_factor,
+                wind_up_s,
+                recovery_s,
+                direction_sd,
+                speed_sd,
+            }
+        });
+    let any = (sonar, odometry, vision, messages, head, kicks).prop_map(
+        |(sonar, odometry, vision, messages, head, kicks)| Abilities { sonar, odometry, vision, messages, head, kicks },
+    );
+    mostly(Abilities::default(), any)
+}
+
 fn scenario() -> impl Strategy<Value = Accepted> {
     let cycle_s = mostly(1.0 / 30.0, within(0.001..=1.0).prop_map(f64::from));
     let teams = (select(vec!["roles", "chasers", "passers"]), select(vec!["roles", "chasers", "passers"]))
@@ -211,27 +338,39 @@ fn scenario() -> impl Strategy<Value = Accepted> {
         height_m: 0.5,
     });
     let who = prop_oneof![3 => vec(robot(), 0..9).prop_map(Ok), 1 => teams.prop_map(Err)];
-    ((any::<u64>(), cycle_s, ball(), motion(), rules(), field()), (who, vec(post, 0..4), vec(intervention(), 0..4)))
-        .prop_map(|((seed, cycle_s, ball, motion, rules, field), (who, posts, interventions))| {
-            let (mut robots, teams) = who.map_or_else(|teams| (Vec::new(), Some(teams)), |robots| (robots, None));
-            for (number, robot) in (1..).zip(&mut robots) {
-                robot.number = number;
-            }
-            let scenario = Scenario {
-                seed,
-                cycle_s,
-                ball,
-                motion,
-                rules,
-                field,
-                robots,
-                teams,
-                posts,
-                interventions,
-                ..Scenario::default()
-            };
-            Accepted(without_faults(scenario))
-        })
+    let localisation = select(vec![Localisation::Kalman, Localisation::Unscented, Localisation::Particles]);
+    let numbers = (any::<u64>(), cycle_s, ball(), motion(), rules(), field(), abilities(), localisation);
+    (numbers, (who, vec(post, 0..4), vec(intervention(), 0..4)))
+        .prop_map(
+            |((seed, cycle_s, ball, motion, rules, field, abilities, localisation), (who, posts, interventions))| {
+                let Abilities { sonar, odometry, vision, messages, head, kicks } = abilities;
+                let (mut robots, teams) = who.map_or_else(|teams| (Vec::new(), Some(teams)), |robots| (robots, None));
+                for (number, robot) in (1..).zip(&mut robots) {
+                    robot.number = number;
+                }
+                let scenario = Scenario {
+                    seed,
+                    cycle_s,
+                    ball,
+                    motion,
+                    rules,
+                    field,
+                    robots,
+                    teams,
+                    posts,
+                    interventions,
+                    sonar,
+                    odometry,
+                    vision,
+                    messages,
+                    head,
+                    kicks,
+                    localisation,
+                    ..Scenario::default()
+                };
+                Accepted(without_faults(scenario))
+            },
+        )
         .prop_filter("refused", |scenario| scenario.0.validate().is_ok())
 }
 
@@ -279,8 +418,14 @@ fn play(scenario: &Scenario) -> Result<(), TestCaseError> {
     Ok(())
 }
 
+/// Some, unless more are asked for.
+fn cases() -> ProptestConfig {
+    let default = ProptestConfig { failure_persistence: None, max_shrink_iters: 500, ..ProptestConfig::default() };
+    if std::env::var_os("PROPTEST_CASES").is_some() { default } else { ProptestConfig { cases: 40, ..default } }
+}
+
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, max_shrink_iters: 2000, ..ProptestConfig::default() })]
+    #![proptest_config(cases())]
 
     #[test]
     fn whatever_is_accepted_can_be_played(scenario in scenario()) {

@@ -7,8 +7,13 @@ use crate::support::text;
 
 /// What comes of `own_program` with these arguments.
 fn own_program(folder: &Path, arguments: &[&str]) -> Output {
+    example("own_program", folder, arguments)
+}
+
+/// What comes of an example with these arguments.
+fn example(name: &str, folder: &Path, arguments: &[&str]) -> Output {
     let mut cargo = Command::new(env!("CARGO"));
-    cargo.current_dir(folder).args(["run", "--quiet", "--locked", "--example", "own_program"]);
+    cargo.current_dir(folder).args(["run", "--quiet", "--locked", "--example", name]);
     cargo.args(["--manifest-path", concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml")]);
     // As the tests are built, so that there is nothing to build.
     cargo.args((!cfg!(feature = "viewer")).then_some("--no-default-features"));
@@ -50,4 +55,37 @@ fn what_is_wrong_names_what_the_own_program_has() {
     assert!(said.contains("typo.json:2:16") && said.contains("`rusher`"), "{said}");
     let help = text(&own_program(folder.path(), &["--help"]).stdout);
     assert!(help.contains("Usage: own_program [COMMAND]"), "{help}");
+}
+
+#[test]
+fn an_own_log_format_is_an_option_of_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let own = |arguments: &[&str]| example("log_format", folder.path(), arguments);
+    assert!(text(&own(&["list", "logs"]).stdout).starts_with("ball_csv  the ball's places, as a table\ntrace     "));
+    let run =
+        ["run", "kick_right_straight", "--duration", "1", "--log", "ball_csv=ball.csv", "--log", "trace=all.jsonl"];
+    let output = own(&run);
+    assert!(text(&output.stdout).contains("the ball's places are in ball.csv"), "{}", text(&output.stderr));
+    let table = std::fs::read_to_string(folder.path().join("ball.csv")).unwrap();
+    assert_eq!((table.lines().count(), table.lines().next()), (1 + 1 + 30, Some("time_s,x_m,y_m")));
+    assert_eq!(std::fs::read_to_string(folder.path().join("all.jsonl")).unwrap().lines().count(), 1 + 31 + 1);
+    // It is written over no more than other outputs, nor into each other, and an unknown one is said.
+    for (arguments, expected) in [
+        (&run[..], "--log: ball.csv: there is such a file already"),
+        (
+            &["run", "match3v3", "--log", "ball_csv=new", "--log", "trace=new"],
+            "--log: new: --log writes this file already",
+        ),
+        (
+            &["run", "match3v3", "--log", "ball_cvs=new"],
+            "there is no log format `ball_cvs`; expected one of `ball_csv`, `trace`",
+        ),
+        (&["run", "match3v3", "--log", "new.csv"], "expected the name of a format and a file"),
+        (&["run", "match3v3", "--log", "ball_csv=no/such/folder"], "--log: no/such/folder: "),
+    ] {
+        let output = own(arguments);
+        let said = text(&output.stderr);
+        assert!(output.status.code() == Some(2) && said.contains(expected), "{arguments:?}: {said}");
+    }
+    assert!(!folder.path().join("new").exists());
 }

@@ -405,8 +405,8 @@ fn a_check_of_sound_fields_finds_all_places_and_settings() {
 
 #[test]
 fn files_and_lists_have_an_end() {
-    let error = all_errors("large.json", &format!("{{ \"name\": \"{}\" }}", "x".repeat(5 << 20)));
-    assert!(error[0].contains("too large for a scenario: it has more than 4 MiB; expected at most 4 MiB"), "{error:?}");
+    let error = all_errors("large.json", &format!("{{ \"name\": \"{}\" }}", "x".repeat(3 << 20)));
+    assert!(error[0].contains("too large for a scenario: it has more than 2 MiB; expected at most 2 MiB"), "{error:?}");
     let many = |field: &str, count: usize| format!("{{ \"{field}\": [{}] }}", vec!["{}"; count].join(","));
     for (field, most) in [("robots", 510), ("posts", 1000), ("interventions", 10_000)] {
         let errors = all_errors("many.json", &many(field, most + 1));

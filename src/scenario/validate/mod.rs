@@ -160,8 +160,8 @@ impl Scenario {
 /// Durations of a cycle that can be, s.
 const CYCLE_S: RangeInclusive<f64> = 0.001..=1.0;
 
-/// More faults than these say nothing new, and would take memory.
-const MOST_FAULTS: usize = 1000;
+/// More faults than these say nothing new, and would take memory and time.
+pub(super) const MOST_FAULTS: usize = 100;
 
 /// Collects faults.
 #[derive(Default)]
@@ -358,7 +358,10 @@ impl Checks {
         let path = path.field("do");
         let carpet = scenario.field.carpet_half_extents();
         let (robot, place) = match timed.intervention {
-            Intervention::PlaceBall { position_m, .. } => (None, Some(("place_ball.position_m", position_m))),
+            Intervention::PlaceBall { position_m, velocity_mps } => {
+                self.ball_speed(path.field("place_ball.velocity_mps"), velocity_mps);
+                (None, Some(("place_ball.position_m", position_m)))
+            }
             Intervention::DropBall { position_m } => (None, Some(("drop_ball.position_m", position_m))),
             Intervention::PlaceRobot { robot, pose } => {
                 (Some(("place_robot.robot", robot)), Some(("place_robot.pose", pose.position)))

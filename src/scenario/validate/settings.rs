@@ -1,7 +1,9 @@
 //! The ranges of settings: what a NAO, or any robot of its size, could be set to, generously.
 
+use bevy::math::Vec2;
+
 use super::Checks;
-use crate::ball::Rolling;
+use crate::ball::{FASTEST_MPS, Rolling};
 use crate::communication::MessageSettings;
 use crate::game::Rules;
 use crate::geometry::to_degrees;
@@ -25,11 +27,7 @@ impl Checks {
 
     pub(super) fn ball(&mut self, path: &FieldPath, ball: &BallSpec) {
         self.range(path.field("radius_m"), ball.radius_m, 0.005..=0.5, " m");
-        const FASTEST_MPS: f32 = 100.0;
-        if ball.velocity_mps.length() > FASTEST_MPS {
-            let message = format!("the ball's speed is {} m/s", ball.velocity_mps.length());
-            self.fault(path.field("velocity_mps"), message, format!("a speed of at most {FASTEST_MPS} m/s"));
-        }
+        self.ball_speed(path.field("velocity_mps"), ball.velocity_mps);
         let rolling = path.field("rolling");
         match ball.rolling {
             Rolling::ExponentialPerS(drag) => self.positive(rolling.field("exponential_per_s"), drag, 1000.0, " /s"),
@@ -38,6 +36,13 @@ impl Checks {
             }
         }
         self.range(path.field("restitution"), ball.restitution, 0.0..=1.0, "");
+    }
+
+    pub(super) fn ball_speed(&mut self, path: FieldPath, velocity_mps: Vec2) {
+        if velocity_mps.length() > FASTEST_MPS {
+            let message = format!("the ball's speed is {} m/s", velocity_mps.length());
+            self.fault(path, message, format!("a speed of at most {FASTEST_MPS} m/s"));
+        }
     }
 
     pub(super) fn motion(&mut self, path: &FieldPath, motion: &MotionLimits) {

@@ -6,7 +6,9 @@ use serde::{Deserialize, Serialize};
 use crate::appearance::Label;
 
 /// A picture, row by row from the top, each from left to right.
+// Read from a saved match in one piece: a byte of it would take fifty, were each reflected on its own.
 #[derive(Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[reflect(Serialize, Deserialize)]
 pub struct Image {
     /// Width, pixels.
     pub width: u32,

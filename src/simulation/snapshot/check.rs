@@ -52,6 +52,7 @@ pub(super) fn check(snapshot: &Snapshot, registry: &TypeRegistry) -> Result<(), 
     let resources = Values { what: "the match", values: &snapshot.resources };
     resources.check_numbers(registry)?;
     let settings = settings_of_match(&resources)?;
+    resources.check_settings(&settings)?;
     let mut seen = Seen::default();
     for entity in &snapshot.entities {
         check_entity(entity, &settings, registry, &mut seen)?;
