@@ -53,7 +53,7 @@
 //!
 //! | rooms, from the ground up | what is there |
 //! |---|---|
-//! | `knowledge` `state` `geometry` `statistics` `kick_geometry` `named_values` `replace_file` | plain words and plain mathematics |
+//! | `knowledge` `geometry` `statistics` `kick_geometry` `named_values` `replace_file` | plain words and plain mathematics |
 //! | `team` `cycle` | who, and when |
 //! | `pitch` `ball` `random` | what is played with, and chance |
 //! | `game` | the match as data: state, score, rules, penalties, set plays, evidence |

@@ -210,8 +210,6 @@ pub struct ReadingsAreRecorded;
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect)]
 #[reflect(Component, @Knowledge::Truth)]
 pub struct SensorRecord(NamedValues);
-#[reflect(Component, @Knowledge::Truth)]
-pub struct SensorRecord(SensorValues);
 
 impl SensorRecord {
     /// The readings by the names of the sensors.
