@@ -153,7 +153,7 @@ fn watch(program: Program, name: &str, file: &ScenarioFile, arguments: &PlayArgu
     use crate::record::frames::remove_frames;
     use crate::simulation::MatchApp;
     use crate::viewer::film::Filming;
-    use crate::viewer::match_panel::ScenarioSource;
+    use crate::viewer::match_panel::WatchedScenarioFile;
     use crate::viewer::memory::ViewerMemory;
 
     let mut app = match window::open(program, &arguments.window) {
@@ -166,7 +166,7 @@ fn watch(program: Program, name: &str, file: &ScenarioFile, arguments: &PlayArgu
     // The next time may be in another folder.
     let path = std::path::Path::new(name).canonicalize();
     if let Ok(path) = &path {
-        app.insert_resource(ScenarioSource::of(path));
+        app.insert_resource(WatchedScenarioFile::of(path));
     }
     let name = path.ok().and_then(|path| path.to_str().map(str::to_owned)).unwrap_or_else(|| name.to_owned());
     app.world_mut().resource_mut::<ViewerMemory>().note_scenario(&name);

@@ -3,10 +3,9 @@
 use ab_glyph::{Font, FontRef, PxScale, ScaleFont};
 use bevy::math::Vec2;
 use std::sync::LazyLock;
-use tiny_skia::{
-    FillRule, FilterQuality, LineCap, Paint, PathBuilder, Pixmap, PixmapPaint, Stroke, StrokeDash, Transform,
-};
+use tiny_skia::{FillRule, LineCap, Paint, PathBuilder, Pixmap, Stroke, StrokeDash, Transform};
 
+use super::scaling::scaled;
 use crate::appearance::colours::Colour;
 use crate::sensing::camera::image::Image;
 
@@ -66,37 +65,54 @@ impl Canvas {
 
     /// The picture.
     pub fn into_image(self) -> Image {
+        self.image()
+    }
+
+    /// The picture as it is by now.
+    pub fn image(&self) -> Image {
         let [width, height] = self.size();
-        let rgb = self.pixmap.data().chunks_exact(4).flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
+        let pixels = self.pixmap.data().as_chunks::<4>().0;
+        let mut rgb = vec![0; 3 * pixels.len()];
+        for (rgb, [red, green, blue, _]) in rgb.as_chunks_mut::<3>().0.iter_mut().zip(pixels) {
+            *rgb = [*red, *green, *blue];
+        }
         Image { width, height, rgb, ..Image::default() }
     }
 
     /// Puts a picture with its top left corner at a place, `scale` times as large.
     pub fn picture(&mut self, image: &Image, at: Vec2, scale: f32) {
-        let Some(mut picture) = Pixmap::new(image.width, image.height) else { return };
-        for (pixel, rgb) in picture.data_mut().chunks_exact_mut(4).zip(image.rgb.chunks_exact(3)) {
-            pixel[..3].copy_from_slice(rgb);
-            pixel[3] = 255;
-        }
         let scale = scale * self.scale;
-        let at = at * self.scale;
-        let quality = if scale == 1.0 { FilterQuality::Nearest } else { FilterQuality::Bicubic };
-        let paint = PixmapPaint { quality, ..PixmapPaint::default() };
-        let transform = Transform::from_translate(at.x, at.y).pre_scale(scale, scale);
-        self.pixmap.draw_pixmap(0, 0, picture.as_ref(), &paint, transform, None);
+        if scale == 1.0 {
+            return self.pixels(image, at);
+        }
+        let size = self.size();
+        let at = (at * self.scale).to_array();
+        scaled(image, at, scale, size, |row, column, colours| self.put_row(row, column, colours));
     }
 
     /// Puts a picture with its top left corner at a place, pixel by pixel.
     pub fn pixels(&mut self, image: &Image, at: Vec2) {
         let [left, top] = (at * self.scale).round().to_array().map(|pixel| pixel as i64);
         let [width, height] = self.size().map(i64::from);
-        let pixels = self.pixmap.data_mut();
-        for (index, rgb) in image.rgb.chunks_exact(3).enumerate() {
-            let (u, v) = (left + (index as i64 % i64::from(image.width)), top + index as i64 / i64::from(image.width));
-            if u >= 0 && v >= 0 && u < width && v < height {
-                let first = 4 * (v * width + u) as usize;
-                pixels[first..first + 3].copy_from_slice(rgb);
+        // Of each row, what is on the canvas.
+        let from = (-left).clamp(0, i64::from(image.width));
+        let to = (width - left).clamp(from, i64::from(image.width));
+        if from == to {
+            return;
+        }
+        for (row, colours) in (top..).zip(image.rgb.chunks_exact(3 * image.width as usize)) {
+            if (0..height).contains(&row) {
+                self.put_row(row as usize, (left + from) as usize, &colours[3 * from as usize..3 * to as usize]);
             }
+        }
+    }
+
+    /// Puts colours into a row of pixels from a column on; all of them are on the canvas.
+    fn put_row(&mut self, row: usize, column: usize, colours: &[u8]) {
+        let first = 4 * (row * self.pixmap.width() as usize + column);
+        let pixels = self.pixmap.data_mut()[first..].as_chunks_mut::<4>().0;
+        for ([red, green, blue, _], colour) in pixels.iter_mut().zip(colours.as_chunks::<3>().0) {
+            [*red, *green, *blue] = *colour;
         }
     }
 

@@ -22,6 +22,7 @@ mod plugin;
 mod png_file;
 pub mod read;
 pub mod recorder;
+mod scaling;
 pub mod sheet;
 pub mod trace;
 pub mod video;

@@ -17,7 +17,7 @@ use crate::robot::Roster;
 use crate::sensing::camera::gpu::GpuCameras;
 use crate::sensing::camera::image::{Image, Layers};
 use crate::sensing::camera::shot::Shot;
-use crate::sensing::camera::software::{Detail, PreparedScene, Renderer};
+use crate::sensing::camera::software::{Detail, PreparedScene, Renderer, StillRenderer};
 use crate::sensing::camera::{CameraImages, CameraSettings};
 use crate::sensing::vision::VisionSettings;
 use crate::team::RobotId;
@@ -33,6 +33,7 @@ pub struct Photographer {
     prepared: [PreparedScene; 2],
     is_prepared: [bool; 2],
     renderer: Renderer,
+    still_renderer: StillRenderer,
 }
 
 impl Photographer {
@@ -47,28 +48,44 @@ impl Photographer {
         &self.scene
     }
 
-    /// A picture of what it last looked at, with robots that look like a NAO.
+    /// A picture of what it last looked at, with robots that look like a NAO. What stands still before a camera that does too
+    /// is drawn once.
     pub fn draw(&mut self, world: &mut World, view: &View) -> Image {
         let design = Detail::FINE.design;
-        self.take(world, Shot { view: *view, design, layers: Layers::default(), image: Image::default() })
+        let mut shot = Shot { view: *view, design, layers: Layers::default(), image: Image::default() };
+        if !self.is_drawn_by_gpu(world, &mut shot) {
+            self.prepare(design);
+            self.still_renderer.draw(&self.prepared[design as usize], view, &mut shot.image);
+        }
+        shot.image
     }
 
-    fn take(&mut self, world: &mut World, mut shot: Shot) -> Image {
-        #[cfg(feature = "gpu")]
-        if let Some(mut gpu) = world.get_resource_mut::<GpuCameras>() {
-            match gpu.get().draw(&self.scene, &mut [&mut shot]) {
-                Ok(()) => return shot.image,
-                Err(error) => error!("a picture is drawn in software: {error}"),
-            }
+    /// A picture of a camera that moves.
+    fn draw_shot(&mut self, world: &mut World, mut shot: Shot) -> Image {
+        if !self.is_drawn_by_gpu(world, &mut shot) {
+            self.prepare(shot.design);
+            let prepared = &self.prepared[shot.design as usize];
+            self.renderer.draw(prepared, &shot.view, shot.layers, &mut shot.image);
         }
-        let _ = world;
-        let design = shot.design;
-        let prepared = &mut self.prepared[design as usize];
-        if !core::mem::replace(&mut self.is_prepared[design as usize], true) {
-            prepared.prepare(&self.scene, Detail { design, segments: SEGMENTS });
-        }
-        self.renderer.draw(prepared, &shot.view, shot.layers, &mut shot.image);
         shot.image
+    }
+
+    #[cfg(feature = "gpu")]
+    fn is_drawn_by_gpu(&self, world: &mut World, shot: &mut Shot) -> bool {
+        let Some(mut gpu) = world.get_resource_mut::<GpuCameras>() else { return false };
+        let drawn = gpu.get().draw(&self.scene, &mut [shot]);
+        drawn.inspect_err(|error| error!("a picture is drawn in software: {error}")).is_ok()
+    }
+
+    #[cfg(not(feature = "gpu"))]
+    fn is_drawn_by_gpu(&self, _: &mut World, _: &mut Shot) -> bool {
+        false
+    }
+
+    fn prepare(&mut self, design: RobotDesign) {
+        if !core::mem::replace(&mut self.is_prepared[design as usize], true) {
+            self.prepared[design as usize].prepare(&self.scene, Detail { design, segments: SEGMENTS });
+        }
     }
 
     /// What a robot's camera sees: the newest image that the match rendered for it, or where there is none, one that is drawn
@@ -87,7 +104,7 @@ impl Photographer {
         let has_images = settings.renderer(world.get::<VisionSettings>(entity)).is_some();
         let design = if has_images { settings.design } else { RobotDesign::Nao };
         let layers = Layers { labels: settings.labels, depth: settings.depth };
-        Some(self.take(world, Shot { view, design, layers, image: Image::default() }))
+        Some(self.draw_shot(world, Shot { view, design, layers, image: Image::default() }))
     }
 }
 

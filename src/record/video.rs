@@ -6,7 +6,7 @@ use std::fs::File;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::canvas::{Anchor, Canvas, PAPER};
+use super::canvas::{Anchor, Canvas, PAPER, width_of_words};
 use super::encoder::{EncoderThreads, RecordError, VideoWork};
 use super::photographer::Photographer;
 use super::picture::{FIELD_SIZE, Picture};
@@ -25,7 +25,10 @@ const TILE: [u32; 2] = [360, 270];
 /// A video that is being written.
 pub struct VideoRecorder {
     every: u64,
-    pictures: Vec<Picture>,
+    /// Each with its place: left and top, width and height, pixels.
+    pictures: Vec<(Picture, [u32; 4])>,
+    /// On which they are put, one cycle's over the other's.
+    canvas: Canvas,
     encoder: EncoderThreads<VideoWork>,
     written: u64,
 }
@@ -42,8 +45,11 @@ impl VideoRecorder {
         if pictures.is_empty() {
             pictures.push(Picture::Field);
         }
+        let (places, size) = layout(&pictures);
+        let pictures = pictures.into_iter().zip(places).collect();
+        let canvas = Canvas::new(size, BACKGROUND);
         let encoder = EncoderThreads::for_video(path, file, cycle_s * every as f64);
-        Ok(Self { every, pictures, encoder, written: 0 })
+        Ok(Self { every, pictures, canvas, encoder, written: 0 })
     }
 
     /// Adds the cycle that has just ended, if it is one of those that are wanted.
@@ -52,11 +58,14 @@ impl VideoRecorder {
         if !clock.cycle.is_multiple_of(self.every) || self.has_failed() {
             return;
         }
-        let pictures: Vec<(Picture, Option<Image>)> =
-            self.pictures.iter().map(|picture| (*picture, picture.take(photographer, world))).collect();
         let score = world.resource::<Game>().score;
         let words = format!("{:.1} s    blue {} : {} pink", clock.end_time_s(), score.blue, score.pink);
-        if self.encoder.send((Arc::new(side_by_side(&pictures, &words)), 1)) {
+        for (picture, place) in &self.pictures {
+            let image = picture.take(photographer, world);
+            let words = if *picture == Picture::Field { words.clone() } else { picture.to_string() };
+            put(&mut self.canvas, *place, image.as_ref(), &words);
+        }
+        if self.encoder.send((Arc::new(self.canvas.image()), 1)) {
             self.written += 1;
         }
     }
@@ -116,27 +125,27 @@ fn layout(pictures: &[Picture]) -> (Vec<[u32; 4]>, [u32; 2]) {
     (places, size)
 }
 
-fn side_by_side(pictures: &[(Picture, Option<Image>)], words: &str) -> Image {
-    let names: Vec<Picture> = pictures.iter().map(|(picture, _)| *picture).collect();
-    let (places, size) = layout(&names);
-    let mut canvas = Canvas::new(size, BACKGROUND);
-    for ((picture, image), [left, top, width, height]) in pictures.iter().zip(places) {
-        let corner = Vec2::new(left as f32, top as f32);
-        let size = Vec2::new(width as f32, height as f32);
-        match image {
-            Some(image) if image.width > 0 && image.height > 0 => {
-                let scale = (size.x / image.width as f32).min(size.y / image.height as f32);
-                let drawn = Vec2::new(image.width as f32, image.height as f32) * scale;
-                canvas.picture(image, corner + (size - drawn) / 2.0, scale);
+/// Puts a picture, as large as it can be, in the middle of its place, and words into its corner.
+fn put(canvas: &mut Canvas, [left, top, width, height]: [u32; 4], image: Option<&Image>, words: &str) {
+    let corner = Vec2::new(left as f32, top as f32);
+    let size = Vec2::new(width as f32, height as f32);
+    match image {
+        Some(image) if image.width > 0 && image.height > 0 => {
+            let scale = (size.x / image.width as f32).min(size.y / image.height as f32);
+            let drawn = Vec2::new(image.width as f32, image.height as f32) * scale;
+            if drawn != size {
+                canvas.rectangle(corner, size, BACKGROUND, 1.0);
             }
-            _ => canvas.words("not on the pitch", corner + size / 2.0, 18.0, Anchor::Middle, PAPER),
+            canvas.picture(image, corner + (size - drawn) / 2.0, scale);
         }
-        let words = if *picture == Picture::Field { words.to_owned() } else { picture.to_string() };
-        let width = super::canvas::width_of_words(&words, 18.0);
-        canvas.rectangle(corner + Vec2::splat(6.0), Vec2::new(width + 16.0, 26.0), BACKGROUND, 0.6);
-        canvas.words(&words, corner + Vec2::new(14.0, 25.0), 18.0, Anchor::Left, PAPER);
+        _ => {
+            canvas.rectangle(corner, size, BACKGROUND, 1.0);
+            canvas.words("not on the pitch", corner + size / 2.0, 18.0, Anchor::Middle, PAPER);
+        }
     }
-    canvas.into_image()
+    let width = width_of_words(words, 18.0);
+    canvas.rectangle(corner + Vec2::splat(6.0), Vec2::new(width + 16.0, 26.0), BACKGROUND, 0.6);
+    canvas.words(words, corner + Vec2::new(14.0, 25.0), 18.0, Anchor::Left, PAPER);
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use muxide::codec::h264::{annexb_to_avcc, extract_avc_config, is_h264_keyframe};
 use muxide::fragmented::{FragmentConfig, FragmentedMuxer};
+use pulp::Arch;
 use rusty_h264_common::YuvFrame;
 use rusty_h264_encoder::{Encoder, EncoderConfig};
 use std::fs::File;
@@ -44,6 +45,11 @@ impl VideoFile {
         // Every picture comes out as soon as it is in.
         settings.mbtree = false;
         settings.scenecut = 0;
+        // Twice as fast for a fifth more bytes: codes of variable length instead of arithmetic ones, and each picture told from
+        // the one before, whose light is the same.
+        settings.cabac = false;
+        settings.num_ref_frames = 1;
+        settings.weightp = false;
         let encoder = Encoder::new(settings)
             .map_err(|error| RecordError::Encoding { path: path.to_owned(), message: format!("{error:?}") })?;
         let plane = |share: usize| vec![0; width * height / share];
@@ -106,29 +112,43 @@ fn append(mut file: &File, length: &mut u64, bytes: &[u8]) -> io::Result<()> {
 
 /// To brightness and colour differences of limited range (ITU-R BT.601), the latter at half the resolution.
 fn to_yuv(image: &Image, frame: &mut YuvFrame) {
-    let (width, height, stride) = (frame.width, frame.height, 3 * image.width as usize);
-    let pixel = |column: usize, row: usize| -> [i32; 3] {
-        let first = row * stride + 3 * column;
-        image.rgb.get(first..first + 3).map_or([0; 3], |pixel| [0, 1, 2].map(|channel| i32::from(pixel[channel])))
-    };
-    for row in 0..height {
-        for column in 0..width {
-            let [red, green, blue] = pixel(column, row);
-            frame.y[row * width + column] = (16 + ((66 * red + 129 * green + 25 * blue + 128) >> 8)) as u8;
-        }
-    }
-    for row in 0..height / 2 {
-        for column in 0..width / 2 {
-            let mut sum = [0; 3];
-            for (right, down) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
-                let pixel = pixel(2 * column + right, 2 * row + down);
-                sum.iter_mut().zip(pixel).for_each(|(sum, channel)| *sum += channel);
+    let (width, stride) = (frame.width, 3 * image.width as usize);
+    let pairs = image.rgb.chunks_exact(2 * stride).zip(frame.y.chunks_exact_mut(2 * width));
+    let colours = frame.u.chunks_exact_mut(width / 2).zip(frame.v.chunks_exact_mut(width / 2));
+    Arch::new().dispatch(
+        #[inline(always)]
+        || {
+            for ((rgb, y), (u, v)) in pairs.zip(colours) {
+                let (upper, lower) = rgb.split_at(stride);
+                let (y_upper, y_lower) = y.split_at_mut(width);
+                brightness(upper, y_upper);
+                brightness(lower, y_lower);
+                differences(upper, lower, u, v);
             }
-            let [red, green, blue] = sum.map(|sum| (sum + 2) / 4);
-            let index = row * (width / 2) + column;
-            frame.u[index] = (128 + ((-38 * red - 74 * green + 112 * blue + 128) >> 8)) as u8;
-            frame.v[index] = (128 + ((112 * red - 94 * green - 18 * blue + 128) >> 8)) as u8;
-        }
+        },
+    );
+}
+
+#[inline(always)]
+fn brightness(rgb: &[u8], y: &mut [u8]) {
+    for (y, pixel) in y.iter_mut().zip(rgb.as_chunks::<3>().0) {
+        let [red, green, blue] = pixel.map(u16::from);
+        *y = (16 + ((66 * red + 129 * green + 25 * blue + 128) >> 8)) as u8;
+    }
+}
+
+/// Of squares of four pixels.
+#[inline(always)]
+fn differences(upper: &[u8], lower: &[u8], u: &mut [u8], v: &mut [u8]) {
+    let squares = upper.as_chunks::<6>().0.iter().zip(lower.as_chunks::<6>().0);
+    for ((upper, lower), (u, v)) in squares.zip(u.iter_mut().zip(v)) {
+        let mean = |channel: usize| {
+            let four = [upper[channel], upper[channel + 3], lower[channel], lower[channel + 3]];
+            (four.map(i16::from).iter().sum::<i16>() + 2) >> 2
+        };
+        let [red, green, blue] = [0, 1, 2].map(mean);
+        *u = (128 + ((-38 * red - 74 * green + 112 * blue + 128) >> 8)) as u8;
+        *v = (128 + ((112 * red - 94 * green - 18 * blue + 128) >> 8)) as u8;
     }
 }
 

@@ -1,8 +1,8 @@
 //! Work that is spread over threads within a cycle: one image a job. What comes out does not depend on how many there are.
 
 use bevy::prelude::*;
+use bevy::tasks::{ComputeTaskPool, TaskPool, available_parallelism};
 use std::sync::{Mutex, PoisonError};
-use std::thread;
 
 /// On how many threads camera images are drawn and looked through. Where many matches run at the same time, one for each
 /// is best.
@@ -12,7 +12,7 @@ pub struct SensingThreads(pub usize);
 impl Default for SensingThreads {
     /// One a core.
     fn default() -> Self {
-        Self(thread::available_parallelism().map_or(1, usize::from))
+        Self(available_parallelism())
     }
 }
 
@@ -40,11 +40,10 @@ pub(crate) fn for_each<W: Default + Send, J: Send>(
             run(worker, job);
         }
     };
-    thread::scope(|scope| {
+    ComputeTaskPool::get_or_init(TaskPool::default).scope(|scope| {
         for worker in others {
             let work = &work;
-            // Where no thread can be had, the others do its work.
-            drop(thread::Builder::new().spawn_scoped(scope, move || work(worker)));
+            scope.spawn(async move { work(worker) });
         }
         work(own);
     });

@@ -5,8 +5,8 @@ use bevy::render::renderer::RenderAdapterInfo;
 use wgpu::DeviceType;
 
 use super::camera::ViewerCamera;
+use super::display_settings::DisplaySettings;
 use super::shared::KeysSystems;
-use super::shown::Shown;
 
 /// Switches shadows and smooth edges; off at first where there is no graphics card.
 pub struct DrawingPlugin;
@@ -14,28 +14,28 @@ pub struct DrawingPlugin;
 impl Plugin for DrawingPlugin {
     fn build(&self, app: &mut App) {
         app.add_systems(PreStartup, suit_adapter)
-            .add_systems(Update, switch_fine_drawing.run_if(resource_changed::<Shown>).after(KeysSystems));
+            .add_systems(Update, switch_fine_drawing.run_if(resource_changed::<DisplaySettings>).after(KeysSystems));
     }
 }
 
 /// Without a graphics card the picture is drawn by the processor: a plain one then takes a third of the time.
-fn suit_adapter(adapter: Option<Res<RenderAdapterInfo>>, mut shown: ResMut<Shown>) {
+fn suit_adapter(adapter: Option<Res<RenderAdapterInfo>>, mut display: ResMut<DisplaySettings>) {
     if adapter.is_some_and(|adapter| adapter.device_type == DeviceType::Cpu) {
-        shown.fine_drawing = false;
+        display.fine_drawing = false;
     }
 }
 
 fn switch_fine_drawing(
-    shown: Res<Shown>,
+    display: Res<DisplaySettings>,
     mut cameras: Query<&mut Msaa, With<ViewerCamera>>,
     mut lights: Query<&mut DirectionalLight>,
 ) {
     for mut smoothing in &mut cameras {
-        smoothing.set_if_neq(if shown.fine_drawing { Msaa::Sample4 } else { Msaa::Off });
+        smoothing.set_if_neq(if display.fine_drawing { Msaa::Sample4 } else { Msaa::Off });
     }
     for mut light in &mut lights {
-        if light.shadow_maps_enabled != shown.fine_drawing {
-            light.shadow_maps_enabled = shown.fine_drawing;
+        if light.shadow_maps_enabled != display.fine_drawing {
+            light.shadow_maps_enabled = display.fine_drawing;
         }
     }
 }

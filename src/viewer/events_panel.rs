@@ -5,12 +5,12 @@ use bevy_egui::egui::{self, Align2, RichText};
 use bevy_egui::{EguiContexts, EguiPostUpdateSet, EguiPrimaryContextPass};
 
 use super::camera::LookAt;
+use super::display_settings::DisplaySettings;
 use super::event_log::{EventLog, LogEntry};
 use super::layout;
 use super::overlays::{Brush, OverlaySystems};
 use super::palette;
 use super::shared::TimelineCommand;
-use super::shown::Shown;
 use super::theme::minutes;
 use super::theme::{MARGIN, ThemeSystems, card, dim, panel, team_colour, text_size};
 use super::timeline::Timeline;
@@ -42,7 +42,7 @@ impl Plugin for EventsPanelPlugin {
             .add_systems(PostUpdate, mark_place.after(OverlaySystems).before(EguiPostUpdateSet::EndPass))
             .add_systems(
                 EguiPrimaryContextPass,
-                show_events.run_if(|shown: Res<Shown>| shown.events).after(ThemeSystems),
+                show_events.run_if(|display: Res<DisplaySettings>| display.events).after(ThemeSystems),
             );
     }
 }

@@ -150,7 +150,7 @@ impl SensedScene {
 }
 
 /// An image to be drawn.
-struct Sitting {
+struct ImageJob {
     camera: (RobotId, CameraSide),
     view: View,
     image: Image,
@@ -168,7 +168,7 @@ fn draw_watched(
     let eyes = &mut *eyes;
     let Some(cycle) = sensed.cycle else { return };
     eyes.images.retain(|camera, _| watched.cameras.contains(camera));
-    let mut sittings = Vec::new();
+    let mut due = Vec::new();
     for &(id, side) in &watched.cameras {
         if eyes.images.get(&(id, side)).is_some_and(|(taken, _)| *taken == cycle) {
             continue;
@@ -184,21 +184,21 @@ fn draw_watched(
         }
         let camera = CameraView::new(settings.into(), side, body.head);
         let view = View::of_robot(&camera, body.world_from_robot(), id);
-        sittings.push(Sitting { camera: (id, side), view, image });
+        due.push(ImageJob { camera: (id, side), view, image });
     }
-    if sittings.is_empty() {
+    if due.is_empty() {
         return;
     }
     let started = Instant::now();
     eyes.prepared.prepare(&sensed.scene, Detail::default());
     let prepared = &eyes.prepared;
-    jobs::for_each(*threads, &mut eyes.workers, &mut sittings, |renderer, sitting| {
-        renderer.draw(prepared, &sitting.view, Layers::default(), &mut sitting.image);
+    jobs::for_each(*threads, &mut eyes.workers, &mut due, |renderer, job| {
+        renderer.draw(prepared, &job.view, Layers::default(), &mut job.image);
     });
     eyes.last_took = started.elapsed();
-    eyes.last_count = sittings.len();
-    eyes.drawn += sittings.len() as u64;
-    eyes.images.extend(sittings.into_iter().map(|sitting| (sitting.camera, (cycle, sitting.image))));
+    eyes.last_count = due.len();
+    eyes.drawn += due.len() as u64;
+    eyes.images.extend(due.into_iter().map(|job| (job.camera, (cycle, job.image))));
 }
 
 #[cfg(test)]

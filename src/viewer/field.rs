@@ -6,7 +6,7 @@ use bevy::prelude::*;
 use core::f32::consts::TAU;
 
 use super::palette;
-use super::sculpture::{self, Sculpture};
+use super::part_mesh::{mesh_of_parts, part_material};
 use super::stage::PitchRoot;
 use crate::appearance::field::{self, GroundShape};
 use crate::appearance::{Label, colours};
@@ -57,7 +57,7 @@ fn lay_out_field(
         spawn(ground(&pitch, label), matt(palette::from_appearance(colour)), Vec3::Z * height);
     }
     for end in End::BOTH {
-        spawn(Sculpture::of(&field::goal_frame(&pitch, end)), sculpture::material(), Vec3::ZERO);
+        spawn(mesh_of_parts(&field::goal_frame(&pitch, end)), part_material(), Vec3::ZERO);
         let net = StandardMaterial {
             base_color: palette::NET.with_alpha(0.45),
             alpha_mode: AlphaMode::Blend,

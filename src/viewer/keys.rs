@@ -6,12 +6,12 @@ use bevy_egui::egui::{Event, Key};
 use bevy_egui::input::egui_wants_any_keyboard_input;
 use bevy_egui::{EguiInput, EguiPreUpdateSet};
 
+use super::display_settings::{DisplaySettings, Switch};
 use super::hands::driving::Driving;
 use super::shared::{
     Action, CameraSystems, Choice, HandAction, KeysSystems, SelectionSystems, TimelineCommand, ToggleFilm, ViewPreset,
     ViewerCommand,
 };
-use super::shown::{Shown, Switch};
 use crate::camera_model::CameraSide;
 use crate::cycle::CycleClock;
 use crate::team::Team;
@@ -21,7 +21,7 @@ pub struct KeysPlugin;
 
 impl Plugin for KeysPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<Shown>().add_message::<Action>().add_systems(
+        app.init_resource::<DisplaySettings>().add_message::<Action>().add_systems(
             PreUpdate,
             keep_tab_from_panels.after(EguiPreUpdateSet::ProcessInput).before(EguiPreUpdateSet::BeginPass),
         );
@@ -176,7 +176,7 @@ fn carry_out(
     mut choices: MessageWriter<Choice>,
     mut films: MessageWriter<ToggleFilm>,
     mut hand_actions: MessageWriter<HandAction>,
-    mut shown: ResMut<Shown>,
+    mut display: ResMut<DisplaySettings>,
     clock: Res<CycleClock>,
     mut commands: Commands,
 ) {
@@ -197,8 +197,8 @@ fn carry_out(
             Action::Hand(action) => {
                 hand_actions.write(action);
             }
-            Action::ScalePanels(steps) => shown.panel_scale = shown.panel_scale.larger(steps),
-            Action::Toggle(switch) => shown.toggle(switch),
+            Action::ScalePanels(steps) => display.panel_scale = display.panel_scale.larger(steps),
+            Action::Toggle(switch) => display.toggle(switch),
             Action::Film(film) => {
                 films.write(film);
             }

@@ -5,9 +5,9 @@ use bevy_egui::egui::{self, Align2, Color32, FontId, LayerId, Pos2};
 use bevy_egui::{EguiContexts, EguiPostUpdateSet, EguiPrimaryContextPass};
 
 use super::camera::ViewerCamera;
+use super::display_settings::DisplaySettings;
 use super::overlays::OverlayWords;
 use super::palette;
-use super::shown::Shown;
 use super::theme::text_size;
 use crate::cycle::CycleClock;
 use crate::game::Penalty;
@@ -25,7 +25,7 @@ impl Plugin for LabelsPlugin {
         // The camera is where it is in this frame.
         app.configure_sets(PostUpdate, EguiPostUpdateSet::EndPass.after(TransformSystems::Propagate)).add_systems(
             EguiPrimaryContextPass,
-            (draw_labels.run_if(|shown: Res<Shown>| shown.labels), write_overlay_words).chain(),
+            (draw_labels.run_if(|display: Res<DisplaySettings>| display.labels), write_overlay_words).chain(),
         );
     }
 }

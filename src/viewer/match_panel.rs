@@ -7,9 +7,9 @@ use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
+use super::display_settings::{DisplaySettings, Switch};
 use super::drive;
 use super::shared::{Action, Playback, ViewerCommand};
-use super::shown::{Shown, Switch};
 use super::theme::{MARGIN, ThemeSystems, bright, dim, text_size};
 use super::timeline::Timeline;
 use crate::ball::Rolling;
@@ -32,11 +32,14 @@ pub struct MatchPanelPlugin;
 
 impl Plugin for MatchPanelPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<ScenarioSource>()
+        app.init_resource::<WatchedScenarioFile>()
             .add_message::<MatchCommand>()
             .add_systems(First, (forget_file, obey).chain())
             .add_systems(Update, watch_file)
-            .add_systems(EguiPrimaryContextPass, show_panel.run_if(|shown: Res<Shown>| shown.game).after(ThemeSystems));
+            .add_systems(
+                EguiPrimaryContextPass,
+                show_panel.run_if(|display: Res<DisplaySettings>| display.game).after(ThemeSystems),
+            );
     }
 }
 
@@ -51,15 +54,15 @@ pub enum MatchCommand {
     Change(Box<Scenario>),
 }
 
-/// The file that the scenario is from, if any.
+/// The file that the scenario is from, if any. The match begins again when it changes.
 #[derive(Resource, Clone, PartialEq, Eq, Debug, Default)]
-pub struct ScenarioSource {
+pub struct WatchedScenarioFile {
     file: Option<PathBuf>,
     modified: Option<SystemTime>,
     is_gone: bool,
 }
 
-impl ScenarioSource {
+impl WatchedScenarioFile {
     /// From now on this file is watched.
     pub fn of(file: &Path) -> Self {
         Self { file: Some(file.to_owned()), modified: modified(file), is_gone: false }
@@ -80,9 +83,9 @@ fn modified(file: &Path) -> Option<SystemTime> {
 }
 
 /// A built-in scenario has no file.
-fn forget_file(mut commands: MessageReader<ViewerCommand>, mut source: ResMut<ScenarioSource>) {
+fn forget_file(mut commands: MessageReader<ViewerCommand>, mut source: ResMut<WatchedScenarioFile>) {
     if commands.read().any(|command| matches!(command, ViewerCommand::Load(_))) {
-        *source = ScenarioSource::default();
+        *source = WatchedScenarioFile::default();
     }
 }
 
@@ -90,7 +93,7 @@ fn forget_file(mut commands: MessageReader<ViewerCommand>, mut source: ResMut<Sc
 fn watch_file(
     time: Res<Time<Real>>,
     mut since_s: Local<f32>,
-    mut source: ResMut<ScenarioSource>,
+    mut source: ResMut<WatchedScenarioFile>,
     mut commands: MessageWriter<MatchCommand>,
 ) {
     *since_s += time.delta_secs();
@@ -138,7 +141,7 @@ fn play_teams(world: &mut World, teams: TeamsSpec) -> Result<(), String> {
 fn open(world: &mut World, path: &Path) -> Result<(), String> {
     let name = path.to_string_lossy();
     // Whatever is wrong with it, the file is watched: it may be right the next time.
-    world.insert_resource(if path.exists() { ScenarioSource::of(path) } else { ScenarioSource::default() });
+    world.insert_resource(if path.exists() { WatchedScenarioFile::of(path) } else { WatchedScenarioFile::default() });
     let file = ScenarioFile::find(&name).map_err(|error| error.headline())?;
     drive::start(world, &file.scenario).map_err(|fault| file.source.error(&fault).headline())
 }
@@ -154,7 +157,7 @@ fn show_panel(
     mut typed: Local<Typed>,
     scenario: Option<Res<Scenario>>,
     registry: Res<BehaviourRegistry>,
-    source: Res<ScenarioSource>,
+    source: Res<WatchedScenarioFile>,
     timeline: Res<Timeline>,
     mut actions: MessageWriter<Action>,
     mut viewer_commands: MessageWriter<ViewerCommand>,

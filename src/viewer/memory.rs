@@ -12,8 +12,8 @@ use std::fs;
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
+use super::display_settings::DisplaySettings;
 use super::overlays::Overlays;
-use super::shown::Shown;
 use crate::replace_file::replace_file;
 
 /// The environment variable that names the folder.
@@ -40,7 +40,8 @@ pub struct Remembered {
     /// Width and height of the window, logical pixels.
     pub window: Option<[f32; 2]>,
     /// Which panels are shown, and how.
-    pub shown: Option<Shown>,
+    #[serde(rename = "shown")]
+    pub display: Option<DisplaySettings>,
     /// What is drawn on the pitch.
     pub overlays: Option<Overlays>,
     /// The scenario that was played last: a built-in one's name, or a file.
@@ -110,16 +111,16 @@ fn write(path: &Path, remembered: &Remembered) -> io::Result<()> {
 fn recall(
     memory: Res<ViewerMemory>,
     mut windows: Query<&mut Window, With<PrimaryWindow>>,
-    shown: Option<ResMut<Shown>>,
+    display: Option<ResMut<DisplaySettings>>,
     overlays: Option<ResMut<Overlays>>,
 ) {
-    let Remembered { window, shown: shown_last, overlays: overlays_last, .. } = &memory.remembered;
+    let Remembered { window, display: display_last, overlays: overlays_last, .. } = &memory.remembered;
     if let (Some([width, height]), Ok(mut present)) = (*window, windows.single_mut()) {
         present.resolution.set(width.clamp(320.0, 8192.0), height.clamp(240.0, 8192.0));
     }
-    if let (Some(last), Some(mut shown)) = (shown_last, shown) {
+    if let (Some(last), Some(mut display)) = (display_last, display) {
         // A list that covers the view is opened when it is wanted.
-        *shown = Shown { help: false, ..*last };
+        *display = DisplaySettings { help: false, ..*last };
     }
     if let (Some(last), Some(mut overlays)) = (overlays_last, overlays) {
         overlays.clone_from(last);
@@ -138,12 +139,12 @@ fn is_time(time: Res<Time<Real>>, exits: MessageReader<AppExit>, mut last_s: Loc
 fn remember(
     mut memory: ResMut<ViewerMemory>,
     windows: Query<&Window, With<PrimaryWindow>>,
-    shown: Option<Res<Shown>>,
+    display: Option<Res<DisplaySettings>>,
     overlays: Option<Res<Overlays>>,
 ) {
     let remembered = Remembered {
         window: windows.single().ok().map(|window| [window.width(), window.height()]).or(memory.remembered.window),
-        shown: shown.map(|shown| *shown).or(memory.remembered.shown),
+        display: display.map(|display| *display).or(memory.remembered.display),
         overlays: overlays.map(|overlays| overlays.clone()).or_else(|| memory.remembered.overlays.clone()),
         scenario: memory.remembered.scenario.clone(),
     };
@@ -165,7 +166,7 @@ mod tests {
     fn app(path: &Path) -> App {
         let mut app = App::new();
         app.add_plugins((MinimalPlugins, MemoryPlugin));
-        app.init_resource::<Shown>().init_resource::<Overlays>();
+        app.init_resource::<DisplaySettings>().init_resource::<Overlays>();
         app.insert_resource(ViewerMemory::in_file(path.to_owned()));
         app.world_mut().spawn((Window::default(), PrimaryWindow));
         app
@@ -177,7 +178,7 @@ mod tests {
         let path = folder.path().join("new/viewer.json");
         let mut first = app(&path);
         first.update();
-        first.world_mut().resource_mut::<Shown>().light = true;
+        first.world_mut().resource_mut::<DisplaySettings>().light = true;
         first.world_mut().resource_mut::<Overlays>().areas = true;
         first.world_mut().resource_mut::<ViewerMemory>().note_scenario("match7v7");
         let mut windows = first.world_mut().query::<&mut Window>();
@@ -186,7 +187,7 @@ mod tests {
         first.update();
         let mut second = app(&path);
         second.update();
-        assert!(second.world().resource::<Shown>().light && second.world().resource::<Overlays>().areas);
+        assert!(second.world().resource::<DisplaySettings>().light && second.world().resource::<Overlays>().areas);
         assert_eq!(second.world().resource::<ViewerMemory>().remembered.scenario.as_deref(), Some("match7v7"));
         let mut windows = second.world_mut().query::<&Window>();
         assert_eq!(windows.single(second.world()).unwrap().width(), 900.0);

@@ -23,15 +23,15 @@
 //! | [`stage`] | the pitch frame in Bevy's world, light, smooth motion between cycles |
 //! | `drawing` | shadows and smooth edges, where they cost little |
 //! | `field` | carpet, lines, goals, nets |
-//! | `figure`, `gait` | robots and how they move |
-//! | `props` | ball and posts |
+//! | `robot_model`, `robot_animation` | robots and how they move |
+//! | `ball_and_posts` | ball and posts |
 //! | [`camera`] | where the match is watched from |
-//! | [`keys`], [`shown`] | what the keys do; which panels are shown |
+//! | [`keys`], [`display_settings`] | what the keys do; which panels are shown, and how |
 //! | [`hands`] | drags, turns, kicks, whistles; drives a robot |
 //! | [`overlays`] | what is drawn on the pitch of what robots see, hear, believe and want |
 //! | [`eyes`] | images of the robots' cameras that someone looks at |
 //! | [`robot_panel`] | what the selected robot sees, hears, wants, believes and keeps in mind |
-//! | [`chronicle`] | the latest cycles in numbers |
+//! | [`cycle_samples`] | the latest cycles in numbers |
 //! | `panels` | score, clock, controls, help |
 //! | `events_panel` | penalties, what happened, where and why |
 //! | [`selection`] | which robot the user looks at |
@@ -54,18 +54,18 @@ use bevy::window::WindowResolution;
 use bevy_egui::EguiPlugin;
 use std::io::{self, IsTerminal};
 
+mod ball_and_posts;
 pub mod camera;
-pub mod chronicle;
+pub mod cycle_samples;
+pub mod display_settings;
 mod drawing;
 pub mod drive;
 pub mod event_log;
 mod events_panel;
 pub mod eyes;
 mod field;
-mod figure;
 pub mod film;
 pub mod first_frame;
-mod gait;
 pub mod hands;
 pub mod keys;
 mod labels;
@@ -75,13 +75,13 @@ pub mod memory;
 pub mod overlays;
 mod palette;
 mod panels;
-mod props;
+mod part_mesh;
 pub mod report_state;
+mod robot_animation;
+mod robot_model;
 pub mod robot_panel;
-mod sculpture;
 pub mod selection;
 pub mod shared;
-pub mod shown;
 pub mod speed;
 pub mod stage;
 pub mod statistics;
@@ -124,13 +124,13 @@ impl PluginGroup for ViewerPlugins {
             .add(first_frame::FirstFramePlugin::default())
             .add(drive::DrivePlugin)
             .add(event_log::EventLogPlugin)
-            .add(chronicle::ChroniclePlugin)
+            .add(cycle_samples::CycleSamplesPlugin)
             .add(stage::StagePlugin)
             .add(drawing::DrawingPlugin)
             .add(field::FieldPlugin)
-            .add(figure::FigurePlugin)
-            .add(gait::GaitPlugin)
-            .add(props::PropsPlugin)
+            .add(robot_model::RobotModelPlugin)
+            .add(robot_animation::RobotAnimationPlugin)
+            .add(ball_and_posts::BallAndPostsPlugin)
             .add(camera::ViewerCameraPlugin)
             .add(keys::KeysPlugin)
             .add(hands::HandsPlugin)

@@ -4,10 +4,10 @@ use bevy::prelude::*;
 use bevy_egui::egui::{self, Align2, Margin, RichText, WidgetInfo, WidgetType};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
+use super::display_settings::{DisplaySettings, Switch};
 use super::keys;
 use super::layout;
 use super::shared::{Action, Playback, ViewerCommand, is_over};
-use super::shown::{Shown, Switch};
 use super::speed::Speed;
 use super::theme::{MARGIN, ThemeSystems, band, bright, card, dim, minutes, panel, problem_colour, text_size};
 use super::timeline::Timeline;
@@ -30,7 +30,9 @@ impl Plugin for PanelsPlugin {
     fn build(&self, app: &mut App) {
         app.add_systems(
             EguiPrimaryContextPass,
-            (show_score, show_controls, show_help.run_if(|shown: Res<Shown>| shown.help)).chain().after(ThemeSystems),
+            (show_score, show_controls, show_help.run_if(|display: Res<DisplaySettings>| display.help))
+                .chain()
+                .after(ThemeSystems),
         );
     }
 }

@@ -32,13 +32,13 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use super::camera::ViewerCamera;
+use super::display_settings::DisplaySettings;
 use super::events_panel::ShownEvent;
 use super::film::Filming;
 use super::hands::Hands;
 use super::hands::driving::Driving;
 use super::overlays::{Overlays, Shows};
 use super::shared::{Notice, Playback, Selection, is_over};
-use super::shown::Shown;
 use super::stage::{pose_of, world_from_pitch};
 use super::statistics::FrameStatistics;
 use super::timeline::Timeline;
@@ -112,7 +112,7 @@ struct Reported<'w, 's> {
     hands: Res<'w, Hands>,
     filming: Res<'w, Filming>,
     driving: Res<'w, Driving>,
-    shown: Res<'w, Shown>,
+    display: Res<'w, DisplaySettings>,
     overlays: Res<'w, Overlays>,
     notice: Res<'w, Notice>,
     roster: Res<'w, Roster>,
@@ -170,12 +170,12 @@ impl Reported<'_, '_> {
             "robots": robots,
             "selected": self.selection.0,
             "driven": self.driving.robot,
-            "shown": *self.shown,
+            "shown": *self.display,
             "filming": self.filming.is_on(),
             "overlays": self.overlays.of_robots.values().map(switches_of).sum::<usize>(),
             "problem": self.playback.problem,
             "notice": (self.notice.left_s > 0.0).then_some(&self.notice.text),
-            "costs": self.shown.statistics.then(|| costs(&self.statistics)),
+            "costs": self.display.statistics.then(|| costs(&self.statistics)),
             "event": self.event.0.as_ref().map(|(entry, _)| &entry.text),
             "widgets": self.widgets.0,
         })

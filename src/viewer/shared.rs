@@ -3,7 +3,7 @@
 
 use bevy::prelude::*;
 
-use super::shown::Switch;
+use super::display_settings::Switch;
 use super::speed::Speed;
 use crate::camera_model::CameraSide;
 use crate::cycle::CycleClock;

@@ -34,7 +34,7 @@ impl Plugin for StagePlugin {
             .add_systems(Startup, (light_stage, lay_floor))
             .add_systems(
                 PostUpdate,
-                (place_figures, hide_penalised).in_set(StageSystems).before(TransformSystems::Propagate),
+                (place_entities, hide_penalised).in_set(StageSystems).before(TransformSystems::Propagate),
             );
     }
 }
@@ -99,12 +99,12 @@ fn enter_stage(added: On<Add, MatchEntity>, poses: Query<&Pose>, root: Res<Pitch
     commands.entity(added.entity).insert((ChildOf(root.0), transform, Visibility::default()));
 }
 
-fn place_figures(
+fn place_entities(
     fraction: Res<DisplayFraction>,
     clock: Res<CycleClock>,
-    mut figures: Query<(&Pose, Option<&PreviousPose>, &mut Transform), With<MatchEntity>>,
+    mut entities: Query<(&Pose, Option<&PreviousPose>, &mut Transform), With<MatchEntity>>,
 ) {
-    for (pose, previous, mut transform) in &mut figures {
+    for (pose, previous, mut transform) in &mut entities {
         let shown = previous.map_or(*pose, |previous| between(previous.0, *pose, fraction.0, clock.period()));
         transform.set_if_neq(transform_of(shown));
     }

@@ -14,10 +14,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
+use super::display_settings::DisplaySettings;
 use super::eyes::EyeImages;
 use super::layout;
 use super::shared::Playback;
-use super::shown::Shown;
 use super::theme::{MARGIN, ThemeSystems, bright, card, dim, panel, text_size};
 
 /// Numbers are means over about this time, s.
@@ -35,7 +35,7 @@ impl Plugin for StatisticsPlugin {
             .add_systems(Last, end_frame)
             .add_systems(
                 EguiPrimaryContextPass,
-                show_statistics.run_if(|shown: Res<Shown>| shown.statistics).after(ThemeSystems),
+                show_statistics.run_if(|display: Res<DisplaySettings>| display.statistics).after(ThemeSystems),
             );
         let counts = DrawCounts::default();
         app.insert_resource(counts.clone());
@@ -187,7 +187,7 @@ fn show_statistics(
     playback: Res<Playback>,
     eyes: Res<EyeImages>,
     adapter: Option<Res<RenderAdapterInfo>>,
-    figures: Query<(), With<Mesh3d>>,
+    meshes: Query<(), With<Mesh3d>>,
 ) -> Result {
     let passes: Vec<(String, f64)> = passes(&diagnostics);
     let adapter = adapter.map_or_else(String::new, |adapter| adapter.name.clone());
@@ -203,7 +203,7 @@ fn show_statistics(
                 line(ui, "frames", &format!("{:.1} /s", statistics.frames_per_s));
                 line(ui, "match and panels", &milliseconds(statistics.main_s));
                 line(ui, "drawing, meanwhile", &milliseconds(statistics.rendering_s));
-                line(ui, "draw calls", &format!("{}, of {} meshes", statistics.draw_calls, figures.iter().count()));
+                line(ui, "draw calls", &format!("{}, of {} meshes", statistics.draw_calls, meshes.iter().count()));
                 line(ui, "passes", &passes.len().to_string());
                 let images = format!(
                     "{:.0} /s, the last {} in {:.1} ms; {} so far",

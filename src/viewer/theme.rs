@@ -7,8 +7,8 @@ use bevy::prelude::*;
 use bevy_egui::egui::{self, Align2, Color32, CornerRadius, FontId, Frame, Margin, RichText, Stroke, Theme, Visuals};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
+use super::display_settings::DisplaySettings;
 use super::palette;
-use super::shown::Shown;
 use crate::team::Team;
 
 /// Distance of the panels from the window's edge, logical pixels.
@@ -40,7 +40,7 @@ impl Plugin for ThemePlugin {
     fn build(&self, app: &mut App) {
         app.add_systems(
             EguiPrimaryContextPass,
-            (set_looks.run_if(run_once), choose_theme.run_if(resource_changed::<Shown>), load_letters)
+            (set_looks.run_if(run_once), choose_theme.run_if(resource_changed::<DisplaySettings>), load_letters)
                 .chain()
                 .in_set(ThemeSystems),
         );
@@ -78,10 +78,10 @@ const fn grey(level: u8) -> Color32 {
     Color32::from_gray(level)
 }
 
-fn choose_theme(mut contexts: EguiContexts, shown: Res<Shown>) -> Result {
+fn choose_theme(mut contexts: EguiContexts, display: Res<DisplaySettings>) -> Result {
     let context = contexts.ctx_mut()?;
-    context.set_theme(if shown.light { Theme::Light } else { Theme::Dark });
-    context.set_zoom_factor(shown.panel_scale.factor());
+    context.set_theme(if display.light { Theme::Light } else { Theme::Dark });
+    context.set_zoom_factor(display.panel_scale.factor());
     Ok(())
 }
 

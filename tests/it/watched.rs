@@ -6,7 +6,7 @@ use core::time::Duration;
 use naoisis::prelude::*;
 use naoisis::record::recorder;
 use naoisis::record::trace::TraceRecorder;
-use naoisis::viewer::chronicle::ChroniclePlugin;
+use naoisis::viewer::cycle_samples::CycleSamplesPlugin;
 use naoisis::viewer::drive::DrivePlugin;
 use naoisis::viewer::event_log::EventLogPlugin;
 use naoisis::viewer::eyes::{EyesPlugin, Watched};
@@ -23,7 +23,7 @@ fn the_trace_of_a_match_watched_at_changing_speeds_is_the_headless_one_byte_for_
     let bytes = SharedBytes::default();
     let mut app = App::new();
     app.add_plugins((MinimalPlugins, NaoisisPlugins, EventLogPlugin, DrivePlugin));
-    app.add_plugins((ChroniclePlugin, EyesPlugin));
+    app.add_plugins((CycleSamplesPlugin, EyesPlugin));
     // Somebody looks through a robot's eyes, too.
     let looked_through = (RobotId::new(Team::Blue, 2), CameraSide::Top);
     app.world_mut().resource_mut::<Watched>().cameras.insert(looked_through);

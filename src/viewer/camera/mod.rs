@@ -11,9 +11,9 @@ use bevy_egui::{EguiGlobalSettings, PrimaryEguiContext};
 pub mod eyes;
 pub mod viewpoint;
 
-use super::figure::Figure;
 use super::layout::mouse_is_for_match;
 use super::palette;
+use super::robot_model::RobotLimbs;
 use super::shared::{CameraSystems, Selection, SelectionSystems, ViewPreset};
 use super::stage::{PitchRoot, StageSystems, pose_of};
 use crate::appearance::scene::world_from_body;
@@ -57,7 +57,7 @@ impl Plugin for ViewerCameraPlugin {
             // What is followed is in its place by then.
             .add_systems(
                 PostUpdate,
-                (follow, move_camera, hide_own_figure).chain().after(StageSystems).before(TransformSystems::Propagate),
+                (follow, move_camera, hide_own_body).chain().after(StageSystems).before(TransformSystems::Propagate),
             );
     }
 }
@@ -303,16 +303,16 @@ fn move_camera(
 }
 
 /// A robot does not see itself.
-fn hide_own_figure(
+fn hide_own_body(
     camera: Single<&ViewerCamera>,
     selection: Res<Selection>,
-    robots: Query<(&RobotId, &Figure)>,
+    robots: Query<(&RobotId, &RobotLimbs)>,
     mut limbs: Query<&mut Visibility>,
 ) {
-    for (id, figure) in &robots {
+    for (id, model) in &robots {
         let hidden = matches!(camera.mode, CameraMode::Eyes(_)) && selection.0 == Some(*id);
         let wanted = if hidden { Visibility::Hidden } else { Visibility::Inherited };
-        for limb in figure.limbs {
+        for limb in model.limbs {
             if let Ok(mut visibility) = limbs.get_mut(limb) {
                 visibility.set_if_neq(wanted);
             }

@@ -8,10 +8,10 @@ use super::driving::{self, Driving};
 use crate::cycle::CycleClock;
 use crate::game::Penalty;
 use crate::robot::Roster;
+use crate::viewer::display_settings::{DisplaySettings, Switch};
 use crate::viewer::film::Filming;
 use crate::viewer::layout;
 use crate::viewer::shared::{Action, HandAction, Notice, Selection, ToggleFilm};
-use crate::viewer::shown::{Shown, Switch};
 use crate::viewer::theme::{MARGIN, ThemeSystems, bright, card, dim, panel, problem_colour, text_size};
 use crate::viewer::timeline::Timeline;
 
@@ -37,7 +37,7 @@ fn show_buttons(
     driving: Res<Driving>,
     timeline: Res<Timeline>,
     filming: Res<Filming>,
-    mut shown: ResMut<Shown>,
+    mut display: ResMut<DisplaySettings>,
     mut films: MessageWriter<ToggleFilm>,
     mut actions: MessageWriter<Action>,
 ) -> Result {
@@ -63,7 +63,7 @@ fn show_buttons(
                     films.write(if is_shift { ToggleFilm::Frames } else { ToggleFilm::Video });
                 }
                 if ui.button("Match").on_hover_text("M: scenario, teams, settings").clicked() {
-                    shown.toggle(Switch::Game);
+                    display.toggle(Switch::Game);
                 }
                 if timeline.is_replay() {
                     return;

@@ -14,7 +14,7 @@ use crate::record::gather::CurrentRecord;
 use crate::robot::PreviousPose;
 use crate::robot::body::{BodyBounds, BodyBox};
 use crate::team::RobotId;
-use crate::viewer::chronicle::Chronicle;
+use crate::viewer::cycle_samples::{CycleSample, CycleSamples};
 use crate::viewer::palette;
 
 /// Trails are so long, s.
@@ -94,7 +94,7 @@ pub(super) fn draw_kick_areas(
 
 pub(super) fn draw_trails(
     showing: Showing,
-    chronicle: Res<Chronicle>,
+    samples: Res<CycleSamples>,
     robots: Query<(&RobotId, &Penalty)>,
     mut brush: Brush,
 ) {
@@ -104,23 +104,22 @@ pub(super) fn draw_trails(
     let last = showing.clock.cycle;
     let length = (TRAIL_S / showing.clock.period_s) as u64;
     let first = last.saturating_sub(length);
-    let trail =
-        |place: &dyn Fn(&super::super::chronicle::CycleSample) -> Option<Vec2>, colour: Color, brush: &mut Brush| {
-            let mut before: Option<Vec2> = None;
-            for (cycle, sample) in chronicle.between(first, last) {
-                let here = place(sample);
-                if let (Some(start), Some(end)) = (before, here)
-                    && start.distance(end) < JUMP_M
-                {
-                    let age = (last - cycle) as f32 / length.max(1) as f32;
-                    brush.line(start, end, colour.with_alpha(1.0 - 0.85 * age));
-                }
-                before = here;
+    let trail = |place: &dyn Fn(&CycleSample) -> Option<Vec2>, colour: Color, brush: &mut Brush| {
+        let mut before: Option<Vec2> = None;
+        for (cycle, sample) in samples.between(first, last) {
+            let here = place(sample);
+            if let (Some(start), Some(end)) = (before, here)
+                && start.distance(end) < JUMP_M
+            {
+                let age = (last - cycle) as f32 / length.max(1) as f32;
+                brush.line(start, end, colour.with_alpha(1.0 - 0.85 * age));
             }
-        };
+            before = here;
+        }
+    };
     for (id, penalty) in &robots {
         if showing.shows(Overlay::Trails, *id, penalty) {
-            let place = |sample: &super::super::chronicle::CycleSample| {
+            let place = |sample: &CycleSample| {
                 sample.robots.get(id).filter(|robot| !robot.penalised).map(|robot| robot.pose.position)
             };
             trail(&place, palette::team(id.team), &mut brush);

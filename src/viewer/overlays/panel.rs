@@ -7,9 +7,9 @@ use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 use super::{Overlay, OverlayCommand, Overlays};
 use crate::robot::Roster;
 use crate::team::RobotId;
+use crate::viewer::display_settings::DisplaySettings;
 use crate::viewer::layout;
 use crate::viewer::shared::Selection;
-use crate::viewer::shown::Shown;
 use crate::viewer::theme::{MARGIN, ThemeSystems, bright, card, dim, panel, team_colour, text_size};
 
 /// What the list leaves of the window's width and height, logical pixels.
@@ -26,7 +26,7 @@ impl Plugin for OverlayPanelPlugin {
     fn build(&self, app: &mut App) {
         app.add_systems(
             EguiPrimaryContextPass,
-            show_switches.run_if(|shown: Res<Shown>| shown.overlays).after(ThemeSystems),
+            show_switches.run_if(|display: Res<DisplaySettings>| display.overlays).after(ThemeSystems),
         );
     }
 }

@@ -12,12 +12,12 @@ mod wall;
 mod wording;
 
 use super::camera::Covered;
-use super::chronicle::Chronicle;
+use super::cycle_samples::CycleSamples;
+use super::display_settings::{DisplaySettings, Switch};
 use super::eyes::{EyesSystems, Watched};
 use super::layout;
 use super::overlays::OverlaySystems;
 use super::shared::{Action, CameraSystems, Choice, Selection};
-use super::shown::{Shown, Switch};
 use super::theme::{MARGIN, ThemeSystems, band, bright, card, dim, panel, text_size};
 use super::timeline::Timeline;
 use crate::belief::Belief;
@@ -64,9 +64,9 @@ impl Plugin for RobotPanelPlugin {
                 EguiPrimaryContextPass,
                 (
                     show_hint.run_if(|selection: Res<Selection>| selection.0.is_none()),
-                    show_robot.run_if(|shown: Res<Shown>| shown.robot),
+                    show_robot.run_if(|display: Res<DisplaySettings>| display.robot),
                     pictures::draw_in_window,
-                    wall::show_wall.run_if(|shown: Res<Shown>| shown.cameras),
+                    wall::show_wall.run_if(|display: Res<DisplaySettings>| display.cameras),
                 )
                     .after(ThemeSystems),
             );
@@ -86,11 +86,16 @@ impl Default for Opened {
 }
 
 /// Says how much of the window is left for the match.
-fn cover_window(shown: Res<Shown>, selection: Res<Selection>, windows: Query<&Window>, mut covered: ResMut<Covered>) {
+fn cover_window(
+    display: Res<DisplaySettings>,
+    selection: Res<Selection>,
+    windows: Query<&Window>,
+    mut covered: ResMut<Covered>,
+) {
     /// Of the panel's contents from its edges, and of those from the window's, logical pixels.
     const BORDERS: f32 = 24.0 + 2.0 * MARGIN;
-    let is_shown = shown.robot && selection.0.is_some();
-    let scale = shown.panel_scale.factor();
+    let is_shown = display.robot && selection.0.is_some();
+    let scale = display.panel_scale.factor();
     let width = windows.iter().next().map_or(WIDTH, |window| width_in(window.width() / scale));
     let now = if is_shown { (width + BORDERS) * scale } else { 0.0 };
     if covered.now != now {
@@ -100,22 +105,22 @@ fn cover_window(shown: Res<Shown>, selection: Res<Selection>, windows: Query<&Wi
 
 /// Says which cameras are looked at.
 fn watch_cameras(
-    shown: Res<Shown>,
+    display: Res<DisplaySettings>,
     opened: Res<Opened>,
     selection: Res<Selection>,
     roster: Res<Roster>,
     mut watched: ResMut<Watched>,
 ) {
-    let selected = selection.0.filter(|_| shown.robot && opened.cameras);
-    let all = roster.iter().map(|(id, _)| id).filter(|_| shown.cameras);
+    let selected = selection.0.filter(|_| display.robot && opened.cameras);
+    let all = roster.iter().map(|(id, _)| id).filter(|_| display.cameras);
     let cameras = all.chain(selected).flat_map(|id| CameraSide::BOTH.map(|side| (id, side))).collect();
     if watched.cameras != cameras {
         watched.cameras = cameras;
     }
 }
 
-fn show_hint(mut contexts: EguiContexts, shown: Res<Shown>) -> Result {
-    if shown.robot && !shown.help {
+fn show_hint(mut contexts: EguiContexts, display: Res<DisplaySettings>) -> Result {
+    if display.robot && !display.help {
         let context = contexts.ctx_mut()?;
         let offset = [MARGIN, layout::below(context, "hint", &["score"])];
         panel("hint", Align2::LEFT_TOP, offset).show(context, |ui| {
@@ -148,7 +153,7 @@ fn show_robot(
     roster: Res<Roster>,
     robots: Query<ShownRobot>,
     (clock, game, timeline): (Res<CycleClock>, Res<Game>, Res<Timeline>),
-    (chronicle, current): (Res<Chronicle>, Res<CurrentRecord>),
+    (samples, current): (Res<CycleSamples>, Res<CurrentRecord>),
     (state, pictures): (Res<BehaviourState>, Res<Pictures>),
     mut opened: ResMut<Opened>,
     mut actions: MessageWriter<Action>,
@@ -179,7 +184,7 @@ fn show_robot(
                 opened.set_if_neq(Opened { cameras });
                 let record = current.record.robot(id);
                 section(ui, "Senses", true, |ui| show_senses(ui, &robot, record));
-                let sample = chronicle.robot(clock.cycle, id);
+                let sample = samples.robot(clock.cycle, id);
                 let command = record.and_then(|record| record.command.as_ref());
                 section(ui, "Commands", true, |ui| match command {
                     Some(command) => lines(ui, "commands", wording::commands(command, clock.period())),
@@ -197,7 +202,7 @@ fn show_robot(
                     show_messages(ui, said, &robot.inbox.0, clock.cycle);
                 });
                 section(ui, "Behaviour", false, |ui| show_state(ui, &state, timeline.is_replay()));
-                section(ui, "Plots", false, |ui| plots::show(ui, &chronicle, id, clock.cycle, clock.period_s));
+                section(ui, "Plots", false, |ui| plots::show(ui, &samples, id, clock.cycle, clock.period_s));
             });
         });
     });

@@ -6,7 +6,7 @@ use egui_plot::{AxisHints, Corner, Legend, Line, Plot, PlotPoints, uniform_grid_
 use crate::behaviour::drawings::Ink;
 use crate::geometry::to_degrees;
 use crate::team::RobotId;
-use crate::viewer::chronicle::{Chronicle, RobotSample};
+use crate::viewer::cycle_samples::{CycleSamples, RobotSample};
 use crate::viewer::palette;
 
 /// The plots reach so far back, s.
@@ -53,7 +53,7 @@ const PLOTS: &[(&str, &[Curve])] = &[
 ];
 
 /// Shows the plots of a robot until a cycle.
-pub(super) fn show(ui: &mut egui::Ui, chronicle: &Chronicle, id: RobotId, cycle: u64, period_s: f64) {
+pub(super) fn show(ui: &mut egui::Ui, samples: &CycleSamples, id: RobotId, cycle: u64, period_s: f64) {
     let first = cycle.saturating_sub((SPAN_S / period_s) as u64);
     let now_s = cycle as f64 * period_s;
     for (name, curves) in PLOTS {
@@ -73,7 +73,7 @@ pub(super) fn show(ui: &mut egui::Ui, chronicle: &Chronicle, id: RobotId, cycle:
         plot.show(ui, |plot| {
             for (name, ink, value) in *curves {
                 let value = |robot: &RobotSample| value(robot, period_s as f32);
-                for (index, points) in runs(chronicle, id, [first, cycle], value).into_iter().enumerate() {
+                for (index, points) in runs(samples, id, [first, cycle], value).into_iter().enumerate() {
                     let points = points.into_iter().map(|[cycle, value]| [cycle * period_s, value]);
                     let line = Line::new(*name, PlotPoints::from_iter(points)).color(colour(*ink));
                     // One entry of the legend for all of them.
@@ -90,14 +90,14 @@ fn colour(ink: Ink) -> Color32 {
 
 /// The values over the cycles, in runs without gaps.
 fn runs(
-    chronicle: &Chronicle,
+    samples: &CycleSamples,
     id: RobotId,
     [first, last]: [u64; 2],
     value: impl Fn(&RobotSample) -> Option<f32>,
 ) -> Vec<Vec<[f64; 2]>> {
     let mut runs: Vec<Vec<[f64; 2]>> = Vec::new();
     let mut before = None;
-    for (cycle, sample) in chronicle.between(first, last) {
+    for (cycle, sample) in samples.between(first, last) {
         let Some(value) = sample.robots.get(&id).and_then(&value) else { continue };
         let point = [cycle as f64, f64::from(value)];
         match runs.last_mut() {

@@ -10,8 +10,8 @@ use crate::behaviour::script::Script;
 use crate::belief::{Belief, SimpleBelief};
 use crate::knowledge::Knowledge;
 use crate::robot::Roster;
+use crate::viewer::display_settings::DisplaySettings;
 use crate::viewer::shared::Selection;
-use crate::viewer::shown::Shown;
 
 /// Longer values are cut, characters.
 const LONGEST_VALUE: usize = 120;
@@ -36,7 +36,7 @@ pub struct StateComponent {
 
 /// Reads the state of the selected robot's behaviour while it is shown.
 pub(super) fn read_state(world: &mut World) {
-    let shown = world.resource::<Shown>().robot;
+    let shown = world.resource::<DisplaySettings>().robot;
     let robot = world.resource::<Selection>().0.filter(|_| shown);
     let robot = robot.and_then(|id| world.resource::<Roster>().get(id));
     let state = robot.map(|robot| state_of(world, robot)).unwrap_or_default();
@@ -149,7 +149,7 @@ mod tests {
         app.add_behaviour::<Dreamer, _>("dreamer", dream);
         let scenario = r#"{ "rules": "free", "robots": [{ "number": 1, "behaviour": "dreamer" }] }"#;
         app.start_match(&Scenario::from_json(scenario).unwrap()).unwrap().run_cycles(3);
-        app.init_resource::<Shown>().init_resource::<BehaviourState>();
+        app.init_resource::<DisplaySettings>().init_resource::<BehaviourState>();
         app.insert_resource(Selection(Some(RobotId::new(Team::Blue, 1))));
         read_state(app.world_mut());
         let state = app.world().resource::<BehaviourState>();

@@ -1,6 +1,7 @@
 //! The picture under way: its pixels, its depth buffer and its pinhole, in samples.
 
 use bevy::math::{Mat3, Vec3};
+use core::ops::Range;
 
 use crate::appearance::view::View;
 
@@ -16,13 +17,49 @@ pub(super) struct Frame {
     pub(super) pixels: Vec<u32>,
     /// One over the distance ahead of the lens, 1/m; zero where only the ground or the sky is seen.
     pub(super) nearness: Vec<f32>,
+    /// Where bodies, shadows and nets are drawn: elsewhere the frame stays as it is.
+    pub(super) window: Window,
     pub(super) focal_length: f32,
     pub(super) centre: [f32; 2],
     pub(super) eye: Vec3,
     pub(super) camera_from_world: Mat3,
 }
 
+/// A rectangle of samples.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub(super) struct Window {
+    pub(super) columns: Range<usize>,
+    pub(super) rows: Range<usize>,
+}
+
+impl Window {
+    /// The part of a span of samples in a row that is in the window, and how much of the span is before it.
+    #[inline(always)]
+    pub(super) fn clip(&self, from: usize, to: usize) -> (Range<usize>, usize) {
+        let start = from.max(self.columns.start);
+        (start..to.min(self.columns.end).max(start), start - from)
+    }
+
+    /// The smallest rectangle with both in it.
+    pub(super) fn with(&self, other: &Window) -> Window {
+        let both = |one: &Range<usize>, other: &Range<usize>| one.start.min(other.start)..one.end.max(other.end);
+        Window { columns: both(&self.columns, &other.columns), rows: both(&self.rows, &other.rows) }
+    }
+
+    /// Whether there are samples in both.
+    pub(super) fn overlaps(&self, other: &Window) -> bool {
+        let meet = |one: &Range<usize>, other: &Range<usize>| one.start.max(other.start) < one.end.min(other.end);
+        meet(&self.columns, &other.columns) && meet(&self.rows, &other.rows)
+    }
+
+    /// How many samples there are in it.
+    pub(super) fn area(&self) -> usize {
+        self.columns.len() * self.rows.len()
+    }
+}
+
 impl Frame {
+    /// An empty frame for a view, to be drawn as a whole.
     pub(super) fn begin(&mut self, view: &View) {
         let [width, height] = view.size();
         let samples = view.supersampling.max(1);
@@ -36,6 +73,17 @@ impl Frame {
         self.pixels.resize(count, 0);
         self.nearness.clear();
         self.nearness.resize(count, 0.0);
+        self.window = Window { columns: 0..self.width, rows: 0..self.height };
+    }
+
+    /// Draws in this window from now on, where there is the ground alone: these samples of it.
+    pub(super) fn open(&mut self, window: &Window, ground: &[u32]) {
+        self.window.clone_from(window);
+        for row in window.rows.clone() {
+            let samples = row * self.width + window.columns.start..row * self.width + window.columns.end;
+            self.pixels[samples.clone()].copy_from_slice(&ground[samples.clone()]);
+            self.nearness[samples].fill(0.0);
+        }
     }
 
     /// A point of the pitch frame to the right, down and ahead of the lens, m.
@@ -51,18 +99,19 @@ impl Frame {
         [self.centre[0] + in_camera.x * scale, self.centre[1] + in_camera.y * scale]
     }
 
-    /// Whether something of a ball about a point, in the camera's frame, may be in the picture.
+    /// Whether something of a ball about a point, in the camera's frame, may be in the window.
     #[inline(always)]
     pub(super) fn may_see(&self, centre: Vec3, radius: f32) -> bool {
         let beyond = |offset: f32, half: f32| {
             // The distance to a side plane of the frustum is (f |x| - c z) / sqrt(f² + c²); f + c is more than the root.
-            self.focal_length * offset > half * centre.z + (self.focal_length + half) * radius
+            self.focal_length * offset > half * centre.z + (self.focal_length + half.abs()) * radius
         };
+        let Window { columns, rows } = &self.window;
         centre.z > NEAR - radius
-            && !beyond(centre.x, self.width as f32 - self.centre[0])
-            && !beyond(-centre.x, self.centre[0])
-            && !beyond(centre.y, self.height as f32 - self.centre[1])
-            && !beyond(-centre.y, self.centre[1])
+            && !beyond(centre.x, columns.end as f32 - self.centre[0])
+            && !beyond(-centre.x, self.centre[0] - columns.start as f32)
+            && !beyond(centre.y, rows.end as f32 - self.centre[1])
+            && !beyond(-centre.y, self.centre[1] - rows.start as f32)
     }
 
     /// The slope of a sample's ray to the right or down, per distance ahead.

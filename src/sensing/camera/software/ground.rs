@@ -33,7 +33,7 @@ pub(super) fn draw(frame: &mut Frame, outline: &mut Outline, scene: &PreparedSce
                 if !outline.project(frame, corners.iter().map(|corner| (corner.extend(0.0), 0.0))) {
                     continue;
                 }
-                let (first, end) = outline.scan(width, height);
+                let (first, end) = outline.scan(width, height, &(0..height));
                 for row in first..end {
                     let (from, to) = outline.span(row, width);
                     if from < to {

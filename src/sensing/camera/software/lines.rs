@@ -42,7 +42,9 @@ fn draw_string(frame: &mut Frame, ends: [Vec3; 2]) {
         (from, to) = (to, from);
     }
     let sizes = [frame.width, frame.height];
+    let window = [frame.window.columns.clone(), frame.window.rows.clone()];
     let (first, end) = super::frame::samples_between(from[0][major], to[0][major], sizes[major]);
+    let (first, end) = (first.max(window[major].start), end.min(window[major].end));
     if first >= end {
         return;
     }
@@ -60,7 +62,7 @@ fn draw_string(frame: &mut Frame, ends: [Vec3; 2]) {
         if start < 0.0 {
             continue;
         }
-        for across in start as usize..(start as usize + count).min(sizes[minor]) {
+        for across in (start as usize).max(window[minor].start)..(start as usize + count).min(window[minor].end) {
             let index = if is_steep { sample * frame.width + across } else { across * frame.width + sample };
             if here > frame.nearness[index] {
                 frame.pixels[index] = blend(frame.pixels[index], share as u32);

@@ -38,10 +38,12 @@ mod polygon;
 mod prepared;
 mod round;
 mod shadow;
+mod still;
 
 #[cfg(feature = "gpu")]
 pub(super) use frame::NEAR;
 pub use prepared::{Detail, PreparedScene};
+pub use still::StillRenderer;
 
 use super::image::{Image, Layers};
 use crate::appearance::view::View;
@@ -67,26 +69,36 @@ impl Renderer {
         arch.dispatch(
             #[inline(always)]
             || {
-                let Self { frame, outline, order } = self;
-                frame.begin(view);
-                ground::draw(frame, outline, scene, view);
-                if view.shadows {
-                    shadow::draw(frame, outline, scene, view);
-                }
-                scene.nearest_first(frame, view.hidden, order);
-                for &(_, index) in order.iter() {
-                    let body = &scene.bodies[index];
-                    for face in &scene.faces[body.faces.clone()] {
-                        polygon::draw_face(frame, outline, face, &scene.corners);
-                    }
-                    for round in &scene.rounds[body.rounds.clone()] {
-                        round::draw(frame, round);
-                    }
-                }
-                lines::draw_nets(frame, scene);
-                output::develop(frame, view, layers, image);
+                self.frame.begin(view);
+                ground::draw(&mut self.frame, &mut self.outline, scene, view);
+                let is_drawn = |body: usize| !scene.bodies[body].is_hidden_from(view);
+                self.draw_on_ground(scene, |body| view.shadows && is_drawn(body), is_drawn);
+                output::develop(&self.frame, view, layers, image);
             },
         );
+    }
+
+    /// Draws shadows and bodies, each where its index says so, and nets, where there is the ground alone.
+    #[inline(always)]
+    fn draw_on_ground(
+        &mut self,
+        scene: &PreparedScene,
+        has_shadow: impl Fn(usize) -> bool,
+        is_drawn: impl Fn(usize) -> bool,
+    ) {
+        let Self { frame, outline, order } = self;
+        shadow::draw(frame, outline, scene, has_shadow);
+        scene.nearest_first(frame, is_drawn, order);
+        for &(_, index) in order.iter() {
+            let body = &scene.bodies[index];
+            for face in &scene.faces[body.faces.clone()] {
+                polygon::draw_face(frame, outline, face, &scene.corners);
+            }
+            for round in &scene.rounds[body.rounds.clone()] {
+                round::draw(frame, round);
+            }
+        }
+        lines::draw_nets(frame, scene);
     }
 }
 

@@ -15,7 +15,7 @@ pub(super) fn develop(frame: &Frame, view: &View, layers: Layers, image: &mut Im
     if samples == 1 {
         pack(&frame.pixels, &mut image.rgb);
     } else {
-        average(frame, samples, width, &mut image.rgb);
+        develop_window(frame, samples, &mut image.rgb);
     }
     image.labels.clear();
     image.depth_m.clear();
@@ -55,15 +55,31 @@ fn pack(pixels: &[u32], rgb: &mut [u8]) {
     }
 }
 
-/// The mean of the samples of each pixel.
+/// Takes the pixels of the frame's window, each of so many samples across and down, out of the frame.
 #[inline(always)]
-fn average(frame: &Frame, samples: usize, width: usize, rgb: &mut [u8]) {
+pub(super) fn develop_window(frame: &Frame, samples: usize, rgb: &mut [u8]) {
+    // As constants, divisions are multiplications.
+    match samples {
+        1 => average::<1>(frame, 1, rgb),
+        2 => average::<2>(frame, 2, rgb),
+        3 => average::<3>(frame, 3, rgb),
+        _ => average::<0>(frame, samples, rgb),
+    }
+}
+
+/// The mean of the samples of each pixel: `SAMPLES` across and down, or `samples` where that is 0.
+#[inline(always)]
+fn average<const SAMPLES: usize>(frame: &Frame, samples: usize, rgb: &mut [u8]) {
+    let samples = if SAMPLES > 0 { SAMPLES } else { samples };
     let count = (samples * samples) as u32;
-    for (row, line) in rgb.chunks_exact_mut(3 * width).enumerate() {
-        for (column, pixel) in line.chunks_exact_mut(3).enumerate() {
+    let [columns, rows] = [&frame.window.columns, &frame.window.rows];
+    let width = 3 * (frame.width / samples);
+    for row in rows.start / samples..rows.end / samples {
+        let pixels = row * width + columns.start / samples * 3..row * width + columns.end / samples * 3;
+        for (column, pixel) in rgb[pixels].chunks_exact_mut(3).enumerate() {
             let mut sums = [count / 2; 3];
             for down in 0..samples {
-                let first = (row * samples + down) * frame.width + column * samples;
+                let first = (row * samples + down) * frame.width + columns.start + column * samples;
                 for sample in &frame.pixels[first..first + samples] {
                     sums[0] += sample & 0xff;
                     sums[1] += (sample >> 8) & 0xff;

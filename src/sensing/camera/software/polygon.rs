@@ -1,6 +1,7 @@
 //! Convex polygons: which samples they cover, and their shading.
 
 use bevy::math::Vec3;
+use core::ops::Range;
 
 use super::frame::{Frame, NEAR, first_sample, samples_between};
 use super::light::Paint;
@@ -57,9 +58,9 @@ impl Outline {
         true
     }
 
-    /// Finds the ends of each row that the polygon covers. Returns the first row and that after the last.
+    /// Finds the ends of each of these rows that the polygon covers. Returns the first row and that after the last.
     #[inline(always)]
-    pub(super) fn scan(&mut self, width: usize, height: usize) -> (usize, usize) {
+    pub(super) fn scan(&mut self, width: usize, height: usize, rows: &Range<usize>) -> (usize, usize) {
         let (mut top, mut bottom) = (f32::INFINITY, f32::NEG_INFINITY);
         let (mut left, mut right) = (f32::INFINITY, f32::NEG_INFINITY);
         for &[u, v, _] in &self.points {
@@ -79,7 +80,9 @@ impl Outline {
         if right < 0.0 || left > width as f32 {
             return (0, 0);
         }
+        let within = |row: usize| row.clamp(rows.start, rows.end);
         let (first, end) = samples_between(top, bottom, height);
+        let (first, end) = (within(first), within(end));
         if first >= end {
             return (0, 0);
         }
@@ -94,7 +97,7 @@ impl Outline {
             let one = self.points[index];
             let other = self.points[if index + 1 == count { 0 } else { index + 1 }];
             let (upper, lower) = if one[1] <= other[1] { (one, other) } else { (other, one) };
-            let (from, to) = (first_sample(upper[1], height), first_sample(lower[1], height));
+            let (from, to) = (within(first_sample(upper[1], height)), within(first_sample(lower[1], height)));
             if from >= to {
                 continue;
             }
@@ -137,7 +140,7 @@ pub(super) fn draw_face(frame: &mut Frame, outline: &mut Outline, face: &Face, c
         return;
     }
     let (width, height) = (frame.width, frame.height);
-    let (first, end) = outline.scan(width, height);
+    let (first, end) = outline.scan(width, height, &frame.window.rows);
     // On the plane n · p = -before in the camera's frame, one over the distance is linear in the picture:
     // 1 / z = -(n.x (u - cu) / f + n.y (v - cv) / f + n.z) / before.
     let gradient = frame.camera_from_world * face.normal / -before;
@@ -149,34 +152,39 @@ pub(super) fn draw_face(frame: &mut Frame, outline: &mut Outline, face: &Face, c
             continue;
         }
         let start = at_centre + per_v * row as f32 + per_u * from as f32;
-        let range = row * width + from..row * width + to;
+        let (columns, skipped) = frame.window.clip(from, to);
+        let range = row * width + columns.start..row * width + columns.end;
         let (pixels, nearness) = (&mut frame.pixels[range.clone()], &mut frame.nearness[range]);
         if face.is_flat {
-            fill_flat(pixels, nearness, start, per_u, face.colour);
+            fill_flat(pixels, nearness, skipped, start, per_u, face.colour);
         } else {
             let [[left, left_light], [right, right_light]] = outline.rows[row];
             // In 256ths, as integers, so that no sample's light depends on how it is computed.
             let slope = if right - left > 1e-3 { (right_light - left_light) / (right - left) } else { 0.0 };
             let light = left_light + slope * (from as f32 + 0.5 - left);
-            fill_shaded(pixels, nearness, start, per_u, face.paint, (light * 256.0) as i32, (slope * 256.0) as i32);
+            let [light, slope] = [light, slope].map(|light| (light * 256.0) as i32);
+            fill_shaded(pixels, nearness, skipped, start, per_u, face.paint, light, slope);
         }
     }
 }
 
+/// Fills samples of a span, without the first that are skipped.
 #[inline(always)]
-fn fill_flat(pixels: &mut [u32], nearness: &mut [f32], start: f32, step: f32, colour: u32) {
+fn fill_flat(pixels: &mut [u32], nearness: &mut [f32], skipped: usize, start: f32, step: f32, colour: u32) {
     for (index, (pixel, nearness)) in pixels.iter_mut().zip(nearness).enumerate() {
-        let here = start + step * (index as i32 as f32);
+        let here = start + step * ((skipped + index) as i32 as f32);
         let is_nearer = here > *nearness;
         *nearness = if is_nearer { here } else { *nearness };
         *pixel = if is_nearer { colour } else { *pixel };
     }
 }
 
+/// Fills samples of a span, without the first that are skipped.
 #[inline(always)]
 fn fill_shaded(
     pixels: &mut [u32],
     nearness: &mut [f32],
+    skipped: usize,
     start: f32,
     step: f32,
     paint: Paint,
@@ -184,6 +192,7 @@ fn fill_shaded(
     light_step: i32,
 ) {
     for (index, (pixel, nearness)) in pixels.iter_mut().zip(nearness).enumerate() {
+        let index = skipped + index;
         let here = start + step * (index as i32 as f32);
         let is_nearer = here > *nearness;
         let light = light.wrapping_add(light_step.wrapping_mul(index as i32)) >> 8;
@@ -201,7 +210,7 @@ mod tests {
     fn a_square_covers_the_samples_whose_middles_are_in_it() {
         let points = vec![[1.2, 2.2, 0.0], [4.2, 2.2, 0.0], [4.2, 4.8, 0.0], [1.2, 4.8, 0.0]];
         let mut outline = Outline { points, ..Outline::default() };
-        assert_eq!(outline.scan(10, 10), (2, 5));
+        assert_eq!(outline.scan(10, 10, &(0..10)), (2, 5));
         // Middles 1.5 to 3.5 and 2.5 to 4.5.
         assert_eq!(outline.span(2, 10), (1, 4));
         assert_eq!(outline.span(4, 10), (1, 4));
@@ -215,7 +224,7 @@ mod tests {
         for index in 0..4 {
             let points = [corners[index], corners[(index + 1) % 4], middle].map(|[u, v]| [u, v, 0.0]).to_vec();
             let mut outline = Outline { points, ..Outline::default() };
-            let (first, end) = outline.scan(20, 20);
+            let (first, end) = outline.scan(20, 20, &(0..20));
             for row in first..end {
                 let (from, to) = outline.span(row, 20);
                 (from..to).for_each(|sample| covered[20 * row + sample] += 1);
@@ -223,7 +232,7 @@ mod tests {
         }
         let points = corners.map(|[u, v]| [u, v, 0.0]).to_vec();
         let mut whole = Outline { points, ..Outline::default() };
-        let (first, end) = whole.scan(20, 20);
+        let (first, end) = whole.scan(20, 20, &(0..20));
         for row in 0..20 {
             let (from, to) = if (first..end).contains(&row) { whole.span(row, 20) } else { (0, 0) };
             for sample in 0..20 {

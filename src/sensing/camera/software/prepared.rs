@@ -1,6 +1,6 @@
 //! A scene in the form in which it is drawn: once for the pictures of all cameras.
 
-use bevy::math::{Affine3A, Vec3};
+use bevy::math::{Affine3A, Quat, Vec3};
 use core::ops::Range;
 
 use super::frame::Frame;
@@ -9,8 +9,8 @@ use super::model::Model;
 use crate::appearance::field::{self, GroundMark};
 use crate::appearance::posing::Limb;
 use crate::appearance::robot::RobotDesign;
-use crate::appearance::scene::Scene;
-use crate::appearance::shapes::Part;
+use crate::appearance::scene::{Scene, ScenePost};
+use crate::appearance::view::View;
 use crate::appearance::{Label, colours};
 use crate::pitch::{End, Pitch};
 use crate::team::RobotId;
@@ -70,10 +70,20 @@ pub(super) struct Round {
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Body {
     pub(super) owner: Option<RobotId>,
+    /// Whether it may be elsewhere in the next picture.
+    pub(super) moves: bool,
     pub(super) centre: Vec3,
     pub(super) reach: f32,
     pub(super) faces: Range<usize>,
     pub(super) rounds: Range<usize>,
+}
+
+impl Body {
+    /// Whether it belongs to the robot whose camera this is.
+    #[inline(always)]
+    pub(super) fn is_hidden_from(&self, view: &View) -> bool {
+        self.owner.is_some() && self.owner == view.hidden
+    }
 }
 
 /// The net of a goal.
@@ -89,14 +99,21 @@ const ROBOT_REACH: f32 = 0.42;
 /// Height of the middle of a robot's body, m.
 const ROBOT_MIDDLE: f32 = 0.29;
 
+/// What stands still as long as the match lasts, and how finely it is drawn.
+#[derive(Clone, PartialEq, Debug)]
+pub(super) struct Still {
+    detail: Detail,
+    pitch: Pitch,
+    posts: Vec<ScenePost>,
+}
+
 /// A scene in the form in which it is drawn. It keeps its memory and its models, so keep it from cycle to cycle.
 #[derive(Default)]
 pub struct PreparedScene {
-    pitch: Option<Pitch>,
-    detail: Option<Detail>,
+    pub(super) still: Option<Still>,
+    /// How many bodies, faces, corners and rounds there are of what stands still. They come first.
+    still_counts: [usize; 4],
     robots: Vec<(RobotId, Model<Limb>)>,
-    goals: Vec<(Vec3, f32, Model<()>)>,
-    posts: Vec<(Part<()>, Model<()>)>,
     pub(super) ground: Vec<(GroundMark, u32)>,
     pub(super) nets: Vec<Net>,
     pub(super) bodies: Vec<Body>,
@@ -109,20 +126,19 @@ impl PreparedScene {
     /// Takes over what there is to draw.
     pub fn prepare(&mut self, scene: &Scene, detail: Detail) {
         let detail = Detail { segments: detail.segments.max(3), ..detail };
-        if self.detail != Some(detail) {
-            self.detail = Some(detail);
-            self.robots.clear();
-            self.posts.clear();
-            self.pitch = None;
+        let is_same =
+            |still: &Still| still.detail == detail && still.pitch == scene.pitch && still.posts == scene.posts;
+        if !self.still.as_ref().is_some_and(is_same) {
+            if self.still.as_ref().is_none_or(|still| still.detail != detail) {
+                self.robots.clear();
+            }
+            self.lay_out(scene, detail);
         }
-        if self.pitch.as_ref() != Some(&scene.pitch) {
-            self.lay_out(&scene.pitch, detail);
-            self.pitch = Some(scene.pitch.clone());
-        }
-        self.bodies.clear();
-        self.faces.clear();
-        self.corners.clear();
-        self.rounds.clear();
+        let [bodies, faces, corners, rounds] = self.still_counts;
+        self.bodies.truncate(bodies);
+        self.faces.truncate(faces);
+        self.corners.truncate(corners);
+        self.rounds.truncate(rounds);
 
         // The models are taken out for the time being, so that the rest can be written to.
         let robots = core::mem::take(&mut self.robots);
@@ -143,59 +159,50 @@ impl PreparedScene {
         self.robots = robots;
         self.robots.append(&mut unknown);
 
-        let standing = |()| Affine3A::IDENTITY;
-        let goals = core::mem::take(&mut self.goals);
-        for (centre, reach, model) in &goals {
-            self.add(None, *centre, *reach, model, standing);
-        }
-        self.goals = goals;
-        let parts = scene.posts.iter().map(|post| field::post(&post.post, post.position));
-        if !self.posts.iter().map(|(part, _)| *part).eq(parts.clone()) {
-            self.posts = parts.map(|part| (part, Model::new(&[part], detail.segments))).collect();
-        }
-        let posts = core::mem::take(&mut self.posts);
-        for (part, model) in &posts {
-            self.add(None, part.frame_from_shape.translation.into(), part.shape.reach(), model, standing);
-        }
-        self.posts = posts;
         if let Some(ball) = scene.ball {
-            let (centre, radius) = (ball.centre(), ball.radius);
-            let (first_face, first_round) = (self.faces.len(), self.rounds.len());
+            let (centre, reach) = (ball.centre(), ball.radius);
+            let (face, round) = (self.faces.len(), self.rounds.len());
             self.rounds.push(Round {
-                unit_from_world: Affine3A::from_scale_rotation_translation(
-                    Vec3::splat(radius),
-                    bevy::math::Quat::IDENTITY,
-                    centre,
-                )
-                .inverse(),
+                unit_from_world: Affine3A::from_scale_rotation_translation(Vec3::splat(reach), Quat::IDENTITY, centre)
+                    .inverse(),
                 centre,
-                reach: radius,
+                reach,
                 paint: Paint::new(colours::BALL, Label::Ball),
             });
-            self.bodies.push(Body {
-                owner: None,
-                centre,
-                reach: radius,
-                faces: first_face..first_face,
-                rounds: first_round..first_round + 1,
-            });
+            let (faces, rounds) = (face..face, round..round + 1);
+            self.bodies.push(Body { owner: None, moves: true, centre, reach, faces, rounds });
+        }
+        for body in &mut self.bodies[bodies..] {
+            body.moves = true;
         }
     }
 
-    /// What stays where it is as long as the pitch is the same.
-    fn lay_out(&mut self, pitch: &Pitch, detail: Detail) {
+    /// Takes over what stands still.
+    fn lay_out(&mut self, scene: &Scene, detail: Detail) {
+        let pitch = &scene.pitch;
         self.ground =
             field::ground(pitch).into_iter().map(|mark| (mark, Paint::new(mark.colour, mark.label).full())).collect();
-        self.goals.clear();
         self.nets.clear();
+        self.bodies.clear();
+        self.faces.clear();
+        self.corners.clear();
+        self.rounds.clear();
+        let standing = |()| Affine3A::IDENTITY;
         for end in End::BOTH {
             let x = end.sign() * (pitch.goal_post_x() + pitch.goal.depth_m / 2.0);
             let centre = Vec3::new(x, 0.0, pitch.goal.height_m / 2.0);
             let size = Vec3::new(pitch.goal.depth_m, pitch.goal.width_m, pitch.goal.height_m);
             let reach = size.length() / 2.0 + 0.1;
-            self.goals.push((centre, reach, Model::new(&field::goal_frame(pitch, end), detail.segments)));
+            self.add(None, centre, reach, &Model::new(&field::goal_frame(pitch, end), detail.segments), standing);
             self.nets.push(Net { centre, reach, strings: field::net_strings(pitch, end) });
         }
+        for ScenePost { post, position } in &scene.posts {
+            let part = field::post(post, *position);
+            let centre = part.frame_from_shape.translation.into();
+            self.add(None, centre, part.shape.reach(), &Model::new(&[part], detail.segments), standing);
+        }
+        self.still_counts = [self.bodies.len(), self.faces.len(), self.corners.len(), self.rounds.len()];
+        self.still = Some(Still { detail, pitch: pitch.clone(), posts: scene.posts.clone() });
     }
 
     fn add<F: Copy>(
@@ -237,17 +244,28 @@ impl PreparedScene {
             }
         }));
         let (faces, rounds) = (first_face..self.faces.len(), first_round..self.rounds.len());
-        self.bodies.push(Body { owner, centre, reach, faces, rounds });
+        self.bodies.push(Body { owner, moves: false, centre, reach, faces, rounds });
     }
 
-    /// The bodies that may be in view, the nearest first, by index and distance.
+    /// The least and greatest corner of a box with all of a body in it, pitch frame.
+    pub(super) fn bounds(&self, body: &Body) -> [Vec3; 2] {
+        let faces = self.faces[body.faces.clone()].iter();
+        let corners = faces.flat_map(|face| &self.corners[face.first as usize..(face.first + face.count) as usize]);
+        let points = corners.map(|corner| [corner.position; 2]);
+        let rounds = self.rounds[body.rounds.clone()].iter();
+        let rounds = rounds.map(|round| [round.centre - round.reach, round.centre + round.reach]);
+        points
+            .chain(rounds)
+            .fold([Vec3::INFINITY, Vec3::NEG_INFINITY], |[least, most], [low, high]| [least.min(low), most.max(high)])
+    }
+
+    /// The bodies to draw, by their index, that may be in view, the nearest first, by distance and index.
     #[inline(always)]
-    pub(super) fn nearest_first(&self, frame: &Frame, hidden: Option<RobotId>, order: &mut Vec<(f32, usize)>) {
+    pub(super) fn nearest_first(&self, frame: &Frame, is_drawn: impl Fn(usize) -> bool, order: &mut Vec<(f32, usize)>) {
         order.clear();
         for (index, body) in self.bodies.iter().enumerate() {
             let centre = frame.to_camera(body.centre);
-            let is_hidden = hidden.is_some() && body.owner == hidden;
-            if !is_hidden && frame.may_see(centre, body.reach) {
+            if is_drawn(index) && frame.may_see(centre, body.reach) {
                 order.push((centre.length_squared(), index));
             }
         }

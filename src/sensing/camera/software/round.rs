@@ -36,7 +36,8 @@ pub(super) fn draw(frame: &mut Frame, round: &Round) {
     let [centre_u, centre_v] = frame.centre.map(f64::from);
     let [top, bottom] = conic.rows().map(|slope| (slope * focal_length + centre_v) as f32);
     let (width, height) = (frame.width, frame.height);
-    let (first, end) = (first_sample(top, height), first_sample(bottom, height));
+    let within = |row: usize| row.clamp(frame.window.rows.start, frame.window.rows.end);
+    let (first, end) = (within(first_sample(top, height)), within(first_sample(bottom, height)));
     // The normal at a point x of the unit sphere is Mᵀ x, M being the rotation and scale of `unit_from_world`; its products
     // with the gradient g and the sun s are those of x with M g and M s, its length that of Mᵀ x.
     let shading = Shading { gradient: turned(GRADIENT), sun: turned(SUN), squared: normal_form(round) };
@@ -51,10 +52,11 @@ pub(super) fn draw(frame: &mut Frame, round: &Round) {
                 continue;
             }
             let start = forward + row_slope * down + frame.slope(from, 0) * right;
-            let range = row * width + from..row * width + to;
+            let (columns, skipped) = frame.window.clip(from, to);
+            let range = row * width + columns.start..row * width + columns.end;
             let (pixels, nearness) = (&mut frame.pixels[range.clone()], &mut frame.nearness[range]);
             for (index, (pixel, nearness)) in pixels.iter_mut().zip(nearness).enumerate() {
-                let direction = start + per_sample * (index as i32 as f32);
+                let direction = start + per_sample * ((skipped + index) as i32 as f32);
                 let beside = eye + direction * ahead;
                 let along = beside.dot(direction);
                 let squared = direction.length_squared();

@@ -6,7 +6,6 @@ use super::frame::Frame;
 use super::light::{IN_SHADOW, SUN};
 use super::polygon::Outline;
 use super::prepared::PreparedScene;
-use crate::appearance::view::View;
 
 /// Marks a sample that is in a shadow already, in the label's byte.
 pub(super) const SHADED: u32 = 1 << 31;
@@ -14,13 +13,22 @@ pub(super) const SHADED: u32 = 1 << 31;
 /// Corners of a round shadow.
 const CORNERS: usize = 24;
 
-/// Darkens the ground where bodies are between it and the sun. Everything but the ground is drawn later.
+/// The ground point in whose light a point is.
 #[inline(always)]
-pub(super) fn draw(frame: &mut Frame, outline: &mut Outline, scene: &PreparedScene, view: &View) {
-    for body in &scene.bodies {
-        if body.owner.is_some() && body.owner == view.hidden {
-            continue;
-        }
+pub(super) fn on_ground(point: Vec3) -> Vec3 {
+    point - SUN * (point.z / SUN.z)
+}
+
+/// Darkens the ground where bodies that have a shadow, by their index, are between it and the sun. Everything but the ground
+/// is drawn later.
+#[inline(always)]
+pub(super) fn draw(
+    frame: &mut Frame,
+    outline: &mut Outline,
+    scene: &PreparedScene,
+    has_shadow: impl Fn(usize) -> bool,
+) {
+    for (_, body) in scene.bodies.iter().enumerate().filter(|(index, _)| has_shadow(*index)) {
         for face in &scene.faces[body.faces.clone()] {
             // A body is as wide as those of its faces that see the sun.
             if face.normal.dot(SUN) > 0.0 {
@@ -42,18 +50,15 @@ pub(super) fn draw(frame: &mut Frame, outline: &mut Outline, scene: &PreparedSce
 
 #[inline(always)]
 fn darken(frame: &mut Frame, outline: &mut Outline, corners: impl Iterator<Item = Vec3>) {
-    let on_ground = |corner: Vec3| corner - SUN * (corner.z / SUN.z);
     if !outline.project(frame, corners.map(|corner| (on_ground(corner), 0.0))) {
         return;
     }
     let (width, height) = (frame.width, frame.height);
-    let (first, end) = outline.scan(width, height);
+    let (first, end) = outline.scan(width, height, &frame.window.rows);
     for row in first..end {
         let (from, to) = outline.span(row, width);
-        if from >= to {
-            continue;
-        }
-        for pixel in &mut frame.pixels[row * width + from..row * width + to] {
+        let (columns, _) = frame.window.clip(from, to);
+        for pixel in &mut frame.pixels[row * width + columns.start..row * width + columns.end] {
             let [low, middle, high] = [0, 8, 16].map(|shift| (((*pixel >> shift) & 0xff) * IN_SHADOW) >> 8);
             let dark = low | middle << 8 | high << 16 | *pixel & 0xff00_0000 | SHADED;
             *pixel = if *pixel & SHADED == 0 { dark } else { *pixel };

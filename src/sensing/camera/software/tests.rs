@@ -6,6 +6,7 @@ use crate::appearance::robot::RobotDesign;
 use crate::appearance::scene::{Scene, SceneBall, SceneRobot};
 use crate::geometry::{Pose, unit};
 use crate::pitch::Pitch;
+use crate::random::RandomStream;
 use crate::robot::body::BodyBounds;
 use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
@@ -153,6 +154,47 @@ fn the_ground_is_what_the_pitch_says() {
         }
     }
     assert!(compared > 3000, "{compared}");
+}
+
+/// Two robots that go about, and a ball that comes and goes.
+fn busy_scene(dice: &mut RandomStream, pitch: &Pitch) -> Scene {
+    let mut between = |low: f32, high: f32| low + (high - low) * dice.uniform();
+    let mut scene = Scene::empty(pitch.clone());
+    for number in 1..=2 {
+        let pose = Pose::new(between(1.5, 3.5), between(-1.5, 1.5), between(-3.0, 3.0));
+        let body = SceneRobot::standing(RobotId::new(Team::Pink, number), pose, BodyBounds::default());
+        let posture = if between(0.0, 1.0) < 0.2 { Posture::Fallen { cycles: 1 } } else { Posture::Upright };
+        scene.robots.push(body.in_posture(posture));
+    }
+    if between(0.0, 1.0) < 0.7 {
+        scene.ball = Some(SceneBall { position: Vec2::new(between(1.0, 3.2), between(-1.0, 1.0)), radius: 0.05 });
+    }
+    scene
+}
+
+#[test]
+fn a_camera_that_stands_still_sees_what_one_that_moves_does() {
+    let mut dice = RandomStream::for_match(1, "still");
+    let (mut prepared, mut still) = (PreparedScene::default(), StillRenderer::default());
+    let wider = Pitch { length_m: 6.4, ..Pitch::default() };
+    // Of the goal with its net: from above, from among the robots, and as one of them.
+    let above = View::looking_at(Vec3::new(1.0, -4.0, 4.0), Vec3::new(2.2, 0.0, 0.0), 0.7, [200, 120]);
+    let low = View { supersampling: 2, ..View::looking_at(Vec3::new(2.0, 0.1, 0.3), Vec3::X * 3.0, 1.1, [160, 120]) };
+    let own = View { hidden: Some(RobotId::new(Team::Pink, 1)), shadows: false, supersampling: 1, ..low };
+    let mut changes = 0;
+    for (view, pitch) in [(above, &wider), (above, &Pitch::default()), (low, &wider), (own, &wider)] {
+        let mut last = Image::default();
+        for _ in 0..12 {
+            prepared.prepare(&busy_scene(&mut dice, pitch), Detail { design: RobotDesign::Nao, ..Detail::default() });
+            let [mut expected, mut image] = [Image::default(), Image::default()];
+            Renderer::default().draw(&prepared, &view, Layers::default(), &mut expected);
+            still.draw(&prepared, &view, &mut image);
+            assert!(image == expected);
+            changes += usize::from(image != last);
+            last = image;
+        }
+    }
+    assert!(changes > 40, "{changes}");
 }
 
 #[test]

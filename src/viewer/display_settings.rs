@@ -53,10 +53,10 @@ impl Default for PanelScale {
     }
 }
 
-/// What is shown.
+/// Which panels are shown, and how the window is drawn.
 #[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(default)]
-pub struct Shown {
+pub struct DisplaySettings {
     /// The list of keys.
     pub help: bool,
     /// What is played, and with which settings.
@@ -81,7 +81,7 @@ pub struct Shown {
     pub panel_scale: PanelScale,
 }
 
-impl Default for Shown {
+impl Default for DisplaySettings {
     fn default() -> Self {
         Self {
             help: false,
@@ -99,7 +99,7 @@ impl Default for Shown {
     }
 }
 
-impl Shown {
+impl DisplaySettings {
     /// Shows or hides something. Of the two large panels there is one at a time.
     pub fn toggle(&mut self, switch: Switch) {
         let on = self.of_mut(switch);
@@ -134,14 +134,14 @@ mod tests {
 
     #[test]
     fn help_and_match_take_turns() {
-        let mut shown = Shown::default();
-        shown.toggle(Switch::Help);
-        shown.toggle(Switch::Game);
-        assert!(shown.game && !shown.help);
-        shown.toggle(Switch::Help);
-        assert!(shown.help && !shown.game);
-        shown.toggle(Switch::Help);
-        assert!(!shown.help);
+        let mut display = DisplaySettings::default();
+        display.toggle(Switch::Help);
+        display.toggle(Switch::Game);
+        assert!(display.game && !display.help);
+        display.toggle(Switch::Help);
+        assert!(display.help && !display.game);
+        display.toggle(Switch::Help);
+        assert!(!display.help);
     }
 
     #[test]

@@ -3,15 +3,15 @@
 use bevy::prelude::*;
 
 use super::palette;
-use super::sculpture::{self, Sculpture};
+use super::part_mesh::{mesh_of_parts, part_material};
 use crate::appearance::{colours, field};
 use crate::ball::{Ball, BallPhysics};
 use crate::pitch::Post;
 
 /// Shows balls and posts as they come into the match.
-pub struct PropsPlugin;
+pub struct BallAndPostsPlugin;
 
-impl Plugin for PropsPlugin {
+impl Plugin for BallAndPostsPlugin {
     fn build(&self, app: &mut App) {
         app.add_observer(show_ball).add_observer(show_post);
     }
@@ -29,8 +29,7 @@ fn show_ball(
         ChildOf(added.entity),
         Mesh3d(meshes.add(Sphere::new(physics.radius_m).mesh().uv(32, 18))),
         MeshMaterial3d(
-            materials
-                .add(StandardMaterial { base_color: palette::from_appearance(colours::BALL), ..sculpture::material() }),
+            materials.add(StandardMaterial { base_color: palette::from_appearance(colours::BALL), ..part_material() }),
         ),
         Transform::from_xyz(0.0, 0.0, physics.radius_m),
     ));
@@ -46,8 +45,8 @@ fn show_post(
     let Ok(post) = posts.get(added.entity) else { return };
     commands.spawn((
         ChildOf(added.entity),
-        Mesh3d(meshes.add(Sculpture::of([&field::post(post, Vec2::ZERO)]))),
-        MeshMaterial3d(materials.add(sculpture::material())),
+        Mesh3d(meshes.add(mesh_of_parts([&field::post(post, Vec2::ZERO)]))),
+        MeshMaterial3d(materials.add(part_material())),
         Transform::default(),
     ));
 }

@@ -25,12 +25,12 @@ use crate::team::RobotId;
 /// The latest so many cycles are kept.
 const LONGEST: usize = 3600;
 
-/// Keeps the [`Chronicle`].
-pub struct ChroniclePlugin;
+/// Keeps the [`CycleSamples`].
+pub struct CycleSamplesPlugin;
 
-impl Plugin for ChroniclePlugin {
+impl Plugin for CycleSamplesPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<Chronicle>()
+        app.init_resource::<CycleSamples>()
             .add_systems(Cycle, note_cycle.in_set(RecordSystems::Keep))
             .add_systems(First, begin_anew.run_if(resource_exists_and_changed::<Scenario>))
             .add_systems(PreUpdate, note_past);
@@ -44,7 +44,7 @@ pub struct RobotSample {
     pub pose: Pose,
     /// How fast it was, m/s.
     pub speed_mps: f32,
-    /// Where its head was turned.
+    /// Where its head was turned, radians.
     pub head: HeadAngles,
     /// What its sonars heard.
     pub sonar: SonarReading,
@@ -58,7 +58,7 @@ pub struct RobotSample {
     pub command: Option<Command>,
 }
 
-/// A cycle.
+/// A cycle in numbers.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct CycleSample {
     /// Its end, s since the start.
@@ -71,11 +71,11 @@ pub struct CycleSample {
 
 /// The latest cycles.
 #[derive(Resource, Default, Debug)]
-pub struct Chronicle {
+pub struct CycleSamples {
     samples: BTreeMap<u64, CycleSample>,
 }
 
-impl Chronicle {
+impl CycleSamples {
     /// What there is of a cycle.
     pub fn sample(&self, cycle: u64) -> Option<&CycleSample> {
         self.samples.get(&cycle)
@@ -121,12 +121,12 @@ struct NotedRobot {
 
 type NotedBall<'w, 's> = Query<'w, 's, (&'static Pose, &'static BallVelocity), (With<Ball>, Without<RobotId>)>;
 
-fn begin_anew(mut chronicle: ResMut<Chronicle>) {
-    *chronicle = Chronicle::default();
+fn begin_anew(mut samples: ResMut<CycleSamples>) {
+    *samples = CycleSamples::default();
 }
 
 fn note_cycle(
-    mut chronicle: ResMut<Chronicle>,
+    mut samples: ResMut<CycleSamples>,
     clock: Res<CycleClock>,
     game: Res<Game>,
     roster: Res<Roster>,
@@ -134,12 +134,12 @@ fn note_cycle(
     robots: Query<NotedRobot>,
     balls: NotedBall,
 ) {
-    chronicle.note(clock.cycle, sample(&clock, &game, &roster, &current, robots, balls));
+    samples.note(clock.cycle, sample(&clock, &game, &roster, &current, robots, balls));
 }
 
 /// Notes what is looked at again, unless it is known.
 fn note_past(
-    mut chronicle: ResMut<Chronicle>,
+    mut samples: ResMut<CycleSamples>,
     timeline: Res<Timeline>,
     clock: Res<CycleClock>,
     game: Res<Game>,
@@ -148,8 +148,8 @@ fn note_past(
     robots: Query<NotedRobot>,
     balls: NotedBall,
 ) {
-    if timeline.is_past() && chronicle.sample(clock.cycle).is_none() {
-        chronicle.note(clock.cycle, sample(&clock, &game, &roster, &current, robots, balls));
+    if timeline.is_past() && samples.sample(clock.cycle).is_none() {
+        samples.note(clock.cycle, sample(&clock, &game, &roster, &current, robots, balls));
     }
 }
 
@@ -213,32 +213,32 @@ mod tests {
                     { "from_s": 0.0, "until_s": 60.0, "say": { "intention": "go" } }] } }] }"#,
         );
         let mut app = App::new();
-        app.add_plugins((MinimalPlugins, NaoisisPlugins, RecordPlugin, ChroniclePlugin));
+        app.add_plugins((MinimalPlugins, NaoisisPlugins, RecordPlugin, CycleSamplesPlugin));
         app.init_resource::<Timeline>().init_resource::<CurrentRecord>();
         app.start_match(&scenario.unwrap()).unwrap();
         app.run_cycles(30);
-        let chronicle = app.world().resource::<Chronicle>();
-        let robot = chronicle.robot(30, BLUE).unwrap();
+        let samples = app.world().resource::<CycleSamples>();
+        let robot = samples.robot(30, BLUE).unwrap();
         // 30 steps of 4 mm.
         assert!((robot.pose.position.x - 0.12).abs() < 1e-5 && (robot.ball_m.unwrap() - 0.88).abs() < 1e-5);
         let command = robot.command.as_ref().unwrap();
         assert_eq!(command.walk.map(|walk| walk.dx), Some(0.004));
         assert_eq!(command.say.as_ref().and_then(|say| say.intention.as_deref()), Some("go"));
         assert_eq!(robot.error, None, "it believes nothing");
-        assert_eq!(chronicle.between(20, 30).count(), 11);
-        assert_eq!(chronicle.between(25, 20).count(), 1);
+        assert_eq!(samples.between(20, 30).count(), 11);
+        assert_eq!(samples.between(25, 20).count(), 1);
     }
 
     #[test]
     fn what_is_furthest_from_now_is_forgotten() {
-        let mut chronicle = Chronicle::default();
+        let mut samples = CycleSamples::default();
         for cycle in 0..LONGEST as u64 + 100 {
-            chronicle.note(cycle, CycleSample::default());
+            samples.note(cycle, CycleSample::default());
         }
-        assert_eq!(chronicle.samples.len(), LONGEST);
-        assert!(chronicle.sample(99).is_none() && chronicle.sample(100).is_some());
+        assert_eq!(samples.samples.len(), LONGEST);
+        assert!(samples.sample(99).is_none() && samples.sample(100).is_some());
         // Back at the start.
-        chronicle.note(3, CycleSample::default());
-        assert!(chronicle.sample(3).is_some() && chronicle.sample(LONGEST as u64 + 99).is_none());
+        samples.note(3, CycleSample::default());
+        assert!(samples.sample(3).is_some() && samples.sample(LONGEST as u64 + 99).is_none());
     }
 }

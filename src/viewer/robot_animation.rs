@@ -5,7 +5,7 @@
 
 use bevy::prelude::*;
 
-use super::figure::Figure;
+use super::robot_model::RobotLimbs;
 use super::shared::DisplayFraction;
 use crate::appearance::gait::Gait;
 use crate::appearance::scene::world_from_body;
@@ -16,10 +16,10 @@ use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
 use crate::team::RobotId;
 
-/// Moves the limbs of the figures.
-pub struct GaitPlugin;
+/// Moves the limbs of the robots' models.
+pub struct RobotAnimationPlugin;
 
-impl Plugin for GaitPlugin {
+impl Plugin for RobotAnimationPlugin {
     fn build(&self, app: &mut App) {
         app.add_observer(start_gait).add_systems(Update, move_limbs);
     }
@@ -27,25 +27,25 @@ impl Plugin for GaitPlugin {
 
 /// The gait at the time that is shown. The robot's own is that of the cycles.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default)]
-struct ShownGait(Gait);
+struct DisplayedGait(Gait);
 
 fn start_gait(added: On<Add, RobotId>, mut commands: Commands) {
-    commands.entity(added.entity).insert(ShownGait::default());
+    commands.entity(added.entity).insert(DisplayedGait::default());
 }
 
 fn move_limbs(
     clock: Res<CycleClock>,
     fraction: Res<DisplayFraction>,
-    mut robots: Query<(&RobotId, &Pose, &Velocity, &HeadAngles, &Posture, &Gait, &Figure, &mut ShownGait)>,
+    mut robots: Query<(&RobotId, &Pose, &Velocity, &HeadAngles, &Posture, &Gait, &RobotLimbs, &mut DisplayedGait)>,
     mut transforms: Query<&mut Transform>,
 ) {
     let now_s = clock.start_time_s() + f64::from(fraction.0) * clock.period_s;
-    for (id, pose, velocity, head, posture, gait, figure, mut shown) in &mut robots {
-        shown.0.kick = gait.kick;
-        shown.0.follow(*pose, *velocity, now_s);
+    for (id, pose, velocity, head, posture, gait, robot_limbs, mut displayed) in &mut robots {
+        displayed.0.kick = gait.kick;
+        displayed.0.follow(*pose, *velocity, now_s);
         // The robot's own transform places it on the pitch.
-        let limbs = shown.0.joints(*id, *head).world_from_limbs(world_from_body(Pose::default(), *posture));
-        for (limb, place) in figure.limbs.into_iter().zip(limbs) {
+        let limbs = displayed.0.joints(*id, *head).world_from_limbs(world_from_body(Pose::default(), *posture));
+        for (limb, place) in robot_limbs.limbs.into_iter().zip(limbs) {
             if let Ok(mut transform) = transforms.get_mut(limb) {
                 transform.set_if_neq(Transform::from_matrix(place.into()));
             }
