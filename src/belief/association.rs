@@ -3,10 +3,10 @@
 use bevy::prelude::*;
 
 use super::line_sighting::SeenLine;
-use super::localisation::{Innovation, PoseEstimate};
+use super::pose_estimate::{Innovation, PoseEstimate};
 use super::sighting::Sighting;
 use super::unscented::SigmaPoints;
-use crate::belief::method::KalmanFilter;
+use crate::belief::localisation_method::KalmanFilter;
 use crate::geometry::unrotate;
 use crate::pitch::LineSegment;
 

@@ -232,13 +232,14 @@ mod tests {
     fn an_unseen_ball_rolls_on_and_gets_uncertain() {
         let model = BallModel::default();
         let mut estimate = watched(Vec2::new(3.0, 0.0), Vec2::new(-1.0, 0.0), 30);
-        let (start, speed, doubt) = (estimate.position.x, estimate.velocity.x, estimate.position_covariance.x_axis.x);
+        let (start, speed, variance) =
+            (estimate.position.x, estimate.velocity.x, estimate.position_covariance.x_axis.x);
         for _ in 0..30 {
             estimate = estimate.advanced(Pose::default(), PERIOD, &model);
         }
         // v (1 - exp(-k 1 s)) / k = 0.787 v.
         assert_abs_diff_eq!(estimate.position.x - start, 0.787 * speed, epsilon = 0.02);
-        assert!(estimate.position_covariance.x_axis.x > 2.0 * doubt);
+        assert!(estimate.position_covariance.x_axis.x > 2.0 * variance);
         assert_abs_diff_eq!(estimate.age_s, 1.0, epsilon = 1e-4);
     }
 

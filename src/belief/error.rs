@@ -3,9 +3,9 @@
 //! | measure | of | meaning |
 //! |---|---|---|
 //! | error | pose, ball, its velocity, opponents | distance between belief and truth |
-//! | NEES | pose, ball | normalised estimation error squared, eᵀ P⁻¹ e: by how much the error exceeds the robot's own doubt. Of a calibrated belief it lies within [`NEES_95_POSE`] or [`NEES_95_PLACE`] 95 times out of 100 (Bar-Shalom, Li, Kirubarajan: Estimation with Applications to Tracking and Navigation, 2001) |
+//! | NEES | pose, ball | normalised estimation error squared, eᵀ P⁻¹ e: by how much the error exceeds the robot's own covariance. Of a calibrated belief it lies within [`NEES_95_POSE`] or [`NEES_95_PLACE`] 95 times out of 100 (Bar-Shalom, Li, Kirubarajan: Estimation with Applications to Tracking and Navigation, 2001) |
 //! | false tracks | opponents | believed where none is within [`MATCH_M`] |
-//! | time to detect | ball, opponents | how long the robot had no idea of one that was on the pitch |
+//! | time to detect | ball, opponents | how long the robot knew nothing of one that was on the pitch |
 
 use bevy::prelude::*;
 
@@ -39,7 +39,7 @@ pub struct BeliefError {
     pub heading: f32,
     /// NEES of its pose. None where the covariance has no inverse.
     pub pose_nees: Option<f32>,
-    /// Of the ball, where the robot has an idea of it.
+    /// Of the ball, where the robot believes that there is one.
     pub ball: Option<BallError>,
     /// Opponents that are on the pitch.
     pub opponents: u32,

@@ -29,7 +29,7 @@ pub struct LandmarkModel {
     /// What is seen further from the expectation than this is not the landmark that it is taken for: squared
     /// Mahalanobis distance.
     pub gate: f32,
-    /// After so many landmarks more out of place than in place, the robot doubts its pose.
+    /// After so many landmarks more out of place than in place, the robot takes its pose for wrong.
     pub contradictions: u32,
 }
 
@@ -41,13 +41,13 @@ impl Default for LandmarkModel {
 
 /// A goal, seen from inside the pitch.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(super) struct Goal {
+pub(super) struct GoalLandmark {
     pub(super) colour: GoalColour,
     pub(super) left_post: Vec2,
     pub(super) right_post: Vec2,
 }
 
-impl Goal {
+impl GoalLandmark {
     /// The same for a robot at `place` (m, team frame): who is behind the goal sees its posts the other way round.
     pub(super) fn seen_from(self, place: Vec2) -> Self {
         let is_behind = (place.x - self.left_post.x) * self.left_post.x > 0.0;
@@ -62,7 +62,7 @@ pub struct Landmarks {
     junctions: Vec<(JunctionShape, Vec2)>,
     crosses: [Vec2; 2],
     lines: Vec<LineSegment>,
-    goals: [Goal; 2],
+    goals: [GoalLandmark; 2],
     carpet_half_extents: Vec2,
     half_width: f32,
 }
@@ -73,7 +73,7 @@ impl Landmarks {
         let [negative_cross, positive_cross, _] = pitch.marks();
         let goal = |end: End| {
             let [x, y] = [end.sign() * pitch.goal_post_x(), end.sign() * pitch.goal.width_m / 2.0];
-            Goal { colour: pitch.goal_colour(end), left_post: Vec2::new(x, y), right_post: Vec2::new(x, -y) }
+            GoalLandmark { colour: pitch.goal_colour(end), left_post: Vec2::new(x, y), right_post: Vec2::new(x, -y) }
         };
         Self {
             junctions: pitch.line_junctions().iter().map(|junction| (junction.shape, junction.position)).collect(),
@@ -124,9 +124,9 @@ impl Landmarks {
     }
 
     /// The goals of this colour, in the frame of the team that defends `own_end`.
-    pub(super) fn goals(&self, colour: GoalColour, own_end: End) -> impl Iterator<Item = Goal> {
+    pub(super) fn goals(&self, colour: GoalColour, own_end: End) -> impl Iterator<Item = GoalLandmark> {
         let in_team = move |place| point_team_from_pitch(place, own_end);
-        self.goals.into_iter().filter(move |goal| goal.colour == colour).map(move |goal| Goal {
+        self.goals.into_iter().filter(move |goal| goal.colour == colour).map(move |goal| GoalLandmark {
             left_post: in_team(goal.left_post),
             right_post: in_team(goal.right_post),
             ..goal
@@ -136,7 +136,7 @@ impl Landmarks {
 
 /// What a robot sees of the pitch in a cycle, and how that is to be used.
 #[derive(Clone, Copy, Debug)]
-pub struct Look<'a> {
+pub struct PitchObservation<'a> {
     /// What its cameras recognised.
     pub percepts: &'a Percepts,
     /// What there is to be seen.
@@ -151,7 +151,7 @@ pub struct Look<'a> {
     pub model: &'a LandmarkModel,
 }
 
-impl<'a> Look<'a> {
+impl<'a> PitchObservation<'a> {
     /// Up to `most` of the junctions, crosses and circles that are seen.
     pub(super) fn marks(&self, most: usize) -> impl Iterator<Item = &'a LandmarkPercept> {
         self.in_turn(most, |mark| !matches!(mark.kind, LandmarkKind::Line { .. }))

@@ -1,22 +1,22 @@
-//! The robot's own pose by the filter that its settings choose.
+//! The robot's own pose, by whichever filter its settings choose: one of two Kalman filters, or a particle filter.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::landmarks::{Landmarks, Look, halfway_pose, waiting_pose};
-use super::localisation::{PoseEstimate, StepError};
-use super::method::Localisation;
-use super::own_pose::{OwnPose, PLACED_SD, RETURNED_SD};
-use super::particles::ParticleFilter;
-use crate::belief::method::KalmanFilter;
+use super::kalman_localiser::{KalmanLocaliser, PLACED_SD, RETURNED_SD};
+use super::landmarks::{Landmarks, PitchObservation, halfway_pose, waiting_pose};
+use super::localisation_method::LocalisationMethod;
+use super::particle_filter::ParticleFilter;
+use super::pose_estimate::{PoseEstimate, StepError};
+use crate::belief::localisation_method::KalmanFilter;
 use crate::geometry::Pose;
 use crate::team::RobotId;
 
-impl From<KalmanFilter> for Localisation {
+impl From<KalmanFilter> for LocalisationMethod {
     fn from(filter: KalmanFilter) -> Self {
         match filter {
-            KalmanFilter::Extended => Localisation::Kalman,
-            KalmanFilter::Unscented => Localisation::Unscented,
+            KalmanFilter::Extended => LocalisationMethod::Kalman,
+            KalmanFilter::Unscented => LocalisationMethod::Unscented,
         }
     }
 }
@@ -27,27 +27,27 @@ const FARTHEST_M: f32 = 1e6;
 /// A filter of any kind.
 #[derive(Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 pub enum Localiser {
-    /// [`Localisation::Kalman`] and [`Localisation::Unscented`].
-    Kalman(OwnPose),
+    /// [`LocalisationMethod::Kalman`] and [`LocalisationMethod::Unscented`].
+    Kalman(KalmanLocaliser),
     /// The same, while the robot has lost its way.
     Searching(ParticleFilter, KalmanFilter),
-    /// [`Localisation::Particles`].
+    /// [`LocalisationMethod::Particles`].
     Particles(ParticleFilter),
 }
 
 impl Default for Localiser {
     fn default() -> Self {
-        Localiser::Kalman(OwnPose::default())
+        Localiser::Kalman(KalmanLocaliser::default())
     }
 }
 
 impl Localiser {
     /// That of a robot that was told its place, team frame.
-    pub fn placed(kind: Localisation, robot: RobotId, pose: Pose) -> Self {
+    pub fn placed(kind: LocalisationMethod, robot: RobotId, pose: Pose) -> Self {
         match kind {
-            Localisation::Kalman => Localiser::Kalman(OwnPose::placed(KalmanFilter::Extended, pose)),
-            Localisation::Unscented => Localiser::Kalman(OwnPose::placed(KalmanFilter::Unscented, pose)),
-            Localisation::Particles => {
+            LocalisationMethod::Kalman => Localiser::Kalman(KalmanLocaliser::placed(KalmanFilter::Extended, pose)),
+            LocalisationMethod::Unscented => Localiser::Kalman(KalmanLocaliser::placed(KalmanFilter::Unscented, pose)),
+            LocalisationMethod::Particles => {
                 Localiser::Particles(ParticleFilter::around(robot, pose, PLACED_SD[0], PLACED_SD[1]))
             }
         }
@@ -59,7 +59,7 @@ impl Localiser {
         let (is_finite, kind) = match self {
             Localiser::Kalman(own) => (own.estimate.is_finite(), own.filter.into()),
             Localiser::Searching(filter, kalman) => (filter.is_finite(), (*kalman).into()),
-            Localiser::Particles(filter) => (filter.is_finite(), Localisation::Particles),
+            Localiser::Particles(filter) => (filter.is_finite(), LocalisationMethod::Particles),
         };
         let is_near = |pose: Pose| pose.is_finite() && pose.position.abs().max_element() < FARTHEST_M;
         if !(is_finite && is_near(self.estimate().pose)) {
@@ -70,8 +70,8 @@ impl Localiser {
     /// The robot is told its place, team frame.
     pub fn place(&mut self, pose: Pose) {
         match self {
-            Localiser::Kalman(OwnPose { filter, .. }) | Localiser::Searching(_, filter) => {
-                *self = Localiser::Kalman(OwnPose::placed(*filter, pose));
+            Localiser::Kalman(KalmanLocaliser { filter, .. }) | Localiser::Searching(_, filter) => {
+                *self = Localiser::Kalman(KalmanLocaliser::placed(*filter, pose));
             }
             Localiser::Particles(filter) => filter.gather_around(pose, PLACED_SD[0], PLACED_SD[1]),
         }
@@ -81,8 +81,8 @@ impl Localiser {
     /// far as it knows.
     pub fn come_back_at_halfway_line(&mut self, landmarks: &Landmarks, ball: Option<Vec2>) {
         match self {
-            Localiser::Kalman(OwnPose { filter, .. }) | Localiser::Searching(_, filter) => {
-                *self = Localiser::Kalman(OwnPose::returned(*filter, landmarks, ball));
+            Localiser::Kalman(KalmanLocaliser { filter, .. }) | Localiser::Searching(_, filter) => {
+                *self = Localiser::Kalman(KalmanLocaliser::returned(*filter, landmarks, ball));
             }
             Localiser::Particles(filter) => {
                 let pose = halfway_pose(landmarks, ball);
@@ -95,8 +95,8 @@ impl Localiser {
     pub fn come_back_where_it_waited(&mut self, landmarks: &Landmarks) {
         let y = self.estimate().pose.position.y;
         match self {
-            Localiser::Kalman(OwnPose { filter, .. }) | Localiser::Searching(_, filter) => {
-                *self = Localiser::Kalman(OwnPose::waiting(*filter, landmarks, y));
+            Localiser::Kalman(KalmanLocaliser { filter, .. }) | Localiser::Searching(_, filter) => {
+                *self = Localiser::Kalman(KalmanLocaliser::waiting(*filter, landmarks, y));
             }
             Localiser::Particles(filter) => {
                 filter.gather_around(waiting_pose(landmarks, y), RETURNED_SD[0], RETURNED_SD[1]);
@@ -113,21 +113,21 @@ impl Localiser {
     }
 
     /// Corrects the pose by what the robot sees of the pitch.
-    pub fn orient(&mut self, robot: RobotId, look: &Look) {
+    pub fn correct(&mut self, robot: RobotId, observation: &PitchObservation) {
         match self {
             Localiser::Kalman(own) => {
-                if own.orient(look) {
-                    let search = ParticleFilter::search(robot, own.estimate.pose, look.landmarks);
+                if own.correct(observation) {
+                    let search = ParticleFilter::search(robot, own.estimate.pose, observation.landmarks);
                     *self = Localiser::Searching(search, own.filter);
                 }
             }
             Localiser::Searching(filter, kalman) => {
-                filter.orient(look);
+                filter.correct(observation);
                 if filter.is_sure() {
-                    *self = Localiser::Kalman(OwnPose::found(*kalman, *filter.estimate()));
+                    *self = Localiser::Kalman(KalmanLocaliser::found(*kalman, *filter.estimate()));
                 }
             }
-            Localiser::Particles(filter) => filter.orient(look),
+            Localiser::Particles(filter) => filter.correct(observation),
         }
     }
 

@@ -1,4 +1,4 @@
-//! What a robot thinks: one typed [`Belief`], which behaviours read and write.
+//! What a robot believes: one typed [`Belief`], which behaviours read and write.
 //!
 //! Places are in the *team frame*: the pitch frame, turned by half a turn for the team that defends +x, so that the own
 //! goal is always at -x. [`team_from_pitch`] and its kin convert.
@@ -18,14 +18,14 @@ mod association;
 pub mod ball;
 mod covariance;
 pub mod error;
-mod guesses;
+pub mod kalman_localiser;
 pub mod landmarks;
 pub mod line_sighting;
-pub mod localisation;
+pub mod localisation_method;
 pub mod localiser;
-pub mod method;
-pub mod own_pose;
-pub mod particles;
+pub mod particle_filter;
+mod particle_set;
+pub mod pose_estimate;
 pub mod robots;
 pub mod sighting;
 pub mod simple;
@@ -40,7 +40,7 @@ pub type PlaceCovariance = [f32; 3];
 /// The covariance of a pose, m and radians: the entries xx, xy, yy, xθ, yθ, θθ of the symmetric matrix.
 pub type PoseCovariance = [f32; 6];
 
-/// Where the robot thinks that it, the ball and the other robots are, in the team frame.
+/// Where the robot believes itself, the ball and the other robots to be, in the team frame.
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Belief)]
 #[serde(default, deny_unknown_fields)]
@@ -52,7 +52,7 @@ pub struct Belief {
     pub pose_covariance: PoseCovariance,
     /// Since something seen confirmed the pose, s.
     pub pose_age_s: f32,
-    /// The ball, unless the robot has no idea where it is.
+    /// The ball, unless the robot does not know where it is.
     pub ball: Option<BallBelief>,
     /// Team-mates, those with a known number first, ordered by it.
     pub team_mates: Vec<RobotBelief>,
@@ -60,7 +60,7 @@ pub struct Belief {
     pub opponents: Vec<RobotBelief>,
 }
 
-/// What a robot thinks of the ball.
+/// What a robot believes of the ball.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BallBelief {
@@ -79,7 +79,7 @@ pub struct BallBelief {
     pub heard_from: Option<RobotId>,
 }
 
-/// What a robot thinks of another robot.
+/// What a robot believes of another robot.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RobotBelief {

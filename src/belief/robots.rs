@@ -55,12 +55,12 @@ pub fn advance_tracks(tracks: &mut Vec<RobotTrack>, step: Pose, duration: f32, m
         return;
     }
     let forward = unit(step.heading);
-    let doubt = Mat2::from_diagonal(Vec2::splat(model.walk_variance * duration));
+    let growth = Mat2::from_diagonal(Vec2::splat(model.walk_variance * duration));
     tracks.retain_mut(|track| {
         track.age_s += duration;
         // What is turned with the frame is the place; the covariance of a walking robot is nearly round.
         track.position = unrotate(forward, track.position - step.position);
-        track.covariance += doubt;
+        track.covariance += growth;
         track.age_s < if track.sightings > 1 { model.forget_s } else { model.forget_unconfirmed_s }
     });
 }
@@ -117,7 +117,7 @@ impl Default for SonarModel {
 
 /// Takes over that a sonar which points `heading` to the left, and hears `half_angle` to either side, measured this
 /// distance, m: of the robots that were seen and that it could be, the nearest is at that distance. The sonar does not
-/// tell the direction, so that only the doubt along the line of sight gets less.
+/// tell the direction, so that only the variance along the line of sight gets less.
 pub fn hear_robot(tracks: &mut [RobotTrack], distance: f32, heading: f32, half_angle: f32, model: &SonarModel) {
     let axis = unit(heading);
     let least_dot = ops::cos(half_angle + model.margin);

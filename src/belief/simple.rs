@@ -9,16 +9,16 @@ use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::ball::{BallEstimate, BallModel};
-use super::landmarks::{LandmarkModel, Landmarks, Look};
-use super::localisation::StepError;
+use super::landmarks::{LandmarkModel, Landmarks, PitchObservation};
 use super::localiser::Localiser;
+use super::pose_estimate::StepError;
 
 use super::robots::{RobotTrack, SonarModel, TrackModel, advance_tracks, hear_robot, see_robot};
 use super::sighting::Sighting;
 use super::team_ball::{HeardBall, TeamBallModel, team_ball};
 use super::{BallBelief, Belief, RobotBelief, place_covariance, pose_covariance};
 use crate::behaviour::{DecideSystems, barrier, behaviour};
-use crate::belief::method::Localisation;
+use crate::belief::localisation_method::LocalisationMethod;
 use crate::communication::{Inbox, ReceivedMessage};
 use crate::cycle::{Cycle, CycleClock};
 use crate::game::{GameState, ReturnPlace, Rules};
@@ -56,8 +56,8 @@ impl Plugin for SimpleBeliefPlugin {
 #[serde(default, deny_unknown_fields)]
 pub struct SimpleBelief {
     /// How the robot localises itself. Read when the match starts.
-    pub localisation: Localisation,
-    /// How much walking adds to the doubt about the pose.
+    pub localisation: LocalisationMethod,
+    /// How much walking adds to the uncertainty of the pose.
     pub step_error: StepError,
     /// How landmarks are used.
     pub landmarks: LandmarkModel,
@@ -86,7 +86,7 @@ pub struct SimpleBelief {
 impl Default for SimpleBelief {
     fn default() -> Self {
         Self {
-            localisation: Localisation::default(),
+            localisation: LocalisationMethod::default(),
             step_error: StepError::default(),
             landmarks: LandmarkModel::default(),
             ball_angle_sd: 0.005,
@@ -182,7 +182,7 @@ fn estimate(
         memory.listen(&robot.inbox.0);
         if !status.penalised {
             let image = Vec2::new(camera.width as f32, camera.height as f32);
-            let look = Look {
+            let observation = PitchObservation {
                 percepts,
                 landmarks,
                 own_end: status.own_end,
@@ -190,7 +190,7 @@ fn estimate(
                 turn: clock.cycle as usize,
                 model: &settings.landmarks,
             };
-            memory.own.orient(id, &look);
+            memory.own.correct(id, &observation);
             memory.watch_ball(percepts, *robot.head, settings, period);
             memory.watch_robots(percepts, settings);
             memory.hear_robots((robot.sonar, robot.sonar_settings), &pitch, &settings.sonar);

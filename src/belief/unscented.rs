@@ -1,5 +1,5 @@
 //! The unscented Kalman filter: the estimate is carried through steps and measurements by a handful of poses that have its mean
-//! and its covariance, rather than by slopes at its mean as in the [extended filter](super::localisation).
+//! and its covariance, rather than by slopes at its mean as in the [extended filter](super::pose_estimate).
 //!
 //! Julier, Uhlmann: A new extension of the Kalman filter to nonlinear systems (1997), with n + κ = 3: six points at √3
 //! standard deviations, and none in the middle. It is exact to the third order where slopes are to the first, which tells where the
@@ -8,7 +8,7 @@
 use bevy::math::{DMat3, DVec3, Mat3};
 use bevy::prelude::*;
 
-use super::localisation::{Innovation, PoseEstimate, StepError};
+use super::pose_estimate::{Innovation, PoseEstimate, StepError};
 use super::sighting::Residual;
 use crate::geometry::{Pose, wrap_angle};
 
@@ -79,7 +79,7 @@ pub fn moved_by(estimate: &PoseEstimate, step: Pose, error: &StepError) -> PoseE
             * (1.0 / COUNT as f32);
     }
     let pose = Pose { position: centre.position + mean.truncate(), heading: wrap_angle(centre.heading + mean.z) };
-    PoseEstimate { pose, covariance }.with_bounded_doubt()
+    PoseEstimate { pose, covariance }.with_bounded_covariance()
 }
 
 /// The columns of a square root of a covariance.

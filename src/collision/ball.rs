@@ -29,7 +29,7 @@ const MOST_ADVANCES: usize = 2048;
 
 /// What the ball can bounce off.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub enum Obstacle {
+pub enum BallObstacle {
     /// A post.
     Cylinder {
         /// Centre, m.
@@ -57,7 +57,7 @@ pub enum Obstacle {
     },
 }
 
-impl Obstacle {
+impl BallObstacle {
     fn pose_at(start: Pose, end: Pose, share: f32) -> Pose {
         if share >= 1.0 {
             return end;
@@ -71,15 +71,15 @@ impl Obstacle {
     /// Distance of a point from the surface (negative inside) and the outward normal, at this share of the cycle.
     pub fn signed_distance(&self, point: Vec2, share: f32) -> (f32, Vec2) {
         match *self {
-            Obstacle::Cylinder { centre, radius } => {
+            BallObstacle::Cylinder { centre, radius } => {
                 let offset = point - centre;
                 (offset.length() - radius, offset.normalize_or(Vec2::X))
             }
-            Obstacle::Bar { start, end, radius } => {
+            BallObstacle::Bar { start, end, radius } => {
                 let (distance, normal) = distance_from_segment(start, end, point);
                 (distance - radius, normal)
             }
-            Obstacle::Base { start, end, base } => {
+            BallObstacle::Base { start, end, base } => {
                 base.footprint(Self::pose_at(start, end, share)).signed_distance(point)
             }
         }
@@ -87,7 +87,7 @@ impl Obstacle {
 
     /// Velocity of the obstacle's surface at a point, m/s, for a cycle of `duration` seconds.
     fn velocity_at(&self, point: Vec2, share: f32, duration: f32) -> Vec2 {
-        let Obstacle::Base { start, end, .. } = *self else { return Vec2::ZERO };
+        let BallObstacle::Base { start, end, .. } = *self else { return Vec2::ZERO };
         let angular = wrap_angle(end.heading - start.heading) / duration;
         let arm = point - start.position.lerp(end.position, share);
         (end.position - start.position) / duration + arm.perp() * angular
@@ -95,13 +95,13 @@ impl Obstacle {
 
     /// A bound on the speed of any point of the surface, m/s.
     fn greatest_speed(&self, duration: f32) -> f32 {
-        let Obstacle::Base { start, end, base } = *self else { return 0.0 };
+        let BallObstacle::Base { start, end, base } = *self else { return 0.0 };
         let turn = wrap_angle(end.heading - start.heading).abs();
         (start.position.distance(end.position) + turn * base.reach()) / duration
     }
 
     fn is_moving(&self) -> bool {
-        matches!(self, Obstacle::Base { start, end, .. } if start != end)
+        matches!(self, BallObstacle::Base { start, end, .. } if start != end)
     }
 
     /// Whether a ball at this place could touch the obstacle at any time of the cycle.
@@ -114,9 +114,9 @@ impl Obstacle {
     /// A circle that holds the obstacle during the whole cycle.
     fn bounds(&self) -> (Vec2, f32) {
         match *self {
-            Obstacle::Cylinder { centre, radius } => (centre, radius),
-            Obstacle::Bar { start, end, radius } => (start.midpoint(end), start.distance(end) / 2.0 + radius),
-            Obstacle::Base { start, end, base } => {
+            BallObstacle::Cylinder { centre, radius } => (centre, radius),
+            BallObstacle::Bar { start, end, radius } => (start.midpoint(end), start.distance(end) / 2.0 + radius),
+            BallObstacle::Base { start, end, base } => {
                 (start.position.midpoint(end.position), start.position.distance(end.position) / 2.0 + base.reach())
             }
         }
@@ -143,7 +143,7 @@ pub struct BallContact {
 /// but gets no deeper. Returns none when the ball is wedged: it has nowhere to go from obstacles that close in on it.
 pub fn roll_ball(
     ball: RollingBall,
-    obstacles: &[Obstacle],
+    obstacles: &[BallObstacle],
     duration: f32,
     contacts: &mut Vec<BallContact>,
     path: &mut Vec<Vec2>,
@@ -199,13 +199,13 @@ fn least_parting_speed(contacts: &[BallContact]) -> f32 {
 }
 
 /// How close the ball may come to the obstacle: its radius, or less where it already is closer.
-fn clearance_at_start(obstacle: &Obstacle, ball: &RollingBall) -> f32 {
+fn clearance_at_start(obstacle: &BallObstacle, ball: &RollingBall) -> f32 {
     obstacle.signed_distance(ball.position, 0.0).0.min(ball.radius)
 }
 
 /// The way out of an obstacle that the ball got into by less than a step of the search for contacts. Left there, it would
 /// get deeper by as much in every cycle.
-fn way_out(obstacle: &Obstacle, start: &RollingBall, position: Vec2, share: f32) -> Vec2 {
+fn way_out(obstacle: &BallObstacle, start: &RollingBall, position: Vec2, share: f32) -> Vec2 {
     if !obstacle.is_near(position, start.radius) {
         return Vec2::ZERO;
     }
@@ -216,7 +216,7 @@ fn way_out(obstacle: &Obstacle, start: &RollingBall, position: Vec2, share: f32)
 
 /// Whether the ball at the `end` of the cycle is no closer to the obstacle than it may be. Whatever rolling it among them
 /// has come to, this holds in the end.
-fn is_clear(obstacle: &Obstacle, start: &RollingBall, end: &RollingBall) -> bool {
+fn is_clear(obstacle: &BallObstacle, start: &RollingBall, end: &RollingBall) -> bool {
     !obstacle.is_near(end.position, end.radius)
         || obstacle.signed_distance(end.position, 1.0).0 > clearance_at_start(obstacle, start) - DEEPEST_STEP
 }
@@ -225,7 +225,7 @@ fn is_clear(obstacle: &Obstacle, start: &RollingBall, end: &RollingBall) -> bool
 fn time_of_contact(
     at_start_of_cycle: &RollingBall,
     ball: &RollingBall,
-    obstacle: &Obstacle,
+    obstacle: &BallObstacle,
     start: f32,
     duration: f32,
 ) -> Option<(f32, Vec2)> {
@@ -280,22 +280,22 @@ mod tests {
         }
     }
 
-    fn roll(ball: RollingBall, obstacles: &[Obstacle], duration: f32) -> (Option<RollingBall>, Vec<BallContact>) {
+    fn roll(ball: RollingBall, obstacles: &[BallObstacle], duration: f32) -> (Option<RollingBall>, Vec<BallContact>) {
         let (mut contacts, mut path) = (Vec::new(), Vec::new());
         let end = roll_ball(ball, obstacles, duration, &mut contacts, &mut path);
         (end, contacts)
     }
 
-    fn base(start: Pose, end: Pose) -> Obstacle {
-        Obstacle::Base { start, end, base: BodyBounds::default().base }
+    fn base(start: Pose, end: Pose) -> BallObstacle {
+        BallObstacle::Base { start, end, base: BodyBounds::default().base }
     }
 
     #[test]
     fn a_ball_at_30_mps_does_not_tunnel_through_anything_in_a_cycle_of_any_length() {
         let standing = Pose::new(1.0, 0.0, 0.3);
         let obstacles = [
-            Obstacle::Cylinder { centre: Vec2::new(1.0, 0.0), radius: 0.05 },
-            Obstacle::Bar { start: Vec2::new(1.0, -0.5), end: Vec2::new(1.0, 0.5), radius: 0.025 },
+            BallObstacle::Cylinder { centre: Vec2::new(1.0, 0.0), radius: 0.05 },
+            BallObstacle::Bar { start: Vec2::new(1.0, -0.5), end: Vec2::new(1.0, 0.5), radius: 0.025 },
             base(standing, standing),
         ];
         for obstacle in obstacles {
@@ -320,7 +320,7 @@ mod tests {
         // No drag: meets the post of radius 5 cm at x = 1 - 0.05 - 0.03 = 0.92 after 0.92 s, returns at 0.4 m/s.
         let mut rolling = ball(0.0, 0.0, 1.0, 0.0);
         rolling.rolling = Rolling::ConstantMps2(1e-9);
-        let post = Obstacle::Cylinder { centre: Vec2::new(1.0, 0.0), radius: 0.05 };
+        let post = BallObstacle::Cylinder { centre: Vec2::new(1.0, 0.0), radius: 0.05 };
         let (end, contacts) = roll(rolling, &[post], 1.0);
         let end = end.unwrap();
         assert_abs_diff_eq!(end.velocity, Vec2::new(-0.4, 0.0), epsilon = 1e-4);
@@ -334,7 +334,7 @@ mod tests {
         let height = 0.08 * core::f32::consts::FRAC_1_SQRT_2;
         let mut rolling = ball(0.0, -height, 1.0, 0.0);
         rolling.rolling = Rolling::ConstantMps2(1e-9);
-        let post = Obstacle::Cylinder { centre: Vec2::new(1.0, 0.0), radius: 0.05 };
+        let post = BallObstacle::Cylinder { centre: Vec2::new(1.0, 0.0), radius: 0.05 };
         let (end, _) = roll(rolling, &[post], 1.2);
         // v - (1 + e)(v·n) n with v·n = -√½: (1 - 1.4/2, -1.4/2) = (0.3, -0.7).
         assert_abs_diff_eq!(end.unwrap().velocity, Vec2::new(0.3, -0.7), epsilon = 2e-3);
@@ -408,7 +408,7 @@ mod tests {
     }
 
     /// A robot near the ball that walks, turns, or stands.
-    fn any_base() -> impl Strategy<Value = Obstacle> {
+    fn any_base() -> impl Strategy<Value = BallObstacle> {
         (any_pose(0.4), up_to(5.0), -3.1f32..3.1, prop_oneof![Just(0.0), -0.1f32..0.1, -3.1f32..3.1]).prop_map(
             |(start, way, direction, turn)| {
                 let position = start.position + unit(direction) * way;
@@ -417,11 +417,11 @@ mod tests {
         )
     }
 
-    fn any_obstacle() -> impl Strategy<Value = Obstacle> {
+    fn any_obstacle() -> impl Strategy<Value = BallObstacle> {
         prop_oneof![
             4 => any_base(),
             1 => (any_pose(0.5), 0.001f32..1.0)
-                .prop_map(|(place, radius)| Obstacle::Cylinder { centre: place.position, radius }),
+                .prop_map(|(place, radius)| BallObstacle::Cylinder { centre: place.position, radius }),
         ]
     }
 

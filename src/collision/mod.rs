@@ -25,7 +25,7 @@ use crate::robot::motion::MotionLimits;
 use crate::robot::posture::Posture;
 use crate::robot::{PreviousPose, Roster, Velocity};
 use crate::team::RobotId;
-use ball::{BallContact, Obstacle, roll_ball};
+use ball::{BallContact, BallObstacle, roll_ball};
 use robots::{Cylinder, RobotBody, RobotContact, Touched, Workspace, hold_back_from_end, resolve_robots};
 
 /// Collisions of robots, posts and ball, in [`CycleSystems::Collide`].
@@ -93,7 +93,7 @@ struct Scratch {
     bounds: Vec<BodyBounds>,
     bodies: Vec<RobotBody>,
     cylinders: Vec<Cylinder>,
-    obstacles: Vec<Obstacle>,
+    obstacles: Vec<BallObstacle>,
     workspace: Workspace,
     robot_contacts: Vec<RobotContact>,
     ball_contacts: Vec<BallContact>,
@@ -213,23 +213,23 @@ impl Scratch {
     /// then posts and bars.
     fn set_obstacles(&mut self, pitch: &Pitch) {
         self.obstacles.clear();
-        self.obstacles.extend(self.bodies.iter().zip(&self.bounds).map(|(body, bounds)| Obstacle::Base {
+        self.obstacles.extend(self.bodies.iter().zip(&self.bounds).map(|(body, bounds)| BallObstacle::Base {
             start: body.start,
             end: body.end,
             base: bounds.base,
         }));
         self.obstacles.extend(self.strips.iter().map(|(body, middle, strip)| {
             let pose = self.bodies[*body].end.compose(*middle);
-            Obstacle::Base { start: pose, end: pose, base: *strip }
+            BallObstacle::Base { start: pose, end: pose, base: *strip }
         }));
         self.obstacles.extend(
             self.cylinders
                 .iter()
-                .map(|cylinder| Obstacle::Cylinder { centre: cylinder.centre, radius: cylinder.radius }),
+                .map(|cylinder| BallObstacle::Cylinder { centre: cylinder.centre, radius: cylinder.radius }),
         );
         if pitch.goal.ground_bars {
             let radius = pitch.goal.bar_diameter_m / 2.0;
-            self.obstacles.extend(pitch.ground_bars().map(|bar| Obstacle::Bar {
+            self.obstacles.extend(pitch.ground_bars().map(|bar| BallObstacle::Bar {
                 start: bar.start,
                 end: bar.end,
                 radius,

@@ -2,7 +2,7 @@
 
 use bevy::math::{Vec2, Vec2Swizzles, ops};
 
-use super::stage::view_from_above;
+use super::figure_match::view_from_above;
 use crate::appearance::colours::Colour;
 use crate::appearance::scene::Scene;
 use crate::record::canvas::{Anchor, Canvas, INK, PAPER, width_of_words};
@@ -154,7 +154,7 @@ impl Plan {
             Vec2::new((self.axes.across[0] + self.axes.across[1]) / 2.0, (self.axes.up[0] + self.axes.up[1]) / 2.0);
         let centre = self.origin + if self.x_is_up { middle.yx() } else { middle };
         let view = view_from_above(centre, self.points_per_metre(), self.x_is_up, self.axes.size, canvas.scale());
-        canvas.pixels(&super::stage::draw(scene, &view), self.axes.at);
+        canvas.pixels(&super::figure_match::draw(scene, &view), self.axes.at);
     }
 
     /// The axes, in metres, with ticks so far apart.

@@ -5,10 +5,11 @@ use bevy::math::Vec2;
 
 use super::FigureError;
 use super::axes::{Axes, Plan, caption, remark};
+use super::figure_match::{FigureMatch, PINK};
 use super::marks::{
-    self, ORANGE, SKY_BLUE, VERMILION, YELLOW, bright_arrow, bright_line, doubt, key, sd_along_and_across, sector,
+    self, ORANGE, SKY_BLUE, VERMILION, YELLOW, bright_arrow, bright_line, confidence_ellipse, key, sd_along_and_across,
+    sector,
 };
-use super::stage::{PINK, Stage};
 use crate::appearance::colours::Colour;
 use crate::appearance::scene::Scene;
 use crate::belief::{Belief, RobotBelief, SimpleBelief, point_pitch_from_team, team_from_pitch};
@@ -45,13 +46,13 @@ struct Moment {
 }
 
 impl Moment {
-    fn of(stage: &Stage) -> Moment {
-        let app = &stage.app;
+    fn of(played: &FigureMatch) -> Moment {
+        let app = &played.app;
         Moment {
-            time_s: stage.time_s() as f32,
-            scene: stage.scene().clone(),
+            time_s: played.time_s() as f32,
+            scene: played.scene().clone(),
             own: app.robot_pose(PINK).unwrap_or_default(),
-            opponent: app.robot_pose(super::stage::BLUE).unwrap_or_default(),
+            opponent: app.robot_pose(super::figure_match::BLUE).unwrap_or_default(),
             head: app.robot::<HeadAngles>(PINK).copied().unwrap_or_default(),
             sonar: app.robot::<SonarReading>(PINK).copied().unwrap_or_default(),
             belief: app.robot::<Belief>(PINK).cloned().unwrap_or_default(),
@@ -75,13 +76,13 @@ impl Moment {
 
 /// Draws it.
 pub fn draw(scale: f32) -> Result<Image, FigureError> {
-    let mut stage = Stage::begin(SCENARIO)?;
-    let pink = stage.app.world().resource::<Roster>().get(PINK);
-    let own = team_from_pitch(stage.app.robot_pose(PINK).unwrap_or_default(), End::PositiveX);
+    let mut played = FigureMatch::begin(SCENARIO)?;
+    let pink = played.app.world().resource::<Roster>().get(PINK);
+    let own = team_from_pitch(played.app.robot_pose(PINK).unwrap_or_default(), End::PositiveX);
     let Some(pink) = pink else { return Err(missing("the robot does not play")) };
-    stage.app.world_mut().entity_mut(pink).insert((SimpleBelief::default(), Belief::at(own)));
-    let mut moments = vec![Moment::of(&stage)];
-    stage.play(CYCLES, |stage| moments.push(Moment::of(stage)));
+    played.app.world_mut().entity_mut(pink).insert((SimpleBelief::default(), Belief::at(own)));
+    let mut moments = vec![Moment::of(&played)];
+    played.play(CYCLES, |played| moments.push(Moment::of(played)));
 
     let seen = moments.iter().position(|moment| moment.track().is_some());
     let seen = seen.ok_or(missing("the opponent was not seen"))?;
@@ -146,7 +147,7 @@ fn draw_stage(canvas: &mut Canvas, at: Vec2, moment: &Moment, earlier: Option<&M
     let own = moment.belief.pose_in_pitch(End::PositiveX);
     let [xx, xy, yy, ..] = moment.belief.pose_covariance;
     draw_pose(&mut picture, &inner, own);
-    bright_line(&mut picture, &closed(inner.places(doubt(own.position, [xx, xy, yy]))), SKY_BLUE, 2.5);
+    bright_line(&mut picture, &closed(inner.places(confidence_ellipse(own.position, [xx, xy, yy]))), SKY_BLUE, 2.5);
     if let Some(track) = earlier.and_then(Moment::track) {
         draw_track(&mut picture, &inner, track, VERMILION, 0.0);
     }
@@ -181,7 +182,7 @@ fn closed(mut places: Vec<Vec2>) -> Vec<Vec2> {
 fn draw_track(canvas: &mut Canvas, plan: &Plan, track: &RobotBelief, colour: Colour, cover: f32) {
     // The covariance of a frame turned by half a turn is the same.
     let place = point_pitch_from_team(track.position_m, End::PositiveX);
-    let ellipse = plan.places(doubt(place, track.covariance));
+    let ellipse = plan.places(confidence_ellipse(place, track.covariance));
     canvas.fill(&ellipse, colour, cover);
     bright_line(canvas, &closed(ellipse), colour, 2.5);
     let centre = plan.place(place);
@@ -196,7 +197,7 @@ fn draw_pose(canvas: &mut Canvas, plan: &Plan, pose: Pose) {
     bright_arrow(canvas, [from, to], SKY_BLUE, 2.5);
 }
 
-/// How much the opponent's place is in doubt over time.
+/// How much the opponent's place is uncertain over time.
 fn draw_deviations(canvas: &mut Canvas, moments: &[Moment], stages: [(&str, usize); 3]) {
     let at = Vec2::new(96.0, 722.0);
     let end_s = moments.last().map_or(1.0, |moment| moment.time_s);

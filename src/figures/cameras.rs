@@ -4,8 +4,8 @@ use bevy::math::{Vec2, Vec3};
 
 use super::FigureError;
 use super::axes::{caption, remark};
+use super::figure_match::{self, BLUE, FigureMatch, view_from, view_of_robot};
 use super::marks::bright_words;
-use super::stage::{self, BLUE, Stage, view_from, view_of_robot};
 use crate::appearance::view::View;
 use crate::camera_model::CameraSide;
 use crate::geometry::to_degrees;
@@ -46,24 +46,24 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
                         {{ "team": "pink", "number": 1, "pose": [1.1, 0.35, -140.0] }}] }}"#,
         script.join(", ")
     );
-    let mut stage = Stage::begin(&scenario)?;
+    let mut played = FigureMatch::begin(&scenario)?;
     let mut canvas = Canvas::scaled(SIZE, scale, PAPER);
     let origin = Vec2::new(30.0, 56.0);
     caption(&mut canvas, "a", "The scene: the blue robot is on the halfway line", origin - Vec2::Y * 18.0);
     let scene_view = view_from(Vec3::new(0.6, -5.6, 2.9), Vec3::new(1.35, -0.35, 0.05), 0.42, SCENE, scale);
-    canvas.pixels(&stage::draw(stage.scene(), &scene_view), origin);
+    canvas.pixels(&figure_match::draw(played.scene(), &scene_view), origin);
 
     for (index, letter) in ('b'..='i').enumerate() {
-        stage.play((30.0 * LOOK_S) as usize, |_| ());
-        let Some((view, _)) = view_of_robot(stage.scene(), BLUE, CameraSide::Bottom, VIEW_WIDTH, scale) else {
+        played.play((30.0 * LOOK_S) as usize, |_| ());
+        let Some((view, _)) = view_of_robot(played.scene(), BLUE, CameraSide::Bottom, VIEW_WIDTH, scale) else {
             return Err(FigureError::Missing { figure: 3, missing: "the robot is not on the pitch" });
         };
         let (column, row) = ((index % 4) as f32, (index / 4) as f32);
         let at = Vec2::new(30.0 + 388.7 * column, 694.0 + 332.0 * row);
-        let head = stage.app.robot::<HeadAngles>(BLUE).copied().unwrap_or_default();
+        let head = played.app.robot::<HeadAngles>(BLUE).copied().unwrap_or_default();
         let [yaw, pitch] = [head.yaw, head.pitch].map(|angle| degrees(to_degrees(angle)));
         caption(&mut canvas, &letter.to_string(), &format!("yaw {yaw}, pitch {pitch}"), at - Vec2::Y * 14.0);
-        canvas.pixels(&stage::draw(stage.scene(), &view), at);
+        canvas.pixels(&figure_match::draw(played.scene(), &view), at);
         if let Some(pixel) = middle_on_the_ground(&view).and_then(|place| scene_view.project(place)) {
             let place = origin + pixel / scale;
             if place.cmpgt(origin).all() && place.cmplt(origin + SCENE).all() {

@@ -4,8 +4,8 @@ use bevy::math::{Vec2, Vec3, ops};
 
 use super::FigureError;
 use super::axes::{Axes, Plan, caption};
+use super::figure_match::{self, FigureMatch, PINK, view_from};
 use super::marks::{BLUE, ORANGE, SKY_BLUE, VERMILION, bright_arrow, bright_dot, bright_line, bright_words};
-use super::stage::{self, PINK, Stage, view_from};
 use crate::appearance::scene::Scene;
 use crate::appearance::view::View;
 use crate::events::{CollisionPartner, MatchEvent};
@@ -35,22 +35,22 @@ struct Moment {
 
 /// Draws it.
 pub fn draw(scale: f32) -> Result<Image, FigureError> {
-    let mut stage = Stage::begin(SCENARIO)?;
-    let moment = |stage: &Stage| Moment {
-        time_s: stage.time_s(),
-        ball: stage.ball(),
-        velocity: stage.app.ball_velocity().unwrap_or_default(),
-        scene: stage.scene().clone(),
+    let mut played = FigureMatch::begin(SCENARIO)?;
+    let moment = |played: &FigureMatch| Moment {
+        time_s: played.time_s(),
+        ball: played.ball(),
+        velocity: played.app.ball_velocity().unwrap_or_default(),
+        scene: played.scene().clone(),
     };
-    let mut moments = vec![moment(&stage)];
+    let mut moments = vec![moment(&played)];
     let mut hit = None;
-    stage.play(CYCLES, |stage| {
+    played.play(CYCLES, |played| {
         let is_hit =
             |event: &MatchEvent| matches!(event, MatchEvent::Collision { with, .. } if *with == CollisionPartner::Ball);
-        if hit.is_none() && stage.app.events().iter().any(is_hit) {
+        if hit.is_none() && played.app.events().iter().any(is_hit) {
             hit = Some(moments.len());
         }
-        moments.push(moment(stage));
+        moments.push(moment(played));
     });
     let Some(hit) = hit.filter(|&hit| hit > 2) else {
         return Err(FigureError::Missing { figure: 6, missing: "the ball hit nothing" });
@@ -66,15 +66,15 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
         caption(&mut canvas, letter, &words, corner - Vec2::Y * 16.0);
         draw_scene(&mut canvas, corner, &moments, hit, at);
     }
-    draw_plan(&mut canvas, &moments, hit, base(&stage));
+    draw_plan(&mut canvas, &moments, hit, base(&played));
     draw_speed(&mut canvas, &moments, hit);
     Ok(canvas.into_image())
 }
 
 /// The corners of the bounds of the robot's base, pitch frame, m.
-fn base(stage: &Stage) -> [Vec2; 4] {
-    let pose = stage.app.robot_pose(PINK).unwrap_or_default();
-    let area = stage.app.robot::<BodyBounds>(PINK).copied().unwrap_or_default().base.footprint(pose);
+fn base(played: &FigureMatch) -> [Vec2; 4] {
+    let pose = played.app.robot_pose(PINK).unwrap_or_default();
+    let area = played.app.robot::<BodyBounds>(PINK).copied().unwrap_or_default().base.footprint(pose);
     let [x, y] = [area.half_extents.x * area.forward, area.half_extents.y * area.forward.perp()];
     [area.centre + x + y, area.centre - x + y, area.centre - x - y, area.centre + x - y]
 }
@@ -84,7 +84,7 @@ fn draw_scene(canvas: &mut Canvas, corner: Vec2, moments: &[Moment], hit: usize,
     let scale = canvas.scale();
     let view = view_from(Vec3::new(-1.5, -2.0, 1.55), Vec3::new(-0.16, -0.02, 0.1), 0.52, PICTURE, scale);
     let mut picture = Canvas::scaled(PICTURE, scale, PAPER);
-    picture.pixels(&stage::draw(&moments[at].scene, &view), Vec2::ZERO);
+    picture.pixels(&figure_match::draw(&moments[at].scene, &view), Vec2::ZERO);
     let before: Vec<Vec2> = moments[..hit.min(at + 1)].iter().map(|moment| moment.ball).collect();
     bright_line(&mut picture, &on_picture(&view, &before, scale), ORANGE, 3.0);
     if at < hit {

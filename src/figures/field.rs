@@ -4,8 +4,8 @@ use bevy::math::Vec2;
 
 use super::FigureError;
 use super::axes::Plan;
+use super::figure_match::FigureMatch;
 use super::marks::{YELLOW, bright_arrow, bright_words, measure};
-use super::stage::Stage;
 use crate::ball::BallPhysics;
 use crate::record::canvas::{Anchor, Canvas, INK, PAPER};
 use crate::sensing::camera::image::Image;
@@ -15,12 +15,12 @@ const POINTS_PER_METRE: f32 = 196.0;
 
 /// Draws it.
 pub fn draw(scale: f32) -> Result<Image, FigureError> {
-    let stage = Stage::begin(r#"{ "rules": "free", "ball": { "position_m": [0.95, 0.95] } }"#)?;
-    let pitch = &stage.scene().pitch;
+    let played = FigureMatch::begin(r#"{ "rules": "free", "ball": { "position_m": [0.95, 0.95] } }"#)?;
+    let pitch = &played.scene().pitch;
     let carpet = pitch.carpet_half_extents();
     let mut canvas = Canvas::scaled(SIZE, scale, PAPER);
     let plan = Plan::new(Vec2::new(110.0, 82.0), 2.0 * carpet * POINTS_PER_METRE, Vec2::ZERO, POINTS_PER_METRE, false);
-    plan.picture(&mut canvas, stage.scene());
+    plan.picture(&mut canvas, played.scene());
     plan.frame(&mut canvas, 0.5);
 
     let (x, y) = (pitch.half_length(), pitch.half_width());
@@ -70,7 +70,7 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
         bright_words(canvas, words, plan.place(place), 19.0, Anchor::Middle);
     };
     let ball = format!("ball, {:.0} cm", 200.0 * BallPhysics::default().radius_m);
-    name(&mut canvas, stage.ball() + Vec2::new(0.0, 0.1), &ball);
+    name(&mut canvas, played.ball() + Vec2::new(0.0, 0.1), &ball);
     name(&mut canvas, negative_cross + Vec2::new(0.0, 0.13), "penalty mark");
     name(&mut canvas, positive_cross + Vec2::new(0.0, 0.13), "penalty mark");
     name(&mut canvas, Vec2::new(-x - 0.26, -goal.width_m / 2.0 - 0.2), "blue goal");

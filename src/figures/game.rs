@@ -3,8 +3,8 @@
 use bevy::math::Vec2;
 
 use super::FigureError;
+use super::figure_match::{self, FigureMatch, PINK, pixels, supersampling, view_of_robot};
 use super::marks::YELLOW;
-use super::stage::{self, PINK, Stage, pixels, supersampling, view_of_robot};
 use crate::appearance::scene::Scene;
 use crate::appearance::view::View;
 use crate::camera_model::CameraSide;
@@ -51,7 +51,7 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
         let size = Vec2::new(WIDTH, FIELD_HEIGHT);
         let size = pixels(size, scale);
         let view = View { supersampling: supersampling(size), ..view_of_field(&moment.scene.pitch, size) };
-        canvas.pixels(&stage::draw(&moment.scene, &view), at);
+        canvas.pixels(&figure_match::draw(&moment.scene, &view), at);
         if let Some(pixel) = moment.scene.ball.and_then(|ball| view.project(ball.centre())) {
             // The ball is so small that nobody would find it.
             let ring = ellipse(at + pixel / scale, Vec2::X * 9.0, Vec2::Y * 9.0);
@@ -59,7 +59,7 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
         }
         let below = at + Vec2::Y * (FIELD_HEIGHT + 4.0);
         match view_of_robot(&moment.scene, PINK, CameraSide::Top, WIDTH, scale) {
-            Some((view, _)) => canvas.pixels(&stage::draw(&moment.scene, &view), below),
+            Some((view, _)) => canvas.pixels(&figure_match::draw(&moment.scene, &view), below),
             None => {
                 let size = Vec2::new(WIDTH, 0.75 * WIDTH);
                 canvas.rectangle(below, size, GREY, 0.25);
@@ -82,14 +82,14 @@ fn first_goal() -> Result<(Vec<Moment>, Team), FigureError> {
 
 /// The same of the match with this seed; none if there is no goal soon.
 fn first_goal_of(seed: u64) -> Result<Option<(Vec<Moment>, Team)>, FigureError> {
-    let mut stage = Stage::begin(&format!(
+    let mut played = FigureMatch::begin(&format!(
         r#"{{ "seed": {seed}, "rules": {{ "preset": "naoisis", "team_size": 1 }},
              "teams": {{ "blue": "chasers", "pink": "chasers" }} }}"#
     ))?;
     let mut moments: Vec<Moment> = Vec::new();
     for _ in 0..MOST_CYCLES {
-        stage.play(1, |_| ());
-        let goal = stage.app.events().iter().find_map(|event| match event {
+        played.play(1, |_| ());
+        let goal = played.app.events().iter().find_map(|event| match event {
             MatchEvent::Goal { team, .. } => Some(*team),
             _ => None,
         });
@@ -98,8 +98,8 @@ fn first_goal_of(seed: u64) -> Result<Option<(Vec<Moment>, Team)>, FigureError> 
         {
             return Ok(Some((moments, team)));
         }
-        if stage.app.game().state == GameState::Playing {
-            moments.push(Moment { time_s: stage.time_s(), scene: stage.scene().clone() });
+        if played.app.game().state == GameState::Playing {
+            moments.push(Moment { time_s: played.time_s(), scene: played.scene().clone() });
         }
     }
     Ok(None)

@@ -4,8 +4,8 @@ use bevy::math::Vec2;
 
 use super::FigureError;
 use super::axes::{Plan, caption, remark};
+use super::figure_match::{self, BLUE, FigureMatch, view_of_robot};
 use super::marks::{ORANGE, YELLOW, bright_arrow, bright_dot, bright_line};
-use super::stage::{self, BLUE, Stage, view_of_robot};
 use crate::appearance::colours::{self, Colour};
 use crate::camera_model::CameraSide;
 use crate::events::{KickResult, MatchEvent};
@@ -37,27 +37,27 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
     for (column, ((kick, name, ball, words), letter)) in KICKS.into_iter().zip('a'..).enumerate() {
         let left = 84.0 + 384.0 * column as f32;
         let place = ROBOT.transform_point(ball);
-        let mut stage = Stage::begin(&format!(
+        let mut played = FigureMatch::begin(&format!(
             r#"{{ "rules": "free", "ball": {{ "position_m": [{}, {}] }},
                  "robots": [{{ "team": "blue", "number": 1, "pose": [{}, {}, 0], "head_deg": [0, 30],
                     "behaviour": {{ "script": [{{ "from_s": 0, "kick": {{ "type": "{name}", "speed": 1.0 }} }}] }} }}] }}"#,
             place.x, place.y, ROBOT.position.x, ROBOT.position.y
         ))?;
         caption(&mut canvas, &letter.to_string(), words, Vec2::new(left - 34.0, 34.0));
-        draw_view(&mut canvas, &stage, kick, Vec2::new(left, 98.0))?;
-        draw_reach(&mut canvas, &stage, kick, ball, Vec2::new(left, 392.0), column == 0);
+        draw_view(&mut canvas, &played, kick, Vec2::new(left, 98.0))?;
+        draw_reach(&mut canvas, &played, kick, ball, Vec2::new(left, 392.0), column == 0);
 
-        let mut path = vec![stage.ball()];
+        let mut path = vec![played.ball()];
         let mut outcome = None;
-        stage.play(CYCLES, |stage| {
-            path.push(stage.ball());
-            outcome = outcome.or_else(|| stage.app.events().iter().find_map(outcome_of));
+        played.play(CYCLES, |played| {
+            path.push(played.ball());
+            outcome = outcome.or_else(|| played.app.events().iter().find_map(outcome_of));
         });
         let Some((result, direction)) = outcome else {
             return Err(FigureError::Missing { figure: 5, missing: "there was no kick" });
         };
         remark(&mut canvas, &what_came_of_it(result, direction, &path), Vec2::new(left - 34.0, 60.0));
-        draw_path(&mut canvas, &stage, &path, Vec2::new(left, 766.0), column == 0);
+        draw_path(&mut canvas, &played, &path, Vec2::new(left, 766.0), column == 0);
     }
     for (words, y) in [
         ("The robot's bottom camera", 88.0),
@@ -96,13 +96,13 @@ fn reach(kick: KickType) -> Vec<Vec2> {
 }
 
 /// What the robot sees of its bottom camera, with the rectangle of the kick.
-fn draw_view(canvas: &mut Canvas, stage: &Stage, kick: KickType, at: Vec2) -> Result<(), FigureError> {
+fn draw_view(canvas: &mut Canvas, played: &FigureMatch, kick: KickType, at: Vec2) -> Result<(), FigureError> {
     let scale = canvas.scale();
-    let Some((view, _)) = view_of_robot(stage.scene(), BLUE, CameraSide::Bottom, WIDTH, scale) else {
+    let Some((view, _)) = view_of_robot(played.scene(), BLUE, CameraSide::Bottom, WIDTH, scale) else {
         return Err(FigureError::Missing { figure: 5, missing: "the robot is not on the pitch" });
     };
     let mut image = Canvas::scaled(Vec2::new(WIDTH, 0.75 * WIDTH), scale, PAPER);
-    image.pixels(&stage::draw(stage.scene(), &view), Vec2::ZERO);
+    image.pixels(&figure_match::draw(played.scene(), &view), Vec2::ZERO);
     let mut corners = reach(kick);
     corners.extend(corners.first().copied());
     let corners: Option<Vec<Vec2>> =
@@ -115,10 +115,10 @@ fn draw_view(canvas: &mut Canvas, stage: &Stage, kick: KickType, at: Vec2) -> Re
 }
 
 /// From above: the rectangle, the foot's tip, and the ray from it through the ball.
-fn draw_reach(canvas: &mut Canvas, stage: &Stage, kick: KickType, ball: Vec2, at: Vec2, is_first: bool) {
+fn draw_reach(canvas: &mut Canvas, played: &FigureMatch, kick: KickType, ball: Vec2, at: Vec2, is_first: bool) {
     let centre = ROBOT.transform_point(Vec2::new(0.13, 0.0));
     let plan = Plan::new(at, Vec2::new(WIDTH, 250.0), centre, 740.0, true).counted_from(ROBOT.position);
-    plan.picture(canvas, stage.scene());
+    plan.picture(canvas, played.scene());
     let area = plan.places(reach(kick));
     canvas.fill(&area, PAPER, 0.14);
     let closed = |area: &[Vec2]| -> Vec<Vec2> { area.iter().chain(area.first()).copied().collect() };
@@ -139,9 +139,9 @@ fn draw_reach(canvas: &mut Canvas, stage: &Stage, kick: KickType, ball: Vec2, at
 }
 
 /// From above: the way of the ball with a dot every half a second.
-fn draw_path(canvas: &mut Canvas, stage: &Stage, path: &[Vec2], at: Vec2, is_first: bool) {
+fn draw_path(canvas: &mut Canvas, played: &FigureMatch, path: &[Vec2], at: Vec2, is_first: bool) {
     let plan = Plan::new(at, Vec2::new(WIDTH, 430.0), Vec2::new(0.15, 0.1), 86.0, true);
-    plan.picture(canvas, stage.scene());
+    plan.picture(canvas, played.scene());
     let places = plan.places(path.iter().copied());
     bright_line(canvas, &places, ORANGE, 2.5);
     for place in places.iter().step_by(DOT_CYCLES) {

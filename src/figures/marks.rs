@@ -1,4 +1,4 @@
-//! What is drawn over pictures: measures, sectors, ellipses of doubt, paths.
+//! What is drawn over pictures: measures, sectors, confidence ellipses, paths.
 
 use bevy::math::{Vec2, ops};
 
@@ -73,7 +73,7 @@ pub fn half_axes([xx, xy, yy]: PlaceCovariance) -> [Vec2; 2] {
 }
 
 /// The outline of the ellipse within which a place is with a probability of 95 %.
-pub fn doubt(mean: Vec2, covariance: PlaceCovariance) -> Vec<Vec2> {
+pub fn confidence_ellipse(mean: Vec2, covariance: PlaceCovariance) -> Vec<Vec2> {
     let [long, short] = half_axes(covariance).map(|axis| WITHIN_95 * axis);
     ellipse(mean, long, short)
 }
@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn doubt_is_told_along_and_across_the_line_of_sight() {
+    fn uncertainty_is_told_along_and_across_the_line_of_sight() {
         let [along, across] = sd_along_and_across([0.05, 0.04, 0.05], Vec2::ZERO, Vec2::ONE);
         assert!((along - 0.3).abs() < 1e-6 && (across - 0.1).abs() < 1e-6);
     }
@@ -165,7 +165,7 @@ mod tests {
     fn the_ellipse_holds_19_of_20() {
         // The chance to be within k standard deviations in both of two dimensions is 1 - exp(-k² / 2).
         assert!((1.0 - (-WITHIN_95 * WITHIN_95 / 2.0).exp() - 0.95).abs() < 1e-5);
-        let outline = doubt(Vec2::ZERO, [0.04, 0.0, 0.01]);
+        let outline = confidence_ellipse(Vec2::ZERO, [0.04, 0.0, 0.01]);
         assert!((outline[0].x - 0.2 * WITHIN_95).abs() < 1e-5);
     }
 }

@@ -13,12 +13,12 @@ mod beliefs;
 mod cameras;
 mod collision;
 mod field;
+mod figure_match;
 mod game;
 mod kicks;
 mod marks;
 mod robots;
 mod sonar;
-mod stage;
 
 /// Why a figure is not drawn.
 #[derive(Debug, thiserror::Error)]

@@ -4,7 +4,7 @@ use bevy::math::{Vec2, Vec3};
 
 use super::FigureError;
 use super::axes::{Axes, caption};
-use super::stage::{Stage, draw_with, pixels, view_from};
+use super::figure_match::{FigureMatch, draw_with, pixels, view_from};
 use crate::appearance::Label;
 use crate::appearance::robot::RobotDesign;
 use crate::appearance::scene::Scene;
@@ -26,7 +26,7 @@ const SAMPLES: u32 = 4;
 pub fn draw(scale: f32) -> Result<Image, FigureError> {
     // They stand on the halfway line, and the eye is beside the pitch: there is nothing between.
     let robot = |team: &str, heading_deg: f32| {
-        Stage::begin(&format!(
+        FigureMatch::begin(&format!(
             r#"{{ "rules": "free", "ball": null,
                   "robots": [{{ "team": "{team}", "number": 1, "pose": [0, 0, {heading_deg}] }}] }}"#
         ))
@@ -38,7 +38,7 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
         ("c", "Of few boxes", robot("pink", -90.0)?, RobotDesign::Simple, "y, m"),
         ("d", "The same from its right", robot("pink", 0.0)?, RobotDesign::Simple, "x, m"),
     ];
-    for (column, (letter, words, stage, design, across_label)) in panels.into_iter().enumerate() {
+    for (column, (letter, words, played, design, across_label)) in panels.into_iter().enumerate() {
         let at = Vec2::new(90.0 + 384.0 * column as f32, 70.0);
         let half_width_m = (HEIGHT_M[1] - HEIGHT_M[0]) * PANEL.x / PANEL.y / 2.0;
         // From the front, the robot's left is on the right.
@@ -47,7 +47,7 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
         let middle = Vec3::Z * (HEIGHT_M[0] + HEIGHT_M[1]) / 2.0;
         let fov = 2.0 * bevy::math::ops::atan((HEIGHT_M[1] - HEIGHT_M[0]) / 2.0 / EYE_M);
         let view = view_from(middle + EYE_M * Vec3::NEG_Y, middle, fov, PANEL, scale);
-        canvas.pixels(&cut_out(stage.scene(), &view, design, pixels(PANEL, scale)), at);
+        canvas.pixels(&cut_out(played.scene(), &view, design, pixels(PANEL, scale)), at);
         let height_m = BodyBounds::default().height_m;
         axes.frame(&mut canvas, [0.1, 0.1], [across_label, if column % 2 == 0 { "z, m" } else { "" }]);
         for z in [0.0, height_m] {

@@ -4,8 +4,8 @@ use bevy::math::Vec2;
 
 use super::FigureError;
 use super::axes::{Plan, caption, remark};
+use super::figure_match::{BLUE, FigureMatch};
 use super::marks::{ORANGE, SKY_BLUE, arc, bright_words, measure, sector};
-use super::stage::{BLUE, Stage};
 use crate::appearance::colours::Colour;
 use crate::geometry::{Pose, to_degrees, unit};
 use crate::record::canvas::{Anchor, Canvas, INK, PAPER};
@@ -41,11 +41,11 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
     let own = own_sectors(&mut canvas)?;
     for (index, ((words, robots), letter)) in SITUATIONS.into_iter().zip('c'..).enumerate() {
         let at = Vec2::new(790.0 + 402.0 * (index % 2) as f32, 72.0 + 500.0 * (index / 2) as f32);
-        let stage = situation(robots)?;
+        let played = situation(robots)?;
         let plan = Plan::new(at, Vec2::new(376.0, 376.0), PLACE + Vec2::X * 0.35, 345.0, true);
         let plan = plan.counted_from(PLACE);
-        plan.picture(&mut canvas, stage.scene());
-        let reading = stage.app.robot::<SonarReading>(BLUE).copied().unwrap_or_default();
+        plan.picture(&mut canvas, played.scene());
+        let reading = played.app.robot::<SonarReading>(BLUE).copied().unwrap_or_default();
         draw_sectors(&mut canvas, &plan, &own, reading);
         plan.outline(&mut canvas);
         plan.ruler(&mut canvas, 0.25, "25 cm");
@@ -61,15 +61,15 @@ fn metres(distance: Option<f32>) -> String {
 }
 
 /// The first cycle of a situation, with sonars without noise.
-fn situation(robots: &str) -> Result<Stage, FigureError> {
+fn situation(robots: &str) -> Result<FigureMatch, FigureError> {
     let own = r#"{ "team": "blue", "number": 1, "pose": [1.2, 1.3, 0.0] }"#;
     let scenario = format!(
         r#"{{ "rules": "free", "ball": null, "sonar": {{ "noise": "none" }}, {} }}"#,
         robots.replace("OWN", own)
     );
-    let mut stage = Stage::begin(&scenario)?;
-    stage.play(1, |_| ());
-    Ok(stage)
+    let mut played = FigureMatch::begin(&scenario)?;
+    played.play(1, |_| ());
+    Ok(played)
 }
 
 /// The sectors of both sonars, and in each the distance that it measured, wherever in the sector that may be.
@@ -95,11 +95,11 @@ fn sonars(settings: &SonarSettings, reading: SonarReading) -> [(f32, Option<f32>
 
 /// The large panel with the sectors alone and their measures, and the table of the sonars. Returns their settings.
 fn own_sectors(canvas: &mut Canvas) -> Result<SonarSettings, FigureError> {
-    let stage = situation(r#""robots": [OWN]"#)?;
-    let settings = stage.app.robot::<SonarSettings>(BLUE).copied().unwrap_or_default();
+    let played = situation(r#""robots": [OWN]"#)?;
+    let settings = played.app.robot::<SonarSettings>(BLUE).copied().unwrap_or_default();
     let plan = Plan::new(Vec2::new(100.0, 72.0), Vec2::new(620.0, 560.0), PLACE + Vec2::X * 0.36, 590.0, true);
     let plan = plan.counted_from(PLACE);
-    plan.picture(canvas, stage.scene());
+    plan.picture(canvas, played.scene());
     draw_sectors(canvas, &plan, &settings, SonarReading::default());
     let from_robot = |distance: f32, angle: f32| plan.place(PLACE + distance * unit(angle));
     for (heading, colour) in [(settings.heading, COLOURS[0]), (-settings.heading, COLOURS[1])] {

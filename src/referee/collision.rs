@@ -116,7 +116,7 @@ pub fn evidence(snapshot: &MatchSnapshot, robot: usize, other: usize) -> Evidenc
 
 #[cfg(test)]
 mod tests {
-    use super::super::testing::Situation;
+    use super::super::testing::MatchFixture;
     use super::*;
     use crate::events::MatchEvent;
     use crate::game::PenaltyReason;
@@ -129,15 +129,15 @@ mod tests {
     const PINK2: RobotId = RobotId::new(Team::Pink, 2);
 
     /// Blue 2 at x = 1 and pink 2 at x = 1.2, face to face, in contact; the ball is far away.
-    fn face_to_face() -> Situation {
-        Situation::three_a_side()
+    fn face_to_face() -> MatchFixture {
+        MatchFixture::three_a_side()
             .robot_at(BLUE2, Pose::new(1.0, 0.0, 0.0))
             .robot_at(PINK2, Pose::new(1.2, 0.0, PI))
             .ball_rolled([-1.0, 1.0], [-1.0, 1.0])
             .contact(BLUE2, PINK2)
     }
 
-    fn penalised(situation: &Situation) -> Vec<RobotId> {
+    fn penalised(situation: &MatchFixture) -> Vec<RobotId> {
         let penalty = |event: &MatchEvent| match event {
             MatchEvent::Penalty { robot, reason: PenaltyReason::Pushing, .. } => Some(*robot),
             _ => None,
@@ -215,13 +215,13 @@ mod tests {
     #[test]
     fn team_mates_and_the_keeper_at_home_can_be_exempt() {
         let mates = face_to_face().robot_at(BLUE3, Pose::new(1.2, 0.0, PI)).walking(BLUE2, [0.2, 0.0]);
-        let mut mates = Situation { contacts: vec![], ..mates }.contact(BLUE2, BLUE3);
+        let mut mates = MatchFixture { contacts: vec![], ..mates }.contact(BLUE2, BLUE3);
         assert_eq!(penalised(&mates), []);
         mates.rules.collisions_between_team_mates = true;
         assert_eq!(penalised(&mates), [BLUE2]);
 
         let keeper = RobotId::new(Team::Blue, 1);
-        let mut at_home = Situation::three_a_side()
+        let mut at_home = MatchFixture::three_a_side()
             .robot_at(keeper, Pose::new(-2.5, 0.0, 0.0))
             .robot_at(PINK2, Pose::new(-2.3, 0.0, PI))
             .walking(keeper, [0.2, 0.0])

@@ -37,7 +37,7 @@ impl Referee<'_, '_> {
     }
 
     /// A goal counts, unless it was shot in a way that cannot score.
-    fn award_goal(&mut self, goal: &goal::Goal, crossing: &boundary::Crossing) -> Option<Stoppage> {
+    fn award_goal(&mut self, goal: &goal::ScoredGoal, crossing: &boundary::Crossing) -> Option<Stoppage> {
         let opponent = goal.team.opponent();
         if let Some(evidence) = kick_off_shot::judge(self.seen, self.memory.kick_off.as_ref(), goal.team, crossing) {
             let reason = DisallowedGoal::KickOffShot;
@@ -66,7 +66,7 @@ impl Referee<'_, '_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::testing::Situation;
+    use super::super::testing::MatchFixture;
     use super::*;
     use crate::events::BoundaryLine;
     use crate::geometry::Pose;
@@ -79,7 +79,7 @@ mod tests {
 
     #[test]
     fn a_goal_counts_and_the_other_team_kicks_off() {
-        let decided = Situation::three_a_side().touched_by(BLUE2).ball_rolled([2.9, 0.2], [3.2, 0.2]).decide();
+        let decided = MatchFixture::three_a_side().touched_by(BLUE2).ball_rolled([2.9, 0.2], [3.2, 0.2]).decide();
         assert_eq!(decided.game.score.blue, 1);
         assert!(matches!(
             decided.events[..],
@@ -93,32 +93,32 @@ mod tests {
 
     #[test]
     fn an_own_goal_counts_for_the_other_team_and_after_the_change_of_sides_the_goals_are_the_other_ones() {
-        let own = Situation::three_a_side().touched_by(PINK2).ball_rolled([2.9, 0.2], [3.2, 0.2]).decide();
+        let own = MatchFixture::three_a_side().touched_by(PINK2).ball_rolled([2.9, 0.2], [3.2, 0.2]).decide();
         assert!(matches!(own.events[0], MatchEvent::Goal { team: Team::Blue, own_goal: true, .. }));
-        let mut second_half = Situation::three_a_side().touched_by(PINK2).ball_rolled([2.9, 0.2], [3.2, 0.2]);
+        let mut second_half = MatchFixture::three_a_side().touched_by(PINK2).ball_rolled([2.9, 0.2], [3.2, 0.2]);
         second_half.game.blue_end = second_half.game.blue_end.opposite();
         assert_eq!(second_half.decide().game.score.pink, 1);
     }
 
     #[test]
     fn no_goal_and_no_out_before_the_whole_ball_is_past_the_line() {
-        assert!(Situation::three_a_side().ball_rolled([2.9, 0.2], [3.054, 0.2]).decide().events.is_empty());
-        assert!(Situation::three_a_side().ball_rolled([2.0, 1.9], [2.1, 2.054]).decide().events.is_empty());
+        assert!(MatchFixture::three_a_side().ball_rolled([2.9, 0.2], [3.054, 0.2]).decide().events.is_empty());
+        assert!(MatchFixture::three_a_side().ball_rolled([2.0, 1.9], [2.1, 2.054]).decide().events.is_empty());
     }
 
     #[test]
     fn after_an_out_the_team_that_did_not_touch_the_ball_kicks_off() {
-        let decided = Situation::three_a_side().touched_by(BLUE2).ball_rolled([1.0, 1.9], [1.0, 2.1]).decide();
+        let decided = MatchFixture::three_a_side().touched_by(BLUE2).ball_rolled([1.0, 1.9], [1.0, 2.1]).decide();
         assert!(matches!(decided.events[0], MatchEvent::BallOut { line: BoundaryLine::Side, .. }));
         assert_eq!(decided.events[1], MatchEvent::KickOff { team: Team::Pink });
         // Nobody touched it: the team in whose half it went out.
-        let unknown = Situation::three_a_side().ball_rolled([-1.0, 1.9], [-1.0, 2.1]).decide();
+        let unknown = MatchFixture::three_a_side().ball_rolled([-1.0, 1.9], [-1.0, 2.1]).decide();
         assert_eq!(unknown.events[1], MatchEvent::KickOff { team: Team::Blue });
     }
 
     /// Where the ball is thrown in when blue's number 2, at x = `robot_x`, touched it last.
     fn thrown_in(robot_x: f32, from: [f32; 2], to: [f32; 2]) -> Vec2 {
-        let mut situation = Situation::three_a_side().touched_by(BLUE2).ball_rolled(from, to);
+        let mut situation = MatchFixture::three_a_side().touched_by(BLUE2).ball_rolled(from, to);
         situation.rules.ball_out_restart = BallOutRestart::ThrowIn;
         situation.memory.last_touch.as_mut().unwrap().robot_position.x = robot_x;
         let decided = situation.decide();
@@ -144,7 +144,7 @@ mod tests {
 
     #[test]
     fn the_thrown_in_ball_does_not_land_in_a_robot() {
-        let mut situation = Situation::three_a_side().touched_by(BLUE2).ball_rolled([1.0, 1.9], [1.0, 2.1]);
+        let mut situation = MatchFixture::three_a_side().touched_by(BLUE2).ball_rolled([1.0, 1.9], [1.0, 2.1]);
         situation.rules.ball_out_restart = BallOutRestart::ThrowIn;
         situation.robots[1].pose = Pose::new(-0.2, 1.6, 0.0);
         situation.memory.last_touch.as_mut().unwrap().robot_position.x = 1.0;

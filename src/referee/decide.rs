@@ -179,7 +179,7 @@ impl Referee<'_, '_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::testing::Situation;
+    use super::super::testing::MatchFixture;
     use super::*;
     use crate::game::Rules;
     use crate::team::RobotId;
@@ -189,7 +189,7 @@ mod tests {
 
     #[test]
     fn sides_change_at_half_time_and_the_match_ends_after_the_last_half() {
-        let mut situation = Situation::three_a_side();
+        let mut situation = MatchFixture::three_a_side();
         situation.game.cycles_left = Some(1);
         let decided = situation.decide();
         assert_eq!(decided.events, [MatchEvent::HalfBegins { half: 2 }, MatchEvent::KickOff { team: Team::Pink }]);
@@ -211,7 +211,7 @@ mod tests {
 
     #[test]
     fn a_goal_in_the_last_cycle_counts() {
-        let mut situation = Situation::three_a_side().touched_by(PINK2).ball_rolled([-2.9, 0.0], [-3.2, 0.0]);
+        let mut situation = MatchFixture::three_a_side().touched_by(PINK2).ball_rolled([-2.9, 0.0], [-3.2, 0.0]);
         situation.game.half = 2;
         situation.game.cycles_left = Some(1);
         let decided = situation.decide();
@@ -221,7 +221,7 @@ mod tests {
 
     #[test]
     fn without_a_referee_nothing_is_repositioned() {
-        let mut situation = Situation::three_a_side().ball_rolled([2.9, 0.0], [3.2, 0.0]);
+        let mut situation = MatchFixture::three_a_side().ball_rolled([2.9, 0.0], [3.2, 0.0]);
         situation.rules = Rules { goals: false, ball_out: false, clock: false, ..Rules::default() };
         situation.game = Game::at_start(&situation.rules, &situation.clock);
         assert_eq!((situation.game.state, situation.game.cycles_left), (GameState::Playing, None));

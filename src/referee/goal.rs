@@ -7,14 +7,14 @@ use crate::team::{RobotId, Team};
 
 /// A goal.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Goal {
+pub struct ScoredGoal {
     /// The team that it counts for.
     pub team: Team,
     /// Who touched the ball last, if anybody did.
     pub scorer: Option<RobotId>,
 }
 
-impl Goal {
+impl ScoredGoal {
     /// Whether it was put in by the team that defends the goal.
     pub fn is_own_goal(&self) -> bool {
         self.scorer.is_some_and(|scorer| scorer.team != self.team)
@@ -22,16 +22,16 @@ impl Goal {
 }
 
 /// The goal that a crossing is, if the rules count goals: it counts for the team that attacks that end.
-pub fn judge(snapshot: &MatchSnapshot, crossing: &Crossing) -> Option<Goal> {
+pub fn judge(snapshot: &MatchSnapshot, crossing: &Crossing) -> Option<ScoredGoal> {
     let Boundary::Goal(end) = crossing.boundary else { return None };
-    snapshot.rules.goals.then(|| Goal {
+    snapshot.rules.goals.then(|| ScoredGoal {
         team: snapshot.game.defender_of(end).opponent(),
         scorer: snapshot.last_touch.map(|touch| touch.robot),
     })
 }
 
 /// Why the goal counts, and for whom.
-pub fn evidence(snapshot: &MatchSnapshot, goal: &Goal, crossing: &Crossing) -> Evidence {
+pub fn evidence(snapshot: &MatchSnapshot, goal: &ScoredGoal, crossing: &Crossing) -> Evidence {
     let edge = snapshot.pitch.outer_half_extents().x;
     let radius = snapshot.ball.map_or(0.0, |ball| ball.radius);
     let mut evidence = snapshot

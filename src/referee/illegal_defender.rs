@@ -2,7 +2,7 @@
 //! Goal Area").
 
 use super::areas::{base_corners, feet, in_area};
-use super::memory::RobotRecord;
+use super::memory::RobotMemory;
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use crate::game::{DefenderLimit, Evidence};
 
@@ -31,7 +31,7 @@ pub fn advance(cycles_in_area: u64, snapshot: &MatchSnapshot, robot: &RobotSnaps
 
 /// The case against the robot of index `index`, if it is an illegal defender. Where only a number is limited, those
 /// that came last are too many. `records` are up to date for all robots.
-pub fn judge(records: &[RobotRecord], snapshot: &MatchSnapshot, index: usize) -> Option<Evidence> {
+pub fn judge(records: &[RobotMemory], snapshot: &MatchSnapshot, index: usize) -> Option<Evidence> {
     let (robot, own) = (&snapshot.robots[index], &records[index]);
     // A referee's reaction: too many for that long.
     if own.cycles_in_area <= snapshot.cycles(snapshot.rules.illegal_defender_s) {

@@ -133,7 +133,7 @@ impl Referee<'_, '_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::testing::Situation;
+    use super::super::testing::MatchFixture;
     use super::*;
     use crate::game::{PenaltyReason, ShootOut};
     use crate::geometry::Pose;
@@ -142,7 +142,7 @@ mod tests {
     const BLUE2: RobotId = RobotId::new(Team::Blue, 2);
 
     fn decided(intervention: Intervention) -> super::super::decide::Decisions {
-        Situation { interventions: vec![intervention], ..Situation::three_a_side() }.decide()
+        MatchFixture { interventions: vec![intervention], ..MatchFixture::three_a_side() }.decide()
     }
 
     #[test]
@@ -158,7 +158,7 @@ mod tests {
         let decided_there = decided(Intervention::PlaceRobot { robot: BLUE2, pose });
         assert_eq!(decided_there.robots[1].pose, pose);
         // Pink's keeper stands there.
-        let taken = Pose { heading: 0.0, ..Situation::three_a_side().robots[3].pose };
+        let taken = Pose { heading: 0.0, ..MatchFixture::three_a_side().robots[3].pose };
         let beside = decided(Intervention::PlaceRobot { robot: BLUE2, pose: taken }).robots[1].pose;
         assert!((0.05..0.5).contains(&beside.position.distance(taken.position)));
     }
@@ -166,14 +166,14 @@ mod tests {
     #[test]
     fn a_robot_is_penalised_and_returns() {
         let duration_s = Some(10.0);
-        let mut situation = Situation {
+        let mut situation = MatchFixture {
             interventions: vec![Intervention::Penalise { robot: BLUE2, reason: PenaltyReason::Manual, duration_s }],
-            ..Situation::three_a_side()
+            ..MatchFixture::three_a_side()
         };
         let robot = situation.pass().robots[1];
         // 10 s of 1/30 s.
         assert_eq!(robot.penalty.0.unwrap().cycles_left, 300);
-        let mut situation = Situation { interventions: vec![Intervention::Return { robot: BLUE2 }], ..situation };
+        let mut situation = MatchFixture { interventions: vec![Intervention::Return { robot: BLUE2 }], ..situation };
         assert!(situation.pass().robots[1].is_present());
     }
 
@@ -181,7 +181,7 @@ mod tests {
     fn score_whistle_and_drop_ball() {
         assert_eq!(decided(Intervention::SetScore { blue: 3, pink: 1 }).game.score, Score { blue: 3, pink: 1 });
         assert_eq!(decided(Intervention::Whistle).game.whistles, 1);
-        let mut ready = Situation { interventions: vec![Intervention::Whistle], ..Situation::three_a_side() };
+        let mut ready = MatchFixture { interventions: vec![Intervention::Whistle], ..MatchFixture::three_a_side() };
         ready.game.state = GameState::Ready;
         ready.pass();
         assert_eq!(ready.game.state, GameState::Set);
@@ -205,7 +205,7 @@ mod tests {
             Intervention::Return { robot: BLUE2 },
             Intervention::Return { robot: nobody },
         ];
-        let before = Situation::three_a_side();
+        let before = MatchFixture::three_a_side();
         for intervention in impossible {
             let decided = decided(intervention);
             assert!(matches!(decided.events[..], [MatchEvent::InterventionRefused { .. }]), "{intervention:?}");
@@ -215,7 +215,7 @@ mod tests {
 
     #[test]
     fn in_a_shoot_out_nobody_is_sent_off_or_brought_back() {
-        let mut situation = Situation::three_a_side();
+        let mut situation = MatchFixture::three_a_side();
         situation.game.shoot_out = Some(ShootOut::default());
         let penalise = Intervention::Penalise { robot: BLUE2, reason: PenaltyReason::Manual, duration_s: None };
         for intervention in

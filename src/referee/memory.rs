@@ -39,12 +39,12 @@ pub struct RefereeMemory {
     /// What the robots are told of the game.
     pub announcement: Announcement,
     /// What is remembered of each robot, ordered by id.
-    pub robots: Vec<RobotRecord>,
+    pub robots: Vec<RobotMemory>,
 }
 
 /// What the referee remembers of a robot.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
-pub struct RobotRecord {
+pub struct RobotMemory {
     /// Which robot.
     pub id: RobotId,
     /// How often it was placed for a kick-off, in its team's formation.
@@ -69,7 +69,7 @@ pub struct RobotRecord {
     pub head: HeadAngles,
 }
 
-impl RobotRecord {
+impl RobotMemory {
     /// Nothing is held against this robot.
     fn clean(id: RobotId) -> Self {
         Self {
@@ -89,14 +89,14 @@ impl RobotRecord {
 
     /// Forgets whatever was held against it: it was placed, or play was stopped.
     pub(super) fn forgive(&mut self) {
-        let RobotRecord { id, restarts, hand_placements, head, .. } = *self;
-        *self = RobotRecord { restarts, hand_placements, head, ..RobotRecord::clean(id) };
+        let RobotMemory { id, restarts, hand_placements, head, .. } = *self;
+        *self = RobotMemory { restarts, hand_placements, head, ..RobotMemory::clean(id) };
     }
 }
 
 impl RefereeMemory {
     /// The record of a robot.
-    pub fn record(&self, id: RobotId) -> Option<&RobotRecord> {
+    pub fn record(&self, id: RobotId) -> Option<&RobotMemory> {
         self.robots.binary_search_by_key(&id, |record| record.id).ok().map(|index| &self.robots[index])
     }
 
@@ -107,7 +107,7 @@ impl RefereeMemory {
         if !same {
             let old = core::mem::take(&mut self.robots);
             self.robots.extend(robots.iter().map(|robot| {
-                old.iter().find(|record| record.id == robot.id).copied().unwrap_or(RobotRecord::clean(robot.id))
+                old.iter().find(|record| record.id == robot.id).copied().unwrap_or(RobotMemory::clean(robot.id))
             }));
         }
     }

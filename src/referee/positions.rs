@@ -191,7 +191,7 @@ pub fn evidence(snapshot: &MatchSnapshot, robot: &RobotSnapshot, illegal: Illega
 #[cfg(test)]
 mod tests {
     use super::super::formation::formation;
-    use super::super::testing::Situation;
+    use super::super::testing::MatchFixture;
     use super::*;
     use crate::game::Rules;
     use crate::geometry::Pose;
@@ -200,8 +200,8 @@ mod tests {
     use crate::team::RobotId;
 
     /// Teams of this size in formation for a kick-off, everybody off its place by so much.
-    fn lined_up(pitch: &Pitch, rules: &Rules, kick_off: Option<Team>, off: Pose) -> Situation {
-        let mut situation = Situation::three_a_side();
+    fn lined_up(pitch: &Pitch, rules: &Rules, kick_off: Option<Team>, off: Pose) -> MatchFixture {
+        let mut situation = MatchFixture::three_a_side();
         situation.pitch = pitch.clone();
         situation.rules = rules.clone();
         (situation.game.kick_off_team, situation.game.drop_ball) = (kick_off.unwrap_or_default(), kick_off.is_none());

@@ -104,7 +104,7 @@ fn side_of(y: f32) -> f32 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::testing::Situation;
+    use super::super::testing::MatchFixture;
     use super::*;
     use crate::events::MatchEvent;
     use crate::game::{ActivePenalty, Penalty, PenaltyReason};
@@ -116,8 +116,8 @@ mod tests {
     const PINK2: RobotId = RobotId::new(Team::Pink, 2);
 
     /// Blue 2 has walked into pink 2 at this place.
-    fn collision_at(x: f32, y: f32) -> Situation {
-        Situation::three_a_side()
+    fn collision_at(x: f32, y: f32) -> MatchFixture {
+        MatchFixture::three_a_side()
             .robot_at(BLUE2, Pose::new(x, y, 0.0))
             .robot_at(PINK2, Pose::new(x + 0.1, y, 0.0))
             .walking(BLUE2, [0.2, 0.0])
@@ -137,7 +137,7 @@ mod tests {
     fn two_that_wait_do_not_stand_in_each_other() {
         let mut situation = collision_at(1.0, 0.5);
         situation.pass();
-        let mut situation = Situation { contacts: vec![], ..situation }
+        let mut situation = MatchFixture { contacts: vec![], ..situation }
             .robot_at(BLUE3, Pose::new(0.0, 1.0, 0.0))
             .walking(BLUE3, [0.2, 0.0])
             .contact(BLUE3, PINK2);
@@ -147,8 +147,8 @@ mod tests {
     }
 
     /// Where blue 2 comes back with the ball there.
-    fn comes_back(ball: [f32; 2], change: impl FnOnce(Situation) -> Situation) -> Pose {
-        let mut situation = Situation::three_a_side().ball_rolled(ball, ball);
+    fn comes_back(ball: [f32; 2], change: impl FnOnce(MatchFixture) -> MatchFixture) -> Pose {
+        let mut situation = MatchFixture::three_a_side().ball_rolled(ball, ball);
         situation.robot_mut(BLUE2).penalty =
             Penalty(Some(ActivePenalty { reason: PenaltyReason::Pushing, cycles_left: 1 }));
         let decided = change(situation).decide();
@@ -167,7 +167,7 @@ mod tests {
 
     #[test]
     fn where_somebody_stands_it_comes_back_beside_rather_away_from_the_ball() {
-        let taken = |situation: Situation| situation.robot_at(PINK2, Pose::new(0.0, -2.0, 0.0));
+        let taken = |situation: MatchFixture| situation.robot_at(PINK2, Pose::new(0.0, -2.0, 0.0));
         assert_abs_diff_eq!(comes_back([1.0, 0.5], taken).position, Vec2::new(-0.35, -2.0), epsilon = 1e-5);
         assert_abs_diff_eq!(comes_back([-1.0, 0.5], taken).position, Vec2::new(0.35, -2.0), epsilon = 1e-5);
     }
@@ -198,7 +198,7 @@ mod tests {
 
     #[test]
     fn at_half_time_penalties_are_over_and_after_a_goal_where_the_rules_say_so() {
-        let penalised_after = |change: fn(&mut Situation)| {
+        let penalised_after = |change: fn(&mut MatchFixture)| {
             let mut situation = collision_at(1.0, 0.5);
             situation.pass();
             situation.contacts.clear();
@@ -206,7 +206,7 @@ mod tests {
             situation.pass().robots[1].penalty.is_active()
         };
         assert!(!penalised_after(|situation| situation.game.cycles_left = Some(1)));
-        let goal = |situation: &mut Situation| situation.path = vec![Vec2::new(2.9, 0.0), Vec2::new(3.2, 0.0)];
+        let goal = |situation: &mut MatchFixture| situation.path = vec![Vec2::new(2.9, 0.0), Vec2::new(3.2, 0.0)];
         assert!(penalised_after(goal));
         assert!(!penalised_after(|situation| {
             situation.rules.penalties_end_at_kick_off = true;

@@ -138,7 +138,7 @@ fn explain(text: &mut String, evidence: &Evidence) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::testing::Situation;
+    use super::super::testing::MatchFixture;
     use super::*;
     use crate::geometry::Pose;
     use crate::team::{RobotId, Team};
@@ -146,7 +146,7 @@ mod tests {
     #[test]
     fn a_verdict_reads_as_what_why_and_what_else() {
         let (blue2, pink2) = (RobotId::new(Team::Blue, 2), RobotId::new(Team::Pink, 2));
-        let situation = Situation::three_a_side()
+        let situation = MatchFixture::three_a_side()
             .robot_at(blue2, Pose::new(1.0, 0.5, 0.0))
             .robot_at(pink2, Pose::new(1.1, 0.5, 0.0))
             .walking(blue2, [0.2, 0.0])

@@ -1,6 +1,6 @@
 //! The rules about single robots, as a table.
 
-use super::memory::RobotRecord;
+use super::memory::RobotMemory;
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use super::{ball_holding, fallen, illegal_defender, inactive, leaving_field, set_play, stalling};
 use crate::game::{Evidence, PenaltyReason, Rules};
@@ -11,7 +11,7 @@ pub struct RobotCase<'a> {
     /// The cycle.
     pub seen: &'a MatchSnapshot<'a>,
     /// What is remembered of all robots, in their order, this cycle included.
-    pub records: &'a [RobotRecord],
+    pub records: &'a [RobotMemory],
     /// Which robot it is.
     pub index: usize,
 }
@@ -23,7 +23,7 @@ impl<'a> RobotCase<'a> {
     }
 
     /// What is remembered of it.
-    pub fn record(&self) -> &'a RobotRecord {
+    pub fn record(&self) -> &'a RobotMemory {
         &self.records[self.index]
     }
 }

@@ -165,13 +165,13 @@ impl Referee<'_, '_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::testing::Situation;
+    use super::super::testing::MatchFixture;
     use super::*;
     use crate::team::RobotId;
 
     /// A drawn match that has just become a shoot-out.
-    fn drawn() -> Situation {
-        let mut situation = Situation::three_a_side();
+    fn drawn() -> MatchFixture {
+        let mut situation = MatchFixture::three_a_side();
         situation.rules.shoot_out = true;
         situation.game.half = 2;
         situation.game.cycles_left = Some(1);
@@ -180,7 +180,7 @@ mod tests {
     }
 
     /// Lets the `set` before a shot pass.
-    fn whistled(mut situation: Situation) -> Situation {
+    fn whistled(mut situation: MatchFixture) -> MatchFixture {
         while situation.game.state == GameState::Set {
             situation.pass();
         }

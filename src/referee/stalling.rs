@@ -60,7 +60,7 @@ pub fn judge(stall: &Stall, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> 
 
 #[cfg(test)]
 mod tests {
-    use super::super::testing::Situation;
+    use super::super::testing::MatchFixture;
     use crate::events::MatchEvent;
     use crate::game::PenaltyReason;
     use crate::geometry::Pose;
@@ -69,17 +69,17 @@ mod tests {
     const BLUE3: RobotId = RobotId::new(Team::Blue, 3);
 
     /// Blue 3 stands in front of the ball at this distance, and nobody else near it.
-    fn standing_at(distance: f32) -> Situation {
-        Situation::three_a_side()
+    fn standing_at(distance: f32) -> MatchFixture {
+        MatchFixture::three_a_side()
             .robot_at(BLUE3, Pose::new(1.0 - distance, 1.0, 0.0))
             .ball_rolled([1.0, 1.0], [1.0, 1.0])
     }
 
     /// The first cycle, from 1, in which the robot is penalised for stalling.
     fn penalised_in(
-        situation: &mut Situation,
+        situation: &mut MatchFixture,
         cycles: u32,
-        mut change: impl FnMut(u32, &mut Situation),
+        mut change: impl FnMut(u32, &mut MatchFixture),
     ) -> Option<u32> {
         (1..=cycles).find(|cycle| {
             change(*cycle, situation);

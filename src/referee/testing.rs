@@ -19,7 +19,7 @@ use crate::team::{RobotId, Team};
 
 /// Everything that a [`MatchSnapshot`] borrows.
 #[derive(Clone, Debug)]
-pub struct Situation {
+pub struct MatchFixture {
     pub clock: CycleClock,
     pub pitch: Pitch,
     pub rules: Rules,
@@ -33,7 +33,7 @@ pub struct Situation {
     pub interventions: Vec<Intervention>,
 }
 
-impl Situation {
+impl MatchFixture {
     /// Three a side as lined up for blue's kick-off, play on, the ball at rest on the centre mark.
     pub fn three_a_side() -> Self {
         let (clock, pitch, rules) = (CycleClock { cycle: 100, ..default() }, Pitch::default(), Rules::default());

@@ -41,7 +41,7 @@ pub struct Entry {
 
 /// Which part of a field an error is about.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Aim {
+pub enum FieldPart {
     /// Its key.
     Key,
     /// Its value.
@@ -51,7 +51,7 @@ pub enum Aim {
 impl Node {
     /// Where `path` is in the text, and how many of its steps were found there. A path that leads on beyond the text
     /// (into a preset, or to a default) is placed at the last key that is there.
-    pub fn locate(&self, path: &FieldPath, aim: Aim) -> (Range<usize>, usize) {
+    pub fn locate(&self, path: &FieldPath, part: FieldPart) -> (Range<usize>, usize) {
         let mut node = self;
         let mut key_span = self.span.start..self.span.start;
         for (found, segment) in path.segments().iter().enumerate() {
@@ -71,7 +71,7 @@ impl Node {
             let Some(next) = next else { return (key_span, found) };
             node = next;
         }
-        let span = if aim == Aim::Key { key_span } else { node.span.clone() };
+        let span = if part == FieldPart::Key { key_span } else { node.span.clone() };
         (span, path.segments().len())
     }
 
@@ -120,38 +120,38 @@ mod tests {
     use super::*;
     use crate::scenario::scanner::outline_of;
 
-    fn found<'a>(text: &'a str, path: &str, aim: Aim) -> &'a str {
-        let (span, _) = outline_of(text).unwrap().locate(&FieldPath::from(path), aim);
+    fn found<'a>(text: &'a str, path: &str, part: FieldPart) -> &'a str {
+        let (span, _) = outline_of(text).unwrap().locate(&FieldPath::from(path), part);
         &text[span]
     }
 
     #[test]
     fn paths_are_found_in_json() {
         let text = r#"{ "a\"b": [1, {"pose": [0.5, -1e3, 180]}], "walk": { "x": "}", "x": 2 } }"#;
-        assert_eq!(found(text, "walk.x", Aim::Value), "2");
+        assert_eq!(found(text, "walk.x", FieldPart::Value), "2");
         let path = FieldPath::default().field("a\"b").index(1).field("pose").index(1);
-        assert_eq!(&text[outline_of(text).unwrap().locate(&path, Aim::Value).0], "-1e3");
+        assert_eq!(&text[outline_of(text).unwrap().locate(&path, FieldPart::Value).0], "-1e3");
         assert_eq!(outline_of(text).unwrap().duplicate_key().unwrap().key_span.start, text.rfind("\"x\"").unwrap());
     }
 
     #[test]
     fn paths_are_found_in_ron() {
         let text = "#![enable(implicit_some)]\n// a comment, with ( and \"\nScenario(\n  /* { /* nested */ */ ball: Some((position_m: (0.1, -.5))),\n  noise: gaussian(sd_m: 0.1), rolling: exponential_per_s(0.5),\n  robots: [(team: blue, r#type: r#\"a \" b\"#, behaviour: script([(walk: (1, 2, 3)),]),)],\n)";
-        assert_eq!(found(text, "ball.position_m[1]", Aim::Value), "-.5");
-        assert_eq!(found(text, "noise.gaussian.sd_m", Aim::Value), "0.1");
-        assert_eq!(found(text, "noise.gaussian.sd_m", Aim::Key), "sd_m");
-        assert_eq!(found(text, "rolling.exponential_per_s", Aim::Value), "0.5");
-        assert_eq!(found(text, "robots[0].type", Aim::Value), "r#\"a \" b\"#");
-        assert_eq!(found(text, "robots[0].behaviour.script[0].walk[2]", Aim::Value), "3");
+        assert_eq!(found(text, "ball.position_m[1]", FieldPart::Value), "-.5");
+        assert_eq!(found(text, "noise.gaussian.sd_m", FieldPart::Value), "0.1");
+        assert_eq!(found(text, "noise.gaussian.sd_m", FieldPart::Key), "sd_m");
+        assert_eq!(found(text, "rolling.exponential_per_s", FieldPart::Value), "0.5");
+        assert_eq!(found(text, "robots[0].type", FieldPart::Value), "r#\"a \" b\"#");
+        assert_eq!(found(text, "robots[0].behaviour.script[0].walk[2]", FieldPart::Value), "3");
         assert!(outline_of(text).unwrap().is_named_struct);
     }
 
     #[test]
     fn what_is_not_in_the_text_is_placed_at_the_last_key_that_is() {
         let text = r#"{ "field": "spl2025", "robots": [ {}, {} ] }"#;
-        assert_eq!(found(text, "field.goal.width_m", Aim::Value), "\"field\"");
-        assert_eq!(found(text, "robots[1].pose", Aim::Value), "{}");
-        assert_eq!(found(text, "ball", Aim::Value), "");
+        assert_eq!(found(text, "field.goal.width_m", FieldPart::Value), "\"field\"");
+        assert_eq!(found(text, "robots[1].pose", FieldPart::Value), "{}");
+        assert_eq!(found(text, "ball", FieldPart::Value), "");
     }
 
     #[test]

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::error::{Place, ScenarioError, ScenarioErrorKind};
 use super::field_path::{FieldPath, Segment};
 use super::format::Format;
-use super::outline::{Aim, Content, Node};
+use super::outline::{Content, FieldPart, Node};
 use super::scanner::outline_of;
 use super::setting::Setting;
 use super::types::Scenario;
@@ -67,7 +67,7 @@ impl ScenarioSource {
         if let Some(setting) = self.settings.iter().rev().find(|setting| setting.concerns(&fault.path)) {
             return setting.error(*kind, &fault.message, &fault.expected);
         }
-        let place = Place::new(&self.text, find(outline, &fault.path, fault.related.as_ref(), fault.aim));
+        let place = Place::new(&self.text, find(outline, &fault.path, fault.related.as_ref(), fault.part));
         ScenarioError::of_file(*kind, &self.name, fault.message.clone(), fault.expected.clone())
             .at(place)
             .in_field(fault.path.clone())
@@ -75,8 +75,8 @@ impl ScenarioSource {
 }
 
 /// Where a text says what is at `path`. What a robot does not say itself, it has from the common settings.
-fn find(outline: &Node, path: &FieldPath, related: Option<&FieldPath>, aim: Aim) -> Range<usize> {
-    let (own, found) = outline.locate(path, aim);
+fn find(outline: &Node, path: &FieldPath, related: Option<&FieldPath>, part: FieldPart) -> Range<usize> {
+    let (own, found) = outline.locate(path, part);
     if found == path.segments().len() {
         return own;
     }
@@ -85,13 +85,13 @@ fn find(outline: &Node, path: &FieldPath, related: Option<&FieldPath>, aim: Aim)
         _ => None,
     };
     if let Some(common) = common {
-        let (place, found) = outline.locate(&common, aim);
+        let (place, found) = outline.locate(&common, part);
         if found > 0 && found == common.segments().len() {
             return place;
         }
     }
     match related {
-        Some(related) if found == 0 => find(outline, related, None, aim),
+        Some(related) if found == 0 => find(outline, related, None, part),
         _ => own,
     }
 }

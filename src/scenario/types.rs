@@ -8,7 +8,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::ball::Rolling;
 use crate::behaviour::script::ScriptEntry;
-use crate::belief::method::Localisation;
+use crate::belief::localisation_method::LocalisationMethod;
 use crate::communication::MessageSettings;
 use crate::game::{Rules, TimedIntervention};
 use crate::geometry::{Pose, file_units};
@@ -63,7 +63,7 @@ pub struct Scenario {
     /// How exactly robots know their steps, unless they say otherwise.
     pub odometry: OdometrySettings,
     /// How robots with the built-in belief localise themselves, unless they say otherwise.
-    pub localisation: Localisation,
+    pub localisation: LocalisationMethod,
     /// Settings of [sensors that the program has registered](crate::simulation::sensors), unless a robot says otherwise: what
     /// they do not say has its default, and `null` takes a sensor away. Whether there are such is found when a match starts.
     #[serde(skip_serializing_if = "NamedValues::is_empty")]
@@ -100,7 +100,7 @@ impl Default for Scenario {
             cameras: CameraSettings::default(),
             vision: VisionSettings::default(),
             odometry: OdometrySettings::default(),
-            localisation: Localisation::default(),
+            localisation: LocalisationMethod::default(),
             sensors: NamedValues::default(),
             messages: MessageSettings::default(),
             robots: Vec::new(),
@@ -198,7 +198,7 @@ pub struct RobotSpec {
     pub vision: Option<VisionSettings>,
     /// How it localises itself.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub localisation: Option<Localisation>,
+    pub localisation: Option<LocalisationMethod>,
     /// How exactly it knows its steps.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub odometry: Option<OdometrySettings>,

@@ -5,7 +5,7 @@
 use bevy::prelude::*;
 
 use super::camera::image::Layers;
-use super::camera::noise::{Darkroom, Exposure};
+use super::camera::noise::{DrawnNoise, NoiseBuffer};
 use super::camera::shot::Shot;
 use super::camera::software::{Detail, PreparedScene, Renderer};
 use super::camera::{CameraImages, CameraRendering, CameraSettings};
@@ -32,8 +32,8 @@ impl Plugin for RenderingPlugin {
 
 /// Memory that is kept from cycle to cycle.
 #[derive(Default)]
-struct Studio {
-    /// One a design.
+struct RenderBuffers {
+    /// The scene made ready for the software renderer, one a design of robots.
     prepared: [PreparedScene; 2],
     jobs: Vec<Job>,
     workers: Vec<Worker>,
@@ -43,7 +43,7 @@ struct Studio {
 struct Job {
     robot: Entity,
     side: CameraSide,
-    exposure: Exposure,
+    noise: DrawnNoise,
     is_gpu: bool,
     shot: Shot,
 }
@@ -51,7 +51,7 @@ struct Job {
 #[derive(Default)]
 struct Worker {
     renderer: Renderer,
-    darkroom: Darkroom,
+    noise_buffer: NoiseBuffer,
 }
 
 impl CameraSettings {
@@ -75,7 +75,7 @@ impl CameraSettings {
 
 /// Draws the images that are due in this cycle.
 fn take_images(
-    mut studio: Local<Studio>,
+    mut buffers: Local<RenderBuffers>,
     clock: Res<CycleClock>,
     threads: Res<SensingThreads>,
     #[cfg(feature = "gpu")] mut gpu: Option<ResMut<super::camera::gpu::GpuCameras>>,
@@ -90,7 +90,7 @@ fn take_images(
         &mut RandomStreams,
     )>,
 ) {
-    let studio = &mut *studio;
+    let buffers = &mut *buffers;
     let is_due = |settings: &CameraSettings, vision: Option<&VisionSettings>| {
         settings.renderer(vision).filter(|_| settings.is_due(&clock))
     };
@@ -116,10 +116,10 @@ fn take_images(
             }
             let mut view = View::of_robot(&camera, body.world_from_robot(), *id);
             view.shadows = settings.shadows;
-            studio.jobs.push(Job {
+            buffers.jobs.push(Job {
                 robot: entity,
                 side,
-                exposure: settings.noise.draw(&mut streams.camera),
+                noise: settings.noise.draw(&mut streams.camera),
                 is_gpu,
                 shot: Shot {
                     view,
@@ -132,13 +132,13 @@ fn take_images(
     }
     for design in RobotDesign::BOTH {
         if is_wanted[design as usize] {
-            studio.prepared[design as usize].prepare(&scene, Detail { design, ..Detail::default() });
+            buffers.prepared[design as usize].prepare(&scene, Detail { design, ..Detail::default() });
         }
     }
     #[cfg(feature = "gpu")]
     if let Some(gpu) = &mut gpu {
         let mut shots: Vec<&mut Shot> =
-            studio.jobs.iter_mut().filter(|job| job.is_gpu).map(|job| &mut job.shot).collect();
+            buffers.jobs.iter_mut().filter(|job| job.is_gpu).map(|job| &mut job.shot).collect();
         if !shots.is_empty()
             && let Err(error) = gpu.get().draw(&scene, &mut shots)
         {
@@ -146,15 +146,15 @@ fn take_images(
             shots.iter_mut().for_each(|shot| shot.image.clear());
         }
     }
-    let prepared = &studio.prepared;
-    jobs::for_each(*threads, &mut studio.workers, &mut studio.jobs, |worker, job| {
+    let prepared = &buffers.prepared;
+    jobs::for_each(*threads, &mut buffers.workers, &mut buffers.jobs, |worker, job| {
         let shot = &mut job.shot;
         if !job.is_gpu {
             worker.renderer.draw(&prepared[shot.design as usize], &shot.view, shot.layers, &mut shot.image);
         }
-        job.exposure.apply(&mut shot.image, &mut worker.darkroom);
+        job.noise.apply(&mut shot.image, &mut worker.noise_buffer);
     });
-    for job in studio.jobs.drain(..) {
+    for job in buffers.jobs.drain(..) {
         if let Ok((.., mut images, _)) = robots.get_mut(job.robot) {
             *images.side_mut(job.side) = job.shot.image;
         }

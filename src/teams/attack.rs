@@ -206,7 +206,7 @@ mod tests {
     use crate::geometry::Pose;
     use crate::robot::body::BodyBounds;
     use crate::sensing::status::BodyStatus;
-    use crate::teams::player::tests::{Situation, after_decision};
+    use crate::teams::player::tests::{PlayerFixture, after_decision};
 
     const BALL_RADIUS_M: f32 = 0.03;
 
@@ -216,7 +216,7 @@ mod tests {
             let angle = index as f32 * 0.26;
             let ball = Vec2::new(0.8, -0.4);
             let start = ball + unit(angle) * (0.35 + 0.05 * index as f32);
-            let mut situation = Situation::new(Pose { position: start, heading: 2.0 * angle }, ball);
+            let mut situation = PlayerFixture::new(Pose { position: start, heading: 2.0 * angle }, ball);
             let mut memory = PlayerMemory::default();
             let mut kick = None;
             for _ in 0..30 * 20 {
@@ -242,8 +242,8 @@ mod tests {
 
     #[test]
     fn an_unseen_or_heard_ball_is_not_kicked_and_neither_is_one_while_recovering() {
-        let kicks = |change: fn(&mut Situation)| {
-            let mut situation = Situation::new(Pose::new(-0.17, -0.05, 0.0), Vec2::ZERO);
+        let kicks = |change: fn(&mut PlayerFixture)| {
+            let mut situation = PlayerFixture::new(Pose::new(-0.17, -0.05, 0.0), Vec2::ZERO);
             change(&mut situation);
             attack(&situation.player(), &mut PlayerMemory::default()).kick.is_some()
         };
@@ -258,7 +258,7 @@ mod tests {
 
     #[test]
     fn the_own_kick_off_is_no_shot() {
-        let mut situation = Situation::new(Pose::new(-0.3, 0.0, 0.0), Vec2::ZERO);
+        let mut situation = PlayerFixture::new(Pose::new(-0.3, 0.0, 0.0), Vec2::ZERO);
         let mut memory = PlayerMemory { kick_off_since_s: Some(0.0), ..default() };
         for _ in 0..300 {
             let decision = attack(&situation.player(), &mut memory);
@@ -274,7 +274,7 @@ mod tests {
 
     #[test]
     fn a_lost_ball_is_searched_all_around() {
-        let mut situation = Situation::new(Pose::default(), Vec2::ZERO);
+        let mut situation = PlayerFixture::new(Pose::default(), Vec2::ZERO);
         situation.belief.ball = None;
         let mut memory = PlayerMemory::default();
         let mut turned = 0.0;

@@ -117,8 +117,8 @@ mod tests {
     #[test]
     fn a_shot_that_cannot_be_walked_to_is_dived_for_where_the_rules_let_it() {
         let mut situation =
-            crate::teams::player::tests::Situation::new(crate::geometry::Pose::new(-2.7, 0.0, 0.0), Vec2::ZERO);
-        let dives = |situation: &crate::teams::player::tests::Situation, y: f32| {
+            crate::teams::player::tests::PlayerFixture::new(crate::geometry::Pose::new(-2.7, 0.0, 0.0), Vec2::ZERO);
+        let dives = |situation: &crate::teams::player::tests::PlayerFixture, y: f32| {
             // 1 m away at 2 m/s: half a second, in which it walks 10 cm.
             dive(&situation.player(), Vec2::new(-1.7, y), Vec2::new(-2.0, 0.0), y)
         };

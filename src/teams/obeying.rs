@@ -171,19 +171,19 @@ mod tests {
     use crate::game::{Rules, SetPlayKind};
     use crate::referee::SetPlayStatus;
     use crate::team::Team;
-    use crate::teams::player::tests::Situation;
+    use crate::teams::player::tests::PlayerFixture;
 
     fn walking(dx: f32, dy: f32) -> Decision {
         Decision { walk: WalkCommand { dx, dy, dtheta: 0.01 }, ..default() }
     }
 
-    fn moved(situation: &Situation, decision: Decision) -> Vec2 {
+    fn moved(situation: &PlayerFixture, decision: Decision) -> Vec2 {
         after(&situation.player(), &obey(&situation.player(), &PlayerMemory::default(), decision).walk)
     }
 
     #[test]
     fn nobody_goes_near_the_opponents_free_kick_and_whoever_is_near_leaves() {
-        let mut situation = Situation::new(Pose::new(-1.2, 0.0, 0.0), Vec2::ZERO);
+        let mut situation = PlayerFixture::new(Pose::new(-1.2, 0.0, 0.0), Vec2::ZERO);
         situation.status.set_play = Some(SetPlayStatus { kind: SetPlayKind::KickIn, team: Team::Pink });
         // 0.75 m and the margin of 0.35 m: at 1.2 m a step may still lead nearer, at 1.1 m none may.
         assert!(moved(&situation, walking(0.006, 0.0)).x > -1.2);
@@ -201,7 +201,7 @@ mod tests {
     fn only_the_keeper_goes_into_the_own_penalty_area_where_the_rules_say_so() {
         let rules = Rules { illegal_defender: true, ..Rules::default() };
         // The area of the pitch of 2010 is 0.6 m deep: to x = -2.4.
-        let mut situation = Situation::new(Pose::new(-2.347, 0.5, core::f32::consts::PI), Vec2::new(-2.7, 0.5));
+        let mut situation = PlayerFixture::new(Pose::new(-2.347, 0.5, core::f32::consts::PI), Vec2::new(-2.7, 0.5));
         let forward = walking(0.006, 0.0);
         assert!(moved(&situation, forward).x < -2.35);
         situation.rules = rules;
@@ -214,7 +214,7 @@ mod tests {
 
     #[test]
     fn a_player_in_its_place_for_the_kick_off_stands_still() {
-        let mut situation = Situation::new(Pose::default(), Vec2::ZERO);
+        let mut situation = PlayerFixture::new(Pose::default(), Vec2::ZERO);
         situation.status.state = GameState::Ready;
         let place = kick_off_place(&situation.player());
         assert!(!take_kick_off_place(&situation.player()).walk.is_null());
@@ -226,7 +226,7 @@ mod tests {
 
     #[test]
     fn who_lies_gets_up() {
-        let mut situation = Situation::new(Pose::default(), Vec2::ZERO);
+        let mut situation = PlayerFixture::new(Pose::default(), Vec2::ZERO);
         assert_eq!(posture(&situation.player()), None);
         situation.body = BodyStatus::Fallen;
         assert_eq!(posture(&situation.player()), Some(PostureRequest::GetUp));

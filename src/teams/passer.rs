@@ -276,7 +276,7 @@ mod tests {
     use crate::communication::{ReceivedMessage, TeamMessage};
     use crate::geometry::Pose;
     use crate::team::{RobotId, Team};
-    use crate::teams::player::tests::Situation;
+    use crate::teams::player::tests::PlayerFixture;
 
     fn mate(number: u8, x: f32, y: f32) -> RobotBelief {
         let id = Some(RobotId::new(Team::Blue, number));
@@ -293,7 +293,7 @@ mod tests {
 
     #[test]
     fn who_stands_free_before_the_goal_gets_the_ball_and_is_told_so() {
-        let mut situation = Situation::new(Pose::new(-0.2, 0.0, 0.0), Vec2::ZERO);
+        let mut situation = PlayerFixture::new(Pose::new(-0.2, 0.0, 0.0), Vec2::ZERO);
         situation.belief.team_mates = vec![mate(3, 1.6, 0.8)];
         // The direct way is blocked.
         situation.belief.opponents = vec![opponent(0.8, -0.1), opponent(2.7, 0.0)];
@@ -308,7 +308,7 @@ mod tests {
 
     #[test]
     fn whoever_is_told_of_a_pass_goes_where_it_will_come() {
-        let mut situation = Situation::new(Pose::new(0.5, 1.2, 0.0), Vec2::new(-1.0, -0.5));
+        let mut situation = PlayerFixture::new(Pose::new(0.5, 1.2, 0.0), Vec2::new(-1.0, -0.5));
         situation.belief.team_mates = vec![mate(3, -1.2, -0.5)];
         let announced = TeamMessage { payload: Some("pass 2 1.50 0.20".into()), ..default() };
         situation.heard = vec![said(3, announced)];
@@ -325,7 +325,7 @@ mod tests {
     #[test]
     fn nobody_walks_into_an_opponent_except_to_fight_for_the_ball() {
         // The opponent is 0.4 m ahead and a little to the left; the ball far to the right, or between them.
-        let situation = Situation::new(Pose::default(), Vec2::new(0.5, -1.5));
+        let situation = PlayerFixture::new(Pose::default(), Vec2::new(0.5, -1.5));
         let opponents = [opponent(0.4, 0.1)];
         let wanted = WalkCommand { dx: 0.006, dy: 0.0, dtheta: 0.01 };
         let given = give_way(&situation.player(), &wanted, Vec2::new(0.5, -1.5), &opponents);
@@ -340,7 +340,7 @@ mod tests {
     fn who_falls_back_covers_the_side_of_the_goal_on_which_it_is() {
         let ball = BallBelief { position_m: Vec2::new(-1.0, 0.0), ..default() };
         for side in [1.0, -1.0] {
-            let situation = Situation::new(Pose::new(-1.5, 0.3 * side, 0.0), ball.position_m);
+            let situation = PlayerFixture::new(Pose::new(-1.5, 0.3 * side, 0.0), ball.position_m);
             let place = guard_place(&situation.player(), &ball);
             // On the line from (-1, 0) to (-3, 0.4), half-way.
             assert!(place.distance(Vec2::new(-2.0, 0.2 * side)) < 0.05, "{place}");
@@ -350,7 +350,7 @@ mod tests {
     #[test]
     fn on_a_large_pitch_it_stands_just_outside_the_penalty_area() {
         let ball = BallBelief { position_m: Vec2::new(-1.0, 0.0), ..default() };
-        let mut situation = Situation::new(Pose::new(-1.5, 0.3, 0.0), ball.position_m);
+        let mut situation = PlayerFixture::new(Pose::new(-1.5, 0.3, 0.0), ball.position_m);
         // That of the pitch of 2025: 1.65 m deep.
         situation.pitch.penalty_area.depth_m = 1.65;
         let place = guard_place(&situation.player(), &ball);
@@ -359,7 +359,7 @@ mod tests {
 
     #[test]
     fn when_the_opponents_have_the_ball_it_stands_before_the_own_goal() {
-        let mut situation = Situation::new(Pose::new(0.5, 1.2, 0.0), Vec2::new(0.0, -1.0));
+        let mut situation = PlayerFixture::new(Pose::new(0.5, 1.2, 0.0), Vec2::new(0.0, -1.0));
         situation.belief.team_mates = vec![mate(3, 0.6, -0.8)];
         situation.belief.opponents = vec![opponent(0.3, -1.0)];
         let mut memory = PlayerMemory::default();

@@ -207,7 +207,7 @@ pub(super) mod tests {
 
     /// What a player may find itself in: everything that a [`Player`] refers to.
     #[derive(Clone, Debug)]
-    pub struct Situation {
+    pub struct PlayerFixture {
         pub id: RobotId,
         pub belief: Belief,
         pub heard: Vec<ReceivedMessage>,
@@ -222,7 +222,7 @@ pub(super) mod tests {
         pub period: f32,
     }
 
-    impl Situation {
+    impl PlayerFixture {
         /// Blue's number 2 with the ball in play.
         pub fn new(pose: Pose, ball: Vec2) -> Self {
             Self {
@@ -271,7 +271,7 @@ pub(super) mod tests {
 
     #[test]
     fn obstacles_are_robots_posts_and_what_only_the_sonars_know() {
-        let mut situation = Situation::new(Pose::new(2.0, 0.6, 0.0), Vec2::ZERO);
+        let mut situation = PlayerFixture::new(Pose::new(2.0, 0.6, 0.0), Vec2::ZERO);
         let robot = |x, y, age_s| crate::belief::RobotBelief {
             id: None,
             position_m: Vec2::new(x, y),
@@ -279,7 +279,7 @@ pub(super) mod tests {
             age_s,
         };
         situation.belief.opponents = vec![robot(1.5, 0.6, 0.0), robot(-2.0, 0.0, 0.0), robot(2.2, 0.0, 3.0)];
-        let count = |situation: &Situation| situation.player().obstacles().iter().count();
+        let count = |situation: &PlayerFixture| situation.player().obstacles().iter().count();
         // The opponent near by, and the post at (2.975, 0.7); the others are far away or long gone.
         assert_eq!(count(&situation), 2);
         situation.sonar.left = Some(0.3);

@@ -56,15 +56,6 @@ impl Obstacles {
     }
 }
 
-/// A place to go and where to face.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Goal {
-    /// Where to stand, m, team frame.
-    pub position: Vec2,
-    /// Where to face, unit vector, team frame.
-    pub facing: Vec2,
-}
-
 /// The next step towards a place along `way` (m, team frame), turning to face `facing`.
 pub fn step_towards(forward: Vec2, way: Vec2, facing: Vec2, limits: &MotionLimits, period: f32) -> WalkCommand {
     let step = unrotate(forward, way.clamp_length_max(limits.max_linear_mps * period));

@@ -9,7 +9,7 @@ use bevy::math::{Vec2, ops};
 use core::ops::RangeInclusive;
 use naoisis::ball::Rolling;
 use naoisis::behaviour::script::ScriptEntry;
-use naoisis::belief::method::Localisation;
+use naoisis::belief::localisation_method::LocalisationMethod;
 use naoisis::communication::{MessageSettings, TeamMessage};
 use naoisis::game::{Intervention, PenaltyReason, TimedIntervention};
 use naoisis::geometry::to_radians;
@@ -338,7 +338,8 @@ fn scenario() -> impl Strategy<Value = Accepted> {
         height_m: 0.5,
     });
     let who = prop_oneof![3 => vec(robot(), 0..9).prop_map(Ok), 1 => teams.prop_map(Err)];
-    let localisation = select(vec![Localisation::Kalman, Localisation::Unscented, Localisation::Particles]);
+    let localisation =
+        select(vec![LocalisationMethod::Kalman, LocalisationMethod::Unscented, LocalisationMethod::Particles]);
     let numbers = (any::<u64>(), cycle_s, ball(), motion(), rules(), field(), abilities(), localisation);
     (numbers, (who, vec(post, 0..4), vec(intervention(), 0..4)))
         .prop_map(

@@ -11,7 +11,7 @@ use core::fmt::Display;
 use core::ops::RangeInclusive;
 
 use super::field_path::{FieldPath, Segment};
-use super::outline::Aim;
+use super::outline::FieldPart;
 use super::types::{BehaviourSpec, RobotSpec, Scenario};
 use super::wording::{did_you_mean, in_words, one_of, quoted};
 use crate::behaviour::script::ScriptEntry;
@@ -36,7 +36,7 @@ pub struct ScenarioFault {
     /// What was expected instead.
     pub expected: String,
     /// Which part of the field is at fault.
-    pub(super) aim: Aim,
+    pub(super) part: FieldPart,
 }
 
 impl From<RenderingUnavailable> for ScenarioFault {
@@ -50,13 +50,13 @@ impl From<RenderingUnavailable> for ScenarioFault {
 impl ScenarioFault {
     /// Something wrong at `path`.
     pub fn new(path: FieldPath, message: impl Into<String>, expected: impl Into<String>) -> Self {
-        Self { path, related: None, message: message.into(), expected: expected.into(), aim: Aim::Value }
+        Self { path, related: None, message: message.into(), expected: expected.into(), part: FieldPart::Value }
     }
 
     /// The fault of a field's name, rather than of its value.
     #[must_use]
     pub(crate) fn at_key(self) -> Self {
-        Self { aim: Aim::Key, ..self }
+        Self { part: FieldPart::Key, ..self }
     }
 
     /// What is wrong and what was expected, without the field.

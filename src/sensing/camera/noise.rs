@@ -44,18 +44,18 @@ impl ImageNoise {
     /// The widest blur, pixels.
     pub const MOST_BLUR_PX: f32 = 8.0;
 
-    /// What it does to the next image.
-    pub(crate) fn draw(&self, stream: &mut RandomStream) -> Exposure {
+    /// Draws what it does to the next image.
+    pub(crate) fn draw(&self, stream: &mut RandomStream) -> DrawnNoise {
         let gain = self.brightness + stream.gaussian(self.brightness_sd);
         let shift = self.colour_shift.map(|shift| shift + stream.gaussian(self.colour_shift_sd));
         let seed = if self.pixel_sd > 0.0 { stream.next_u64() } else { 0 };
-        Exposure { gain: gain.max(0.0), shift, pixel_sd: self.pixel_sd, blur_px: self.blur_px, seed }
+        DrawnNoise { gain: gain.max(0.0), shift, pixel_sd: self.pixel_sd, blur_px: self.blur_px, seed }
     }
 }
 
-/// What the light and the noise do to one image.
+/// What the light and the noise do to one image, as drawn for it.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(crate) struct Exposure {
+pub(crate) struct DrawnNoise {
     gain: f32,
     shift: [f32; 3],
     pixel_sd: f32,
@@ -63,9 +63,9 @@ pub(crate) struct Exposure {
     seed: u64,
 }
 
-/// Memory for one image at a time.
+/// The copy of an image that blurring needs, kept so that nothing is allocated.
 #[derive(Default)]
-pub(crate) struct Darkroom {
+pub(crate) struct NoiseBuffer {
     copy: Vec<u8>,
 }
 
@@ -76,11 +76,11 @@ static NORMAL: LazyLock<Vec<i32>> = LazyLock::new(|| {
 });
 const NORMAL_COUNT: usize = 1 << 14;
 
-impl Exposure {
+impl DrawnNoise {
     /// Changes the colours of an image. What its pixels are and how far away stays.
-    pub(crate) fn apply(&self, image: &mut Image, darkroom: &mut Darkroom) {
+    pub(crate) fn apply(&self, image: &mut Image, buffer: &mut NoiseBuffer) {
         if self.blur_px > 0.0 {
-            blur(image, &mut darkroom.copy, self.blur_px);
+            blur(image, &mut buffer.copy, self.blur_px);
         }
         if self.gain != 1.0 || self.shift != [0.0; 3] {
             let tables = self.shift.map(|shift| {
@@ -173,9 +173,9 @@ mod tests {
         Image { width: 64, height: 48, rgb: vec![level; 3 * 64 * 48], ..Image::default() }
     }
 
-    fn exposed(noise: &ImageNoise, image: &Image) -> Image {
+    fn with_noise(noise: &ImageNoise, image: &Image) -> Image {
         let mut image = image.clone();
-        noise.draw(&mut RandomStream::for_match(5, "test")).apply(&mut image, &mut Darkroom::default());
+        noise.draw(&mut RandomStream::for_match(5, "test")).apply(&mut image, &mut NoiseBuffer::default());
         image
     }
 
@@ -183,10 +183,10 @@ mod tests {
     fn without_noise_an_image_stays_as_it_is_and_nothing_is_drawn() {
         let mut stream = RandomStream::for_match(5, "test");
         let before = stream.clone();
-        let exposure = ImageNoise::default().draw(&mut stream);
+        let drawn = ImageNoise::default().draw(&mut stream);
         assert_eq!(stream, before);
         let mut image = grey(100);
-        exposure.apply(&mut image, &mut Darkroom::default());
+        drawn.apply(&mut image, &mut NoiseBuffer::default());
         assert_eq!(image, grey(100));
     }
 
@@ -194,14 +194,14 @@ mod tests {
     fn light_multiplies_and_colours_shift() {
         let noise = ImageNoise { brightness: 0.5, colour_shift: [10.0, 0.0, -60.0], ..default() };
         // 100 / 2 + 10, + 0, - 60 and not below 0.
-        assert_eq!(exposed(&noise, &grey(100)).colour(3, 4), Some([60, 50, 0]));
+        assert_eq!(with_noise(&noise, &grey(100)).colour(3, 4), Some([60, 50, 0]));
     }
 
     #[test]
     fn pixel_noise_has_the_deviation_asked_for_and_repeats() {
         let noise = ImageNoise { pixel_sd: 8.0, ..default() };
-        let image = exposed(&noise, &grey(128));
-        assert_eq!(image, exposed(&noise, &grey(128)));
+        let image = with_noise(&noise, &grey(128));
+        assert_eq!(image, with_noise(&noise, &grey(128)));
         let count = image.rgb.len() as f64;
         let mean = image.rgb.iter().map(|&level| f64::from(level)).sum::<f64>() / count;
         let variance = image.rgb.iter().map(|&level| (f64::from(level) - mean).powi(2)).sum::<f64>() / count;
@@ -212,10 +212,10 @@ mod tests {
     #[test]
     fn blur_spreads_a_point_and_keeps_even_areas() {
         let noise = ImageNoise { blur_px: 1.5, ..default() };
-        assert_eq!(exposed(&noise, &grey(77)), grey(77));
+        assert_eq!(with_noise(&noise, &grey(77)), grey(77));
         let mut point = grey(0);
         point.rgb[3 * (20 * 64 + 30)] = 255;
-        let image = exposed(&noise, &point);
+        let image = with_noise(&noise, &point);
         let red = |u, v| image.colour(u, v).unwrap()[0];
         // The middle of the bell is 255 / (2 pi sd²) = 18.
         assert!((i32::from(red(30, 20)) - 18).abs() <= 1, "{}", red(30, 20));

@@ -2,8 +2,8 @@
 //! window.
 //!
 //! It is a Bevy app of its own with nothing but the renderer in it. A picture is asked for and returned at once, so that it
-//! belongs to the cycle that asked for it: the scene is put on the stage, one camera a picture draws into a texture, and
-//! the textures are read back before [`GpuRenderer::draw`] returns. The cameras see the stage and nothing else: what a viewer
+//! belongs to the cycle that asked for it: the scene becomes entities, one camera a picture draws into a texture, and
+//! the textures are read back before [`GpuRenderer::draw`] returns. The cameras see those entities and nothing else: what a viewer
 //! draws over a match is in another world.
 //!
 //! Any adapter will do, one in software too; where there is none, [`GpuRenderer::new`] says so. Pictures show the same scene
@@ -25,7 +25,7 @@ use bevy::render::settings::{RenderCreation, WgpuSettings};
 
 mod material;
 mod read_back;
-mod stage;
+mod render_scene;
 
 use super::shot::Shot;
 use super::software::NEAR;
@@ -34,7 +34,7 @@ use crate::appearance::view::View;
 use crate::appearance::{Label, colours};
 use material::SceneMaterialPlugin;
 use read_back::{read_back, take_colours, take_depth, texture};
-use stage::{Showing, Stage};
+use render_scene::{RenderScene, SceneVariant};
 
 /// The camera does not look further than this, m.
 const FAR_M: f32 = 600.0;
@@ -94,7 +94,7 @@ impl From<MeshMergeError> for GpuError {
 /// Draws pictures on a graphics card.
 pub struct GpuRenderer {
     apps: SubApps,
-    stage: Stage,
+    render_scene: RenderScene,
     cameras: Vec<Camera3>,
     adapter: String,
     most_samples: u32,
@@ -158,7 +158,7 @@ impl GpuRenderer {
         let info = render.resource::<RenderAdapterInfo>();
         let adapter = format!("{} ({:?})", info.name, info.backend);
         let most_samples = render.resource::<RenderDevice>().limits().max_texture_dimension_2d;
-        Ok(Self { apps, stage: Stage::default(), cameras: Vec::new(), adapter, most_samples })
+        Ok(Self { apps, render_scene: RenderScene::default(), cameras: Vec::new(), adapter, most_samples })
     }
 
     /// The name of the adapter, and what drives it.
@@ -172,21 +172,21 @@ impl GpuRenderer {
     /// When one is too large, or the adapter fails. The pictures are not to be used then.
     pub fn draw(&mut self, scene: &Scene, shots: &mut [&mut Shot]) -> Result<(), GpuError> {
         // Distances are a picture of their own.
-        let mut exposures: Vec<(usize, Showing)> = Vec::new();
+        let mut passes: Vec<(usize, SceneVariant)> = Vec::new();
         for (index, shot) in shots.iter().enumerate() {
-            let showing = Showing { design: shot.design, shadows: shot.view.shadows, depth: false };
-            exposures.push((index, showing));
+            let variant = SceneVariant { design: shot.design, shadows: shot.view.shadows, depth: false };
+            passes.push((index, variant));
             if shot.layers.depth {
-                exposures.push((index, Showing { depth: true, ..showing }));
+                passes.push((index, SceneVariant { depth: true, ..variant }));
             }
         }
-        let showings: Vec<Showing> = exposures.iter().map(|(_, showing)| *showing).collect();
+        let variants: Vec<SceneVariant> = passes.iter().map(|(_, variant)| *variant).collect();
         let world = self.apps.main.world_mut();
-        let mut is_new = self.stage.set(world, scene, &showings)?;
-        for (number, (index, showing)) in exposures.iter().enumerate() {
-            is_new |= self.aim(number, &shots[*index].view, *showing)?;
+        let mut is_new = self.render_scene.set(world, scene, &variants)?;
+        for (number, (index, variant)) in passes.iter().enumerate() {
+            is_new |= self.aim(number, &shots[*index].view, *variant)?;
         }
-        for camera in &self.cameras[exposures.len()..] {
+        for camera in &self.cameras[passes.len()..] {
             if let Some(mut unused) = self.apps.main.world_mut().get_mut::<Camera>(camera.entity) {
                 unused.is_active = false;
             }
@@ -195,10 +195,10 @@ impl GpuRenderer {
         if is_new {
             self.warm_up()?;
         }
-        let samples = read_back(render_world(&mut self.apps)?, &mut self.cameras[..exposures.len()])?;
-        for ((index, showing), samples) in exposures.iter().zip(&samples) {
+        let samples = read_back(render_world(&mut self.apps)?, &mut self.cameras[..passes.len()])?;
+        for ((index, variant), samples) in passes.iter().zip(&samples) {
             let shot = &mut shots[*index];
-            if showing.depth {
+            if variant.depth {
                 shot.image.depth_m.clear();
                 take_depth(samples, &shot.view, &mut shot.image);
             } else {
@@ -209,7 +209,7 @@ impl GpuRenderer {
     }
 
     /// Points a camera, which is made if there are not enough. Whether it is new.
-    fn aim(&mut self, number: usize, view: &View, showing: Showing) -> Result<bool, GpuError> {
+    fn aim(&mut self, number: usize, view: &View, variant: SceneVariant) -> Result<bool, GpuError> {
         let [width, height] = view.size();
         let samples = view.supersampling.max(1);
         let size = UVec2::new(width as u32, height as u32) * samples;
@@ -242,14 +242,14 @@ impl GpuRenderer {
             far: FAR_M,
             ..default()
         };
-        let sky = if showing.depth { [0.0; 4] } else { sky() };
+        let sky = if variant.depth { [0.0; 4] } else { sky() };
         let camera = Camera {
             is_active: true,
             order: number as isize,
             clear_color: ClearColorConfig::Custom(Color::linear_rgba(sky[0], sky[1], sky[2], sky[3])),
             ..default()
         };
-        let layers = self.stage.layers(view, showing);
+        let layers = self.render_scene.layers(view, variant);
         let entity = self.cameras[number].entity;
         let mut entity = world.entity_mut(entity);
         entity.insert((place, Projection::Perspective(projection), layers));

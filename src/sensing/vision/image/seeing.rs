@@ -18,7 +18,7 @@ const SAME_LANDMARK_M: f32 = 0.25;
 
 /// Memory that is kept from cycle to cycle.
 #[derive(Default)]
-pub struct Desk {
+pub struct VisionBuffers {
     jobs: Vec<Job>,
     done: Vec<Findings>,
     workers: Vec<ImageVision>,
@@ -35,39 +35,39 @@ struct Job {
 
 /// Looks through the images that were taken in this cycle.
 pub fn look_through_images(
-    mut desk: Local<Desk>,
+    mut buffers: Local<VisionBuffers>,
     clock: Res<CycleClock>,
     threads: Res<SensingThreads>,
     pitch: Res<Pitch>,
     balls: Query<&BallPhysics>,
     mut robots: Query<(Entity, &HeadAngles, &CameraSettings, &VisionSettings, &mut CameraImages, &mut Percepts)>,
 ) {
-    let desk = &mut *desk;
+    let buffers = &mut *buffers;
     for (robot, head, camera, settings, mut images, _) in &mut robots {
         if settings.source != VisionSource::Image || images.cycle != Some(clock.cycle) {
             continue;
         }
         for (side, view) in CameraSide::BOTH.into_iter().zip(CameraView::both(camera.into(), *head)) {
             let image = core::mem::take(images.side_mut(side));
-            let findings = desk.done.pop().unwrap_or_default();
-            desk.jobs.push(Job { robot, side, view, image, findings });
+            let findings = buffers.done.pop().unwrap_or_default();
+            buffers.jobs.push(Job { robot, side, view, image, findings });
         }
     }
-    if desk.jobs.is_empty() {
+    if buffers.jobs.is_empty() {
         return;
     }
     // The size of the ball is known to everybody.
     let ball_radius = balls.iter().next().map_or(BallPhysics::default().radius_m, |ball| ball.radius_m);
     let known = Known::new(&pitch, ball_radius);
-    jobs::for_each(*threads, &mut desk.workers, &mut desk.jobs, |vision, job| {
+    jobs::for_each(*threads, &mut buffers.workers, &mut buffers.jobs, |vision, job| {
         vision.recognise(&job.image, job.side, &job.view, &known, &mut job.findings);
     });
     // Both jobs of a robot follow each other.
-    for job in desk.jobs.drain(..) {
+    for job in buffers.jobs.drain(..) {
         let Ok((.., mut images, mut percepts)) = robots.get_mut(job.robot) else { continue };
         *images.side_mut(job.side) = job.image;
         merge(&mut percepts, job.side, &job.findings);
-        desk.done.push(job.findings);
+        buffers.done.push(job.findings);
     }
     for (.., settings, _, mut percepts) in &mut robots {
         if settings.source == VisionSource::Image {

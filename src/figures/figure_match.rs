@@ -30,28 +30,28 @@ const ABOVE: f32 = 14.0;
 const ABOVE_M: [f32; 2] = [14.0, 110.0];
 
 /// A match under way.
-pub struct Stage {
+pub struct FigureMatch {
     /// The match.
     pub app: App,
     photographer: Photographer,
 }
 
-impl Stage {
+impl FigureMatch {
     /// Starts the match of a scenario in JSON.
     ///
     /// # Errors
     /// When there is something wrong with it.
-    pub fn begin(scenario: &str) -> Result<Stage, FigureError> {
+    pub fn begin(scenario: &str) -> Result<FigureMatch, FigureError> {
         let mut app = App::new();
         app.add_plugins(NaoisisPlugins);
         app.start_match(&Scenario::from_json(scenario)?)?;
-        let mut stage = Stage { app, photographer: Photographer::default() };
-        stage.photographer.look(stage.app.world_mut());
-        Ok(stage)
+        let mut played = FigureMatch { app, photographer: Photographer::default() };
+        played.photographer.look(played.app.world_mut());
+        Ok(played)
     }
 
     /// Plays so many cycles and calls `after` after each.
-    pub fn play(&mut self, cycles: usize, mut after: impl FnMut(&Stage)) {
+    pub fn play(&mut self, cycles: usize, mut after: impl FnMut(&FigureMatch)) {
         for _ in 0..cycles {
             self.app.run_cycles(1);
             self.photographer.look(self.app.world_mut());

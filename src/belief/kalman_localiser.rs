@@ -1,25 +1,26 @@
-//! Where the robot is: odometry and landmarks put together, being placed by the referee, and being lost.
+//! The robot's own pose by a Kalman filter: odometry and landmarks put together, being placed by the referee, and being lost.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::association::{Innovations, clearly_nearest};
 use super::landmarks::{
-    LandmarkModel, Landmarks, Look, halfway_pose, seen_goal, sighting_of_mark, sighting_of_post, waiting_pose,
+    LandmarkModel, Landmarks, PitchObservation, halfway_pose, seen_goal, sighting_of_mark, sighting_of_post,
+    waiting_pose,
 };
 use super::line_sighting::SeenLine;
-use super::localisation::{Innovation, PoseEstimate, StepError, pose_from_two};
-use super::method::KalmanFilter;
+use super::localisation_method::KalmanFilter;
+use super::pose_estimate::{Innovation, PoseEstimate, StepError, pose_from_two};
 use super::sighting::Sighting;
 use super::unscented;
 use crate::geometry::Pose;
 use crate::sensing::vision::{GoalPostPercept, LandmarkKind, LandmarkPercept};
 
-/// The doubt about the pose of a robot that was placed for a kick-off, m and radians.
+/// How uncertain the pose of a robot is that was placed for a kick-off: standard deviations, m and radians.
 pub(super) const PLACED_SD: [f32; 2] = [0.03, 0.02];
-/// The doubt about the pose of a robot that comes back from a penalty: it may have been put down a little elsewhere.
+/// The same for a robot that comes back from a penalty: it may have been put down a little elsewhere.
 pub(super) const RETURNED_SD: [f32; 2] = [0.4, 0.1];
-/// The doubt that is added when what is seen contradicts the pose.
+/// The standard deviations that are added when what is seen contradicts the pose, m and radians.
 const LOST_SD: [f32; 2] = [0.3, 0.2];
 /// Marks of the right kind further away from where one is seen than this do not come into question, m.
 const CANDIDATE_RANGE_M: f32 = 1.5;
@@ -30,9 +31,9 @@ const LINES_PER_CYCLE: usize = 2;
 /// The weight of evidence at which a robot decides which end of the pitch it sees: squared Mahalanobis distance.
 const SIDE_DECISION: f32 = 25.0;
 
-/// Where the robot thinks that it is.
+/// The robot's own pose by a Kalman filter.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-pub struct OwnPose {
+pub struct KalmanLocaliser {
     /// By which filter.
     pub filter: KalmanFilter,
     /// The pose, team frame, and how certain it is.
@@ -46,7 +47,7 @@ pub struct OwnPose {
     contradictions: u32,
 }
 
-impl OwnPose {
+impl KalmanLocaliser {
     /// That of a robot that was told its place, team frame.
     pub fn placed(filter: KalmanFilter, pose: Pose) -> Self {
         Self { filter, estimate: PoseEstimate::new(pose, PLACED_SD[0], PLACED_SD[1]), ..default() }
@@ -87,45 +88,45 @@ impl OwnPose {
 
     /// Corrects the pose by what is seen of the pitch. Returns whether the robot has lost its way: it has seen more out of
     /// place than in place for a while.
-    pub fn orient(&mut self, look: &Look) -> bool {
-        let posts = &look.percepts.goal_posts;
-        let model = look.model;
+    pub fn correct(&mut self, observation: &PitchObservation) -> bool {
+        let posts = &observation.percepts.goal_posts;
+        let model = observation.model;
         if self.sides.is_some() {
-            self.choose_side(look);
+            self.choose_side(observation);
         }
         match seen_goal(posts) {
-            Some(goal) => self.see_goal(goal, look),
+            Some(goal) => self.see_goal(goal, observation),
             None => {
                 for post in posts {
-                    let candidates = look.landmarks.posts(post.colour, look.own_end);
-                    let sighting = sighting_of_post(post, look.image, model);
+                    let candidates = observation.landmarks.posts(post.colour, observation.own_end);
+                    let sighting = sighting_of_post(post, observation.image, model);
                     let association = self.associate(&sighting, candidates);
                     self.judge(association, model);
                 }
             }
         }
-        for mark in look.marks(MARKS_PER_CYCLE) {
-            self.see_mark(mark, look.landmarks, model);
+        for mark in observation.marks(MARKS_PER_CYCLE) {
+            self.see_mark(mark, observation.landmarks, model);
         }
-        for line in look.lines(LINES_PER_CYCLE).filter(SeenLine::is_useful) {
-            self.see_line(&line, look.landmarks, model);
+        for line in observation.lines(LINES_PER_CYCLE).filter(SeenLine::is_useful) {
+            self.see_line(&line, observation.landmarks, model);
         }
         let lost = self.contradictions > model.contradictions;
         if lost {
             self.contradictions = 0;
-            self.estimate = self.estimate.doubted(LOST_SD[0], LOST_SD[1]);
+            self.estimate = self.estimate.inflated(LOST_SD[0], LOST_SD[1]);
         }
         lost
     }
 
-    fn see_goal(&mut self, [left, right]: [&GoalPostPercept; 2], look: &Look) {
-        let model = look.model;
-        let sightings = [left, right].map(|post| sighting_of_post(post, look.image, model));
+    fn see_goal(&mut self, [left, right]: [&GoalPostPercept; 2], observation: &PitchObservation) {
+        let model = observation.model;
+        let sightings = [left, right].map(|post| sighting_of_post(post, observation.image, model));
         let innovations = self.innovations();
         // Where both goals have the same colour, it is the likelier one.
-        let nearest = look
+        let nearest = observation
             .landmarks
-            .goals(left.colour, look.own_end)
+            .goals(left.colour, observation.own_end)
             .map(|goal| {
                 let goal = goal.seen_from(self.estimate.pose.position);
                 let distance = innovations.of_point(goal.left_post, &sightings[0]).distance_squared
@@ -138,7 +139,7 @@ impl OwnPose {
         if distance > 2.0 * model.gate {
             self.contradictions += 1;
             if self.contradictions > model.contradictions {
-                self.start_from_goal(places, [left.position_m, right.position_m], look.landmarks);
+                self.start_from_goal(places, [left.position_m, right.position_m], observation.landmarks);
             }
             return;
         }
@@ -201,17 +202,17 @@ impl OwnPose {
     }
 
     /// Weighs the pose against the pose turned by half a turn.
-    fn choose_side(&mut self, look: &Look) {
+    fn choose_side(&mut self, observation: &PitchObservation) {
         let Some(mut evidence) = self.sides else { return };
         let pose = self.estimate.pose;
-        for post in &look.percepts.goal_posts {
-            let sighting = Sighting::new(post.position_m, look.model.goal_post_angle_sd);
+        for post in &observation.percepts.goal_posts {
+            let sighting = Sighting::new(post.position_m, observation.model.goal_post_angle_sd);
             for (pose, sum) in [pose, pose.turned_half()].into_iter().zip(&mut evidence) {
                 let estimate = PoseEstimate { pose, ..self.estimate };
                 let forward = pose.forward();
-                *sum += look
+                *sum += observation
                     .landmarks
-                    .posts(post.colour, look.own_end)
+                    .posts(post.colour, observation.own_end)
                     .map(|place| estimate.innovation(forward, place, &sighting).distance_squared)
                     .fold(SIDE_DECISION, f32::min);
             }
@@ -256,17 +257,24 @@ mod tests {
         }
     }
 
-    fn oriented(start: OwnPose, percepts: &Percepts, own_end: End, cycles: usize) -> OwnPose {
+    fn oriented(start: KalmanLocaliser, percepts: &Percepts, own_end: End, cycles: usize) -> KalmanLocaliser {
         let landmarks = Landmarks::of(&Pitch::default());
         let mut own = start;
         let model = LandmarkModel::default();
         for turn in 0..cycles {
-            own.orient(&Look { percepts, landmarks: &landmarks, own_end, image: IMAGE, turn, model: &model });
+            own.correct(&PitchObservation {
+                percepts,
+                landmarks: &landmarks,
+                own_end,
+                image: IMAGE,
+                turn,
+                model: &model,
+            });
         }
         own
     }
 
-    fn assert_near(own: &OwnPose, truth: Pose) {
+    fn assert_near(own: &KalmanLocaliser, truth: Pose) {
         assert_abs_diff_eq!(own.estimate.pose.position, truth.position, epsilon = 0.05);
         assert_abs_diff_eq!(own.estimate.pose.heading, truth.heading, epsilon = 0.03);
     }
@@ -282,7 +290,7 @@ mod tests {
             ],
             ..default()
         };
-        let start = OwnPose { estimate: PoseEstimate::new(Pose::new(-0.8, 0.3, 3.0), 0.3, 0.2), ..default() };
+        let start = KalmanLocaliser { estimate: PoseEstimate::new(Pose::new(-0.8, 0.3, 3.0), 0.3, 0.2), ..default() };
         assert_near(&oriented(start, &percepts, End::PositiveX, 20), truth);
     }
 
@@ -297,7 +305,7 @@ mod tests {
             ],
             ..default()
         };
-        let start = OwnPose { estimate: PoseEstimate::new(Pose::new(3.35, 0.15, 3.0), 0.1, 0.1), ..default() };
+        let start = KalmanLocaliser { estimate: PoseEstimate::new(Pose::new(3.35, 0.15, 3.0), 0.1, 0.1), ..default() };
         let own = oriented(start, &percepts, End::NegativeX, 20);
         assert_near(&own, truth);
         assert_eq!(own.contradictions, 0);
@@ -315,8 +323,11 @@ mod tests {
             ],
             ..default()
         };
-        let start =
-            OwnPose { estimate: PoseEstimate::new(Pose::new(-0.6, 0.15, 0.35), 0.1, 0.05), age_s: 3.0, ..default() };
+        let start = KalmanLocaliser {
+            estimate: PoseEstimate::new(Pose::new(-0.6, 0.15, 0.35), 0.1, 0.05),
+            age_s: 3.0,
+            ..default()
+        };
         let own = oriented(start, &percepts, End::NegativeX, 20);
         assert_near(&own, truth);
         assert_eq!(own.age_s, 0.0);
@@ -341,18 +352,18 @@ mod tests {
         let percepts = Percepts { landmarks: lines, ..default() };
         for filter in [KalmanFilter::Extended, KalmanFilter::Unscented] {
             let estimate = PoseEstimate::new(Pose::new(-1.9, 1.1, 2.35), 0.1, 0.1);
-            let start = OwnPose { filter, estimate, ..default() };
+            let start = KalmanLocaliser { filter, estimate, ..default() };
             assert_near(&oriented(start, &percepts, End::NegativeX, 20), truth);
         }
     }
 
     #[test]
     fn what_could_be_either_of_two_marks_says_nothing() {
-        // Half-way between the two crossings of the circle with the halfway line, and no idea of y.
+        // Half-way between the two crossings of the circle with the halfway line, and y unknown.
         let truth = Pose::new(-1.0, 0.0, 0.0);
         let kind = LandmarkKind::Junction { shape: JunctionShape::X };
         let percepts = Percepts { landmarks: vec![mark(truth, kind, Vec2::ZERO)], ..default() };
-        let start = OwnPose { estimate: PoseEstimate::new(truth, 0.6, 0.3), age_s: 3.0, ..default() };
+        let start = KalmanLocaliser { estimate: PoseEstimate::new(truth, 0.6, 0.3), age_s: 3.0, ..default() };
         assert_eq!(oriented(start, &percepts, End::NegativeX, 1), start);
     }
 
@@ -366,7 +377,7 @@ mod tests {
             ],
             ..default()
         };
-        let start = OwnPose::placed(KalmanFilter::Extended, Pose::new(-2.0, 1.0, 2.5));
+        let start = KalmanLocaliser::placed(KalmanFilter::Extended, Pose::new(-2.0, 1.0, 2.5));
         assert_near(&oriented(start, &percepts, End::NegativeX, 60), truth);
     }
 
@@ -383,8 +394,12 @@ mod tests {
             ..default()
         };
         for ball in [None, Some(Vec2::new(0.0, 1.0)), Some(Vec2::new(0.0, -1.0))] {
-            let own =
-                oriented(OwnPose::returned(KalmanFilter::Unscented, &landmarks, ball), &percepts, End::NegativeX, 30);
+            let own = oriented(
+                KalmanLocaliser::returned(KalmanFilter::Unscented, &landmarks, ball),
+                &percepts,
+                End::NegativeX,
+                30,
+            );
             assert_near(&own, truth);
         }
     }

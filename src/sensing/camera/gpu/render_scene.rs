@@ -1,6 +1,6 @@
 //! The scene as entities of Bevy: pitch, posts, ball and robots, each on the render layers of those who see it.
 //!
-//! There are no transforms to propagate: the stage's frame is the pitch frame, and places are written where Bevy's renderer
+//! There are no transforms to propagate: the frame of Bevy's world is the pitch frame here, and places are written where Bevy's renderer
 //! reads them, as [`GlobalTransform`].
 
 use bevy::camera::visibility::RenderLayers;
@@ -31,9 +31,9 @@ const SHADOW_M: f32 = 0.003;
 /// Half the side of the hall's floor, m.
 const FLOOR_HALF_M: f32 = 400.0;
 
-/// What a camera is shown of the scene.
+/// What a camera is shown of the scene: as which variant of it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) struct Showing {
+pub(super) struct SceneVariant {
     /// How robots look.
     pub(super) design: RobotDesign,
     /// Whether bodies cast shadows.
@@ -50,50 +50,50 @@ const COMMON_DEPTH: usize = 2;
 const FIRST_OF_ROBOTS: usize = 3;
 const LAYERS_PER_ROBOT: usize = 6;
 
-/// An entity of the stage, and where it is in the frame of what it belongs to.
-struct Prop {
+/// An entity, and where it is in the frame of what it belongs to.
+struct PlacedEntity {
     entity: Entity,
     /// The limb that it is of, if of a robot.
     limb: usize,
     is_shadow: bool,
 }
 
-/// A robot on the stage.
+/// The entities of a robot.
 #[derive(Default)]
-struct Figure {
+struct RobotEntities {
     /// Its number, which says its layers.
     index: usize,
     /// By design: bodies, shadows and distances, as far as they were needed.
-    props: [Vec<Prop>; 2],
+    parts: [Vec<PlacedEntity>; 2],
     has: [[bool; 3]; 2],
 }
 
 /// The entities of a scene.
 #[derive(Default)]
-pub(super) struct Stage {
+pub(super) struct RenderScene {
     materials: BTreeMap<usize, Handle<SceneMaterial>>,
     pitch: Option<Pitch>,
     posts: Vec<ScenePost>,
     /// What stands or lies still.
     fixed: Vec<Entity>,
-    ball: Vec<Prop>,
+    ball: Vec<PlacedEntity>,
     ball_radius_m: f32,
-    figures: BTreeMap<RobotId, Figure>,
+    robots: BTreeMap<RobotId, RobotEntities>,
     has_shadows: bool,
     has_depth: bool,
 }
 
-impl Stage {
-    /// Puts a scene on the stage, with all that the cameras are shown of it. Whether something new came onto it, for which
+impl RenderScene {
+    /// Makes entities of a scene, with all that the cameras are shown of it. Whether something new came among them, for which
     /// the renderer has to get ready.
     pub(super) fn set(
         &mut self,
         world: &mut World,
         scene: &Scene,
-        showings: &[Showing],
+        variants: &[SceneVariant],
     ) -> Result<bool, MeshMergeError> {
-        let shadows = self.has_shadows || showings.iter().any(|showing| showing.shadows);
-        let depth = self.has_depth || showings.iter().any(|showing| showing.depth);
+        let shadows = self.has_shadows || variants.iter().any(|variant| variant.shadows);
+        let depth = self.has_depth || variants.iter().any(|variant| variant.depth);
         let is_other = self.pitch.as_ref() != Some(&scene.pitch)
             || self.posts != scene.posts
             || (shadows, depth) != (self.has_shadows, self.has_depth)
@@ -103,43 +103,43 @@ impl Stage {
             (self.has_shadows, self.has_depth) = (shadows, depth);
             self.lay_out(world, scene)?;
         }
-        for prop in &self.ball {
+        for part in &self.ball {
             let place = scene.ball.map(|ball| Affine3A::from_translation(ball.centre()));
-            put(world, prop, place);
+            put(world, part, place);
         }
         for robot in &scene.robots {
-            let count = self.figures.len();
-            let figure = self.figures.entry(robot.id).or_insert_with(|| Figure { index: count, ..default() });
-            for showing in showings {
-                is_new |= figure.dress(world, &mut self.materials, robot.id, *showing)?;
+            let count = self.robots.len();
+            let entities = self.robots.entry(robot.id).or_insert_with(|| RobotEntities { index: count, ..default() });
+            for variant in variants {
+                is_new |= entities.add_missing(world, &mut self.materials, robot.id, *variant)?;
             }
         }
-        for (id, figure) in &self.figures {
+        for (id, robot) in &self.robots {
             let limbs = scene.robot(*id).map(SceneRobot::world_from_limbs);
-            for prop in figure.props.iter().flatten() {
-                put(world, prop, limbs.map(|limbs| limbs[prop.limb]));
+            for part in robot.parts.iter().flatten() {
+                put(world, part, limbs.map(|limbs| limbs[part.limb]));
             }
         }
         Ok(is_new)
     }
 
     /// The layers that a camera sees.
-    pub(super) fn layers(&self, view: &View, showing: Showing) -> RenderLayers {
-        let mut layers = vec![if showing.depth { COMMON_DEPTH } else { COMMON }];
-        let casts = showing.shadows && !showing.depth;
+    pub(super) fn layers(&self, view: &View, variant: SceneVariant) -> RenderLayers {
+        let mut layers = vec![if variant.depth { COMMON_DEPTH } else { COMMON }];
+        let casts = variant.shadows && !variant.depth;
         if casts {
             layers.push(COMMON_SHADOWS);
         }
-        for (id, figure) in &self.figures {
+        for (id, robot) in &self.robots {
             if Some(*id) != view.hidden {
-                let kinds: &[usize] = if showing.depth {
+                let kinds: &[usize] = if variant.depth {
                     &[2]
                 } else if casts {
                     &[0, 1]
                 } else {
                     &[0]
                 };
-                layers.extend(kinds.iter().map(|kind| figure.layer(showing.design, *kind)));
+                layers.extend(kinds.iter().map(|kind| robot.layer(variant.design, *kind)));
             }
         }
         RenderLayers::from_layers(&layers)
@@ -147,7 +147,7 @@ impl Stage {
 
     /// What stays where it is as long as the pitch and the posts are the same, and the ball.
     fn lay_out(&mut self, world: &mut World, scene: &Scene) -> Result<(), MeshMergeError> {
-        let gone = self.fixed.drain(..).chain(self.ball.drain(..).map(|prop| prop.entity));
+        let gone = self.fixed.drain(..).chain(self.ball.drain(..).map(|part| part.entity));
         for entity in gone.collect::<Vec<_>>() {
             world.despawn(entity);
         }
@@ -178,7 +178,7 @@ impl Stage {
             let entity = spawn(standing.clone(), surface, layer);
             self.fixed.push(entity);
             let entity = spawn(ball_mesh.clone(), surface, layer);
-            self.ball.push(Prop { entity, limb: 0, is_shadow: surface == Surface::Shadow });
+            self.ball.push(PlacedEntity { entity, limb: 0, is_shadow: surface == Surface::Shadow });
         }
         // The shadows of what stands still stay where they are, too.
         for entity in &self.fixed {
@@ -192,7 +192,7 @@ impl Stage {
         Ok(())
     }
 
-    /// As what the bodies that all see are on the stage.
+    /// As what surfaces the bodies that all see are drawn, and on which layers.
     fn surfaces(&self) -> Vec<(Surface, usize)> {
         let mut surfaces = vec![(Surface::Body, COMMON)];
         if self.has_shadows {
@@ -205,34 +205,34 @@ impl Stage {
     }
 }
 
-impl Figure {
+impl RobotEntities {
     fn layer(&self, design: RobotDesign, kind: usize) -> usize {
         FIRST_OF_ROBOTS + LAYERS_PER_ROBOT * self.index + 3 * (design as usize) + kind
     }
 
-    /// Gets what a camera is shown of it. Whether there was something to get.
-    fn dress(
+    /// Adds what a camera is shown of it and is not there yet. Whether there was something to add.
+    fn add_missing(
         &mut self,
         world: &mut World,
         materials: &mut BTreeMap<usize, Handle<SceneMaterial>>,
         id: RobotId,
-        showing: Showing,
+        variant: SceneVariant,
     ) -> Result<bool, MeshMergeError> {
-        let design = showing.design as usize;
-        let wanted = [!showing.depth, showing.shadows && !showing.depth, showing.depth];
+        let design = variant.design as usize;
+        let wanted = [!variant.depth, variant.shadows && !variant.depth, variant.depth];
         let surfaces = [Surface::Body, Surface::Shadow, Surface::Depth];
         let mut is_new = false;
-        let parts = showing.design.parts(id);
+        let parts = variant.design.parts(id);
         for kind in 0..3 {
             if !wanted[kind] || self.has[design][kind] {
                 continue;
             }
             (self.has[design][kind], is_new) = (true, true);
-            let layer = self.layer(showing.design, kind);
+            let layer = self.layer(variant.design, kind);
             for limb in 0..Limb::COUNT {
                 let mesh = labelled_mesh(parts.iter().filter(|part| part.frame as usize == limb))?;
                 let entity = spawn(world, materials, mesh, surfaces[kind], layer);
-                self.props[design].push(Prop { entity, limb, is_shadow: surfaces[kind] == Surface::Shadow });
+                self.parts[design].push(PlacedEntity { entity, limb, is_shadow: surfaces[kind] == Surface::Shadow });
             }
         }
         Ok(is_new)
@@ -255,14 +255,14 @@ fn spawn(
 }
 
 /// Puts a thing at its place, or out of sight.
-fn put(world: &mut World, prop: &Prop, place: Option<Affine3A>) {
-    let mut entity = world.entity_mut(prop.entity);
+fn put(world: &mut World, part: &PlacedEntity, place: Option<Affine3A>) {
+    let mut entity = world.entity_mut(part.entity);
     match place {
         None => {
             entity.insert(Visibility::Hidden);
         }
         Some(place) => {
-            let place = if prop.is_shadow { on_ground() * place } else { place };
+            let place = if part.is_shadow { on_ground() * place } else { place };
             entity.insert((GlobalTransform::from(place), Visibility::Inherited));
         }
     }

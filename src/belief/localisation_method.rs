@@ -1,4 +1,4 @@
-//! Which filter does the localisation: what scenarios name.
+//! Which filter localises a robot: what scenarios name.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -7,14 +7,14 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
-pub enum Localisation {
+pub enum LocalisationMethod {
     /// By an extended Kalman filter, quick and exact; a robot that has lost its way searches with particles.
     #[default]
     Kalman,
     /// By an unscented Kalman filter, more exact where little is certain and some three times as costly; a robot that has
     /// lost its way searches with particles.
     Unscented,
-    /// By a particle filter: several ideas at a time, and some ten times as costly.
+    /// By a particle filter: several hypotheses at a time, and some ten times as costly.
     Particles,
 }
 

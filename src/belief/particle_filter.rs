@@ -1,11 +1,11 @@
-//! The robot's own pose by a particle filter: many guesses, weighed by what is seen.
+//! The robot's own pose by a particle filter: many possible poses, weighed by what is seen.
 //!
-//! Augmented Monte Carlo localisation (Thrun, Burgard, Fox: Probabilistic Robotics, 2005, tables 8.2 and 8.3): guesses
+//! Augmented Monte Carlo localisation (Thrun, Burgard, Fox: Probabilistic Robotics, 2005, tables 8.2 and 8.3): particles
 //! are carried along by odometry, each with an error of its own, weighed by how likely it makes what is seen, and drawn
-//! again by their weights. When what is seen becomes less likely than it was in the long run, new guesses are drawn from
+//! again by their weights. When what is seen becomes less likely than it was in the long run, new particles are drawn from
 //! what is seen alone: so a robot that was carried elsewhere finds itself.
 //!
-//! Against the [Kalman filter](super::localisation) it can hold several ideas at a time, and costs some ten times as
+//! Against the [Kalman filter](super::pose_estimate) it can hold several hypotheses at a time, and costs some ten times as
 //! much.
 
 use bevy::math::ops;
@@ -13,10 +13,10 @@ use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::covariance::inverse;
-use super::guesses::{Particle, draw_by_weight, likeliest_idea, normalise, spread};
-use super::landmarks::{Landmarks, Look, seen_goal, sighting_of_mark, sighting_of_post};
+use super::landmarks::{Landmarks, PitchObservation, seen_goal, sighting_of_mark, sighting_of_post};
 use super::line_sighting::SeenLine;
-use super::localisation::{PoseEstimate, StepError, pose_from_two};
+use super::particle_set::{Particle, likeliest_hypothesis, normalise, resample, spread};
+use super::pose_estimate::{PoseEstimate, StepError, pose_from_two};
 use super::sighting::{Residual, Sighting};
 use crate::geometry::{Pose, angle_of, unit, unrotate, wrap_angle};
 use crate::pitch::End;
@@ -24,31 +24,31 @@ use crate::random::RandomStream;
 use crate::sensing::vision::{GoalPostPercept, LandmarkKind};
 use crate::team::RobotId;
 
-/// Guesses.
+/// How many particles there are.
 const COUNT: usize = 100;
-/// Cycles between two looks at what is seen: thirty a second would tell hardly more, and weigh it too much.
-const CYCLES_PER_LOOK: usize = 3;
-/// Marks on the ground that are used in a look.
-const MARKS_PER_LOOK: usize = 3;
-/// Stretches of lines that are used in a look.
-const LINES_PER_LOOK: usize = 1;
+/// Cycles between two updates by what is seen: thirty a second would tell hardly more, and weigh it too much.
+const CYCLES_PER_UPDATE: usize = 3;
+/// Marks on the ground that are used in an update.
+const MARKS_PER_UPDATE: usize = 3;
+/// Stretches of lines that are used in an update.
+const LINES_PER_UPDATE: usize = 1;
 /// Beyond this squared Mahalanobis distance, what is seen is taken for something else.
 const OUTLIER: f32 = 12.0;
 /// How fast the long and the short memory of the likelihood follow.
 const MEMORY: [f32; 2] = [0.01, 0.15];
-/// The greatest share of guesses that are drawn anew in a look.
+/// The greatest share of particles that are drawn anew in an update.
 const MOST_NEW: f32 = 0.3;
-/// The doubt of a robot that has lost its way about where it thought that it was, m and radians.
+/// Standard deviations of the pose of a robot that has lost its way, m and radians.
 const LOST_SD: [f32; 2] = [0.5, 0.4];
 /// How likely what is seen is for a robot that knows where it is, for a thing.
 const LIKELY: f32 = 0.4;
-/// After so many looks, with what is seen as likely as this, a robot has found its way.
-const SURE_LOOKS: u32 = 8;
+/// After so many updates, with what is seen as likely as this, a robot has found its way.
+const SURE_UPDATES: u32 = 8;
 const SURE: f32 = 0.15;
-/// A look that makes what is seen so likely on average for a thing confirms the pose.
+/// An update that makes what is seen so likely on average for a thing confirms the pose.
 const CONFIRMING: f32 = 0.1;
 
-/// The robot's own pose as many guesses.
+/// The robot's own pose as a set of particles.
 #[derive(Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 pub struct ParticleFilter {
     particles: Vec<Particle>,
@@ -59,12 +59,12 @@ pub struct ParticleFilter {
     /// Where it is, in one.
     estimate: PoseEstimate,
     age_s: f32,
-    /// Looks since the guesses were gathered.
+    /// Updates since the particles were gathered.
     looks: u32,
 }
 
 impl ParticleFilter {
-    /// All guesses near a pose, with these deviations, m and radians.
+    /// All particles near a pose, with these deviations, m and radians.
     pub fn around(robot: RobotId, pose: Pose, place_sd: f32, heading_sd: f32) -> Self {
         let mut filter = Self {
             particles: Vec::new(),
@@ -78,7 +78,7 @@ impl ParticleFilter {
         filter
     }
 
-    /// Moves all guesses near a pose.
+    /// Moves all particles near a pose.
     pub fn gather_around(&mut self, pose: Pose, place_sd: f32, heading_sd: f32) {
         self.particles.clear();
         for _ in 0..COUNT {
@@ -91,7 +91,7 @@ impl ParticleFilter {
         self.looks = 0;
     }
 
-    /// The guesses of a robot that has lost its way: half of them near where it thought that it was, the others anywhere.
+    /// The particles of a robot that has lost its way: half of them near where it thought that it was, the others anywhere.
     pub fn search(robot: RobotId, pose: Pose, landmarks: &Landmarks) -> Self {
         let mut filter = Self::around(robot, pose, LOST_SD[0], LOST_SD[1]);
         for particle in filter.particles.iter_mut().skip(COUNT / 2) {
@@ -104,14 +104,14 @@ impl ParticleFilter {
         filter
     }
 
-    /// Whether it has found one idea that explains what is seen.
+    /// Whether it has found one hypothesis that explains what is seen.
     pub fn is_sure(&self) -> bool {
         let covariance = &self.estimate.covariance;
         let [place, heading] = [covariance.x_axis.x + covariance.y_axis.y, covariance.z_axis.z];
-        self.looks > SURE_LOOKS && self.likelihood[1] > SURE && place < 0.05 && heading < 0.02
+        self.looks > SURE_UPDATES && self.likelihood[1] > SURE && place < 0.05 && heading < 0.02
     }
 
-    /// Half of the guesses at each of two poses.
+    /// Half of the particles at each of two poses.
     pub fn gather_around_either(&mut self, poses: [Pose; 2], place_sd: f32, heading_sd: f32) {
         self.gather_around(poses[0], place_sd, heading_sd);
         for particle in self.particles.iter_mut().skip(COUNT / 2) {
@@ -119,7 +119,7 @@ impl ParticleFilter {
         }
     }
 
-    /// Whether every number in it is finite, and there are guesses at all.
+    /// Whether every number in it is finite, and there are particles at all.
     pub(super) fn is_finite(&self) -> bool {
         let is_sound = |particle: &Particle| particle.pose.is_finite() && particle.weight.is_finite();
         self.estimate.is_finite() && !self.particles.is_empty() && self.particles.iter().all(is_sound)
@@ -152,12 +152,12 @@ impl ParticleFilter {
         self.estimate = self.estimate.moved_by(step, error);
     }
 
-    /// Weighs the guesses by what the robot sees of the pitch.
-    pub fn orient(&mut self, look: &Look) {
-        let Look { percepts, landmarks, own_end, image, turn, model } = *look;
-        let lines: Vec<SeenLine> = look.lines(LINES_PER_LOOK).filter(SeenLine::is_useful).collect();
-        let seen = percepts.goal_posts.len() + look.marks(MARKS_PER_LOOK).count() + lines.len();
-        if seen == 0 || !turn.is_multiple_of(CYCLES_PER_LOOK) {
+    /// Weighs the particles by what the robot sees of the pitch.
+    pub fn correct(&mut self, observation: &PitchObservation) {
+        let PitchObservation { percepts, landmarks, own_end, image, turn, model } = *observation;
+        let lines: Vec<SeenLine> = observation.lines(LINES_PER_UPDATE).filter(SeenLine::is_useful).collect();
+        let seen = percepts.goal_posts.len() + observation.marks(MARKS_PER_UPDATE).count() + lines.len();
+        if seen == 0 || !turn.is_multiple_of(CYCLES_PER_UPDATE) {
             return;
         }
         let mut sum = 0.0;
@@ -170,7 +170,7 @@ impl ParticleFilter {
                 let posts = landmarks.posts(post.colour, own_end);
                 distance += nearest(&sighting, posts.map(expected));
             }
-            for mark in look.marks(MARKS_PER_LOOK) {
+            for mark in observation.marks(MARKS_PER_UPDATE) {
                 let sighting = sighting_of_mark(mark, model);
                 distance += match mark.kind {
                     LandmarkKind::Junction { shape } => nearest(&sighting, landmarks.junctions(shape).map(expected)),
@@ -198,19 +198,19 @@ impl ParticleFilter {
         *short = if *short == 0.0 { mean } else { *short + MEMORY[1] * (mean - *short) };
         let lost = (1.0 - *short / long.max(1e-6)).clamp(0.0, MOST_NEW);
         self.draw_again(lost, &percepts.goal_posts, landmarks, own_end);
-        if let Some(estimate) = likeliest_idea(&self.particles) {
+        if let Some(estimate) = likeliest_hypothesis(&self.particles) {
             self.estimate = estimate;
         }
     }
 
-    /// Draws guesses by their weights where these differ much, and a share of them anew from the goal that is seen.
+    /// Draws particles by their weights where these differ much, and a share of them anew from the goal that is seen.
     fn draw_again(&mut self, new_share: f32, posts: &[GoalPostPercept], landmarks: &Landmarks, own_end: End) {
         let effective = normalise(&mut self.particles);
         let anew = (new_share * COUNT as f32) as usize;
         if effective > 0.5 * COUNT as f32 && anew == 0 {
             return;
         }
-        draw_by_weight(&mut self.particles, &mut self.stream);
+        resample(&mut self.particles, &mut self.stream);
         for slot in 0..anew {
             if let Some(pose) = pose_from_posts(posts, landmarks, own_end, &mut self.stream)
                 && let Some(particle) = self.particles.get_mut(slot * COUNT / anew.max(1))
@@ -230,7 +230,7 @@ fn nearest(sighting: &Sighting, places: impl Iterator<Item = Vec2>) -> f32 {
 fn least(residuals: impl Iterator<Item = Residual>) -> f32 {
     residuals
         .map(|Residual { difference, noise }| {
-            // Guesses are sparse: with nothing but the camera's error, the true pose would hardly ever be among them.
+            // Particles are sparse: with nothing but the camera's error, the true pose would hardly ever be among them.
             let noise = noise + Mat2::from_diagonal(Vec2::splat(2e-3));
             difference.dot(inverse(noise) * difference)
         })
@@ -288,20 +288,27 @@ mod tests {
         Percepts { goal_posts: vec![post(0.7), post(-0.7)], ..default() }
     }
 
-    fn look(filter: &mut ParticleFilter, percepts: &Percepts, cycles: usize) {
+    fn observe(filter: &mut ParticleFilter, percepts: &Percepts, cycles: usize) {
         let (landmarks, model) = (Landmarks::of(&Pitch::default()), LandmarkModel::default());
         for turn in 0..cycles {
             filter.move_by(Pose::default(), 1.0 / 30.0, &StepError::default());
             let own_end = End::NegativeX;
-            filter.orient(&Look { percepts, landmarks: &landmarks, own_end, image: IMAGE, turn, model: &model });
+            filter.correct(&PitchObservation {
+                percepts,
+                landmarks: &landmarks,
+                own_end,
+                image: IMAGE,
+                turn,
+                model: &model,
+            });
         }
     }
 
     #[test]
-    fn a_goal_tells_a_robot_with_a_vague_idea_where_it_is() {
+    fn a_goal_tells_a_robot_that_hardly_knows_where_it_is() {
         let truth = Pose::new(0.5, 0.4, -0.1);
         let mut filter = ParticleFilter::around(ROBOT, Pose::new(0.3, 0.0, 0.1), 0.4, 0.3);
-        look(&mut filter, &goal_from(truth), 60);
+        observe(&mut filter, &goal_from(truth), 60);
         assert_abs_diff_eq!(filter.estimate().pose.position, truth.position, epsilon = 0.2);
         assert_abs_diff_eq!(filter.estimate().pose.heading, truth.heading, epsilon = 0.06);
         assert_eq!(filter.age_s(), 2.0 / 30.0);
@@ -310,20 +317,20 @@ mod tests {
     #[test]
     fn a_robot_that_was_carried_elsewhere_finds_itself() {
         let mut filter = ParticleFilter::around(ROBOT, Pose::new(-1.0, 0.5, 0.0), 0.05, 0.03);
-        look(&mut filter, &goal_from(Pose::new(-1.0, 0.5, 0.0)), 60);
+        observe(&mut filter, &goal_from(Pose::new(-1.0, 0.5, 0.0)), 60);
         let truth = Pose::new(1.2, -1.0, 0.5);
-        look(&mut filter, &goal_from(truth), 240);
+        observe(&mut filter, &goal_from(truth), 240);
         assert_abs_diff_eq!(filter.estimate().pose.position, truth.position, epsilon = 0.2);
         assert_abs_diff_eq!(filter.estimate().pose.heading, truth.heading, epsilon = 0.08);
     }
 
     #[test]
-    fn steps_move_all_guesses_and_doubt_grows_with_the_way() {
+    fn steps_move_all_particles_and_uncertainty_grows_with_the_way() {
         let mut filter = ParticleFilter::around(ROBOT, Pose::new(0.0, 0.0, 0.3), 0.0, 0.0);
         for _ in 0..100 {
             filter.move_by(Pose::new(0.01, 0.0, 0.0), 1.0 / 30.0, &StepError::default());
         }
-        let estimate = likeliest_idea(&filter.particles).unwrap();
+        let estimate = likeliest_hypothesis(&filter.particles).unwrap();
         assert_abs_diff_eq!(estimate.pose.position, unit(0.3), epsilon = 0.06);
         // After 1 m the place varies by 0.02 m², and by the heading's 0.005 rad² over the way.
         assert!((0.008..0.05).contains(&estimate.covariance.x_axis.x), "{:?}", estimate.covariance);
@@ -333,7 +340,7 @@ mod tests {
     fn the_dice_are_the_robots_own_and_fall_the_same_again() {
         let run = |robot| {
             let mut filter = ParticleFilter::around(robot, Pose::default(), 0.3, 0.2);
-            look(&mut filter, &goal_from(Pose::new(0.2, 0.1, 0.0)), 30);
+            observe(&mut filter, &goal_from(Pose::new(0.2, 0.1, 0.0)), 30);
             filter.estimate().pose
         };
         assert_eq!(run(ROBOT), run(ROBOT));

@@ -13,8 +13,8 @@ use crate::geometry::{Pose, angle_of, unit, unrotate, wrap_angle};
 use crate::pitch::LineSegment;
 
 /// Nobody is less certain of its place than this, m, and of its heading, radians: standard deviations. So much is no
-/// knowledge at all, and doubt that grew for ever would run out of numbers.
-const MOST_DOUBT: [f32; 2] = [1000.0, core::f32::consts::PI];
+/// knowledge at all, and uncertainty that grew for ever would run out of numbers.
+const LARGEST_SD: [f32; 2] = [1000.0, core::f32::consts::PI];
 
 /// A pose and how uncertain it is.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
@@ -107,14 +107,14 @@ impl PoseEstimate {
             pose: Pose { position: self.pose.position + way, heading: wrap_angle(self.pose.heading + step.heading) },
             covariance: Mat3::from_cols(x, y, heading) + error.covariance(step),
         };
-        moved.with_bounded_doubt()
+        moved.with_bounded_covariance()
     }
 
-    /// The estimate with no more doubt than there can be about a pose; correlations stay.
+    /// The estimate with no more uncertainty than there can be about a pose; correlations stay.
     #[must_use]
-    pub(super) fn with_bounded_doubt(self) -> Self {
+    pub(super) fn with_bounded_covariance(self) -> Self {
         let variances = self.covariance.diagonal();
-        let most = Vec3::new(MOST_DOUBT[0], MOST_DOUBT[0], MOST_DOUBT[1]);
+        let most = Vec3::new(LARGEST_SD[0], LARGEST_SD[0], LARGEST_SD[1]);
         let scale = (most / variances.map(f32::sqrt)).min(Vec3::ONE);
         if variances.cmple(most * most).all() {
             return self;
@@ -171,7 +171,7 @@ impl PoseEstimate {
         }
     }
 
-    /// The covariance that the doubt about the pose gives to the place of what the robot knows in its own frame, m²: of a
+    /// The covariance that the uncertainty of the pose gives to the place of what the robot knows in its own frame, m²: of a
     /// thing that is `offset` (m, along the team frame's axes) away from the robot.
     pub fn covariance_at(&self, offset: Vec2) -> Mat2 {
         // p' = p + R(heading) place, so that J = [1 0 -offset.y; 0 1 offset.x], and the covariance is J P Jᵀ.
@@ -181,8 +181,8 @@ impl PoseEstimate {
         Mat2::from_cols(Vec2::new(rows[0].dot(x), mixed), Vec2::new(mixed, rows[1].dot(y)))
     }
 
-    /// The estimate with more doubt: these standard deviations are added, m and radians.
-    pub fn doubted(&self, place_sd: f32, heading_sd: f32) -> Self {
+    /// The estimate, less certain: these standard deviations are added, m and radians.
+    pub fn inflated(&self, place_sd: f32, heading_sd: f32) -> Self {
         let added = PoseEstimate::new(self.pose, place_sd, heading_sd).covariance;
         Self { pose: self.pose, covariance: self.covariance + added }
     }
@@ -241,8 +241,8 @@ mod tests {
         }
         assert_abs_diff_eq!(estimate.pose.position, truth.position, epsilon = 0.05);
         assert_abs_diff_eq!(estimate.pose.heading, truth.heading, epsilon = 0.02);
-        let doubt = crate::belief::pose_covariance(estimate.covariance);
-        assert!(doubt[0] < 0.01 && doubt[2] < 0.01 && doubt[5] < 0.001, "{doubt:?}");
+        let covariance = crate::belief::pose_covariance(estimate.covariance);
+        assert!(covariance[0] < 0.01 && covariance[2] < 0.01 && covariance[5] < 0.001, "{covariance:?}");
     }
 
     #[test]
@@ -258,7 +258,7 @@ mod tests {
 
     #[test]
     fn a_correction_weighs_both_variances() {
-        // A landmark straight ahead at 2 m, no doubt about the heading, and an error of the angle for which the
+        // A landmark straight ahead at 2 m, the heading known, and an error of the angle for which the
         // measurement's deviation along the line of sight, (4 + 0.25) / 0.5 σ, is 0.1 m. The estimate's variance being 0.04,
         // 0.04 / (0.04 + 0.01) = 80 % of the difference are taken over, and 0.04 * 0.01 / (0.04 + 0.01) are left.
         let estimate = PoseEstimate::new(Pose::default(), 0.2, 0.0);

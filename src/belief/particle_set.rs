@@ -1,16 +1,16 @@
-//! Many guesses at a pose: spread, drawn again by their weights, and what they come to.
+//! The particles of a particle filter: spread, resampled by their weights, and the hypothesis that most of them support.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::localisation::PoseEstimate;
+use super::pose_estimate::PoseEstimate;
 use crate::geometry::{Pose, wrap_angle};
 use crate::random::RandomStream;
 
-/// Guesses within this of the best one, m and radians, are the same idea.
-const SAME_IDEA: (f32, f32) = (0.5, 0.5);
+/// Particles within this of the best one, m and radians, support the same hypothesis.
+const SAME_HYPOTHESIS: (f32, f32) = (0.5, 0.5);
 
-/// A guess.
+/// A possible pose, team frame, and its weight.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 pub(super) struct Particle {
     pub(super) pose: Pose,
@@ -25,7 +25,7 @@ pub(super) fn spread(pose: Pose, place_sd: f32, heading_sd: f32, stream: &mut Ra
     }
 }
 
-/// Makes the weights add up to 1; all the same where there is nothing of them. Returns how many guesses of one weight
+/// Makes the weights add up to 1; all the same where there is nothing of them. Returns how many particles of one weight
 /// would tell as much.
 pub(super) fn normalise(particles: &mut [Particle]) -> f32 {
     let total: f32 = particles.iter().map(|particle| particle.weight).sum();
@@ -38,8 +38,8 @@ pub(super) fn normalise(particles: &mut [Particle]) -> f32 {
     1.0 / particles.iter().map(|particle| particle.weight * particle.weight).sum::<f32>()
 }
 
-/// Draws as many guesses again by their weights, which add up to 1: systematic resampling, one throw of the dice for all.
-pub(super) fn draw_by_weight(particles: &mut Vec<Particle>, stream: &mut RandomStream) {
+/// Draws as many particles again by their weights, which add up to 1: systematic resampling, with one random number for all.
+pub(super) fn resample(particles: &mut Vec<Particle>, stream: &mut RandomStream) {
     let old = core::mem::take(particles);
     let weight = 1.0 / old.len() as f32;
     let mut at = stream.uniform() / old.len() as f32;
@@ -55,13 +55,13 @@ pub(super) fn draw_by_weight(particles: &mut Vec<Particle>, stream: &mut RandomS
     }
 }
 
-/// The idea that has the greatest weight.
-pub(super) fn likeliest_idea(particles: &[Particle]) -> Option<PoseEstimate> {
+/// The hypothesis with the greatest weight: mean and covariance of the particles that support it.
+pub(super) fn likeliest_hypothesis(particles: &[Particle]) -> Option<PoseEstimate> {
     let near = |one: &Pose, other: &Pose| {
-        one.position.distance_squared(other.position) < SAME_IDEA.0 * SAME_IDEA.0
-            && wrap_angle(one.heading - other.heading).abs() < SAME_IDEA.1
+        one.position.distance_squared(other.position) < SAME_HYPOTHESIS.0 * SAME_HYPOTHESIS.0
+            && wrap_angle(one.heading - other.heading).abs() < SAME_HYPOTHESIS.1
     };
-    // Candidates are a few guesses, evenly taken from the list, in which neighbours are often alike.
+    // Candidates are a few particles, evenly taken from the list, in which neighbours are often alike.
     let weight_around =
         |pose: &Pose| particles.iter().filter(|other| near(&other.pose, pose)).map(|other| other.weight).sum::<f32>();
     let candidates = particles.iter().step_by(5).map(|particle| particle.pose);
@@ -86,8 +86,8 @@ pub(super) fn likeliest_idea(particles: &[Particle]) -> Option<PoseEstimate> {
             difference * (difference.z * share),
         );
     }
-    // Ideas elsewhere are doubt about this one.
-    let doubt = (1.0 - weight).max(0.0);
-    let elsewhere = Mat3::from_diagonal(Vec3::new(doubt, doubt, 0.3 * doubt));
+    // What supports others makes this one less certain.
+    let others = (1.0 - weight).max(0.0);
+    let elsewhere = Mat3::from_diagonal(Vec3::new(others, others, 0.3 * others));
     Some(PoseEstimate { pose, covariance: covariance + elsewhere })
 }
