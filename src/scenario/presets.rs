@@ -9,6 +9,7 @@ use super::format::Format;
 use super::models::{MODELS, RobotModel};
 use super::read::read;
 use super::realism::{Realism, Realisms};
+use super::shape;
 use super::types::Scenario;
 use super::validate::ScenarioFault;
 use super::wording::{did_you_mean, one_of, quoted};
@@ -60,7 +61,7 @@ impl Pitch {
     /// The pitch of this name among the [`FIELD_PRESETS`].
     pub fn preset(name: &str) -> Option<Pitch> {
         let preset = FIELD_PRESETS.iter().find(|preset| preset.name == name)?;
-        serde_json::from_value(preset.value()).ok()
+        shape::read(&preset.value()).ok()
     }
 }
 
@@ -68,7 +69,7 @@ impl Rules {
     /// The rules of this name among the [`RULES_PRESETS`].
     pub fn preset(name: &str) -> Option<Rules> {
         let preset = RULES_PRESETS.iter().find(|preset| preset.name == name)?;
-        serde_json::from_value(preset.value()).ok()
+        shape::read(&preset.value()).ok()
     }
 }
 
