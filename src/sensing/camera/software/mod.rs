@@ -66,14 +66,17 @@ impl Renderer {
 
     /// With a chosen instruction set.
     fn draw_with(&mut self, arch: Arch, scene: &PreparedScene, view: &View, layers: Layers, image: &mut Image) {
+        let renderer = self;
         arch.dispatch(
             #[inline(always)]
-            || {
-                self.frame.begin(view);
-                ground::draw(&mut self.frame, &mut self.outline, scene, view);
+            move || {
+                // What is moved can be called once only: else the compiler puts a function between, without these instructions.
+                let renderer = renderer;
+                renderer.frame.begin(view);
+                ground::draw(&mut renderer.frame, &mut renderer.outline, scene, view);
                 let is_drawn = |body: usize| !scene.bodies[body].is_hidden_from(view);
-                self.draw_on_ground(scene, |body| view.shadows && is_drawn(body), is_drawn);
-                output::develop(&self.frame, view, layers, image);
+                renderer.draw_on_ground(scene, |body| view.shadows && is_drawn(body), is_drawn);
+                output::develop(&renderer.frame, view, layers, image);
             },
         );
     }

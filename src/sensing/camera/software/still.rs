@@ -29,19 +29,22 @@ pub struct StillRenderer {
 impl StillRenderer {
     /// Draws the colours of what `view` shows of a scene into `image`, whose memory is used again.
     pub fn draw(&mut self, scene: &PreparedScene, view: &View, image: &mut Image) {
+        let still = self;
         Arch::new().dispatch(
             #[inline(always)]
-            || {
-                let is_same = |(from, still): &(View, Still)| from == view && Some(still) == scene.still.as_ref();
-                if !self.background.as_ref().is_some_and(is_same) {
-                    self.draw_background(scene, view);
+            move || {
+                // As in `Renderer::draw_with`.
+                let still = still;
+                let is_same = |(from, stands): &(View, Still)| from == view && Some(stands) == scene.still.as_ref();
+                if !still.background.as_ref().is_some_and(is_same) {
+                    still.draw_background(scene, view);
                 }
                 image.clear();
-                (image.width, image.height) = (self.image.width, self.image.height);
-                image.rgb.extend_from_slice(&self.image.rgb);
-                self.find_windows(scene, view);
+                (image.width, image.height) = (still.image.width, still.image.height);
+                image.rgb.extend_from_slice(&still.image.rgb);
+                still.find_windows(scene, view);
                 let samples = view.supersampling.max(1) as usize;
-                let Self { renderer, ground, moving, windows, .. } = self;
+                let Self { renderer, ground, moving, windows, .. } = still;
                 for window in windows {
                     renderer.frame.open(window, ground);
                     let is_there =
