@@ -19,6 +19,8 @@ pub struct Sweep {
     pairings: Vec<Pairing>,
     duration_s: Option<f32>,
     fingerprint: String,
+    /// The realism of all variants, if it is the same.
+    realism: Option<String>,
 }
 
 impl Sweep {
@@ -40,9 +42,13 @@ impl Sweep {
             Err(_) => (file.clone(), settings),
         };
         let pairings = pairs.as_ref().map(|pairs| pairs.pairings().collect()).unwrap_or_default();
-        let sweep = Self { file, settings, pairs, pairings, duration_s, fingerprint: String::new() };
-        let fingerprint = fingerprint(&sweep.variant(0)?.scenario);
-        Ok(Self { fingerprint, ..sweep })
+        let sweep = Self { file, settings, pairs, pairings, duration_s, fingerprint: String::new(), realism: None };
+        let first = sweep.variant(0)?.scenario;
+        let is_of_realism = |values: &Vec<Setting>| {
+            values.len() > 1 && values.iter().any(|setting| setting.path().to_string().starts_with("realism"))
+        };
+        let realism = (!sweep.settings.iter().any(is_of_realism)).then(|| first.realism.to_string());
+        Ok(Self { fingerprint: fingerprint(&first), realism, ..sweep })
     }
 
     /// How many combinations of settings there are; none if they cannot be counted.
@@ -53,6 +59,11 @@ impl Sweep {
     /// Variants of one combination of settings.
     pub fn variants_of_combination(&self) -> usize {
         self.pairings.len().max(1)
+    }
+
+    /// How much of a real robot all variants have, in words, where that is no setting that differs.
+    pub fn common_realism(&self) -> Option<&str> {
+        self.realism.as_deref()
     }
 
     /// The teams that play each other.
@@ -152,6 +163,11 @@ impl Variants for Sweep {
     fn values(&self, index: usize) -> Vec<String> {
         let swept = self.settings_of(index).into_iter().filter(|setting| self.is_swept(setting));
         swept.map(Setting::value).chain(self.teams_of(index).into_iter().map(str::to_owned)).collect()
+    }
+
+    fn realism(&self, index: usize) -> String {
+        let of_variant = || self.scenario(index).map(|scenario| scenario.realism.to_string()).unwrap_or_default();
+        self.realism.clone().unwrap_or_else(of_variant)
     }
 
     /// That of the first variant: what the others have otherwise is in columns of its own.

@@ -17,7 +17,7 @@ use crate::team::PerTeam;
 const LEADING_COLUMNS: [&str; 2] = ["match", "seed"];
 
 /// The columns after those of the settings.
-const COLUMNS: [&str; 18] = [
+const COLUMNS: [&str; 19] = [
     "outcome",
     "duration_s",
     "blue_goals",
@@ -35,6 +35,7 @@ const COLUMNS: [&str; 18] = [
     "blue_belief_error_m",
     "pink_belief_error_m",
     "note",
+    "realism",
     SCENARIO,
 ];
 
@@ -240,7 +241,8 @@ fn cells<V: Variants>(batch: &Batch<V>, row: &MatchRow) -> Vec<String> {
     let PerTeam { blue, pink } = row.belief_error_m;
     cells.extend([row.blue_possession, row.ball_in_blue_half, row.messages_lost, blue, pink].map(share));
     // A row is a line.
-    cells.extend([as_text(row.note.replace(['\n', '\r'], " ")), batch.variants.fingerprint(row.variant)]);
+    let note = as_text(row.note.replace(['\n', '\r'], " "));
+    cells.extend([note, batch.variants.realism(row.variant), batch.variants.fingerprint(row.variant)]);
     cells
 }
 

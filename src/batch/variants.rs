@@ -23,6 +23,11 @@ pub trait Variants: Sync {
         Vec::new()
     }
 
+    /// How much of a real robot it has, in words.
+    fn realism(&self, index: usize) -> String {
+        self.scenario(index).map(|scenario| scenario.realism.to_string()).unwrap_or_default()
+    }
+
     /// What tells a scenario from others whose values are the same, whatever its seed.
     fn fingerprint(&self, index: usize) -> String {
         self.scenario(index).map(|scenario| fingerprint(&scenario)).unwrap_or_default()

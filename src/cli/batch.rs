@@ -16,7 +16,8 @@ use crate::batch::sweep::Sweep;
 use crate::batch::table::{Table, TableError};
 use crate::batch::{Batch, MatchRow, Variants, run_batch};
 use crate::behaviour::BehaviourRegistry;
-use crate::scenario::{FieldPath, ScenarioError, ScenarioFile, Setting};
+use crate::scenario::wording::one_of;
+use crate::scenario::{FieldPath, Realism, ScenarioError, ScenarioFile, Setting};
 use crate::simulation::{MatchApp, names};
 
 /// Arguments of `naoisis batch`.
@@ -36,6 +37,9 @@ pub struct BatchArguments {
     /// Set a field of the scenario; with several values, play the batch with each: messages.loss=0,0.2,0.5
     #[arg(long, value_name = "PATH=VALUE[,VALUE...]", value_parser = Setting::sweep)]
     pub set: Vec<Vec<Setting>>,
+    /// How much of a real robot there is, instead of the scenario's word; with several words, play the batch with each
+    #[arg(long, value_name = "WORD[,WORD...]", value_parser = realisms)]
+    pub realism: Option<Settings>,
     /// Let each of these teams play each other, in both colours, and tell who beats whom; `all` are all there are
     #[arg(long, value_name = "TEAM,TEAM[,TEAM...]", value_delimiter = ',')]
     pub pairs: Vec<String>,
@@ -48,6 +52,25 @@ pub struct BatchArguments {
     /// Print nothing but errors
     #[arg(long)]
     pub quiet: bool,
+}
+
+/// The values of a setting.
+#[derive(Clone, Debug)]
+pub struct Settings(Vec<Setting>);
+
+/// The settings of some words of realism.
+fn realisms(words: &str) -> Result<Settings, String> {
+    match words.split(',').find(|word| !Realism::NAMES.contains(word)) {
+        Some(word) => Err(format!("`{word}` is no word of realism; expected {}", one_of(Realism::NAMES))),
+        None => Setting::sweep(&format!("realism={words}")).map(Settings).map_err(|error| error.to_string()),
+    }
+}
+
+impl BatchArguments {
+    /// The values of all settings that are asked for.
+    fn settings(&self) -> Vec<Vec<Setting>> {
+        self.realism.iter().map(|Settings(values)| values).chain(&self.set).cloned().collect()
+    }
 }
 
 /// Runs the command.
@@ -136,7 +159,7 @@ fn sweep(program: Program, arguments: &BatchArguments) -> Result<Sweep, ExitCode
             "--pairs: {scenario} lists its robots; expected a scenario that lines up `teams`"
         )));
     }
-    let sweep = Sweep::new(&file, arguments.set.clone(), pairs, arguments.duration).map_err(scenario_error)?;
+    let sweep = Sweep::new(&file, arguments.settings(), pairs, arguments.duration).map_err(scenario_error)?;
     let matches = sweep.combinations().and_then(|combinations| {
         combinations.checked_mul(sweep.variants_of_combination())?.checked_mul(arguments.matches as usize)
     });
@@ -156,7 +179,8 @@ fn sweep(program: Program, arguments: &BatchArguments) -> Result<Sweep, ExitCode
 
 /// That every field is set once, and that --pairs has the teams to itself.
 fn check_settings(arguments: &BatchArguments) -> Result<(), String> {
-    let paths: Vec<String> = arguments.set.iter().filter_map(|sweep| Some(sweep.first()?.path().to_string())).collect();
+    let paths: Vec<String> =
+        arguments.settings().iter().filter_map(|sweep| Some(sweep.first()?.path().to_string())).collect();
     if let Some((_, path)) = paths.iter().enumerate().find(|(index, path)| paths[..*index].contains(path)) {
         return Err(format!("--set: `{path}` is set twice; expected all of its values in one, such as {path}=A,B"));
     }
@@ -246,7 +270,9 @@ fn print_summaries(printer: &mut Printer, sweep: &Sweep, rows: &mut [MatchRow]) 
 
 /// How many matches there are, and how fast those were that were played now.
 fn what_was_played(batch: &Batch<Sweep>, rows: &[MatchRow], earlier: usize, wall_s: f64) -> String {
-    let of_all = format!("{} of {} matches", rows.len(), batch.len());
+    // Where it differs, each summary says it.
+    let realism = batch.variants.common_realism().map(|realism| format!(", realism {realism}")).unwrap_or_default();
+    let of_all = format!("{} of {} matches{realism}", rows.len(), batch.len());
     let played = &rows[earlier.min(rows.len())..];
     if played.is_empty() {
         return match earlier {

@@ -33,7 +33,7 @@ pub fn begin(app: &mut App, arguments: &RunArguments) -> Result<(), ExitCode> {
 /// # Errors
 /// The exit status of what is wrong, which is said already.
 pub fn begin_with(app: &mut App, file: &ScenarioFile, arguments: &RunArguments) -> Result<(), ExitCode> {
-    let mut file = file.with(&arguments.set).map_err(|error| report::scenario_error(&error))?;
+    let mut file = file.with(&arguments.settings()).map_err(|error| report::scenario_error(&error))?;
     change_from_command_line(&mut file.scenario, arguments)?;
     app.start_match(&file.scenario).map_err(|fault| match arguments.cameras {
         Some(_) if fault.path == FieldPath::from("cameras").field("render") => {
@@ -78,13 +78,13 @@ fn go_on(app: &mut App, arguments: &RunArguments) -> Result<(), ExitCode> {
     let path = Path::new(&arguments.scenario);
     let snapshot = Snapshot::load(path, app.world()).map_err(|error| usage_error(&error.to_string()))?;
     snapshot.restore(app.world_mut()).map_err(|error| usage_error(&format!("{}: {error}", path.display())))?;
-    if !arguments.set.is_empty() {
+    if !arguments.settings().is_empty() {
         // The settings are laid over the scenario's text, and what that changes is changed in the match.
         let scenario = app.world().resource::<Scenario>();
         let text = scenario.resolved_json().map_err(|error| usage_error(&error.to_string()))?;
         let as_saved = ScenarioFile::from_text(&text, Format::Json, &arguments.scenario)
             .map_err(|error| report::scenario_error(&error))?;
-        let changed = as_saved.with(&arguments.set).map_err(|error| report::scenario_error(&error))?;
+        let changed = as_saved.with(&arguments.settings()).map_err(|error| report::scenario_error(&error))?;
         app.insert_resource(as_saved.scenario);
         change_settings(app.world_mut(), &changed.scenario)
             .map_err(|fault| report::scenario_error(&changed.source.error(&fault)))?;

@@ -6,11 +6,14 @@ use std::process::ExitCode;
 
 use super::report;
 use super::terminal::Printer;
+use crate::ball::Rolling;
 use crate::behaviour::{BehaviourRegistry, TeamRecipe};
 use crate::game::Rules;
 use crate::pitch::Pitch;
 use crate::record::formats::LogFormats;
-use crate::scenario::{FIELD_PRESETS, LIBRARY, RULES_PRESETS, ScenarioError};
+use crate::scenario::{
+    BALL_PRESETS, BallSpec, FIELD_PRESETS, LIBRARY, MODELS, RULES_PRESETS, RobotModel, ScenarioError,
+};
 
 /// Robots of the largest team that there can be.
 const LARGEST_TEAM: u8 = 11;
@@ -36,6 +39,10 @@ pub enum Listing {
     Fields,
     /// Presets of rules
     Rules,
+    /// Presets of balls
+    Balls,
+    /// Models of robots
+    Models,
     /// Log formats
     Logs,
 }
@@ -51,6 +58,8 @@ pub fn list(arguments: &ListArguments, world: &World) -> ExitCode {
         Listing::Behaviours => Ok(behaviours(registry)),
         Listing::Fields => Ok(fields()),
         Listing::Rules => Ok(rules()),
+        Listing::Balls => Ok(balls()),
+        Listing::Models => Ok(models()),
         Listing::Logs => {
             let formats = world.resource::<LogFormats>().iter();
             Ok(formats.map(|(name, format)| (name.to_owned(), format.description.clone())).collect())
@@ -94,6 +103,25 @@ fn fields() -> Vec<(String, String)> {
         Some((name.to_owned(), description))
     };
     FIELD_PRESETS.iter().filter_map(|preset| row(preset.name)).collect()
+}
+
+fn balls() -> Vec<(String, String)> {
+    let row = |name: &str| {
+        let BallSpec { radius_m, rolling, .. } = BallSpec::preset(name)?;
+        let slows = match rolling {
+            Rolling::ExponentialPerS(drag) => format!("slows down by {drag} of its speed a second"),
+            Rolling::ConstantMps2(deceleration) => format!("slows down by {deceleration} m/s²"),
+        };
+        Some((name.to_owned(), format!("{} cm wide, {slows}", 200.0 * radius_m)))
+    };
+    BALL_PRESETS.iter().filter_map(|preset| row(preset.name)).collect()
+}
+
+fn models() -> Vec<(String, String)> {
+    MODELS
+        .iter()
+        .filter_map(|preset| Some((preset.name.to_owned(), RobotModel::named(preset.name)?.description)))
+        .collect()
 }
 
 fn rules() -> Vec<(String, String)> {

@@ -223,7 +223,8 @@ fn title(scenario: &Scenario) -> String {
         Some(teams) => format!(": blue {} against pink {}", teams.blue, teams.pink),
         None => String::new(),
     };
-    format!("{name}{teams}. Rules {}, seed {}.\n{HEADER}\n", scenario.rules.name, scenario.seed)
+    let Scenario { rules, realism, seed, .. } = scenario;
+    format!("{name}{teams}. Rules {}, realism {realism}, seed {seed}.\n{HEADER}\n", rules.name)
 }
 
 /// How often the referee decided what.

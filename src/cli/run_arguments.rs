@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use super::outputs::{Output, check_files, cycle_at};
 use super::recordings::Recordings;
 use crate::cycle::CycleClock;
-use crate::scenario::{Scenario, Setting};
+use crate::scenario::wording::one_of;
+use crate::scenario::{NotASetting, Realism, Scenario, Setting};
 use crate::sensing::camera::CameraRendering;
 use crate::simulation::snapshot::EXTENSION;
 
@@ -44,6 +45,9 @@ pub struct RunArguments {
     /// Set a field of the scenario: messages.loss=0.2
     #[arg(long, value_name = "PATH=VALUE")]
     pub set: Vec<Setting>,
+    /// How much of a real robot there is, instead of the scenario's word: for realism=WORD
+    #[arg(long, value_name = "paper|ideal|realistic", value_parser = realism)]
+    pub realism: Option<Setting>,
     /// Stop after this many simulated seconds
     #[arg(long, value_name = "S", value_parser = positive_seconds, allow_negative_numbers = true)]
     pub duration: Option<f32>,
@@ -69,7 +73,20 @@ pub struct RunArguments {
     pub quiet: bool,
 }
 
+/// The setting of a word of realism.
+fn realism(word: &str) -> Result<Setting, String> {
+    if !Realism::NAMES.contains(&word) {
+        return Err(format!("expected {}", one_of(Realism::NAMES)));
+    }
+    format!("realism={word}").parse().map_err(|error: NotASetting| error.to_string())
+}
+
 impl RunArguments {
+    /// What the command line sets in the scenario, in its order.
+    pub fn settings(&self) -> Vec<Setting> {
+        self.realism.iter().chain(&self.set).cloned().collect()
+    }
+
     /// That what `naoisis run` writes can be written, as far as that can be told before the match.
     pub fn check_outputs(&self) -> Result<(), String> {
         self.recordings.check()?;

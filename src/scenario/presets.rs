@@ -10,7 +10,7 @@ use super::models::{MODELS, RobotModel};
 use super::read::read;
 use super::realism::{Realism, Realisms};
 use super::shape;
-use super::types::Scenario;
+use super::types::{BallSpec, Scenario};
 use super::validate::ScenarioFault;
 use super::wording::{did_you_mean, one_of, quoted};
 use crate::game::Rules;
@@ -69,6 +69,14 @@ impl Rules {
     /// The rules of this name among the [`RULES_PRESETS`].
     pub fn preset(name: &str) -> Option<Rules> {
         let preset = RULES_PRESETS.iter().find(|preset| preset.name == name)?;
+        shape::read(&preset.value()).ok()
+    }
+}
+
+impl BallSpec {
+    /// The ball of this name among the [`BALL_PRESETS`], at rest on the centre mark.
+    pub fn preset(name: &str) -> Option<BallSpec> {
+        let preset = BALL_PRESETS.iter().find(|preset| preset.name == name)?;
         shape::read(&preset.value()).ok()
     }
 }
@@ -317,7 +325,6 @@ fn number(robots: &mut [Value]) {
 mod tests {
     use super::*;
     use crate::ball::Rolling;
-    use crate::scenario::BallSpec;
     use crate::sensing::sonar::SonarNoise;
 
     fn resolved(value: Value) -> Result<Value, Vec<ScenarioFault>> {
@@ -410,9 +417,9 @@ mod tests {
         assert_eq!((ball.radius_m, ball.rolling), (0.05, Rolling::ExponentialPerS(1.0)));
         assert_eq!((real.motion.max_linear_mps, real.messages.max_messages), (0.23, Some(1200)));
         assert_eq!((real.vision.noise.ball.pixel_sd, real.vision.noise.ball.miss_probability), (2.0, 0.1));
-        let own = real.robots[0].vision.unwrap().noise;
+        let own = real.robots[0].vision.as_ref().unwrap().noise;
         assert_eq!((own.ball, own.head_angle_sd), (real.vision.noise.ball, 0.0));
-        let own = real.robots[1].sonar.unwrap();
+        let own = real.robots[1].sonar.as_ref().unwrap();
         assert_eq!((own.noise, own.min_m), (SonarNoise::None, 0.2));
         let kicks = read(json!({ "realism": { "kicks": "realistic" }, "ball": null }));
         let Scenario { kicks: settings, realism, .. } = Scenario::default();
@@ -428,8 +435,8 @@ mod tests {
 
     #[test]
     fn a_model_that_there_is_not_is_refused_with_the_names() {
-        let fault = &resolved(json!({ "model": "nao6" })).unwrap_err()[0];
-        assert_eq!(fault.message, "there is no model `nao6`: did you mean `nao_v6`?");
+        let fault = &resolved(json!({ "model": "nao_6" })).unwrap_err()[0];
+        assert_eq!(fault.message, "there is no model `nao_6`: did you mean `nao_v6`?");
         assert_eq!((fault.path.to_string().as_str(), fault.expected.as_str()), ("model", "`nao` or `nao_v6`"));
     }
 
