@@ -51,27 +51,27 @@ pub enum TableError {
     /// It cannot be read or written.
     #[error("{path}: the table cannot be read or written: {error}")]
     Io {
-        /// The file.
+        /// The table's file.
         path: PathBuf,
-        /// Why.
+        /// What the system says.
         error: io::Error,
     },
     /// It is a folder or a device.
     #[error("{path}: this is no ordinary file; expected one, or a name that there is no file of yet")]
     NotAFile {
-        /// What it is.
+        /// The path that was given for the table.
         path: PathBuf,
     },
     /// Another program is writing it.
     #[error("{path}: another batch is writing this table; expected another file, or some patience")]
     InUse {
-        /// The file.
+        /// The table's file.
         path: PathBuf,
     },
     /// It holds something else than a beginning of this batch.
     #[error("{path}:{line}: {message}; expected {expected}, or a file that does not exist yet")]
     Foreign {
-        /// The file.
+        /// The table's file.
         path: PathBuf,
         /// The line, from 1.
         line: usize,

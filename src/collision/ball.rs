@@ -32,7 +32,7 @@ const MOST_ADVANCES: usize = 2048;
 pub enum BallObstacle {
     /// A post.
     Cylinder {
-        /// Centre, m.
+        /// Its centre, m, pitch frame.
         centre: Vec2,
         /// Radius, m.
         radius: f32,
@@ -123,7 +123,7 @@ impl BallObstacle {
     }
 }
 
-/// A bounce.
+/// How the ball bounces off something in a cycle.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct BallContact {
     /// Index of the obstacle.

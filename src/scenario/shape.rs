@@ -18,7 +18,7 @@ use super::wording::{did_you_mean, one_of, quoted};
 pub enum ShapeError {
     /// An object has a field that it should not have.
     UnknownField {
-        /// Its name.
+        /// The name of the field, as in files.
         name: String,
         /// The names of those that it may have.
         expected: &'static [&'static str],

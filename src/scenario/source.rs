@@ -101,6 +101,6 @@ fn find(outline: &Node, path: &FieldPath, related: Option<&FieldPath>, part: Fie
 pub struct ScenarioFile {
     /// The scenario, valid.
     pub scenario: Scenario,
-    /// Its text.
+    /// The text that it came from.
     pub source: ScenarioSource,
 }

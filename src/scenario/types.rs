@@ -39,9 +39,9 @@ pub struct Scenario {
     pub cycle_s: f64,
     /// When to stop, s; without it, at the final whistle, or after 60 s where the rules have no clock.
     pub duration_s: Option<f32>,
-    /// The pitch.
+    /// The sizes of pitch and goals.
     pub field: Pitch,
-    /// The rules.
+    /// The rules that are played by.
     pub rules: Rules,
     /// The ball; none with `null`.
     pub ball: Option<BallSpec>,
@@ -70,11 +70,11 @@ pub struct Scenario {
     pub sensors: NamedValues,
     /// How messages travel.
     pub messages: MessageSettings,
-    /// The robots.
+    /// The robots, each with its place and its behaviour.
     pub robots: Vec<RobotSpec>,
     /// Two built-in teams lined up for a kick-off, instead of `robots`.
     pub teams: Option<TeamsSpec>,
-    /// Extra posts.
+    /// Posts besides those of the goals.
     pub posts: Vec<PostSpec>,
     /// What the referee is made to do, and when.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -169,7 +169,7 @@ impl Default for BallSpec {
 #[derive(Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct RobotSpec {
-    /// The team.
+    /// Its team.
     pub team: Team,
     /// The jersey number, from 1.
     pub number: u8,
@@ -221,7 +221,7 @@ impl RobotSpec {
 pub enum BehaviourSpec {
     /// A registered behaviour; `idle` does nothing.
     Named(String),
-    /// A script.
+    /// A script: what to do at which time.
     Script(Vec<ScriptEntry>),
 }
 

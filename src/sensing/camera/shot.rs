@@ -7,7 +7,7 @@ use crate::appearance::view::View;
 /// A picture to be drawn.
 #[derive(Debug)]
 pub struct Shot {
-    /// From where.
+    /// Where it is taken from, and what it does not show.
     pub view: View,
     /// How robots look.
     pub design: RobotDesign,

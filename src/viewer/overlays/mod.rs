@@ -149,7 +149,7 @@ pub struct Shows {
     pub all: bool,
     /// Of the selected one.
     pub selected: bool,
-    /// Of these.
+    /// Of these robots, whether they are selected or not.
     pub robots: BTreeSet<RobotId>,
 }
 
@@ -157,7 +157,7 @@ pub struct Shows {
 #[derive(Resource, Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Overlays {
-    /// Of robots.
+    /// What is drawn of robots, and of which.
     pub of_robots: BTreeMap<Overlay, Shows>,
     /// Who touched the ball last.
     pub last_touch: bool,
