@@ -12,6 +12,7 @@
 
 mod build;
 mod error;
+mod fault;
 mod field_path;
 mod format;
 mod library;
@@ -28,6 +29,8 @@ mod validate;
 pub(crate) mod wording;
 
 pub use error::{Place, ScenarioError, ScenarioErrorKind};
+pub use fault::ScenarioFault;
+pub(crate) use fault::unknown_name;
 pub use field_path::{FieldPath, Segment};
 pub use format::Format;
 pub use library::{LIBRARY, LibraryScenario};
@@ -37,5 +40,3 @@ pub use setting::{NotASetting, Setting};
 pub use source::{ScenarioFile, ScenarioSource};
 pub use types::{BallSpec, BehaviourSpec, PostSpec, RobotSpec, Scenario, TeamsSpec};
 pub(crate) use validate::Numbers;
-pub use validate::ScenarioFault;
-pub(crate) use validate::unknown_name;

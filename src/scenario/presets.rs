@@ -3,10 +3,10 @@
 use serde::Serialize;
 use serde_json::{Map, Value};
 
+use super::fault::ScenarioFault;
 use super::field_path::FieldPath;
 use super::format::Format;
 use super::read::read;
-use super::validate::ScenarioFault;
 use super::wording::{did_you_mean, one_of, quoted};
 use crate::game::Rules;
 use crate::pitch::Pitch;

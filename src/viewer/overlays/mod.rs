@@ -20,7 +20,6 @@ use crate::team::RobotId;
 mod beliefs;
 mod bodies;
 pub mod brush;
-mod drawn;
 pub mod geometry;
 pub mod panel;
 mod senses;
@@ -55,7 +54,7 @@ impl Plugin for OverlaysPlugin {
                     senses::draw_sonars,
                     senses::draw_percepts,
                     beliefs::draw_beliefs,
-                    drawn::draw_drawings,
+                    bodies::draw_drawings,
                 )
                     .chain()
                     .in_set(OverlaySystems)
