@@ -48,7 +48,7 @@ impl Recorder for BallTable {
         self.error.is_some()
     }
 
-    fn finish(mut self: Box<Self>, _: &MatchEnd) -> Result<Option<String>, RecordError> {
+    fn finish(mut self: Box<Self>, _: &MatchEnd, _: &CycleRecord) -> Result<Option<String>, RecordError> {
         let written = self.error.take().map_or_else(|| self.file.flush(), Err);
         written.map_err(RecordError::io(&self.path))?;
         Ok(Some(format!("the ball's places are in {}", self.path.display())))

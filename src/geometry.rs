@@ -131,7 +131,7 @@ pub fn radians_of(degrees: f64) -> f32 {
 pub mod file_units {
     use super::{Pose, exact_degrees, radians_of, wrap_angle};
     use core::fmt;
-    use serde::de::{Error, Visitor};
+    use serde::de::{Error, Unexpected, Visitor};
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
     /// A number with all its digits, of which one in single precision is to be made.
@@ -140,8 +140,7 @@ pub mod file_units {
 
     impl<'de> Deserialize<'de> for Digits {
         fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-            // What is too large for single precision is refused as other numbers are.
-            deserializer.deserialize_f32(Digits(0.0))
+            deserializer.deserialize_f64(Digits(0.0))
         }
     }
 
@@ -153,7 +152,10 @@ pub mod file_units {
         }
 
         fn visit_f64<E: Error>(self, number: f64) -> Result<Digits, E> {
-            Ok(Digits(number))
+            if (number as f32).is_finite() {
+                return Ok(Digits(number));
+            }
+            Err(E::invalid_value(Unexpected::Float(number), &"a finite number, of single precision (at most 3.4e38)"))
         }
 
         fn visit_i64<E: Error>(self, number: i64) -> Result<Digits, E> {
@@ -270,6 +272,7 @@ pub mod file_units {
         use super::*;
 
         #[derive(Serialize, Deserialize)]
+        #[serde(transparent)]
         struct FileStep(#[serde(with = "step")] [f32; 3]);
 
         /// Writes `[x, y, degrees]`, or null.

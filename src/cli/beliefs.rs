@@ -27,8 +27,8 @@ impl Recording for BeliefArguments {
         }
     }
 
-    fn outputs(&self) -> Vec<Output<'_>> {
-        self.beliefs.as_deref().into_iter().map(|path| Output { option: "--beliefs", path }).collect()
+    fn outputs(&self) -> Vec<Output> {
+        self.beliefs.clone().into_iter().map(|path| Output { option: "--beliefs", path }).collect()
     }
 
     fn open(&self, _: &World, _: bool) -> Result<Vec<Box<dyn Recorder>>, String> {

@@ -46,8 +46,8 @@ impl Recording for LogArguments {
         }
     }
 
-    fn outputs(&self) -> Vec<Output<'_>> {
-        self.log.iter().map(|log| Output { option: "--log", path: &log.path }).collect()
+    fn outputs(&self) -> Vec<Output> {
+        self.log.iter().map(|log| Output { option: "--log", path: log.path.clone() }).collect()
     }
 
     fn open(&self, world: &World, _: bool) -> Result<Vec<Box<dyn Recorder>>, String> {

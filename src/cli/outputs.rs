@@ -10,11 +10,11 @@ use crate::cycle::CycleClock;
 pub const STANDARD_OUTPUT: &str = "-";
 
 /// A file that an option lets a command write.
-pub struct Output<'a> {
+pub struct Output {
     /// The option, such as `--trace`.
     pub option: &'static str,
     /// The file that is to be written.
-    pub path: &'a Path,
+    pub path: PathBuf,
 }
 
 /// That no output is a file that the command reads, nor another output; and without `force`, that there is none of them
@@ -28,7 +28,7 @@ pub fn check_files(input: &Path, outputs: &[Output], force: bool) -> Result<(), 
                 input.display(),
             ));
         }
-        if let Some(other) = outputs[..index].iter().find(|other| is_same_file(path, other.path)) {
+        if let Some(other) = outputs[..index].iter().find(|other| is_same_file(path, &other.path)) {
             return Err(format!(
                 "{option}: {}: {} writes this file already; expected another one",
                 path.display(),
@@ -97,7 +97,8 @@ mod tests {
     use super::*;
 
     fn check(input: &Path, outputs: &[(&'static str, &Path)], force: bool) -> Result<(), String> {
-        let outputs: Vec<Output> = outputs.iter().map(|&(option, path)| Output { option, path }).collect();
+        let outputs: Vec<Output> =
+            outputs.iter().map(|&(option, path)| Output { option, path: path.to_owned() }).collect();
         check_files(input, &outputs, force)
     }
 

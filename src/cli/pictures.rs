@@ -55,9 +55,9 @@ impl Recording for PictureArguments {
         Ok(())
     }
 
-    fn outputs(&self) -> Vec<Output<'_>> {
+    fn outputs(&self) -> Vec<Output> {
         let files = [("--video", &self.video), ("--sheet", &self.sheet)];
-        files.into_iter().filter_map(|(option, path)| Some(Output { option, path: path.as_deref()? })).collect()
+        files.into_iter().filter_map(|(option, path)| Some(Output { option, path: path.clone()? })).collect()
     }
 
     fn open(&self, world: &World, force: bool) -> Result<Vec<Box<dyn Recorder>>, String> {

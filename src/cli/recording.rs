@@ -13,7 +13,7 @@ pub trait Recording {
     }
 
     /// The files that it writes anew.
-    fn outputs(&self) -> Vec<Output<'_>>;
+    fn outputs(&self) -> Vec<Output>;
 
     /// Whether it takes standard output, so that nothing else may be printed there.
     fn takes_standard_output(&self) -> bool {

@@ -45,7 +45,7 @@ impl Recordings {
     }
 
     /// The files that are written anew.
-    pub fn outputs(&self) -> Vec<Output<'_>> {
+    pub fn outputs(&self) -> Vec<Output> {
         self.all().into_iter().flat_map(Recording::outputs).collect()
     }
 

@@ -74,7 +74,7 @@ impl RunArguments {
     pub fn check_outputs(&self) -> Result<(), String> {
         self.recordings.check()?;
         let mut files = self.recordings.outputs();
-        files.extend(self.save.as_deref().map(|path| Output { option: "--save", path }));
+        files.extend(self.save.clone().map(|path| Output { option: "--save", path }));
         check_files(Path::new(&self.scenario), &files, self.force)?;
         let Some(path) = &self.save else { return Ok(()) };
         if path.extension().is_none_or(|extension| extension != EXTENSION) {

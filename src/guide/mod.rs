@@ -5,9 +5,10 @@
 //! 3. [Watching](watching): what the window shows, and what a behaviour draws in it.
 //! 4. [Images and pictures](pictures): cameras, renderers, frames, videos.
 //! 5. [Experiments](experiments): batches, sweeps, saved matches, learning.
-//! 6. [Architecture](architecture): the cycle, who knows what, determinism.
-//! 7. [The paper](paper): what each of its sentences has become, and which test shows it.
-//! 8. [Adding to it](extending): a sensor, a rule, a team, a log format, a command.
+//! 6. [Traces](traces): every field of them.
+//! 7. [Architecture](architecture): the cycle, who knows what, determinism.
+//! 8. [The paper](paper): what each of its sentences has become, and which test shows it.
+//! 9. [Adding to it](extending): a sensor, a rule, a team, a log format, a command.
 //!
 //! The programs in `examples/` are one idea each, and run headless:
 //!
@@ -44,6 +45,9 @@ pub mod pictures {}
 
 #[doc = include_str!("experiments.md")]
 pub mod experiments {}
+
+#[doc = include_str!("traces.md")]
+pub mod traces {}
 
 #[doc = include_str!("architecture.md")]
 pub mod architecture {}

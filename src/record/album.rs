@@ -49,7 +49,7 @@ impl Recorder for Album {
     }
 
     /// Waits until everything is written.
-    fn finish(self: Box<Self>, _: &MatchEnd) -> Result<Option<String>, RecordError> {
+    fn finish(self: Box<Self>, _: &MatchEnd, _: &CycleRecord) -> Result<Option<String>, RecordError> {
         let frames = self.frames.map_or(Ok(0), FrameRecorder::finish);
         let video = self.video.map_or(Ok(0), VideoRecorder::finish);
         let sheet = self.sheet.map_or(Ok(()), SheetRecorder::finish);

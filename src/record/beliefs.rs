@@ -171,7 +171,7 @@ impl Recorder for BeliefRecorder {
     }
 
     /// Says the summary, a line a robot.
-    fn finish(mut self: Box<Self>, _: &MatchEnd) -> Result<Option<String>, RecordError> {
+    fn finish(mut self: Box<Self>, _: &MatchEnd, _: &CycleRecord) -> Result<Option<String>, RecordError> {
         let closed = self.error.take().map_or_else(|| self.file.flush(), Err);
         closed.map_err(RecordError::io(&self.path))?;
         if self.robots.is_empty() {

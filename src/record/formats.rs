@@ -27,7 +27,7 @@
 //!         }
 //!     }
 //!
-//!     fn finish(self: Box<Self>, _: &MatchEnd) -> Result<Option<String>, RecordError> {
+//!     fn finish(self: Box<Self>, _: &MatchEnd, _: &CycleRecord) -> Result<Option<String>, RecordError> {
 //!         fs::write(&self.path, &self.lines).map_err(RecordError::io(&self.path))?;
 //!         Ok(None)
 //!     }

@@ -10,6 +10,7 @@ use std::ops::{Range, RangeInclusive};
 use std::path::Path;
 
 use super::cycle_record::CycleRecord;
+use super::fields::Fields;
 use super::read::{Ending, TraceError, TraceReader};
 use crate::events::MatchEvent;
 use crate::kick_geometry::KickType;
@@ -22,6 +23,10 @@ const BLOCK: usize = 64;
 const LARGEST_BLOCK_BYTES: usize = 8 << 20;
 /// Beyond this many bytes the oldest blocks are forgotten.
 const MOST_BYTES: usize = 400 << 20;
+/// A trace with more cycles is not read: they would be more than a day at 30 a second.
+const MOST_CYCLES: u64 = 3_000_000;
+/// A trace whose events have more bytes is not read: those of a match have less than one of a hundred parts of it.
+const MOST_EVENT_BYTES: usize = 64 << 20;
 /// How well blocks are compressed: the fastest of zstd's levels.
 const LEVEL: i32 = 1;
 
@@ -35,6 +40,10 @@ pub struct ReadTrace {
     pub events: Vec<(f64, MatchEvent)>,
     /// The last of its records.
     pub last: Option<CycleRecord>,
+    /// Every so many cycles have a record.
+    pub every: u64,
+    /// The parts that records have.
+    pub fields: Fields,
     /// How it ends.
     pub ending: Ending,
 }
@@ -48,16 +57,30 @@ impl ReadTrace {
         let mut reader = TraceReader::open(path)?;
         let mut read = ReadTrace {
             scenario: reader.scenario().clone(),
-            history: History::default(),
+            history: History::of_every(reader.every()),
             events: Vec::new(),
             last: None,
+            every: reader.every(),
+            fields: reader.fields().clone(),
             ending: Ending::NotYet,
         };
+        let (mut cycles, mut event_bytes) = (0, 0);
         while let Some(record) = reader.next_cycle()? {
             if let Err(error) = read.history.push(&record) {
                 return Err(TraceError::Io { path: path.to_owned(), error: io::Error::other(error) });
             }
             read.events.extend(record.events.iter().map(|event| (record.time_s, event.clone())));
+            cycles += 1;
+            if !record.events.is_empty() {
+                event_bytes += serde_json::to_string(&record.events).map_or(0, |text| text.len());
+            }
+            if cycles > MOST_CYCLES || event_bytes > MOST_EVENT_BYTES {
+                let error = io::Error::other(format!(
+                    "the trace is too large to be shown: it ends nowhere near {:.0} s",
+                    record.time_s
+                ));
+                return Err(TraceError::Io { path: path.to_owned(), error });
+            }
             read.last = Some(record);
         }
         read.ending = reader.ending();

@@ -9,12 +9,17 @@ use std::io::{self, BufRead, BufReader, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
 use super::cycle_record::CycleRecord;
+use super::fields::Fields;
 use super::recorder::{EndReason, MatchEnd};
-use super::trace::{FORMAT, VERSION};
+use super::trace::{FORMAT, VERSION, is_compressed};
 use crate::scenario::Scenario;
 
-/// A longer line is no line of a trace.
-const LONGEST_LINE_BYTES: u64 = 16 << 20;
+/// A longer line is no cycle of a trace: one of twenty-two robots that all draw as much as they may has a tenth of it.
+const LONGEST_LINE_BYTES: u64 = 4 << 20;
+/// A header may have a long scenario.
+const LONGEST_HEADER_BYTES: u64 = 16 << 20;
+/// No match has more robots.
+const MOST_ROBOTS: usize = 2 * u8::MAX as usize;
 
 /// Why a trace cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -60,7 +65,15 @@ pub enum Ending {
 struct HeaderLine {
     format: String,
     version: u32,
+    #[serde(default = "one")]
+    every: u64,
+    #[serde(default)]
+    fields: Fields,
     scenario: Scenario,
+}
+
+fn one() -> u64 {
+    1
 }
 
 #[derive(Deserialize)]
@@ -75,6 +88,8 @@ pub struct TraceReader {
     lines: BufReader<Box<dyn Read + Send>>,
     text: Vec<u8>,
     line: u64,
+    every: u64,
+    fields: Fields,
     scenario: Scenario,
     last_cycle: Option<u64>,
     ending: Ending,
@@ -88,7 +103,7 @@ impl TraceReader {
     pub fn open(path: &Path) -> Result<Self, TraceError> {
         let io_error = |error| TraceError::Io { path: path.to_owned(), error };
         let file = File::open(path).map_err(io_error)?;
-        let reader: Box<dyn Read + Send> = if path.extension().is_some_and(|extension| extension == "zst") {
+        let reader: Box<dyn Read + Send> = if is_compressed(path) {
             Box::new(zstd::stream::read::Decoder::new(file).map_err(io_error)?)
         } else {
             Box::new(file)
@@ -106,12 +121,14 @@ impl TraceReader {
             lines: BufReader::with_capacity(1 << 16, Box::new(reader)),
             text: Vec::new(),
             line: 0,
+            every: 1,
+            fields: Fields::default(),
             scenario: Scenario::default(),
             last_cycle: None,
             ending: Ending::NotYet,
         };
         let expected = "a trace, which begins with its header";
-        if !trace.next_line()? {
+        if !trace.next_line(LONGEST_HEADER_BYTES)? {
             return Err(trace.fault(1, "the file has no whole line", expected));
         }
         if trace.line_type()? != "header" {
@@ -122,6 +139,8 @@ impl TraceReader {
             let message = format!("this is `{}`, version {}", header.format, header.version);
             return Err(trace.fault(1, &message, &format!("`{FORMAT}`, version {VERSION}")));
         }
+        trace.every = header.every.max(1);
+        trace.fields = header.fields;
         trace.scenario = header.scenario;
         Ok(trace)
     }
@@ -129,6 +148,21 @@ impl TraceReader {
     /// What the match started from; its seed is in it.
     pub fn scenario(&self) -> &Scenario {
         &self.scenario
+    }
+
+    /// Every so many cycles have a line.
+    pub fn every(&self) -> u64 {
+        self.every
+    }
+
+    /// The parts that its lines have.
+    pub fn fields(&self) -> &Fields {
+        &self.fields
+    }
+
+    /// Bytes that the line which was read last has in the file, before any compression.
+    pub fn line_bytes(&self) -> usize {
+        self.text.len()
     }
 
     /// How the trace ends, as far as it was read.
@@ -144,7 +178,7 @@ impl TraceReader {
         if self.ending != Ending::NotYet {
             return Ok(None);
         }
-        if !self.next_line()? {
+        if !self.next_line(LONGEST_LINE_BYTES)? {
             self.ending = Ending::BrokenOff;
             return Ok(None);
         }
@@ -162,19 +196,23 @@ impl TraceReader {
         }
         let record: CycleRecord = self.parse("a cycle of a trace")?;
         if let Some(last) = self.last_cycle
-            && record.cycle != last + 1
+            && !(record.cycle > last && record.cycle - last <= self.every)
         {
             let message = format!("this is cycle {}, after cycle {last}", record.cycle);
-            return Err(self.fault(1, &message, &format!("cycle {}", last + 1)));
+            let expected = if self.every == 1 { "cycle" } else { "at most cycle" };
+            return Err(self.fault(1, &message, &format!("{expected} {}", last.saturating_add(self.every))));
+        }
+        if record.robots.len() > MOST_ROBOTS {
+            return Err(self.fault(1, "there are more robots than can play", &format!("at most {MOST_ROBOTS}")));
         }
         self.last_cycle = Some(record.cycle);
         Ok(Some(record))
     }
 
     /// Reads the next line without its end. False where there is none, or only the beginning of one.
-    fn next_line(&mut self) -> Result<bool, TraceError> {
+    fn next_line(&mut self, longest_bytes: u64) -> Result<bool, TraceError> {
         self.text.clear();
-        let read = (&mut self.lines).take(LONGEST_LINE_BYTES).read_until(b'\n', &mut self.text);
+        let read = (&mut self.lines).take(longest_bytes).read_until(b'\n', &mut self.text);
         match read {
             // A compressed trace that was broken off ends in the middle of a block.
             Err(error) if error.kind() == ErrorKind::UnexpectedEof => return Ok(false),
@@ -185,14 +223,19 @@ impl TraceReader {
         if self.text.pop_if(|byte| *byte == b'\n').is_some() {
             return Ok(true);
         }
-        if self.text.len() as u64 == LONGEST_LINE_BYTES {
-            return Err(self.fault(1, "the line does not end", "a trace"));
+        if self.text.len() as u64 == longest_bytes {
+            let message = format!("the line has more than {} MiB", longest_bytes >> 20);
+            return Err(self.fault(1, &message, "a line of a trace"));
         }
         // The last line may lack its end, if it is whole otherwise.
         Ok(serde_json::from_slice::<serde::de::IgnoredAny>(&self.text).is_ok())
     }
 
     fn line_type(&self) -> Result<String, TraceError> {
+        // Nearly all lines say it first, and need not be read twice.
+        if self.text.starts_with(br#"{"type":"cycle","#) {
+            return Ok("cycle".to_owned());
+        }
         self.parse::<LineType>("a line of a trace: an object with a `type`").map(|line| line.line_type)
     }
 
@@ -291,7 +334,7 @@ mod tests {
     fn what_is_wrong_is_said_with_its_place() {
         assert_eq!(
             message(&[HEADER, &cycle(0), "{\"type\":\"cycle\",\"cycle\":x}", ""]),
-            "match.jsonl:3:25: expected value; expected a line of a trace: an object with a `type`"
+            "match.jsonl:3:25: expected value; expected a cycle of a trace"
         );
         assert_eq!(
             message(&[HEADER, &cycle(0), "{\"type\":\"cycle\",\"cycle\":1,\"robots\":[]}", ""]),

@@ -22,7 +22,7 @@
 //!         self.last = place;
 //!     }
 //!
-//!     fn finish(self: Box<Self>, _: &MatchEnd) -> Result<Option<String>, RecordError> {
+//!     fn finish(self: Box<Self>, _: &MatchEnd, _: &CycleRecord) -> Result<Option<String>, RecordError> {
 //!         Ok(Some(format!("the ball rolled {:.1} m", self.way_m)))
 //!     }
 //! }
@@ -66,11 +66,11 @@ pub trait Recorder: Send + Sync + 'static {
         false
     }
 
-    /// The match is over: closes what is written. What is to be said of it, if anything.
+    /// The match is over, and `last` is its last record: closes what is written. What is to be said of it, if anything.
     ///
     /// # Errors
     /// The first thing that went wrong.
-    fn finish(self: Box<Self>, end: &MatchEnd) -> Result<Option<String>, RecordError>;
+    fn finish(self: Box<Self>, end: &MatchEnd, last: &CycleRecord) -> Result<Option<String>, RecordError>;
 }
 
 /// Why a match ended.
@@ -152,5 +152,6 @@ pub fn finish(world: &mut World, reason: EndReason) -> Vec<Result<Option<String>
         cycles: world.resource::<CycleClock>().cycle,
         messages: *world.resource::<MessageStatistics>(),
     };
-    recorders.into_iter().map(|recorder| recorder.finish(&end)).collect()
+    let last = world.resource::<CurrentRecord>().record.clone();
+    recorders.into_iter().map(|recorder| recorder.finish(&end, &last)).collect()
 }

@@ -11,7 +11,10 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use super::cycle_record::CycleRecord;
+use super::fields::Fields;
+use super::lean::LeanNumbers;
 use super::recorder::{MatchEnd, RecordError, Recorder};
+use crate::events::MatchEvent;
 use crate::scenario::Scenario;
 
 /// The format's name in the header.
@@ -21,6 +24,16 @@ pub const VERSION: u32 = 1;
 /// How hard a compressed trace is compressed. Lines that are much alike need no more: level 3 takes twice the time, and
 /// the file is larger.
 const COMPRESSION_LEVEL: i32 = 1;
+/// Of a plain trace that is larger it is said that it could be compressed.
+const LARGE_BYTES: u64 = 64 << 20;
+
+/// What a compressed trace's name ends in.
+const COMPRESSED: &str = "zst";
+
+/// Whether a trace of this name is compressed.
+pub fn is_compressed(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension == COMPRESSED)
+}
 
 /// Where a trace goes.
 enum Sink {
@@ -33,7 +46,15 @@ pub struct TraceRecorder {
     /// What errors call it.
     name: PathBuf,
     sink: Sink,
+    /// Every so many cycles have a line.
+    every: u64,
+    fields: Fields,
     line: Vec<u8>,
+    /// What happened in the cycles since the last line.
+    events: Vec<MatchEvent>,
+    last_cycle: Option<u64>,
+    /// Whether it is in a file of its name.
+    is_file: bool,
     error: Option<io::Error>,
 }
 
@@ -49,25 +70,69 @@ impl TraceRecorder {
     /// When the file cannot be created.
     pub fn create(path: &Path) -> Result<Self, RecordError> {
         let file: Box<dyn Write + Send + Sync> = Box::new(File::create(path).map_err(RecordError::io(path))?);
-        let sink = if path.extension().is_some_and(|extension| extension == "zst") {
+        let sink = if is_compressed(path) {
             let encoder = zstd::stream::write::Encoder::new(file, COMPRESSION_LEVEL);
             Sink::Compressed(encoder.map_err(RecordError::io(path))?)
         } else {
             Sink::Plain(BufWriter::new(file))
         };
-        Ok(Self::new(path.to_owned(), sink))
+        let is_file = path.metadata().is_ok_and(|there| there.is_file());
+        Ok(Self { is_file, ..Self::new(path.to_owned(), sink) })
     }
 
     fn new(name: PathBuf, sink: Sink) -> Self {
-        Self { name, sink, line: Vec::new(), error: None }
+        let (line, events) = (Vec::new(), Vec::new());
+        let (every, fields) = (1, Fields::default());
+        Self { name, sink, every, fields, line, events, last_cycle: None, is_file: false, error: None }
+    }
+
+    /// With a line for every so many cycles only, the first and the last besides. What happened in between is in the next
+    /// line.
+    #[must_use]
+    pub fn every(self, cycles: u64) -> Self {
+        Self { every: cycles.max(1), ..self }
+    }
+
+    /// With these fields only.
+    #[must_use]
+    pub fn with_fields(self, fields: Fields) -> Self {
+        Self { fields, ..self }
+    }
+
+    fn write_record(&mut self, record: &CycleRecord) {
+        self.last_cycle = Some(record.cycle);
+        if self.events.is_empty() {
+            self.write_lean(record);
+        } else {
+            let mut events = core::mem::take(&mut self.events);
+            events.extend_from_slice(&record.events);
+            self.write_lean(&CycleRecord { events, ..record.clone() });
+        }
+    }
+
+    fn write_lean(&mut self, record: &CycleRecord) {
+        self.line.clear();
+        let mut serializer = serde_json::Serializer::with_formatter(&mut self.line, LeanNumbers);
+        let written = if self.fields.is_all() {
+            record.serialize(&mut serializer)
+        } else {
+            self.fields.of(record).serialize(&mut serializer)
+        };
+        self.end_line(written);
     }
 
     fn write(&mut self, line: &impl Serialize) {
+        self.line.clear();
+        let written = serde_json::to_writer(&mut self.line, line);
+        self.end_line(written);
+    }
+
+    /// Writes the line, if it could be made.
+    fn end_line(&mut self, made: serde_json::Result<()>) {
         if self.error.is_some() {
             return;
         }
-        self.line.clear();
-        let result = serde_json::to_writer(&mut self.line, line).map_err(io::Error::from).and_then(|()| {
+        let result = made.map_err(io::Error::from).and_then(|()| {
             self.line.push(b'\n');
             // Whatever ends the program leaves every line readable. What was compressed before helps to compress what
             // follows, so that this makes a compressed trace 2 % larger.
@@ -84,27 +149,54 @@ impl TraceRecorder {
 
 impl Recorder for TraceRecorder {
     fn start(&mut self, scenario: &Scenario, record: &CycleRecord, _: &mut World) {
-        self.write(&Header { line_type: "header", format: FORMAT, version: VERSION, seed: scenario.seed, scenario });
-        self.write(record);
+        let (every, fields) = (self.every, self.fields.clone());
+        self.write(&Header {
+            line_type: "header",
+            format: FORMAT,
+            version: VERSION,
+            seed: scenario.seed,
+            every,
+            fields: &fields,
+            scenario,
+        });
+        self.write_record(record);
     }
 
     fn record(&mut self, record: &CycleRecord, _: &mut World) {
-        self.write(record);
+        if record.cycle.is_multiple_of(self.every) {
+            self.write_record(record);
+        } else {
+            self.events.extend_from_slice(&record.events);
+        }
     }
 
     fn has_failed(&self) -> bool {
         self.error.is_some()
     }
 
-    fn finish(mut self: Box<Self>, end: &MatchEnd) -> Result<Option<String>, RecordError> {
+    fn finish(mut self: Box<Self>, end: &MatchEnd, last: &CycleRecord) -> Result<Option<String>, RecordError> {
+        if self.last_cycle.is_some_and(|written| written < last.cycle) {
+            // What happened in it is among what happened since the last line already.
+            self.write_record(&CycleRecord { events: Vec::new(), ..last.clone() });
+        }
         self.write(end);
-        let Self { name, sink, error, .. } = *self;
+        let Self { name, sink, is_file, error, .. } = *self;
+        let is_plain = matches!(sink, Sink::Plain(_));
         let closed = match (error, sink) {
             (Some(error), _) => Err(error),
             (None, Sink::Plain(mut writer)) => writer.flush(),
             (None, Sink::Compressed(encoder)) => encoder.finish().and_then(|mut file| file.flush()),
         };
-        closed.map(|()| None).map_err(RecordError::io(&name))
+        closed.map_err(RecordError::io(&name))?;
+        let size_bytes = is_file.then(|| name.metadata().map_or(0, |there| there.len()));
+        Ok(size_bytes.map(|bytes| {
+            let hint = if is_plain && bytes > LARGE_BYTES {
+                "; a name that ends in .jsonl.zst makes it a sixth of that"
+            } else {
+                ""
+            };
+            format!("  trace  {}, {:.1} MB{hint}\n", name.display(), bytes as f64 / 1e6)
+        }))
     }
 }
 
@@ -115,5 +207,13 @@ struct Header<'a> {
     format: &'static str,
     version: u32,
     seed: u64,
+    #[serde(skip_serializing_if = "is_one")]
+    every: u64,
+    #[serde(skip_serializing_if = "Fields::is_all")]
+    fields: &'a Fields,
     scenario: &'a Scenario,
+}
+
+fn is_one(every: &u64) -> bool {
+    *every == 1
 }

@@ -7,6 +7,7 @@ use super::placing::Occupied;
 use crate::ball::FASTEST_MPS;
 use crate::events::MatchEvent;
 use crate::game::{GameState, Intervention, Score};
+use crate::geometry::{Pose, wrap_angle};
 use crate::team::RobotId;
 
 impl Referee<'_, '_> {
@@ -42,6 +43,7 @@ impl Referee<'_, '_> {
                 if !self.decisions.robots[index].is_present() {
                     return Err(format!("{robot} serves a penalty"));
                 }
+                let pose = Pose { heading: wrap_angle(pose.heading), ..pose };
                 let occupied = Occupied::by_others(&self.now(), Some(index));
                 self.decisions.robots[index].pose = occupied.free_pose(pose, &self.seen.robots[index].bounds);
                 self.memory.robots[index].forgive();
@@ -136,7 +138,6 @@ mod tests {
     use super::super::testing::MatchFixture;
     use super::*;
     use crate::game::{PenaltyReason, ShootOut};
-    use crate::geometry::Pose;
     use crate::team::Team;
 
     const BLUE2: RobotId = RobotId::new(Team::Blue, 2);

@@ -15,7 +15,7 @@ use crate::communication::{Inbox, MessageStatistics, MessagesInFlight, Outbox};
 use crate::cycle::CycleClock;
 use crate::events::{CycleEvents, MatchEvent};
 use crate::game::Game;
-use crate::geometry::Pose;
+use crate::geometry::{Pose, wrap_angle};
 use crate::pitch::{Pitch, Post};
 use crate::random::RandomStreams;
 use crate::referee;
@@ -103,6 +103,10 @@ fn robots_of(world: &World, scenario: &Scenario) -> Result<Vec<RobotSpec>, Scena
         robots.extend(team_of(scenario, registry, Team::Pink, &teams.pink, &mut line_up)?);
     }
     robots.sort_by_key(RobotSpec::id);
+    for robot in &mut robots {
+        // As a file has it.
+        robot.pose.heading = wrap_angle(robot.pose.heading);
+    }
     Ok(robots)
 }
 

@@ -113,6 +113,8 @@ fn find_past_scene(
     clock: Res<CycleClock>,
     timeline: Res<Timeline>,
     now: MatchScene,
+    roster: Res<Roster>,
+    bodies: Query<&BodyBounds>,
     mut sensed: ResMut<SensedScene>,
     mut history: ResMut<History>,
 ) {
@@ -124,13 +126,21 @@ fn find_past_scene(
     }
     if let Ok(Some(record)) = history.record(shown.saturating_sub(1)) {
         now.gather(&mut sensed.scene);
-        sensed.take_record(shown, &record, &history, clock.period_s);
+        let body = |id| roster.get(id).and_then(|robot| bodies.get(robot).ok()).copied().unwrap_or_default();
+        sensed.take_record(shown, &record, &history, clock.period_s, body);
     }
 }
 
 impl SensedScene {
-    /// Takes over what a record says of robots and ball. All else is as it always was.
-    fn take_record(&mut self, cycle: u64, record: &CycleRecord, history: &History, period_s: f64) {
+    /// Takes over what a record says of robots, whose bodies are known, and ball. All else is as it always was.
+    fn take_record(
+        &mut self,
+        cycle: u64,
+        record: &CycleRecord,
+        history: &History,
+        period_s: f64,
+        body: impl Fn(RobotId) -> BodyBounds,
+    ) {
         self.cycle = Some(cycle);
         let on_pitch = record.robots.iter().filter(|robot| robot.penalised.is_none());
         self.scene.robots.clear();
@@ -138,8 +148,8 @@ impl SensedScene {
             let gait = self.gaits.entry(robot.id).or_default();
             gait.kick = history.last_kick(robot.id, record.cycle).map(|kick| kick.struck(period_s));
             gait.follow(robot.pose, robot.velocity, record.time_s);
-            let body = SceneRobot::standing(robot.id, robot.pose, BodyBounds::default()).in_posture(robot.posture);
-            SceneRobot { head: robot.head, gait: *gait, ..body }
+            let standing = SceneRobot::standing(robot.id, robot.pose, body(robot.id));
+            SceneRobot { head: robot.head, gait: *gait, ..standing.in_posture(robot.posture) }
         }));
         self.scene.ball = record.ball.map(|ball| SceneBall {
             position: ball.position_m.truncate(),

@@ -70,6 +70,6 @@ fn every_page_of_the_guide_is_shown_and_led_to() {
     let extending = read("src/guide/extending.md");
     for page in files("src/guide/extending", ".md") {
         assert!(guide.contains(&format!("include_str!(\"extending/{page}.md\")")), "extending/{page}.md is not shown");
-        assert!(extending.contains(&format!("]({page}")), "nothing leads to extending/{page}.md");
+        assert!(extending.contains(&format!("](extending::{page}")), "nothing leads to extending/{page}.md");
     }
 }

@@ -2,18 +2,14 @@
 
 use bevy::prelude::*;
 use naoisis::prelude::*;
-use naoisis::record::trace::TraceRecorder;
-use naoisis::record::{RecordPlugin, recorder};
 
-use crate::support::{SharedBytes, headless_app};
+use crate::support::{begin_trace, headless_app};
 
 /// The trace of so many cycles.
 pub fn trace_of(scenario: &Scenario, cycles: usize) -> Vec<u8> {
-    let bytes = SharedBytes::default();
     let mut app = headless_app();
-    app.add_plugins(RecordPlugin);
     app.start_match(scenario).unwrap();
-    recorder::start(app.world_mut(), vec![Box::new(TraceRecorder::plain("trace", bytes.clone()))]);
+    let bytes = begin_trace(&mut app);
     app.run_cycles(cycles);
     drop(app);
     let written = bytes.written();

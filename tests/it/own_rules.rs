@@ -4,8 +4,6 @@ use bevy::prelude::*;
 use naoisis::game::{Evidence, PenaltyReason, RuleName};
 use naoisis::prelude::*;
 use naoisis::record::read::TraceReader;
-use naoisis::record::trace::TraceRecorder;
-use naoisis::record::{RecordPlugin, recorder};
 use naoisis::referee::report::report;
 use naoisis::referee::snapshot::{MatchSnapshot, RobotSnapshot};
 use naoisis::scenario::{Format, ScenarioFile};
@@ -13,7 +11,7 @@ use naoisis::simulation::{Snapshot, change_settings};
 use serde::Deserialize;
 use std::path::Path;
 
-use crate::support::{SharedBytes, blue, collect_events, headless_app};
+use crate::support::{begin_trace, blue, collect_events, headless_app};
 
 /// Nobody may stay on the halfway line.
 #[derive(Deserialize, Default)]
@@ -108,12 +106,10 @@ fn what_is_wrong_with_its_settings_is_located() {
 
 #[test]
 fn a_verdict_is_reported_traced_and_saved() {
-    let bytes = SharedBytes::default();
     let mut app = app();
-    app.add_plugins(RecordPlugin);
     let scenario = scenario(r#"{ "loitering": { "limit_s": 2 } }"#);
     app.start_match(&scenario).unwrap();
-    recorder::start(app.world_mut(), vec![Box::new(TraceRecorder::plain("rules", bytes.clone()))]);
+    let bytes = begin_trace(&mut app);
     app.run_cycles(60);
     let penalty = app.events().iter().find(|event| matches!(event, MatchEvent::Penalty { .. })).unwrap().clone();
     let report = report(2.0, None, &penalty).unwrap();

@@ -3,15 +3,13 @@
 use bevy::prelude::*;
 use naoisis::prelude::*;
 use naoisis::record::read::TraceReader;
-use naoisis::record::trace::TraceRecorder;
-use naoisis::record::{RecordPlugin, recorder};
 use naoisis::scenario::{Format, ScenarioFile, Setting};
 use naoisis::sensing::scene::Scene;
 use naoisis::simulation::{Snapshot, change_settings};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-use crate::support::{SharedBytes, blue, headless_app};
+use crate::support::{begin_trace, blue, headless_app};
 
 /// How far a robot hears the ball.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
@@ -124,25 +122,25 @@ fn what_is_wrong_is_found_before_the_match_and_located() {
 
 #[test]
 fn readings_are_in_the_trace_and_come_back_from_it() {
-    let bytes = SharedBytes::default();
     let mut app = app();
-    app.add_plugins(RecordPlugin);
     let scenario = Scenario::from_json(SCENARIO).unwrap();
     app.start_match(&scenario).unwrap();
-    recorder::start(app.world_mut(), vec![Box::new(TraceRecorder::plain("trace", bytes.clone()))]);
+    let bytes = begin_trace(&mut app);
     app.run_cycles(3);
     let written = bytes.written();
     let heard = app.robot::<BallNoise>(blue(2)).unwrap().distance_m.unwrap();
     let last = written.split(|byte| *byte == b'\n').rfind(|line| !line.is_empty()).unwrap();
+    let last: serde_json::Value = serde_json::from_slice(last).unwrap();
     // With as many digits as mean something.
-    assert!(String::from_utf8_lossy(last).contains(&format!(r#""sensors":{{"ball_ear":{{"distance_m":{heard}}}}}"#)));
+    let traced = last["robots"][1]["sensors"]["ball_ear"]["distance_m"].as_f64().unwrap();
+    assert!((traced - f64::from(heard)).abs() <= 1e-5, "{traced} {heard}");
     let mut reader = TraceReader::new(Path::new("ears"), std::io::Cursor::new(written)).unwrap();
     // The header is the match: its robots hear as these did.
     assert_eq!(reader.scenario(), &scenario);
     let records: Vec<_> = core::iter::from_fn(|| reader.next_cycle().unwrap()).collect();
     assert_eq!(records.len(), 4);
     assert!(records[0].robots[0].sensors["ball_ear"]["distance_m"].is_null());
-    assert_eq!(records[3].robots[1].sensors["ball_ear"]["distance_m"].as_f64().unwrap() as f32, heard);
+    assert_eq!(records[3].robots[1].sensors["ball_ear"]["distance_m"].as_f64(), Some(traced));
     assert!(records[3].robots[2].sensors.is_empty());
 }
 

@@ -2,6 +2,8 @@
 
 use bevy::prelude::*;
 use naoisis::prelude::*;
+use naoisis::record::trace::TraceRecorder;
+use naoisis::record::{RecordPlugin, recorder};
 use std::io::{self, Write};
 use std::path::Path;
 use std::process::{Command, Output};
@@ -46,6 +48,16 @@ pub fn collect_events(app: &mut App, cycles: usize) -> Vec<(u64, MatchEvent)> {
         events.extend(app.events().iter().map(|event| (cycle, event.clone())));
     }
     events
+}
+
+/// Begins a trace of the match in an app: what is written of it.
+pub fn begin_trace(app: &mut App) -> SharedBytes {
+    let bytes = SharedBytes::default();
+    if !app.is_plugin_added::<RecordPlugin>() {
+        app.add_plugins(RecordPlugin);
+    }
+    recorder::start(app.world_mut(), vec![Box::new(TraceRecorder::plain("trace", bytes.clone()))]);
+    bytes
 }
 
 /// A writer whose bytes can be looked at afterwards.

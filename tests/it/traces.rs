@@ -6,63 +6,71 @@ use bevy::reflect::{TypeInfo, Typed};
 use naoisis::events::*;
 use naoisis::prelude::*;
 use naoisis::record::RecordPlugin;
-use naoisis::record::read::{Ending, TraceReader};
-use naoisis::record::recorder::{self, EndReason};
+use naoisis::record::cycle_record::CycleRecord;
+use naoisis::record::fields::Fields;
+use naoisis::record::read::{Ending, TraceError, TraceReader};
+use naoisis::record::recorder::{self, EndReason, Recorder};
 use naoisis::record::trace::TraceRecorder;
+use naoisis::record::trace_fields::TRACE_FIELDS;
 use naoisis::scenario::LIBRARY;
+use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::io::Cursor;
 use std::path::Path;
 
-use crate::support::{SharedBytes, blue, headless_app, pink};
+use crate::support::{SharedBytes, begin_trace, blue, headless_app, pink};
 use naoisis::game::{Evidence, Intervention, Measurement, PenaltyReason, RobotEvidence, Score, SetPlayKind};
 use naoisis::kick_geometry::Side;
 
 /// The trace of a match, to its final whistle or for so long.
 fn whole_trace(scenario: &Scenario, longest_s: f64) -> Vec<u8> {
-    let bytes = SharedBytes::default();
     let mut app = headless_app();
-    app.add_plugins(RecordPlugin);
     app.start_match(scenario).unwrap_or_else(|fault| panic!("{}: {fault}", scenario.name));
-    recorder::start(app.world_mut(), vec![Box::new(TraceRecorder::plain("trace", bytes.clone()))]);
+    let bytes = begin_trace(&mut app);
     app.run_until((longest_s / scenario.cycle_s) as usize, |app| app.is_finished());
     recorder::finish(app.world_mut(), EndReason::FinalWhistle).into_iter().for_each(|said| assert!(said.is_ok()));
     bytes.written()
 }
 
-/// Whether two values are the same, but for the last digit of a number in single precision.
-fn are_close(one: &Value, other: &Value) -> bool {
-    match (one, other) {
-        (Value::Number(one), Value::Number(other)) => {
-            let [one, other] = [one, other].map(|number| number.as_f64().unwrap());
-            (one - other).abs() <= 1e-6 * one.abs().max(1.0)
-        }
-        (Value::Array(one), Value::Array(other)) => {
-            one.len() == other.len() && one.iter().zip(other).all(|(one, other)| are_close(one, other))
-        }
-        (Value::Object(one), Value::Object(other)) => {
-            one.len() == other.len()
-                && one.iter().all(|(key, one)| other.get(key).is_some_and(|other| are_close(one, other)))
-        }
-        (one, other) => one == other,
-    }
+fn reader(trace: &[u8]) -> Result<TraceReader, TraceError> {
+    TraceReader::new(Path::new("match.jsonl"), Cursor::new(trace.to_vec()))
 }
 
-/// Reads a trace, and wants each line as it was written. The kinds of the events in it.
+fn records(trace: &[u8]) -> Vec<CycleRecord> {
+    let mut reader = reader(trace).unwrap();
+    core::iter::from_fn(|| reader.next_cycle().unwrap_or_else(|error| panic!("{error}"))).collect()
+}
+
+/// Reads a trace, and wants it to be the same when it is written again. The kinds of the events in it.
 fn read_back(what: &str, trace: &[u8]) -> BTreeSet<String> {
-    let mut lines = trace.split(|byte| *byte == b'\n').skip(1);
-    let mut reader = TraceReader::new(Path::new("match.jsonl"), Cursor::new(trace.to_vec())).unwrap();
-    let mut kinds = BTreeSet::new();
+    let mut reader = reader(trace).unwrap();
+    let (again, mut world) = (SharedBytes::default(), World::new());
+    let mut recorder = TraceRecorder::plain("again", again.clone());
+    let (mut kinds, mut is_begun) = (BTreeSet::new(), false);
     loop {
         let record = reader.next_cycle().unwrap_or_else(|error| panic!("{what}: {error}"));
         let Some(record) = record else { break };
-        let read = serde_json::to_value(&record).unwrap();
-        let written: Value = serde_json::from_slice(lines.next().unwrap()).unwrap();
-        assert!(are_close(&read, &written), "{what}: cycle {}\n{read}\n{written}", record.cycle);
+        if is_begun {
+            recorder.record(&record, &mut world);
+        } else {
+            recorder.start(reader.scenario(), &record, &mut world);
+            is_begun = true;
+        }
         kinds.extend(record.events.iter().map(MatchEvent::kind));
     }
     assert_eq!(reader.ending(), Ending::Proper(EndReason::FinalWhistle), "{what}");
+    let again = again.written();
+    let differing = again.split(|byte| *byte == b'\n').zip(trace.split(|byte| *byte == b'\n')).find(|(one, other)| {
+        // The last line is not written again.
+        !one.is_empty() && one != other
+    });
+    let differing = differing.map(|(one, other)| [one, other].map(String::from_utf8_lossy));
+    assert!(differing.is_none(), "{what}: {differing:?}");
+    assert_eq!(
+        again.iter().filter(|byte| **byte == b'\n').count() + 1,
+        trace.iter().filter(|byte| **byte == b'\n').count()
+    );
     kinds
 }
 
@@ -225,5 +233,179 @@ fn every_kind_of_event_is_read_back_with_whatever_it_may_lack() {
         for field in fields.iter().filter(|field| field.type_path().starts_with("core::option::Option")) {
             assert!(has(field.name(), "Some") && has(field.name(), "None"), "{}: {}", kind.name(), field.name());
         }
+    }
+}
+
+#[test]
+fn a_trace_of_every_few_cycles_has_all_events_and_its_last_cycle() {
+    let scenario = Scenario { seed: 3, ..Scenario::named("match3v3").unwrap() };
+    let sparse = SharedBytes::default();
+    let mut app = headless_app();
+    app.start_match(&scenario).unwrap();
+    app.add_plugins(RecordPlugin);
+    let whole = SharedBytes::default();
+    let fields: Fields = "ball, robots.pose,robots.belief.ball, game, events".parse().unwrap();
+    recorder::start(
+        app.world_mut(),
+        vec![
+            Box::new(TraceRecorder::plain("whole", whole.clone())),
+            Box::new(TraceRecorder::plain("sparse", sparse.clone()).every(7).with_fields(fields.clone())),
+        ],
+    );
+    app.run_cycles(1000);
+    recorder::finish(app.world_mut(), EndReason::Duration).into_iter().for_each(|said| assert!(said.is_ok()));
+    let (whole, few) = (records(&whole.written()), records(&sparse.written()));
+    let cycles: Vec<u64> = few.iter().map(|record| record.cycle).collect();
+    assert_eq!(cycles, (0..1000).step_by(7).chain([1000]).collect::<Vec<u64>>());
+    let events = |records: &[CycleRecord]| records.iter().flat_map(|record| record.events.clone()).collect::<Vec<_>>();
+    assert!(!events(&whole).is_empty());
+    assert_eq!(events(&whole), events(&few));
+    for record in &few {
+        let all = &whole[record.cycle as usize];
+        assert_eq!((record.ball, record.game, record.time_s), (all.ball, all.game, all.time_s));
+        for (few, all) in record.robots.iter().zip(&all.robots) {
+            assert_eq!((few.id, few.pose), (all.id, all.pose));
+            assert_eq!(few.belief.as_ref().map(|belief| belief.ball), all.belief.as_ref().map(|belief| belief.ball));
+            assert!(few.command.is_none() && few.percepts == Percepts::default());
+        }
+    }
+    let reader = reader(&sparse.written()).unwrap();
+    assert_eq!((reader.every(), reader.fields()), (7, &fields));
+    assert!(
+        fields.has("robots")
+            && fields.has("robots.belief")
+            && !fields.has("robots.belief.pose")
+            && !fields.has("robots.body")
+    );
+    let line = String::from_utf8(sparse.written()).unwrap().lines().nth(2).unwrap().to_owned();
+    assert!(line.starts_with(r#"{"type":"cycle","cycle":7,"time_s":0.23333,"ball":{"#), "{line}");
+}
+
+#[test]
+fn fields_are_named_as_traces_have_them() {
+    for (list, expected) in [("robots.poes", "`robots.poes`"), ("", "``"), ("ball,,x", "`x`"), ("robots.", "`robots.`")]
+    {
+        let error = list.parse::<Fields>().unwrap_err().to_string();
+        assert!(
+            error.starts_with(&format!("there is no field {expected} in a trace; expected some of ball")),
+            "{error}"
+        );
+    }
+    assert!("robots,robots.pose".parse::<Fields>().unwrap().has("robots.belief"), "all of the robots");
+    assert!("robots.sensors.ear".parse::<Fields>().is_ok(), "a sensor of a program's own");
+}
+
+/// The names of all fields in a value, but for those within parts that have their own description.
+fn names_in(value: &Value, path: &str, names: &mut BTreeSet<String>) {
+    const DESCRIBED_ELSEWHERE: [&str; 8] = [
+        "events",
+        "robots.inbox.say",
+        "robots.command.say",
+        "robots.command.posture",
+        "robots.drawings",
+        "robots.sensors",
+        "robots.game.set_play",
+        "robots.posture",
+    ];
+    let of_teams = ["blue", "pink"];
+    match value {
+        Value::Object(fields) if !DESCRIBED_ELSEWHERE.contains(&path) => {
+            for (name, value) in fields.iter().filter(|(name, _)| !of_teams.contains(&name.as_str())) {
+                let path = if path.is_empty() { name.clone() } else { format!("{path}.{name}") };
+                names.insert(path.clone());
+                names_in(value, &path, names);
+            }
+        }
+        Value::Array(values) => values.iter().for_each(|value| names_in(value, path, names)),
+        _ => {}
+    }
+}
+
+#[test]
+fn the_guide_describes_every_field_of_a_trace() {
+    let guide = include_str!("../../src/guide/traces.md");
+    let documented: BTreeSet<String> = TRACE_FIELDS.iter().map(|field| field.name.to_owned()).collect();
+    for field in TRACE_FIELDS {
+        let row = format!("| `{}` | {} |", field.name, field.says);
+        assert!(guide.contains(&row), "the guide lacks: {row}");
+    }
+    let mut written = BTreeSet::new();
+    let mut look_at = |trace: &[u8]| {
+        for line in trace.split(|byte| *byte == b'\n').filter(|line| line.starts_with(br#"{"type":"cycle""#)) {
+            names_in(&serde_json::from_slice(line).unwrap(), "", &mut written);
+        }
+    };
+    // Robots that fall, dive and hear, kick-ins, and a shoot-out.
+    let eventful = r#"{ "teams": { "blue": "passers", "pink": "roles" }, "motion": { "max_linear_mps": 0.8 },
+        "ball": { "velocity_mps": [0.4, 2.5] },
+        "rules": { "preset": "spl2025", "half_s": 8, "halves": 1, "ready_s": 1, "set_s": 0.5, "penalty_s": 1, "falls": true,
+                   "fall_from_mps": 0, "fall_certain_mps": 0.2, "get_up_s": 1, "shoot_out": true, "shoot_out_s": 1 } }"#;
+    look_at(&whole_trace(&Scenario::from_json(eventful).unwrap(), 25.0));
+    let mut app = headless_app();
+    app.add_sensor::<Clock, Time, _>("clock", || {});
+    let commanding = r#"{ "rules": { "preset": "extended", "clock": false }, "robots": [{ "behaviour": { "script": [
+        { "from_s": 0, "walk": [0.01, 0, 1], "head_deg": [10, 20], "kick": { "type": "left_side", "speed": 0.5 },
+          "posture": { "dive": "left" }, "say": { "intention": "dive" } }] } }] }"#;
+    app.start_match(&Scenario::from_json(commanding).unwrap()).unwrap();
+    let bytes = begin_trace(&mut app);
+    app.run_cycles(5);
+    look_at(&bytes.written());
+    let forgotten: Vec<_> = written.difference(&documented).collect();
+    assert!(forgotten.is_empty(), "not in TRACE_FIELDS and the guide: {forgotten:?}");
+    let unseen: Vec<_> = documented.difference(&written).collect();
+    assert!(unseen.is_empty(), "in no trace: {unseen:?}");
+}
+
+/// The settings of a sensor of the test's own, and its reading.
+#[derive(Component, Default, Reflect, Serialize, Deserialize)]
+#[reflect(Component, @Knowledge::Public)]
+struct Clock;
+
+#[derive(Component, Default, Reflect, Serialize, Deserialize)]
+#[reflect(Component, @Knowledge::Sensor)]
+struct Time(f32);
+
+#[test]
+fn a_record_has_what_robots_wanted_and_were_told() {
+    let scenario = r#"{ "rules": "free", "ball": { "position_m": [0.15, -0.05] }, "robots": [
+        { "number": 1, "behaviour": { "script": [
+            { "from_s": 0.1, "until_s": 0.2, "walk": [0.004, 0, 3] }, { "from_s": 0.1, "head_deg": [20, 10] },
+            { "from_s": 0.2, "kick": { "type": "right_straight" } },
+            { "from_s": 0.3, "say": { "ball_m": [1, 2], "payload": "hello" } },
+            { "from_s": 0.4, "walk": [1e9, 0, 0] }] } },
+        { "number": 2, "pose": [-1, 1, 0] }] }"#;
+    let trace = whole_trace(&Scenario::from_json(scenario).unwrap(), 0.5);
+    let commands: Vec<Value> =
+        records(&trace).iter().map(|record| serde_json::to_value(record.robots[0].command.as_ref()).unwrap()).collect();
+    assert_eq!(commands[0], Value::Null, "nobody has wanted anything yet");
+    // The cycle that begins at 0.1 s is the fourth.
+    assert_eq!(commands[4], serde_json::json!({ "walk": [0.004_f32, 0.0, 3.0], "head_deg": [20.0, 10.0] }));
+    assert_eq!(commands[5], serde_json::json!({ "walk": [0.004_f32, 0.0, 3.0] }));
+    assert_eq!(commands[7], serde_json::json!({ "kick": { "type": "right_straight", "speed": 1.0 } }));
+    assert_eq!(commands[10], serde_json::json!({ "say": { "ball_m": [1.0, 2.0], "payload": "hello" } }));
+    assert_eq!(commands[13], serde_json::json!({}), "what was refused is among the events");
+    let records = records(&trace);
+    assert_eq!(records[13].events.len(), 1);
+    assert_eq!(records[7].robots[0].body, Some(BodyStatus::Walking));
+    assert_eq!(records[8].robots[0].body, Some(BodyStatus::Recovering));
+    assert_eq!(records[11].robots[1].inbox[0].say.payload.as_deref(), Some("hello"));
+    assert_eq!(records[1].robots[1].game.map(|told| told.state), Some(GameState::Playing));
+}
+
+#[test]
+fn a_small_file_cannot_take_much_memory() {
+    let header = format!(r#"{{"type":"header","format":"naoisis-trace","version":1,"scenario":{{}}}}{}"#, '\n');
+    let cycle = |inside: &str| format!(r#"{{"type":"cycle","cycle":0,"time_s":0{inside}}}{}"#, '\n');
+    let long = format!(r#","x":"{}""#, "x".repeat(5 << 20));
+    let deep = format!(r#","x":{}"#, "[".repeat(100_000));
+    let many = format!(r#","robots":[{}{{"id":"blue1"}}]"#, r#"{"id":"blue1"},"#.repeat(1000));
+    for (inside, message) in [
+        (long, "match.jsonl:2:1: the line has more than 4 MiB; expected a line of a trace"),
+        (deep, "expected value; expected a cycle of a trace"),
+        (many, "there are more robots than can play; expected at most 510"),
+    ] {
+        let mut reader = reader((header.clone() + &cycle(&inside)).as_bytes()).unwrap();
+        let error = reader.next_cycle().unwrap_err().to_string();
+        assert!(error.contains(message), "{error}");
     }
 }

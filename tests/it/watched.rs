@@ -4,8 +4,6 @@ use bevy::prelude::*;
 use bevy::time::TimeUpdateStrategy;
 use core::time::Duration;
 use naoisis::prelude::*;
-use naoisis::record::recorder;
-use naoisis::record::trace::TraceRecorder;
 use naoisis::viewer::cycle_samples::CycleSamplesPlugin;
 use naoisis::viewer::drive::DrivePlugin;
 use naoisis::viewer::event_log::EventLogPlugin;
@@ -13,14 +11,13 @@ use naoisis::viewer::eyes::{EyesPlugin, Watched};
 use naoisis::viewer::{Speed, TimelineCommand, ViewerCommand};
 
 use crate::determinism::trace_of;
-use crate::support::SharedBytes;
+use crate::support::begin_trace;
 use naoisis::camera_model::CameraSide;
 use naoisis::viewer::shared::Playback;
 
 #[test]
 fn the_trace_of_a_match_watched_at_changing_speeds_is_the_headless_one_byte_for_byte() {
     let scenario = Scenario { seed: 5, ..Scenario::named("match3v3").unwrap() };
-    let bytes = SharedBytes::default();
     let mut app = App::new();
     app.add_plugins((MinimalPlugins, NaoisisPlugins, EventLogPlugin, DrivePlugin));
     app.add_plugins((CycleSamplesPlugin, EyesPlugin));
@@ -28,7 +25,7 @@ fn the_trace_of_a_match_watched_at_changing_speeds_is_the_headless_one_byte_for_
     let looked_through = (RobotId::new(Team::Blue, 2), CameraSide::Top);
     app.world_mut().resource_mut::<Watched>().cameras.insert(looked_through);
     app.start_match(&scenario).unwrap();
-    recorder::start(app.world_mut(), vec![Box::new(TraceRecorder::plain("trace", bytes.clone()))]);
+    let bytes = begin_trace(&mut app);
     // Frames of uneven length, whatever is watched.
     let frames = |app: &mut App, count: u64| {
         for frame in 0..count {

@@ -17,6 +17,7 @@ use super::shared::{DisplayFraction, Playback, TimelineCommand};
 use super::speed::Speed;
 use crate::cycle::{Cycle, CycleClock};
 use crate::record::RecordPlugin;
+use crate::record::fields::Fields;
 use crate::record::gather::{CurrentRecord, RecordSystems, RecordedMatch};
 use crate::record::history::{History, ReadTrace};
 use crate::scenario::{BehaviourSpec, Scenario, ScenarioFault};
@@ -60,6 +61,8 @@ pub struct Timeline {
     present: Option<Box<Present>>,
     /// Whether a trace is shown.
     replay: bool,
+    /// The parts that its records have.
+    fields: Fields,
 }
 
 impl Timeline {
@@ -106,7 +109,7 @@ pub fn start_replay(world: &mut World, trace: ReadTrace) -> Result<(), ScenarioF
     }
     let first = trace.history.cycles().map_or(0, |cycles| *cycles.start());
     world.insert_resource(trace.history);
-    *world.resource_mut::<Timeline>() = Timeline { replay: true, ..default() };
+    *world.resource_mut::<Timeline>() = Timeline { replay: true, fields: trace.fields, ..default() };
     go_to(world, first as f64);
     Ok(())
 }
@@ -170,7 +173,10 @@ fn show_past(world: &mut World) {
             Ok((record, previous.transpose()?.flatten()))
         });
         match records {
-            Ok((Some(record), previous)) => put_record(world, &history, record, previous.as_ref()),
+            Ok((Some(record), previous)) => {
+                let fields = world.resource::<Timeline>().fields.clone();
+                put_record(world, &history, &fields, record, previous.as_ref());
+            }
             Ok((None, _)) => {}
             Err(error) => world.resource_mut::<Playback>().problem = Some(error.to_string()),
         }

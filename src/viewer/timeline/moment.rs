@@ -11,7 +11,8 @@ use crate::cycle::CycleClock;
 use crate::events::CycleEvents;
 use crate::game::{ActivePenalty, Game, Penalty};
 use crate::geometry::Pose;
-use crate::record::cycle_record::{CycleRecord, RobotRecord};
+use crate::record::cycle_record::{CycleRecord, GameRecord, RobotRecord};
+use crate::record::fields::Fields;
 use crate::record::gather::CurrentRecord;
 use crate::record::history::History;
 use crate::robot::head::HeadAngles;
@@ -136,17 +137,20 @@ fn robot_state(world: &World, robot: Entity) -> RobotState {
 }
 
 /// Puts what a record says into the world; what is shown between it and the one before is between the two.
-pub(super) fn put_record(world: &mut World, history: &History, record: CycleRecord, previous: Option<&CycleRecord>) {
+pub(super) fn put_record(
+    world: &mut World,
+    history: &History,
+    fields: &Fields,
+    record: CycleRecord,
+    previous: Option<&CycleRecord>,
+) {
     world.resource_mut::<CurrentRecord>().record.clone_from(&record);
     let mut clock = *world.resource::<CycleClock>();
     clock.cycle = record.cycle;
     world.insert_resource(clock);
-    let mut game = world.resource::<Game>().clone();
-    (game.state, game.score, game.half) = (record.game.state, record.game.score, record.game.half);
-    game.blue_end = record.game.blue_end;
-    game.whistles = record.game.whistles;
-    game.cycles_left = record.game.time_left_s.map(|left_s| (left_s / clock.period_s).round() as u64);
-    world.insert_resource(game);
+    if fields.has("game") {
+        put_game(world, &record.game, &clock);
+    }
     world.insert_resource(CycleEvents(record.events));
     let mut balls = world.query_filtered::<(&mut Pose, &mut PreviousPose, &mut BallVelocity), With<Ball>>();
     if let (Some(ball), Some((mut pose, mut was, mut velocity))) = (record.ball, balls.iter_mut(world).next()) {
@@ -161,9 +165,22 @@ pub(super) fn put_record(world: &mut World, history: &History, record: CycleReco
         let was = was.map_or(robot.pose, |earlier| earlier.pose);
         let kick = history.last_kick(robot.id, record.cycle).map(|kick| kick.struck(clock.period_s));
         let gait = world.get::<Gait>(entity).copied().unwrap_or_default();
-        let belief = robot.belief.clone();
-        put_robot(world, entity, state_of(robot, was, Gait { kick, ..gait }, clock.period_s), belief);
+        let (belief, mut state) = (robot.belief.clone(), state_of(robot, was, Gait { kick, ..gait }, clock.period_s));
+        if !fields.has("robots.pose") {
+            // It stays where it was at the start.
+            let place = world.get::<Pose>(entity).copied().unwrap_or_default();
+            (state.pose, state.previous) = (place, PreviousPose(place));
+        }
+        put_robot(world, entity, state, belief);
     }
+}
+
+fn put_game(world: &mut World, record: &GameRecord, clock: &CycleClock) {
+    let mut game = world.resource_mut::<Game>();
+    (game.state, game.score, game.half) = (record.state, record.score, record.half);
+    game.blue_end = record.blue_end;
+    game.whistles = record.whistles;
+    game.cycles_left = record.time_left_s.map(|left_s| (left_s / clock.period_s).round() as u64);
 }
 
 fn state_of(robot: RobotRecord, was: Pose, gait: Gait, period_s: f64) -> RobotState {

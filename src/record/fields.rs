@@ -1,0 +1,253 @@
+//! Which parts of each line a trace has: all, or those that were asked for.
+
+use core::fmt;
+use core::str::FromStr;
+use serde::ser::{Serialize, SerializeSeq, SerializeStruct, Serializer};
+use serde::{Deserialize, Deserializer};
+use std::collections::BTreeMap;
+
+use super::trace_fields::TRACE_FIELDS;
+
+/// What every line has, and every robot: what the rest belongs to.
+const ALWAYS: [&str; 4] = ["type", "cycle", "time_s", "id"];
+
+/// Parts of a trace's lines, by their names: `ball`, `robots.pose`, `events`. By default all.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct Fields {
+    /// The names as they were given.
+    names: Vec<String>,
+    chosen: Node,
+}
+
+/// A part, and which parts of it are chosen; all, if none is named.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+struct Node(BTreeMap<String, Node>);
+
+/// A name that is no part of a trace.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[error("there is no field `{name}` in a trace; expected some of {}", known_names().collect::<Vec<_>>().join(", "))]
+pub struct NoSuchField {
+    name: String,
+}
+
+/// The names of all parts but those that are always there.
+fn known_names() -> impl Iterator<Item = &'static str> {
+    TRACE_FIELDS
+        .iter()
+        .map(|field| field.name)
+        .filter(|name| !ALWAYS.contains(&name.rsplit('.').next().unwrap_or(name)))
+}
+
+impl Fields {
+    /// Whether all parts are there.
+    pub fn is_all(&self) -> bool {
+        self.names.is_empty()
+    }
+
+    /// Whether a part, or some of it, is there.
+    pub fn has(&self, name: &str) -> bool {
+        let mut node = &self.chosen;
+        for step in name.split('.') {
+            if node.0.is_empty() {
+                return true;
+            }
+            match node.0.get(step) {
+                Some(child) => node = child,
+                None => return false,
+            }
+        }
+        true
+    }
+
+    /// The parts' names; none if all are there.
+    pub fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// The value with these parts of it only.
+    pub(super) fn of<'a, T: Serialize>(&'a self, value: &'a T) -> impl Serialize + 'a {
+        Part { value, chosen: &self.chosen }
+    }
+
+    fn from_names<'a>(names: impl Iterator<Item = &'a str>, known: impl Fn(&str) -> bool) -> Result<Self, NoSuchField> {
+        let mut fields = Fields::default();
+        let mut wholes: Vec<&str> = Vec::new();
+        for name in names.map(str::trim).filter(|name| !name.is_empty()) {
+            if !known(name) {
+                return Err(NoSuchField { name: name.to_owned() });
+            }
+            fields.names.push(name.to_owned());
+            wholes.push(name);
+        }
+        // What is chosen as a whole needs no parts.
+        let is_within = |name: &str, whole: &str| name.strip_prefix(whole).is_some_and(|rest| rest.starts_with('.'));
+        for name in wholes.iter().filter(|name| !wholes.iter().any(|whole| is_within(name, whole))) {
+            let mut node = &mut fields.chosen;
+            for step in name.split('.') {
+                node = node.0.entry(step.to_owned()).or_default();
+            }
+        }
+        Ok(fields)
+    }
+}
+
+impl FromStr for Fields {
+    type Err = NoSuchField;
+
+    fn from_str(list: &str) -> Result<Self, NoSuchField> {
+        // Readings of sensors of a program's own have names of their own.
+        let is_known = |name: &str| {
+            name.starts_with("robots.sensors.")
+                || known_names()
+                    .any(|known| known == name || known.strip_prefix(name).is_some_and(|rest| rest.starts_with('.')))
+        };
+        let fields = Self::from_names(list.split(','), is_known)?;
+        if fields.is_all() { Err(NoSuchField { name: String::new() }) } else { Ok(fields) }
+    }
+}
+
+impl fmt::Display for Fields {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(&self.names.join(", "))
+    }
+}
+
+impl Serialize for Fields {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.names.serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for Fields {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        // A later version may know more.
+        let names = Vec::<String>::deserialize(deserializer)?;
+        Self::from_names(names.iter().map(String::as_str), |_| true).map_err(serde::de::Error::custom)
+    }
+}
+
+/// A value of which only the chosen parts are written.
+struct Part<'a, T: ?Sized> {
+    value: &'a T,
+    chosen: &'a Node,
+}
+
+impl<T: ?Sized + Serialize> Serialize for Part<'_, T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        if self.chosen.0.is_empty() {
+            self.value.serialize(serializer)
+        } else {
+            self.value.serialize(Choosing { inner: serializer, chosen: self.chosen })
+        }
+    }
+}
+
+/// A serializer that lets the chosen fields of structs through, and in lists and options those of their elements.
+struct Choosing<'a, S> {
+    inner: S,
+    chosen: &'a Node,
+}
+
+macro_rules! pass {
+    ($($method:ident($($argument:ident: $type:ty),*) $(-> $compound:ident)?;)*) => {
+        $(fn $method(self $(, $argument: $type)*) -> Result<pass!(@ $($compound)?), S::Error> {
+            self.inner.$method($($argument),*)
+        })*
+    };
+    (@ $compound:ident) => { S::$compound };
+    (@) => { S::Ok };
+}
+
+impl<'a, S: Serializer> Serializer for Choosing<'a, S> {
+    type Ok = S::Ok;
+    type Error = S::Error;
+    type SerializeSeq = Choosing<'a, S::SerializeSeq>;
+    type SerializeTuple = S::SerializeTuple;
+    type SerializeTupleStruct = S::SerializeTupleStruct;
+    type SerializeTupleVariant = S::SerializeTupleVariant;
+    type SerializeMap = S::SerializeMap;
+    type SerializeStruct = Choosing<'a, S::SerializeStruct>;
+    type SerializeStructVariant = S::SerializeStructVariant;
+
+    fn serialize_some<T: ?Sized + Serialize>(self, value: &T) -> Result<S::Ok, S::Error> {
+        self.inner.serialize_some(&Part { value, chosen: self.chosen })
+    }
+
+    fn serialize_newtype_struct<T: ?Sized + Serialize>(self, name: &'static str, value: &T) -> Result<S::Ok, S::Error> {
+        self.inner.serialize_newtype_struct(name, &Part { value, chosen: self.chosen })
+    }
+
+    fn serialize_seq(self, length: Option<usize>) -> Result<Self::SerializeSeq, S::Error> {
+        Ok(Choosing { inner: self.inner.serialize_seq(length)?, chosen: self.chosen })
+    }
+
+    fn serialize_struct(self, name: &'static str, length: usize) -> Result<Self::SerializeStruct, S::Error> {
+        Ok(Choosing { inner: self.inner.serialize_struct(name, length)?, chosen: self.chosen })
+    }
+
+    fn serialize_newtype_variant<T: ?Sized + Serialize>(
+        self,
+        name: &'static str,
+        index: u32,
+        variant: &'static str,
+        value: &T,
+    ) -> Result<S::Ok, S::Error> {
+        self.inner.serialize_newtype_variant(name, index, variant, value)
+    }
+
+    pass! {
+        serialize_bool(value: bool);
+        serialize_i8(value: i8);
+        serialize_i16(value: i16);
+        serialize_i32(value: i32);
+        serialize_i64(value: i64);
+        serialize_u8(value: u8);
+        serialize_u16(value: u16);
+        serialize_u32(value: u32);
+        serialize_u64(value: u64);
+        serialize_f32(value: f32);
+        serialize_f64(value: f64);
+        serialize_char(value: char);
+        serialize_str(value: &str);
+        serialize_bytes(value: &[u8]);
+        serialize_none();
+        serialize_unit();
+        serialize_unit_struct(name: &'static str);
+        serialize_unit_variant(name: &'static str, index: u32, variant: &'static str);
+        serialize_tuple(length: usize) -> SerializeTuple;
+        serialize_tuple_struct(name: &'static str, length: usize) -> SerializeTupleStruct;
+        serialize_tuple_variant(name: &'static str, index: u32, variant: &'static str, length: usize) -> SerializeTupleVariant;
+        serialize_map(length: Option<usize>) -> SerializeMap;
+        serialize_struct_variant(name: &'static str, index: u32, variant: &'static str, length: usize) -> SerializeStructVariant;
+    }
+}
+
+impl<S: SerializeSeq> SerializeSeq for Choosing<'_, S> {
+    type Ok = S::Ok;
+    type Error = S::Error;
+
+    fn serialize_element<T: ?Sized + Serialize>(&mut self, value: &T) -> Result<(), S::Error> {
+        self.inner.serialize_element(&Part { value, chosen: self.chosen })
+    }
+
+    fn end(self) -> Result<S::Ok, S::Error> {
+        self.inner.end()
+    }
+}
+
+impl<S: SerializeStruct> SerializeStruct for Choosing<'_, S> {
+    type Ok = S::Ok;
+    type Error = S::Error;
+
+    fn serialize_field<T: ?Sized + Serialize>(&mut self, name: &'static str, value: &T) -> Result<(), S::Error> {
+        match self.chosen.0.get(name) {
+            Some(chosen) => self.inner.serialize_field(name, &Part { value, chosen }),
+            None if ALWAYS.contains(&name) => self.inner.serialize_field(name, value),
+            None => self.inner.skip_field(name),
+        }
+    }
+
+    fn end(self) -> Result<S::Ok, S::Error> {
+        self.inner.end()
+    }
+}

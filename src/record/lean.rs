@@ -1,0 +1,139 @@
+//! Numbers with as many digits as mean something.
+//!
+//! A number of a line has at most five decimal places: a hundredth of a millimetre, a hundred-thousandth of a degree or second.
+//! One in single precision has at most six digits besides, for it knows no more; a small one at least three, for variances are
+//! small. Nothing that a robot measures is as exact. The header is as it is, digit for digit: it is the match.
+
+use serde_json::ser::{CompactFormatter, Formatter};
+use std::io::{self, Write};
+
+/// Decimal places of a number.
+const PLACES: usize = 5;
+/// Digits of a number in single precision.
+const DIGITS: usize = 6;
+/// Digits of a small number.
+const LEAST_DIGITS: usize = 3;
+/// Larger numbers have no places.
+const LARGEST: f64 = 1e10;
+/// A small number has at most so many places: what is smaller is nothing.
+const MOST_PLACES: usize = 12;
+
+const POWERS: [u64; MOST_PLACES + 1] = {
+    let mut powers = [1; MOST_PLACES + 1];
+    let mut index = 1;
+    while index < powers.len() {
+        powers[index] = 10 * powers[index - 1];
+        index += 1;
+    }
+    powers
+};
+
+/// Writes JSON without blanks, and with lean numbers.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct LeanNumbers;
+
+impl Formatter for LeanNumbers {
+    fn write_f32<W: ?Sized + Write>(&mut self, writer: &mut W, number: f32) -> io::Result<()> {
+        let size = f64::from(number.abs());
+        if size >= LARGEST {
+            return CompactFormatter.write_f32(writer, number);
+        }
+        // Of large numbers the places go first.
+        let places = (0..PLACES).find(|places| size >= POWERS[DIGITS - 1 - places] as f64).unwrap_or(PLACES);
+        write_number(writer, f64::from(number), places)
+    }
+
+    fn write_f64<W: ?Sized + Write>(&mut self, writer: &mut W, number: f64) -> io::Result<()> {
+        write_number(writer, number, PLACES)
+    }
+}
+
+/// Writes a number with so many places at most, or more if it is small.
+fn write_number<W: ?Sized + Write>(writer: &mut W, number: f64, places: usize) -> io::Result<()> {
+    /// Long enough for the largest number with all its places, a point and a sign.
+    const LONGEST: usize = 32;
+
+    let size = number.abs();
+    if size >= LARGEST {
+        return CompactFormatter.write_f64(writer, number);
+    }
+    let least = POWERS[LEAST_DIGITS - 1] as f64;
+    let mut places = places;
+    while places >= PLACES && places < MOST_PLACES && size * (POWERS[places] as f64) < least {
+        places += 1;
+    }
+    let scaled = (size * POWERS[places] as f64).round() as u64;
+    if scaled == 0 {
+        return writer.write_all(b"0.0");
+    }
+    let (whole, mut fraction) = (scaled / POWERS[places], scaled % POWERS[places]);
+    while places > 1 && fraction % 10 == 0 {
+        fraction /= 10;
+        places -= 1;
+    }
+    let mut text = [0; LONGEST];
+    let mut start = LONGEST;
+    let mut put = |character: u8| {
+        start -= 1;
+        text[start] = character;
+    };
+    for _ in 0..places.max(1) {
+        put(b'0' + (fraction % 10) as u8);
+        fraction /= 10;
+    }
+    put(b'.');
+    let mut rest = whole;
+    loop {
+        put(b'0' + (rest % 10) as u8);
+        rest /= 10;
+        if rest == 0 {
+            break;
+        }
+    }
+    if number < 0.0 {
+        put(b'-');
+    }
+    writer.write_all(&text[start..])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use serde::Serialize;
+
+    fn lean(value: impl Serialize) -> String {
+        let mut text = Vec::new();
+        value.serialize(&mut serde_json::Serializer::with_formatter(&mut text, LeanNumbers)).unwrap();
+        String::from_utf8(text).unwrap()
+    }
+
+    #[test]
+    fn numbers_have_the_digits_that_mean_something() {
+        let single = [0.0_f32, -0.0, 1.0, -0.1, 3.141_592_7, 12.345_678, -160.234_56, 123_456.78, 9_876_543.0, 1e20];
+        assert_eq!(
+            single.map(lean),
+            ["0.0", "0.0", "1.0", "-0.1", "3.14159", "12.3457", "-160.235", "123457.0", "9876543.0", "1e+20"]
+        );
+        assert_eq!(
+            [0.009_876_54_f32, 1.234_5e-5, -1.234_5e-9, 1e-15].map(lean),
+            ["0.00988", "0.0000123", "-0.00000000123", "0.0"]
+        );
+        assert_eq!([1199.966_666_666, 179.999_994, 1.0 / 3.0].map(lean), ["1199.96667", "179.99999", "0.33333"]);
+        assert_eq!(lean(f32::NAN), "null");
+        assert_eq!(lean((7_u64, "1.2345678")), r#"[7,"1.2345678"]"#);
+    }
+
+    proptest! {
+        #[test]
+        fn a_lean_number_is_near_and_stays_as_it_is(number in -2000.0_f32..2000.0, exponent in -8..1_i32) {
+            let number = number * 10.0_f32.powi(exponent);
+            let text = lean(number);
+            let read: f32 = text.parse().unwrap();
+            prop_assert!((read - number).abs() <= 0.6e-5_f32.max(0.6e-5 * number.abs()).min(0.6e-2 * number.abs() + 1e-12));
+            prop_assert_eq!(lean(read), text.clone());
+            prop_assert_eq!(lean(f64::from(number)).parse::<f64>().map(lean).unwrap(), lean(f64::from(number)));
+            prop_assert!(text.len() <= 15);
+        }
+    }
+}
