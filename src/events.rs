@@ -26,6 +26,7 @@
 //! not read them.
 
 use bevy::prelude::*;
+use bevy::reflect::enums::Enum;
 use serde::{Deserialize, Serialize};
 
 use crate::cycle::{BeginCycle, Cycle, CycleSystems};
@@ -446,13 +447,24 @@ pub enum MatchEvent {
 impl MatchEvent {
     /// The kind of the event, as traces spell it: `ball_out`, and of a penalty also what it is for: `penalty pushing`.
     pub fn kind(&self) -> String {
-        let value = serde_json::to_value(self).unwrap_or_default();
-        let field = |name: &str| value.get(name).and_then(serde_json::Value::as_str).unwrap_or_default().to_owned();
+        let kind = snake_case(self.variant_name());
         match self {
-            MatchEvent::Penalty { .. } => format!("{} {}", field("kind"), field("reason")),
-            _ => field("kind"),
+            MatchEvent::Penalty { reason, .. } => format!("{kind} {}", reason.name()),
+            _ => kind,
         }
     }
+}
+
+/// The name of a variant as files spell it: as serde's `rename_all = "snake_case"`.
+fn snake_case(name: &str) -> String {
+    let mut word = String::with_capacity(name.len() + 4);
+    for letter in name.chars() {
+        if letter.is_ascii_uppercase() && !word.is_empty() {
+            word.push('_');
+        }
+        word.push(letter.to_ascii_lowercase());
+    }
+    word
 }
 
 fn publish_events(events: Res<CycleEvents>, mut messages: ResMut<Messages<MatchEvent>>) {
@@ -468,6 +480,22 @@ fn publish_events(events: Res<CycleEvents>, mut messages: ResMut<Messages<MatchE
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_kind_is_spelt_as_in_traces() {
+        let robot = RobotId::new(Team::Blue, 2);
+        for (event, kind) in [
+            (MatchEvent::FinalWhistle, "final_whistle"),
+            (MatchEvent::Goal { team: Team::Blue, scorer: None, own_goal: false, evidence: default() }, "goal"),
+        ] {
+            assert_eq!(event.kind(), kind);
+            let text = serde_json::to_string(&event).unwrap();
+            assert!(text.contains(&format!(r#""kind":"{kind}""#)), "{text}");
+        }
+        let pushing =
+            MatchEvent::Penalty { robot, reason: PenaltyReason::LeavingField, until_s: 45.0, evidence: default() };
+        assert_eq!(pushing.kind(), "penalty leaving_field");
+    }
 
     #[test]
     fn what_is_no_number_is_refused_and_what_is_absurd_too() {

@@ -252,8 +252,7 @@ impl History {
         if !self.last_cycle().is_some_and(|last| last < cycle && cycle - last <= self.every) {
             self.clear();
         }
-        rmp_serde::encode::write_named(&mut self.open.bytes, record)
-            .map_err(|error| HistoryError(error.to_string()))?;
+        serde_json::to_writer(&mut self.open.bytes, record).map_err(|error| HistoryError(error.to_string()))?;
         self.open.ends.push((cycle, self.open.bytes.len()));
         self.marks.extend(events.iter().filter_map(|event| Mark::of(event, cycle)));
         self.kicks.extend(events.iter().filter_map(|event| match event {
@@ -292,7 +291,7 @@ impl History {
             }
         };
         let Some(range) = range else { return Ok(None) };
-        rmp_serde::from_slice(&bytes[range]).map(Some).map_err(|error| HistoryError(error.to_string()))
+        serde_json::from_slice(&bytes[range]).map(Some).map_err(|error| HistoryError(error.to_string()))
     }
 
     /// The cycle of the first record that is not before a cycle, and that of the record before it. Of a cycle after the last

@@ -7,7 +7,7 @@ use super::error::{ScenarioError, ScenarioErrorKind};
 use super::fault::ScenarioFault;
 use super::field_path::{FieldPath, Segment};
 use super::presets;
-use super::shape::{ShapeError, Strict};
+use super::shape::{self, ShapeFault};
 use super::source::{Finding, ScenarioFile, ScenarioSource};
 use super::types::Scenario;
 use super::validate::place_ball_beside_robots;
@@ -74,11 +74,10 @@ fn cut_lists(root: &mut Map<String, Value>) -> Vec<ScenarioFault> {
 /// Reads the types, again and again, until nothing is left that has the wrong shape. None if there is no end of it.
 fn read_types(mut value: Value, findings: &mut Vec<Finding>) -> Option<Scenario> {
     for _ in 0..ScenarioFile::MOST_ERRORS {
-        let error = match serde_path_to_error::deserialize(Strict(&value)) {
+        let fault = match shape::read(&value) {
             Ok(scenario) => return Some(scenario),
-            Err(error) => error,
+            Err(fault) => shape_fault(&fault, &FieldPath::default()),
         };
-        let fault = shape_fault(&error, &FieldPath::default());
         let path = fault.path.clone();
         // A hole that was left by something taken out of it is no mistake of the file.
         if findings.iter().all(|finding| !finding.fault.path.starts_with(&path)) {
@@ -92,11 +91,11 @@ fn read_types(mut value: Value, findings: &mut Vec<Finding>) -> Option<Scenario>
 }
 
 /// What is wrong with the shape of settings that scenarios have at `root`.
-pub fn shape_fault(error: &serde_path_to_error::Error<ShapeError>, root: &FieldPath) -> ScenarioFault {
-    let path = FieldPath::from(error.path()).within(root);
-    let (message, expected) = error.inner().words(path.last_part().as_deref());
+pub fn shape_fault(fault: &ShapeFault, root: &FieldPath) -> ScenarioFault {
+    let (path, error) = (fault.path().within(root), fault.error());
+    let (message, expected) = error.words(path.last_part().as_deref());
     let fault = ScenarioFault::new(path, message, expected);
-    if error.inner().is_about_key() { fault.at_key() } else { fault }
+    if error.is_about_key() { fault.at_key() } else { fault }
 }
 
 /// Takes out what is at `path`, or what that is in. An element leaves an empty object, so that the others keep their places.

@@ -103,19 +103,9 @@ impl From<&str> for FieldPath {
     }
 }
 
-impl From<&serde_path_to_error::Path> for FieldPath {
-    fn from(path: &serde_path_to_error::Path) -> Self {
-        use serde_path_to_error::Segment as Step;
-        FieldPath(
-            path.iter()
-                .filter_map(|step| match step {
-                    Step::Seq { index } => Some(Segment::Index(*index)),
-                    Step::Map { key } => Some(Segment::Field(key.clone())),
-                    Step::Enum { variant } => Some(Segment::Field(variant.clone())),
-                    Step::Unknown => None,
-                })
-                .collect(),
-        )
+impl FromIterator<Segment> for FieldPath {
+    fn from_iter<Segments: IntoIterator<Item = Segment>>(segments: Segments) -> Self {
+        FieldPath(segments.into_iter().collect())
     }
 }
 

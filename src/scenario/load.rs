@@ -15,7 +15,7 @@ use super::format::Format;
 use super::library::{LIBRARY, LibraryScenario};
 use super::read;
 use super::setting::Setting;
-use super::shape::Strict;
+use super::shape;
 use super::source::{ScenarioFile, ScenarioSource};
 use super::validate::MOST_FAULTS;
 use super::wording::did_you_mean;
@@ -260,7 +260,7 @@ fn not_found(name: &str, path: &Path) -> ScenarioError {
 /// # Errors
 /// What is wrong with them, and where.
 pub(crate) fn read_settings<T: DeserializeOwned>(value: &Value, path: &FieldPath) -> Result<T, ScenarioFault> {
-    serde_path_to_error::deserialize(Strict(value)).map_err(|error| shape_fault(&error, path))
+    shape::read(value).map_err(|fault| shape_fault(&fault, path))
 }
 
 impl LibraryScenario {

@@ -7,6 +7,7 @@ use super::fault::ScenarioFault;
 use super::field_path::FieldPath;
 use super::format::Format;
 use super::read::read;
+use super::shape;
 use super::wording::{did_you_mean, one_of, quoted};
 use crate::game::Rules;
 use crate::pitch::Pitch;
@@ -49,7 +50,7 @@ impl Pitch {
     /// The pitch of this name among the [`FIELD_PRESETS`].
     pub fn preset(name: &str) -> Option<Pitch> {
         let preset = FIELD_PRESETS.iter().find(|preset| preset.name == name)?;
-        serde_json::from_value(preset.value()).ok()
+        shape::read(&preset.value()).ok()
     }
 }
 
@@ -57,7 +58,7 @@ impl Rules {
     /// The rules of this name among the [`RULES_PRESETS`].
     pub fn preset(name: &str) -> Option<Rules> {
         let preset = RULES_PRESETS.iter().find(|preset| preset.name == name)?;
-        serde_json::from_value(preset.value()).ok()
+        shape::read(&preset.value()).ok()
     }
 }
 

@@ -2,16 +2,65 @@
 //! overflow to infinity, this refuses; and its errors are data, not sentences.
 
 use core::fmt;
-use serde::Deserializer;
+use core::iter::Enumerate;
+use core::slice;
 use serde::de::value::StrDeserializer;
 use serde::de::{
     self, DeserializeSeed, EnumAccess, Expected, IntoDeserializer, MapAccess, SeqAccess, Unexpected, VariantAccess,
     Visitor,
 };
 use serde::forward_to_deserialize_any;
-use serde_json::Value;
+use serde::{Deserialize, Deserializer};
+use serde_json::{Map, Value, map};
 
+use super::field_path::{FieldPath, Segment};
 use super::wording::{did_you_mean, one_of, quoted};
+
+/// Reads a type from a value.
+///
+/// # Errors
+/// What is wrong with the value, and where in it.
+pub fn read<'de, T: Deserialize<'de>>(value: &'de Value) -> Result<T, ShapeFault> {
+    T::deserialize(Strict(value))
+}
+
+/// What is wrong with a value, and where in it. Boxed, as every step of reading passes it on.
+#[derive(Clone, PartialEq, Debug)]
+pub struct ShapeFault(Box<Fault>);
+
+#[derive(Clone, PartialEq, Debug)]
+struct Fault {
+    error: ShapeError,
+    /// From the wrong value outwards.
+    steps: Vec<Segment>,
+}
+
+impl ShapeFault {
+    /// What is wrong.
+    pub fn error(&self) -> &ShapeError {
+        &self.0.error
+    }
+
+    /// Where, within the value that was read.
+    pub fn path(&self) -> FieldPath {
+        self.0.steps.iter().rev().cloned().collect()
+    }
+
+    fn inside(mut self, step: Segment) -> Self {
+        self.0.steps.push(step);
+        self
+    }
+
+    fn in_field(self, name: &str) -> Self {
+        self.inside(Segment::Field(name.to_owned()))
+    }
+}
+
+impl From<ShapeError> for ShapeFault {
+    fn from(error: ShapeError) -> Self {
+        ShapeFault(Box::new(Fault { error, steps: Vec::new() }))
+    }
+}
 
 /// What is wrong with a value.
 #[derive(Clone, PartialEq, Debug)]
@@ -40,10 +89,6 @@ impl ShapeError {
     fn variant(found: &str, variants: &'static [&'static str]) -> Self {
         let meant = did_you_mean(found, variants.iter().copied());
         ShapeError::Mismatch { found: format!("{}{meant}", quoted(found)), expected: one_of(variants.iter().copied()) }
-    }
-
-    fn mismatch(value: &Value, expected: impl Into<String>) -> Self {
-        ShapeError::Mismatch { found: describe_value(value), expected: expected.into() }
     }
 
     /// Whether the name of a field is wrong, rather than its value.
@@ -95,6 +140,14 @@ fn describe_value(value: &Value) -> String {
     }
 }
 
+fn mismatch(value: &Value, expected: impl Into<String>) -> ShapeFault {
+    ShapeError::Mismatch { found: describe_value(value), expected: expected.into() }.into()
+}
+
+fn too_long(list: &Value, expected: usize) -> ShapeFault {
+    mismatch(list, format!("a list of {expected}"))
+}
+
 fn describe_unexpected(unexpected: Unexpected) -> String {
     match unexpected {
         Unexpected::Bool(value) => format!("`{value}`"),
@@ -128,22 +181,22 @@ fn describe_expected(expected: &dyn Expected) -> String {
     }
 }
 
-impl fmt::Display for ShapeError {
+impl fmt::Display for ShapeFault {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (message, expected) = self.words(None);
+        let (message, expected) = self.error().words(None);
         write!(formatter, "{message}; expected {expected}")
     }
 }
 
-impl std::error::Error for ShapeError {}
+impl std::error::Error for ShapeFault {}
 
-impl de::Error for ShapeError {
+impl de::Error for ShapeFault {
     fn custom<T: fmt::Display>(message: T) -> Self {
-        ShapeError::Other(message.to_string())
+        ShapeError::Other(message.to_string()).into()
     }
 
     fn invalid_type(unexpected: Unexpected, expected: &dyn Expected) -> Self {
-        ShapeError::Mismatch { found: describe_unexpected(unexpected), expected: describe_expected(expected) }
+        ShapeError::Mismatch { found: describe_unexpected(unexpected), expected: describe_expected(expected) }.into()
     }
 
     fn invalid_value(unexpected: Unexpected, expected: &dyn Expected) -> Self {
@@ -151,30 +204,30 @@ impl de::Error for ShapeError {
     }
 
     fn invalid_length(length: usize, expected: &dyn Expected) -> Self {
-        ShapeError::Mismatch { found: format!("a list of {length}"), expected: describe_expected(expected) }
+        ShapeError::Mismatch { found: format!("a list of {length}"), expected: describe_expected(expected) }.into()
     }
 
     fn unknown_variant(variant: &str, expected: &'static [&'static str]) -> Self {
-        ShapeError::variant(variant, expected)
+        ShapeError::variant(variant, expected).into()
     }
 
     fn unknown_field(name: &str, expected: &'static [&'static str]) -> Self {
-        ShapeError::UnknownField { name: name.to_owned(), expected }
+        ShapeError::UnknownField { name: name.to_owned(), expected }.into()
     }
 
     fn missing_field(name: &'static str) -> Self {
-        ShapeError::MissingField(name)
+        ShapeError::MissingField(name).into()
     }
 }
 
 /// Reads types from a value.
 #[derive(Clone, Copy)]
-pub struct Strict<'a>(pub &'a Value);
+struct Strict<'a>(pub &'a Value);
 
 impl<'de> Deserializer<'de> for Strict<'de> {
-    type Error = ShapeError;
+    type Error = ShapeFault;
 
-    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ShapeError> {
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ShapeFault> {
         match self.0 {
             Value::Null => visitor.visit_unit(),
             Value::Bool(value) => visitor.visit_bool(*value),
@@ -182,30 +235,29 @@ impl<'de> Deserializer<'de> for Strict<'de> {
                 (Some(number), _, _) => visitor.visit_u64(number),
                 (_, Some(number), _) => visitor.visit_i64(number),
                 (_, _, Some(number)) => visitor.visit_f64(number),
-                _ => Err(ShapeError::mismatch(self.0, "a finite number")),
+                _ => Err(mismatch(self.0, "a finite number")),
             },
             Value::String(text) => visitor.visit_borrowed_str(text),
             Value::Array(values) => {
-                let mut elements = Elements { values: values.iter() };
+                let mut elements = Elements { values: values.iter().enumerate() };
                 let result = visitor.visit_seq(&mut elements)?;
-                if elements.values.len() > 0 {
-                    let expected = format!("a list of {}", values.len() - elements.values.len());
-                    return Err(ShapeError::mismatch(self.0, expected));
+                match elements.values.len() {
+                    0 => Ok(result),
+                    superfluous => Err(too_long(self.0, values.len() - superfluous)),
                 }
-                Ok(result)
             }
-            Value::Object(fields) => visitor.visit_map(Fields { fields: fields.iter(), value: None }),
+            Value::Object(fields) => visitor.visit_map(Fields::of(fields)),
         }
     }
 
-    fn deserialize_f32<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ShapeError> {
+    fn deserialize_f32<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ShapeFault> {
         if self.0.as_f64().is_some_and(|number| !(number as f32).is_finite()) {
-            return Err(ShapeError::mismatch(self.0, "a finite number, of single precision (at most 3.4e38)"));
+            return Err(mismatch(self.0, "a finite number, of single precision (at most 3.4e38)"));
         }
         self.deserialize_any(visitor)
     }
 
-    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ShapeError> {
+    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ShapeFault> {
         match self.0 {
             Value::Null => visitor.visit_none(),
             _ => visitor.visit_some(self),
@@ -216,7 +268,7 @@ impl<'de> Deserializer<'de> for Strict<'de> {
         self,
         _name: &'static str,
         visitor: V,
-    ) -> Result<V::Value, ShapeError> {
+    ) -> Result<V::Value, ShapeFault> {
         visitor.visit_newtype_struct(self)
     }
 
@@ -225,10 +277,10 @@ impl<'de> Deserializer<'de> for Strict<'de> {
         _name: &'static str,
         _fields: &'static [&'static str],
         visitor: V,
-    ) -> Result<V::Value, ShapeError> {
+    ) -> Result<V::Value, ShapeFault> {
         match self.0 {
-            Value::Object(_) => self.deserialize_any(visitor),
-            _ => Err(ShapeError::mismatch(self.0, "an object with named fields")),
+            Value::Object(fields) => visitor.visit_map(Fields::of(fields)),
+            _ => Err(mismatch(self.0, "an object with named fields")),
         }
     }
 
@@ -237,16 +289,8 @@ impl<'de> Deserializer<'de> for Strict<'de> {
         _name: &'static str,
         variants: &'static [&'static str],
         visitor: V,
-    ) -> Result<V::Value, ShapeError> {
-        let (variant, value) = match self.0 {
-            Value::String(variant) => (variant, None),
-            Value::Object(fields) if fields.len() == 1 => match fields.iter().next() {
-                Some((variant, value)) => (variant, Some(value)),
-                None => return Err(ShapeError::mismatch(self.0, one_of(variants.iter().copied()))),
-            },
-            other => return Err(ShapeError::mismatch(other, one_of(variants.iter().copied()))),
-        };
-        visitor.visit_enum(Variant { variant, value })
+    ) -> Result<V::Value, ShapeFault> {
+        visitor.visit_enum(Variant::of(self.0, variants)?)
     }
 
     forward_to_deserialize_any! {
@@ -255,7 +299,7 @@ impl<'de> Deserializer<'de> for Strict<'de> {
     }
 }
 
-impl<'de> IntoDeserializer<'de, ShapeError> for Strict<'de> {
+impl<'de> IntoDeserializer<'de, ShapeFault> for Strict<'de> {
     type Deserializer = Self;
 
     fn into_deserializer(self) -> Self {
@@ -264,14 +308,15 @@ impl<'de> IntoDeserializer<'de, ShapeError> for Strict<'de> {
 }
 
 struct Elements<'a> {
-    values: core::slice::Iter<'a, Value>,
+    values: Enumerate<slice::Iter<'a, Value>>,
 }
 
 impl<'de> SeqAccess<'de> for Elements<'de> {
-    type Error = ShapeError;
+    type Error = ShapeFault;
 
-    fn next_element_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<Option<T::Value>, ShapeError> {
-        self.values.next().map(|value| seed.deserialize(Strict(value))).transpose()
+    fn next_element_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<Option<T::Value>, ShapeFault> {
+        let Some((index, value)) = self.values.next() else { return Ok(None) };
+        seed.deserialize(Strict(value)).map(Some).map_err(|fault| fault.inside(Segment::Index(index)))
     }
 
     fn size_hint(&self) -> Option<usize> {
@@ -280,22 +325,32 @@ impl<'de> SeqAccess<'de> for Elements<'de> {
 }
 
 struct Fields<'a> {
-    fields: serde_json::map::Iter<'a>,
-    value: Option<&'a Value>,
+    fields: map::Iter<'a>,
+    /// The field whose name was read last.
+    entry: Option<(&'a String, &'a Value)>,
+}
+
+impl<'a> Fields<'a> {
+    fn of(fields: &'a Map<String, Value>) -> Self {
+        Fields { fields: fields.iter(), entry: None }
+    }
 }
 
 impl<'de> MapAccess<'de> for Fields<'de> {
-    type Error = ShapeError;
+    type Error = ShapeFault;
 
-    fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, ShapeError> {
-        let Some((key, value)) = self.fields.next() else { return Ok(None) };
-        self.value = Some(value);
-        let key: StrDeserializer<'_, ShapeError> = key.as_str().into_deserializer();
-        seed.deserialize(key).map(Some)
+    fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, ShapeFault> {
+        self.entry = self.fields.next();
+        let Some((name, _)) = self.entry else { return Ok(None) };
+        let key: StrDeserializer<'_, ShapeFault> = name.as_str().into_deserializer();
+        seed.deserialize(key).map(Some).map_err(|fault| fault.in_field(name))
     }
 
-    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, ShapeError> {
-        seed.deserialize(Strict(self.value.take().unwrap_or(&Value::Null)))
+    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, ShapeFault> {
+        match self.entry.take() {
+            Some((name, value)) => seed.deserialize(Strict(value)).map_err(|fault| fault.in_field(name)),
+            None => seed.deserialize(Strict(&Value::Null)),
+        }
     }
 }
 
@@ -304,45 +359,67 @@ struct Variant<'a> {
     value: Option<&'a Value>,
 }
 
-impl<'de> EnumAccess<'de> for Variant<'de> {
-    type Error = ShapeError;
-    type Variant = VariantContent<'de>;
-
-    fn variant_seed<V: DeserializeSeed<'de>>(self, seed: V) -> Result<(V::Value, VariantContent<'de>), ShapeError> {
-        let variant: StrDeserializer<'_, ShapeError> = self.variant.into_deserializer();
-        Ok((seed.deserialize(variant)?, VariantContent(self.value.unwrap_or(&Value::Null))))
+impl<'a> Variant<'a> {
+    /// A word alone, or an object with one field.
+    fn of(value: &'a Value, variants: &[&str]) -> Result<Self, ShapeFault> {
+        match value {
+            Value::String(variant) => return Ok(Variant { variant, value: None }),
+            Value::Object(fields) if fields.len() == 1 => {
+                if let Some((variant, value)) = fields.iter().next() {
+                    return Ok(Variant { variant, value: Some(value) });
+                }
+            }
+            _ => {}
+        }
+        Err(mismatch(value, one_of(variants.iter().copied())))
     }
 }
 
-struct VariantContent<'a>(&'a Value);
+impl<'de> EnumAccess<'de> for Variant<'de> {
+    type Error = ShapeFault;
+    type Variant = VariantContent<'de>;
+
+    fn variant_seed<V: DeserializeSeed<'de>>(self, seed: V) -> Result<(V::Value, VariantContent<'de>), ShapeFault> {
+        let variant: StrDeserializer<'_, ShapeFault> = self.variant.into_deserializer();
+        let content = VariantContent { variant: self.variant, value: self.value.unwrap_or(&Value::Null) };
+        Ok((seed.deserialize(variant)?, content))
+    }
+}
+
+struct VariantContent<'a> {
+    variant: &'a str,
+    value: &'a Value,
+}
 
 impl<'de> VariantAccess<'de> for VariantContent<'de> {
-    type Error = ShapeError;
+    type Error = ShapeFault;
 
-    fn unit_variant(self) -> Result<(), ShapeError> {
-        match self.0 {
+    fn unit_variant(self) -> Result<(), ShapeFault> {
+        match self.value {
             Value::Null => Ok(()),
-            other => Err(ShapeError::mismatch(other, "no value: the word alone")),
+            other => Err(mismatch(other, "no value: the word alone").in_field(self.variant)),
         }
     }
 
-    fn newtype_variant_seed<T: DeserializeSeed<'de>>(self, seed: T) -> Result<T::Value, ShapeError> {
-        seed.deserialize(Strict(self.0))
+    fn newtype_variant_seed<T: DeserializeSeed<'de>>(self, seed: T) -> Result<T::Value, ShapeFault> {
+        seed.deserialize(Strict(self.value)).map_err(|fault| fault.in_field(self.variant))
     }
 
-    fn tuple_variant<V: Visitor<'de>>(self, _length: usize, visitor: V) -> Result<V::Value, ShapeError> {
-        match self.0 {
-            Value::Array(_) => Strict(self.0).deserialize_any(visitor),
-            other => Err(ShapeError::mismatch(other, "a list")),
-        }
+    fn tuple_variant<V: Visitor<'de>>(self, _length: usize, visitor: V) -> Result<V::Value, ShapeFault> {
+        let content = match self.value {
+            Value::Array(_) => Strict(self.value).deserialize_any(visitor),
+            other => Err(mismatch(other, "a list")),
+        };
+        content.map_err(|fault| fault.in_field(self.variant))
     }
 
     fn struct_variant<V: Visitor<'de>>(
         self,
         fields: &'static [&'static str],
         visitor: V,
-    ) -> Result<V::Value, ShapeError> {
-        Strict(self.0).deserialize_struct("", fields, visitor)
+    ) -> Result<V::Value, ShapeFault> {
+        let content = Strict(self.value).deserialize_struct("", fields, visitor);
+        content.map_err(|fault| fault.in_field(self.variant))
     }
 }
 
@@ -352,23 +429,22 @@ mod tests {
     use crate::ball::Rolling;
     use crate::robot::motion::MotionLimits;
     use crate::sensing::sonar::SonarNoise;
-    use serde::Deserialize;
     use serde_json::json;
 
     #[test]
     fn lists_are_no_structs_and_numbers_stay_finite() {
-        assert!(MotionLimits::deserialize(Strict(&json!([0.1]))).is_err());
-        assert!(MotionLimits::deserialize(Strict(&json!({ "max_linear_mps": 1e300 }))).is_err());
-        assert!(<[f32; 2]>::deserialize(Strict(&json!([1, 2, 3]))).is_err());
-        assert_eq!(MotionLimits::deserialize(Strict(&json!({}))), Ok(MotionLimits::default()));
+        assert!(read::<MotionLimits>(&json!([0.1])).is_err());
+        assert!(read::<MotionLimits>(&json!({ "max_linear_mps": 1e300 })).is_err());
+        assert!(read::<[f32; 2]>(&json!([1, 2, 3])).is_err());
+        assert_eq!(read::<MotionLimits>(&json!({})), Ok(MotionLimits::default()));
     }
 
     #[test]
     fn enums_are_words_or_objects_with_one_field() {
-        assert_eq!(Rolling::deserialize(Strict(&json!({ "constant_mps2": 0.3 }))), Ok(Rolling::ConstantMps2(0.3)));
-        assert_eq!(SonarNoise::deserialize(Strict(&json!("none"))), Ok(SonarNoise::None));
-        assert!(SonarNoise::deserialize(Strict(&json!({ "gaussian": [0.1] }))).is_err());
-        assert!(SonarNoise::deserialize(Strict(&json!("gausian"))).unwrap_err().to_string().contains("did you mean"));
-        assert!(SonarNoise::deserialize(Strict(&json!({}))).is_err());
+        assert_eq!(read::<Rolling>(&json!({ "constant_mps2": 0.3 })), Ok(Rolling::ConstantMps2(0.3)));
+        assert_eq!(read::<SonarNoise>(&json!("none")), Ok(SonarNoise::None));
+        assert!(read::<SonarNoise>(&json!({ "gaussian": [0.1] })).is_err());
+        assert!(read::<SonarNoise>(&json!("gausian")).unwrap_err().to_string().contains("did you mean"));
+        assert!(read::<SonarNoise>(&json!({})).is_err());
     }
 }

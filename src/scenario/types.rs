@@ -12,6 +12,7 @@ use crate::belief::localisation_method::LocalisationMethod;
 use crate::communication::MessageSettings;
 use crate::game::{Rules, TimedIntervention};
 use crate::geometry::{Pose, file_units};
+use crate::knowledge::Knowledge;
 use crate::named_values::NamedValues;
 use crate::pitch::Pitch;
 use crate::robot::head::HeadLimits;
@@ -26,7 +27,7 @@ use crate::team::{RobotId, Team};
 
 /// Everything that a match starts from.
 #[derive(Resource, Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
-#[reflect(Resource, @crate::knowledge::Knowledge::Truth)]
+#[reflect(Resource, @Knowledge::Truth)]
 #[serde(default, deny_unknown_fields)]
 pub struct Scenario {
     /// A name for display.
@@ -216,7 +217,6 @@ impl RobotSpec {
 
 /// What controls a robot: `"idle"`, the name of a registered behaviour, or `{ "script": [...] }`.
 #[derive(Clone, PartialEq, Debug, Reflect)]
-#[reflect(Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum BehaviourSpec {
     /// A registered behaviour; `idle` does nothing.

@@ -136,7 +136,6 @@ impl SensorFidelity for OdometrySettings {
 /// The fidelity of each sensor. In files a word for all of them, or an object with some; a sensor without a word is as
 /// its settings say.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect)]
-#[reflect(Serialize, Deserialize)]
 pub struct Fidelities {
     /// What the cameras recognise.
     pub vision: Option<Fidelity>,

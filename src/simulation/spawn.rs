@@ -16,6 +16,7 @@ use crate::cycle::CycleClock;
 use crate::events::{CycleEvents, MatchEvent};
 use crate::game::Game;
 use crate::geometry::{Pose, wrap_angle};
+use crate::knowledge::Knowledge;
 use crate::pitch::{Pitch, Post};
 use crate::random::RandomStreams;
 use crate::referee;
@@ -35,7 +36,7 @@ use crate::team::{RobotId, Team};
 
 /// Marks the entities of a match: robots, ball and posts.
 #[derive(Component, Clone, Copy, Default, Debug, Reflect)]
-#[reflect(Component, @crate::knowledge::Knowledge::Truth)]
+#[reflect(Component, @Knowledge::Truth)]
 pub struct MatchEntity;
 
 /// A component of the ball.
