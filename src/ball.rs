@@ -136,9 +136,9 @@ impl Rolling {
 /// A ball at one instant, and its law.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct RollingBall {
-    /// Centre, m.
+    /// Where its centre is, m, pitch frame.
     pub position: Vec2,
-    /// Velocity, m/s.
+    /// Its velocity, m/s, pitch frame.
     pub velocity: Vec2,
     /// Radius, m.
     pub radius: f32,

@@ -229,7 +229,7 @@ pub enum DisallowedGoal {
 pub enum MatchEvent {
     /// A kick command was carried out, or not.
     Kick {
-        /// Who kicked.
+        /// The robot that was to kick.
         robot: RobotId,
         /// Which kick was wanted.
         #[serde(rename = "type")]
@@ -290,11 +290,11 @@ pub enum MatchEvent {
     },
     /// A behaviour's command was refused, and nothing was done.
     CommandRefused {
-        /// Whose command.
+        /// The robot whose behaviour gave it.
         robot: RobotId,
-        /// Which command.
+        /// The kind of command.
         command: CommandKind,
-        /// Why.
+        /// What is wrong with it.
         reason: Refusal,
     },
     /// A goal was scored.
@@ -305,7 +305,7 @@ pub enum MatchEvent {
         scorer: Option<RobotId>,
         /// Whether that robot is of the other team.
         own_goal: bool,
-        /// Why.
+        /// What was measured, and which rule says so.
         evidence: Evidence,
     },
     /// The ball left the pitch.
@@ -316,7 +316,7 @@ pub enum MatchEvent {
         position_m: Vec2,
         /// The team that touched it last.
         last_touch: Option<Team>,
-        /// Why.
+        /// What was measured, and which rule says so.
         evidence: Evidence,
     },
     /// The ball was in the goal, but it does not count.
@@ -325,7 +325,7 @@ pub enum MatchEvent {
         team: Team,
         /// Why not, in a word.
         reason: DisallowedGoal,
-        /// Why not.
+        /// What was measured, and which rule says so.
         evidence: Evidence,
     },
     /// The state of the game changed.
@@ -352,7 +352,7 @@ pub enum MatchEvent {
     },
     /// A free kick begins; play runs on.
     FreeKick {
-        /// Which kind.
+        /// What the free kick is given for.
         set_play: SetPlayKind,
         /// The team that the ball belongs to.
         team: Team,
@@ -370,7 +370,7 @@ pub enum MatchEvent {
     GameStuck {
         /// The robot that was taken from the ball; without one, play was stopped.
         robot: Option<RobotId>,
-        /// Why.
+        /// What was measured, and which rule says so.
         evidence: Evidence,
     },
     /// A robot at an illegal place was put at a legal one.
@@ -379,17 +379,17 @@ pub enum MatchEvent {
         robot: RobotId,
         /// Where it was put down, m, pitch frame.
         position_m: Vec2,
-        /// Why.
+        /// What was measured, and which rule says so.
         evidence: Evidence,
     },
     /// The referee was made to do something.
     Intervention {
-        /// What.
+        /// What was asked for.
         intervention: Intervention,
     },
     /// The referee was to do something that cannot be done; nothing changed.
     InterventionRefused {
-        /// What.
+        /// What was asked for.
         intervention: Intervention,
         /// Why it cannot be done.
         message: String,
@@ -398,11 +398,11 @@ pub enum MatchEvent {
     Penalty {
         /// Which robot.
         robot: RobotId,
-        /// What for.
+        /// The offence.
         reason: PenaltyReason,
         /// When it may come back if play runs on, s since the start of the match.
         until_s: f32,
-        /// Why.
+        /// What was measured, and which rule says so.
         evidence: Evidence,
     },
     /// A robot's penalty is over, and it is back.
@@ -414,7 +414,7 @@ pub enum MatchEvent {
     },
     /// A half begins.
     HalfBegins {
-        /// From 1.
+        /// Its number, from 1.
         half: u32,
     },
     /// The final whistle.
@@ -429,7 +429,7 @@ pub enum MatchEvent {
         scored: bool,
         /// Goals of the shoot-out so far.
         goals: Score,
-        /// Why.
+        /// What was measured, and which rule says so.
         evidence: Evidence,
     },
     /// The shoot-out is decided.
@@ -439,7 +439,7 @@ pub enum MatchEvent {
     },
     /// Something that must always hold does not: a bug.
     InvariantBroken {
-        /// What.
+        /// What should hold, and what was found, in words.
         message: String,
     },
 }

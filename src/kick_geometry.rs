@@ -47,7 +47,7 @@ pub enum KickType {
 }
 
 impl KickType {
-    /// All four.
+    /// All four, in the order of their declaration.
     pub const ALL: [KickType; 4] =
         [KickType::LeftStraight, KickType::RightStraight, KickType::LeftSide, KickType::RightSide];
 

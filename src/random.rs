@@ -114,7 +114,7 @@ pub struct RandomStreams {
     pub messages: RandomStream,
     /// Pixel noise of the camera images.
     pub camera: RandomStream,
-    /// Falls.
+    /// Whether a collision makes the robot fall.
     pub balance: RandomStream,
 }
 

@@ -20,7 +20,7 @@ pub enum GroundShape {
     Quadrilateral([Vec2; 4]),
     /// What is between two circles around a centre.
     Ring {
-        /// The centre.
+        /// The centre, m, pitch frame.
         centre: Vec2,
         /// Radius of the smaller circle.
         inner: f32,

@@ -20,7 +20,7 @@ use crate::team::RobotId;
 #[derive(Resource, Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[reflect(Resource, @Knowledge::Truth)]
 pub struct Scene {
-    /// The pitch.
+    /// The sizes of carpet, pitch and goals, and the colours of the goals.
     pub pitch: Pitch,
     /// What is painted on it.
     pub markings: Markings,
@@ -29,7 +29,7 @@ pub struct Scene {
     pub robots: Vec<SceneRobot>,
     /// The posts, those of the goals included, ordered by their places.
     pub posts: Vec<ScenePost>,
-    /// The ball.
+    /// The ball, if there is one.
     pub ball: Option<SceneBall>,
 }
 
@@ -54,7 +54,7 @@ pub struct SceneRobot {
     pub reach: f32,
 }
 
-/// A post.
+/// A post, and where it stands.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 pub struct ScenePost {
     /// Where it stands, m, pitch frame.

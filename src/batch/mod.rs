@@ -30,6 +30,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc;
 use std::thread;
 
+mod csv_lines;
 pub mod observer;
 pub mod pairs;
 pub mod summary;

@@ -50,7 +50,7 @@ pub struct MatchRow {
     pub index: usize,
     /// Which variant of the scenario was played, from 0.
     pub variant: usize,
-    /// The seed.
+    /// The seed that it was played with.
     pub seed: u64,
     /// How it ended.
     pub outcome: MatchOutcome,

@@ -6,9 +6,10 @@
 //! A text that a spreadsheet would take for a formula has an apostrophe before it.
 
 use std::fs::{File, OpenOptions, TryLockError};
-use std::io::{self, BufRead, BufReader, Seek, SeekFrom, Write};
+use std::io::{self, BufReader, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
+use super::csv_lines::{Line, Lines, as_text, cells_of, line_of};
 use super::observer::{MatchOutcome, MatchRow};
 use super::{Batch, Variants};
 use crate::team::PerTeam;
@@ -52,27 +53,27 @@ pub enum TableError {
     /// It cannot be read or written.
     #[error("{path}: the table cannot be read or written: {error}")]
     Io {
-        /// The file.
+        /// The table's file.
         path: PathBuf,
-        /// Why.
+        /// What the system says.
         error: io::Error,
     },
     /// It is a folder or a device.
     #[error("{path}: this is no ordinary file; expected one, or a name that there is no file of yet")]
     NotAFile {
-        /// What it is.
+        /// The path that was given for the table.
         path: PathBuf,
     },
     /// Another program is writing it.
     #[error("{path}: another batch is writing this table; expected another file, or some patience")]
     InUse {
-        /// The file.
+        /// The table's file.
         path: PathBuf,
     },
     /// It holds something else than a beginning of this batch.
     #[error("{path}:{line}: {message}; expected {expected}, or a file that does not exist yet")]
     Foreign {
-        /// The file.
+        /// The table's file.
         path: PathBuf,
         /// The line, from 1.
         line: usize,
@@ -246,60 +247,9 @@ fn cells<V: Variants>(batch: &Batch<V>, row: &MatchRow) -> Vec<String> {
     cells
 }
 
-/// A cell that no spreadsheet takes for a formula.
-fn as_text(cell: String) -> String {
-    let is_formula = cell.starts_with(['=', '+', '-', '@', '\t']) && cell.parse::<f64>().is_err();
-    if is_formula { format!("'{cell}") } else { cell }
-}
-
 fn foreign(path: &Path, line: usize, message: String) -> TableError {
     let expected = "the table of an earlier batch with the same scenario, settings and first seed".to_owned();
     TableError::Foreign { path: path.to_owned(), line, message, expected }
-}
-
-/// A line of a file.
-enum Line {
-    /// With its end.
-    Whole(String),
-    /// The last one, which was cut off; nothing at the end of the file.
-    Part(String),
-}
-
-/// The lines of a file, one after the other.
-struct Lines<'a> {
-    reader: BufReader<&'a File>,
-    /// Bytes of the lines that were whole.
-    read_bytes: u64,
-}
-
-impl Lines<'_> {
-    fn next_whole(&mut self) -> io::Result<Line> {
-        let mut bytes = Vec::new();
-        self.reader.read_until(b'\n', &mut bytes)?;
-        // Cut off in the middle of a letter, it is still a table.
-        let text = String::from_utf8_lossy(&bytes).into_owned();
-        if bytes.last() == Some(&b'\n') {
-            self.read_bytes += bytes.len() as u64;
-            return Ok(Line::Whole(text));
-        }
-        Ok(Line::Part(text))
-    }
-}
-
-/// Cells as a line, quoted where need be.
-fn line_of<'a>(cells: impl Iterator<Item = &'a str>) -> String {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    // Into memory, nothing can fail.
-    let written = writer.write_record(cells).is_ok();
-    let bytes = writer.into_inner().unwrap_or_default();
-    if written { String::from_utf8(bytes).unwrap_or_default() } else { String::new() }
-}
-
-/// The cells of a line.
-fn cells_of(line: &str) -> Vec<String> {
-    let mut reader = csv::ReaderBuilder::new().has_headers(false).flexible(true).from_reader(line.as_bytes());
-    let record = reader.records().next().and_then(Result::ok).unwrap_or_default();
-    record.iter().map(str::to_owned).collect()
 }
 
 #[cfg(test)]

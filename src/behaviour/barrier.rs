@@ -45,7 +45,7 @@ use crate::knowledge::Knowledge;
 pub struct BarrierError {
     /// The name under which it should have been registered.
     pub behaviour: String,
-    /// The system.
+    /// The name of the behaviour's system.
     pub system: String,
     /// What it does wrong.
     pub reason: Breach,
@@ -109,7 +109,7 @@ pub enum Breach {
     /// It decides before or after a behaviour that there is not.
     #[error("has its turn before or after `{name}`, which is not registered; register that one first")]
     NoSuchBehaviour {
-        /// The name.
+        /// The name that was to be registered.
         name: String,
     },
     /// It decides before one behaviour and after another that comes later.

@@ -127,7 +127,7 @@ impl Ink {
 pub struct Drawing {
     /// The frame of its places.
     pub frame: Frame,
-    /// Its colour.
+    /// In which colour it is drawn.
     pub ink: Ink,
     /// What it is.
     #[serde(flatten)]
@@ -157,12 +157,12 @@ pub enum DrawnShape {
     Text {
         /// Above this place, m.
         position_m: Vec2,
-        /// The words.
+        /// At most [`LONGEST_TEXT_BYTES`] of them are kept.
         words: Cow<'static, str>,
     },
     /// Where the robot means to go.
     Target {
-        /// There, m.
+        /// The place, m, in the drawing's frame.
         position_m: Vec2,
         /// What it wants there, in a word or none.
         words: Cow<'static, str>,

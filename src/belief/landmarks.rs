@@ -108,7 +108,7 @@ impl Landmarks {
         self.crosses.into_iter()
     }
 
-    /// The lines.
+    /// The lines of the pitch, straight ones only, m, team frame.
     pub(super) fn lines(&self) -> &[LineSegment] {
         &self.lines
     }

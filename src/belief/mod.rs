@@ -56,7 +56,7 @@ pub struct Belief {
     pub ball: Option<BallBelief>,
     /// Team-mates, those with a known number first, ordered by it.
     pub team_mates: Vec<RobotBelief>,
-    /// Opponents.
+    /// Opponents that were seen; their numbers are not known.
     pub opponents: Vec<RobotBelief>,
 }
 

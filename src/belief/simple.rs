@@ -119,9 +119,9 @@ pub struct SimpleBeliefMemory {
     hand_placements: u32,
     /// Whether the robot was penalised.
     penalised: bool,
-    /// The ball.
+    /// The ball, robot frame, if its place is known.
     ball: Option<BallEstimate>,
-    /// Other robots.
+    /// Other robots as seen and heard, robot frame.
     tracks: Vec<RobotTrack>,
     /// What team-mates said, ordered by their ids.
     heard: Vec<Heard>,

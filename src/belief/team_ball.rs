@@ -31,7 +31,7 @@ impl Default for TeamBallModel {
 /// What a team-mate says of the ball.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct HeardBall {
-    /// Who.
+    /// The team-mate that told of it.
     pub from: RobotId,
     /// Where it was, m, team frame.
     pub seen_from: Vec2,

@@ -35,7 +35,7 @@ impl SigmaPoints {
         Self { mean: estimate.pose, deviations: [x, -x, y, -y, heading, -heading] }
     }
 
-    /// The points.
+    /// The sigma points.
     fn poses(&self) -> [Pose; COUNT] {
         self.deviations.map(|deviation| Pose {
             position: self.mean.position + deviation.truncate(),

@@ -13,7 +13,7 @@ pub const STANDARD_OUTPUT: &str = "-";
 pub struct Output {
     /// The option, such as `--trace`.
     pub option: &'static str,
-    /// The file.
+    /// The file that is to be written.
     pub path: PathBuf,
 }
 

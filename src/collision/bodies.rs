@@ -29,7 +29,7 @@ impl RobotBody {
 /// An upright cylinder on the ground.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Cylinder {
-    /// Centre, m.
+    /// Its centre, m, pitch frame.
     pub centre: Vec2,
     /// Radius, m.
     pub radius: f32,

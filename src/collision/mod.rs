@@ -9,6 +9,7 @@ use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
 pub mod ball;
+pub mod ball_obstacle;
 mod bodies;
 pub(crate) mod footprints;
 pub mod robots;
@@ -25,7 +26,8 @@ use crate::robot::motion::MotionLimits;
 use crate::robot::posture::Posture;
 use crate::robot::{PreviousPose, Roster, Velocity};
 use crate::team::RobotId;
-use ball::{BallContact, BallObstacle, roll_ball};
+use ball::{BallContact, roll_ball};
+use ball_obstacle::BallObstacle;
 use robots::{Cylinder, RobotBody, RobotContact, Touched, Workspace, hold_back_from_end, resolve_robots};
 
 /// Collisions of robots, posts and ball, in [`CycleSystems::Collide`].

@@ -175,9 +175,9 @@ pub struct MessagesInFlight(pub Vec<MessageInFlight>);
 /// What became of the messages of one team.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
 pub struct TeamMessageStatistics {
-    /// Messages sent.
+    /// Messages that behaviours sent.
     pub sent: u32,
-    /// Bytes sent.
+    /// Their lengths, added up.
     pub sent_bytes: u64,
     /// Messages refused, because they were too long, not finite or out of range.
     pub refused: u32,

@@ -31,7 +31,7 @@ const ABOVE_M: [f32; 2] = [14.0, 110.0];
 
 /// A match under way.
 pub struct FigureMatch {
-    /// The match.
+    /// The app that plays it.
     pub app: App,
     photographer: Photographer,
 }

@@ -35,7 +35,7 @@ pub enum FigureError {
     /// What it should show did not happen.
     #[error("figure {figure} has nothing to show: {missing}")]
     Missing {
-        /// The figure.
+        /// Its number in the paper.
         figure: u8,
         /// What did not happen.
         missing: &'static str,

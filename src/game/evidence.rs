@@ -29,9 +29,9 @@ pub struct Evidence {
 /// A robot as it was when the verdict was given.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 pub struct RobotEvidence {
-    /// Who.
+    /// The robot.
     pub robot: RobotId,
-    /// Where, m, pitch frame.
+    /// Where it was, m, pitch frame.
     pub position_m: Vec2,
     /// How fast it wanted to walk, m/s.
     pub speed_mps: f32,
@@ -42,9 +42,9 @@ pub struct RobotEvidence {
 pub struct Measurement {
     /// What, with its unit.
     pub what: Cow<'static, str>,
-    /// How much.
+    /// Its value, in that unit.
     pub value: f32,
-    /// Where the rule draws the line.
+    /// Where the rule draws the line, in the same unit.
     pub limit: f32,
 }
 

@@ -20,7 +20,7 @@ use crate::team::{RobotId, Team};
 pub enum Intervention {
     /// Puts the ball down, where there is room for it.
     PlaceBall {
-        /// Where, m, pitch frame.
+        /// Where to put it, m, pitch frame.
         position_m: Vec2,
         /// With which velocity, m/s, pitch frame.
         #[serde(default)]
@@ -28,9 +28,9 @@ pub enum Intervention {
     },
     /// Puts a robot down, where there is room for it.
     PlaceRobot {
-        /// Which robot.
+        /// The robot.
         robot: RobotId,
-        /// Where, pitch frame: `[x m, y m, heading deg]` in files.
+        /// Where to put it, pitch frame: `[x m, y m, heading deg]` in files.
         #[serde(with = "file_units::pose")]
         pose: Pose,
     },
@@ -43,9 +43,9 @@ pub enum Intervention {
     },
     /// Removes a robot from the pitch.
     Penalise {
-        /// Which robot.
+        /// The robot.
         robot: RobotId,
-        /// What for.
+        /// The reason that is given.
         #[serde(default)]
         reason: PenaltyReason,
         /// For how long, s of play; without it as long as the rules say.
@@ -54,14 +54,14 @@ pub enum Intervention {
     },
     /// Ends a robot's penalty.
     Return {
-        /// Which robot.
+        /// The robot.
         robot: RobotId,
     },
     /// Whistles: `ready` becomes `set`, `set` becomes `playing`. In play it is only heard.
     Whistle,
     /// Puts the ball down to rest, in play, with neither team having a right to it.
     DropBall {
-        /// Where, m, pitch frame.
+        /// Where to put it, m, pitch frame; the centre mark by default.
         #[serde(default)]
         position_m: Vec2,
     },
@@ -103,7 +103,7 @@ impl fmt::Display for Intervention {
 pub struct TimedIntervention {
     /// When, s since the start: it is carried out at the end of the first cycle that ends then or later.
     pub at_s: f64,
-    /// What.
+    /// What is done.
     #[serde(rename = "do")]
     pub intervention: Intervention,
 }

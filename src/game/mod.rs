@@ -63,11 +63,11 @@ pub type Score = PerTeam<u32>;
 #[derive(Resource, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Resource, @Knowledge::Truth)]
 pub struct Game {
-    /// The state.
+    /// The state of play.
     pub state: GameState,
     /// Cycles since it began.
     pub state_cycles: u64,
-    /// Goals.
+    /// Goals of both teams so far.
     pub score: Score,
     /// The half under way, from 1.
     pub half: u32,

@@ -24,7 +24,7 @@ impl Penalty {
 /// A penalty that is being served.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 pub struct ActivePenalty {
-    /// What for.
+    /// The offence.
     pub reason: PenaltyReason,
     /// Cycles of play until the robot may come back.
     pub cycles_left: u64,
@@ -183,7 +183,7 @@ impl RuleName {
         Some(Self { bytes })
     }
 
-    /// The name.
+    /// The name, as in scenarios and traces.
     pub fn as_str(&self) -> &str {
         let length = self.bytes.iter().position(|byte| *byte == 0).unwrap_or(Self::LONGEST);
         str::from_utf8(&self.bytes[..length]).unwrap_or_default()

@@ -39,7 +39,7 @@ impl SetPlayKind {
 /// A free kick under way.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 pub struct SetPlay {
-    /// Which.
+    /// What it is given for.
     pub kind: SetPlayKind,
     /// The team that the ball belongs to.
     pub team: Team,

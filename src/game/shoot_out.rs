@@ -29,7 +29,7 @@ pub struct ShootOut {
     pub last: [Shot; 2],
 }
 
-/// A shot.
+/// A shot of the shoot-out, until now or until it was over.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 pub struct Shot {
     /// Whether it scored.

@@ -19,7 +19,7 @@ pub enum RecordError {
     /// Its name does not say what it is.
     #[error("{path}: expected a file name that ends in .{extension}")]
     Extension {
-        /// The file.
+        /// The file that was asked for.
         path: PathBuf,
         /// How it should end.
         extension: &'static str,
@@ -29,15 +29,15 @@ pub enum RecordError {
     Io {
         /// The folder or file.
         path: PathBuf,
-        /// Why.
+        /// What the system says.
         error: io::Error,
     },
     /// It cannot be encoded.
     #[error("{path}: {message}")]
     Encoding {
-        /// The file.
+        /// The file that was asked for.
         path: PathBuf,
-        /// Why.
+        /// What the encoder says.
         message: String,
     },
 }

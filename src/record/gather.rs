@@ -34,7 +34,7 @@ pub enum RecordSystems {
 /// The record of the cycle that ended last, or of the start. Whoever wants records makes sure that it is there.
 #[derive(Resource, Clone, Debug, Default)]
 pub struct CurrentRecord {
-    /// The record.
+    /// The cycle that was over last.
     pub record: CycleRecord,
     /// What robots want in the cycle under way.
     commands: BTreeMap<RobotId, Command>,

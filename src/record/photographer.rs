@@ -15,8 +15,7 @@ use crate::pitch::Pitch;
 use crate::robot::Roster;
 #[cfg(feature = "gpu")]
 use crate::sensing::camera::gpu::GpuCameras;
-use crate::sensing::camera::image::{Image, Layers};
-use crate::sensing::camera::shot::Shot;
+use crate::sensing::camera::image::{Image, ImageRequest, Layers};
 use crate::sensing::camera::software::{Detail, PreparedScene, Renderer, StillRenderer};
 use crate::sensing::camera::{CameraImages, CameraSettings};
 use crate::sensing::vision::VisionSettings;
@@ -52,7 +51,7 @@ impl Photographer {
     /// is drawn once.
     pub fn draw(&mut self, world: &mut World, view: &View) -> Image {
         let design = Detail::FINE.design;
-        let mut shot = Shot { view: *view, design, layers: Layers::default(), image: Image::default() };
+        let mut shot = ImageRequest { view: *view, design, layers: Layers::default(), image: Image::default() };
         if !self.is_drawn_by_gpu(world, &mut shot) {
             self.prepare(design);
             self.still_renderer.draw(&self.prepared[design as usize], view, &mut shot.image);
@@ -61,7 +60,7 @@ impl Photographer {
     }
 
     /// A picture of a camera that moves.
-    fn draw_shot(&mut self, world: &mut World, mut shot: Shot) -> Image {
+    fn draw_shot(&mut self, world: &mut World, mut shot: ImageRequest) -> Image {
         if !self.is_drawn_by_gpu(world, &mut shot) {
             self.prepare(shot.design);
             let prepared = &self.prepared[shot.design as usize];
@@ -71,14 +70,14 @@ impl Photographer {
     }
 
     #[cfg(feature = "gpu")]
-    fn is_drawn_by_gpu(&self, world: &mut World, shot: &mut Shot) -> bool {
+    fn is_drawn_by_gpu(&self, world: &mut World, shot: &mut ImageRequest) -> bool {
         let Some(mut gpu) = world.get_resource_mut::<GpuCameras>() else { return false };
         let drawn = gpu.get().draw(&self.scene, &mut [shot]);
         drawn.inspect_err(|error| error!("a picture is drawn in software: {error}")).is_ok()
     }
 
     #[cfg(not(feature = "gpu"))]
-    fn is_drawn_by_gpu(&self, _: &mut World, _: &mut Shot) -> bool {
+    fn is_drawn_by_gpu(&self, _: &mut World, _: &mut ImageRequest) -> bool {
         false
     }
 
@@ -104,7 +103,7 @@ impl Photographer {
         let has_images = settings.renderer(world.get::<VisionSettings>(entity)).is_some();
         let design = if has_images { settings.design } else { RobotDesign::Nao };
         let layers = Layers { labels: settings.labels, depth: settings.depth };
-        Some(self.draw_shot(world, Shot { view, design, layers, image: Image::default() }))
+        Some(self.draw_shot(world, ImageRequest { view, design, layers, image: Image::default() }))
     }
 }
 

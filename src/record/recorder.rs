@@ -93,9 +93,9 @@ pub enum EndReason {
 #[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
 #[serde(tag = "type", rename = "end")]
 pub struct MatchEnd {
-    /// Why.
+    /// What ended it.
     pub reason: EndReason,
-    /// Goals.
+    /// Goals of both teams.
     #[serde(default)]
     pub score: Score,
     /// Cycles since the start.

@@ -70,7 +70,7 @@ pub(super) struct Referee<'a, 'b> {
 pub(super) enum Stoppage {
     /// For a kick-off of this team, or a drop ball.
     KickOff(Option<Team>),
-    /// For good.
+    /// The match ends: one team leads by so many goals that it is over.
     Mercy,
 }
 

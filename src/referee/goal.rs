@@ -5,7 +5,7 @@ use super::snapshot::MatchSnapshot;
 use crate::game::Evidence;
 use crate::team::{RobotId, Team};
 
-/// A goal.
+/// A goal that counts.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct ScoredGoal {
     /// The team that it counts for.

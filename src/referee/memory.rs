@@ -45,7 +45,7 @@ pub struct RefereeMemory {
 /// What the referee remembers of a robot.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 pub struct RobotMemory {
-    /// Which robot.
+    /// Team and number.
     pub id: RobotId,
     /// How often it was placed for a kick-off, in its team's formation.
     pub restarts: u32,

@@ -42,7 +42,7 @@ pub struct Occupied {
     torsos: Vec<Footprint>,
     /// Bases of robots, each grown by the clearance.
     bases: Vec<Footprint>,
-    /// Posts.
+    /// Posts, of goals and extra ones.
     posts: Vec<Disc>,
     /// The ball, where robots may not be put onto it.
     ball: Option<Disc>,

@@ -8,7 +8,7 @@ use crate::game::{Evidence, PenaltyReason, Rules};
 /// A robot before the referee.
 #[derive(Clone, Copy)]
 pub struct RobotCase<'a> {
-    /// The cycle.
+    /// The match at the end of the cycle.
     pub seen: &'a MatchSnapshot<'a>,
     /// What is remembered of all robots, in their order, this cycle included.
     pub records: &'a [RobotMemory],
@@ -17,7 +17,7 @@ pub struct RobotCase<'a> {
 }
 
 impl<'a> RobotCase<'a> {
-    /// The robot.
+    /// The robot that is judged.
     pub fn robot(&self) -> &'a RobotSnapshot {
         &self.seen.robots[self.index]
     }

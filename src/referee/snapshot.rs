@@ -18,9 +18,9 @@ use crate::team::RobotId;
 pub struct MatchSnapshot<'a> {
     /// The clock; the instant is the end of its cycle.
     pub clock: CycleClock,
-    /// The pitch.
+    /// Lines, goals and posts.
     pub pitch: &'a Pitch,
-    /// The rules.
+    /// The rules that are played by.
     pub rules: &'a Rules,
     /// The state of the match.
     pub game: &'a Game,
@@ -98,11 +98,11 @@ pub struct BallSnapshot<'a> {
 /// A robot as the referee sees it.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct RobotSnapshot {
-    /// Who.
+    /// Team and number.
     pub id: RobotId,
-    /// Where.
+    /// Where it is at the end of the cycle, pitch frame.
     pub pose: Pose,
-    /// Where at the start of the cycle.
+    /// Where it was at the start of the cycle, pitch frame.
     pub previous: Pose,
     /// How fast it wanted to walk in this cycle, m/s, pitch frame; a collision may have kept it from it.
     pub wanted_velocity: Vec2,
@@ -110,7 +110,7 @@ pub struct RobotSnapshot {
     pub head: HeadAngles,
     /// Whether it kicks, or regains its balance after a kick.
     pub is_kicking: bool,
-    /// Its body.
+    /// The outlines of its body, robot frame.
     pub bounds: BodyBounds,
     /// Whether it is on its feet.
     pub posture: Posture,

@@ -21,7 +21,7 @@ use crate::team::Team;
 pub struct GameStatus {
     /// The state of the game.
     pub state: GameState,
-    /// Goals.
+    /// Goals of both teams so far.
     pub score: Score,
     /// The half under way, from 1.
     pub half: u32,
@@ -57,7 +57,7 @@ pub struct GameStatus {
 /// What robots are told of a free kick.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 pub struct SetPlayStatus {
-    /// Which.
+    /// What it is given for.
     pub kind: SetPlayKind,
     /// The team that the ball belongs to.
     pub team: Team,
@@ -66,9 +66,9 @@ pub struct SetPlayStatus {
 /// The part of the game's state of which robots may hear late.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 pub struct Announcement {
-    /// The state.
+    /// The state of play.
     pub state: GameState,
-    /// Goals.
+    /// Goals of both teams so far.
     pub score: Score,
     /// The team that has the kick-off; none at a drop ball.
     pub kick_off: Option<Team>,

@@ -12,7 +12,7 @@ use crate::team::RobotId;
 /// A touch of the ball by a robot.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 pub struct Touch {
-    /// Who.
+    /// The robot that touched it.
     pub robot: RobotId,
     /// In which cycle.
     pub cycle: u64,

@@ -32,7 +32,7 @@ impl Plugin for KickPlugin {
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct KickRequest {
-    /// Which kick.
+    /// The kind of kick, and with which foot.
     #[serde(rename = "type")]
     pub kick_type: KickType,
     /// 0 to 1: the share of the type's greatest launch speed. Clamped outside; a kick of NaN is refused.
@@ -54,7 +54,7 @@ pub struct KickCommand(pub Option<KickRequest>);
 #[reflect(Component, @Knowledge::Truth)]
 #[non_exhaustive]
 pub enum KickPhase {
-    /// Not kicking.
+    /// Does not kick, and may begin to.
     #[default]
     Ready,
     /// The leg swings; the ball is struck when the time is over.

@@ -4,12 +4,13 @@
 use serde_json::{Map, Value};
 
 use super::error::{ScenarioError, ScenarioErrorKind};
+use super::fault::ScenarioFault;
 use super::field_path::{FieldPath, Segment};
 use super::presets;
 use super::shape::{self, ShapeFault};
 use super::source::{Finding, ScenarioFile, ScenarioSource};
 use super::types::Scenario;
-use super::validate::{ScenarioFault, place_ball_beside_robots};
+use super::validate::place_ball_beside_robots;
 
 /// The longest lists that a scenario may have: more would take a program's memory and time for nothing.
 const LONGEST_LISTS: [(&str, usize); 3] =

@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use super::build::{build, shape_fault};
 use super::error::{Place, ScenarioError, ScenarioErrorKind};
+use super::fault::ScenarioFault;
 use super::field_path::FieldPath;
 use super::format::Format;
 use super::library::{LIBRARY, LibraryScenario};
@@ -16,7 +17,7 @@ use super::read;
 use super::setting::Setting;
 use super::shape;
 use super::source::{ScenarioFile, ScenarioSource};
-use super::validate::{MOST_FAULTS, ScenarioFault};
+use super::validate::MOST_FAULTS;
 use super::wording::did_you_mean;
 use crate::scenario::Scenario;
 

@@ -13,6 +13,7 @@
 
 mod build;
 mod error;
+mod fault;
 mod field_path;
 mod format;
 mod library;
@@ -31,6 +32,8 @@ mod validate;
 pub(crate) mod wording;
 
 pub use error::{Place, ScenarioError, ScenarioErrorKind};
+pub use fault::ScenarioFault;
+pub(crate) use fault::unknown_name;
 pub use field_path::{FieldPath, Segment};
 pub use format::Format;
 pub use library::{LIBRARY, LibraryScenario};
@@ -42,5 +45,3 @@ pub use setting::{NotASetting, Setting};
 pub use source::{ScenarioFile, ScenarioSource};
 pub use types::{BallSpec, BehaviourSpec, PostSpec, RobotSpec, Scenario, TeamsSpec};
 pub(crate) use validate::Numbers;
-pub use validate::ScenarioFault;
-pub(crate) use validate::unknown_name;

@@ -4,6 +4,7 @@
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
+use super::fault::ScenarioFault;
 use super::field_path::FieldPath;
 use super::format::Format;
 use super::models::{MODELS, RobotModel};
@@ -11,7 +12,6 @@ use super::read::read;
 use super::realism::{Realism, Realisms};
 use super::shape;
 use super::types::{BallSpec, Scenario};
-use super::validate::ScenarioFault;
 use super::wording::{did_you_mean, one_of, quoted};
 use crate::game::Rules;
 use crate::pitch::Pitch;

@@ -24,7 +24,7 @@ pub struct Setting {
 pub struct NotASetting(pub String);
 
 impl Setting {
-    /// The field.
+    /// The field that is set.
     pub fn path(&self) -> &FieldPath {
         &self.path
     }

@@ -67,7 +67,7 @@ impl From<ShapeError> for ShapeFault {
 pub enum ShapeError {
     /// An object has a field that it should not have.
     UnknownField {
-        /// Its name.
+        /// The name of the field, as in files.
         name: String,
         /// The names of those that it may have.
         expected: &'static [&'static str],

@@ -4,13 +4,13 @@ use core::ops::Range;
 use std::sync::Arc;
 
 use super::error::{Place, ScenarioError, ScenarioErrorKind};
+use super::fault::ScenarioFault;
 use super::field_path::{FieldPath, Segment};
 use super::format::Format;
 use super::outline::{Content, FieldPart, Node};
 use super::scanner::outline_of;
 use super::setting::Setting;
 use super::types::Scenario;
-use super::validate::ScenarioFault;
 
 /// The text that a scenario came from: whatever turns out to be wrong with the scenario later can still be placed.
 #[derive(Clone, PartialEq, Debug)]
@@ -101,6 +101,6 @@ fn find(outline: &Node, path: &FieldPath, related: Option<&FieldPath>, part: Fie
 pub struct ScenarioFile {
     /// The scenario, valid.
     pub scenario: Scenario,
-    /// Its text.
+    /// The text that it came from.
     pub source: ScenarioSource,
 }

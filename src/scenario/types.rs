@@ -45,9 +45,9 @@ pub struct Scenario {
     pub model: String,
     /// How much of a real robot there is in the settings that are not given here.
     pub realism: Realisms,
-    /// The pitch.
+    /// The sizes of pitch and goals.
     pub field: Pitch,
-    /// The rules.
+    /// The rules that are played by.
     pub rules: Rules,
     /// The ball; none with `null`.
     pub ball: Option<BallSpec>,
@@ -76,11 +76,11 @@ pub struct Scenario {
     pub sensors: NamedValues,
     /// How messages travel.
     pub messages: MessageSettings,
-    /// The robots.
+    /// The robots, each with its place and its behaviour.
     pub robots: Vec<RobotSpec>,
     /// Two built-in teams lined up for a kick-off, instead of `robots`.
     pub teams: Option<TeamsSpec>,
-    /// Extra posts.
+    /// Posts besides those of the goals.
     pub posts: Vec<PostSpec>,
     /// What the referee is made to do, and when.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -177,7 +177,7 @@ impl Default for BallSpec {
 #[derive(Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct RobotSpec {
-    /// The team.
+    /// Its team.
     pub team: Team,
     /// The jersey number, from 1.
     pub number: u8,
@@ -228,7 +228,7 @@ impl RobotSpec {
 pub enum BehaviourSpec {
     /// A registered behaviour; `idle` does nothing.
     Named(String),
-    /// A script.
+    /// A script: what to do at which time.
     Script(Vec<ScriptEntry>),
 }
 

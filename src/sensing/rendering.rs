@@ -4,9 +4,8 @@
 
 use bevy::prelude::*;
 
-use super::camera::image::Layers;
+use super::camera::image::{ImageRequest, Layers};
 use super::camera::noise::{DrawnNoise, NoiseBuffer};
-use super::camera::shot::Shot;
 use super::camera::software::{Detail, PreparedScene, Renderer};
 use super::camera::{CameraImages, CameraRendering, CameraSettings};
 use super::jobs::{self, SensingThreads};
@@ -45,7 +44,7 @@ struct Job {
     side: CameraSide,
     noise: DrawnNoise,
     is_gpu: bool,
-    shot: Shot,
+    request: ImageRequest,
 }
 
 #[derive(Default)]
@@ -121,7 +120,7 @@ fn take_images(
                 side,
                 noise: settings.noise.draw(&mut streams.camera),
                 is_gpu,
-                shot: Shot {
+                request: ImageRequest {
                     view,
                     design: settings.design,
                     layers: Layers { labels: settings.labels, depth: settings.depth },
@@ -137,26 +136,26 @@ fn take_images(
     }
     #[cfg(feature = "gpu")]
     if let Some(gpu) = &mut gpu {
-        let mut shots: Vec<&mut Shot> =
-            buffers.jobs.iter_mut().filter(|job| job.is_gpu).map(|job| &mut job.shot).collect();
-        if !shots.is_empty()
-            && let Err(error) = gpu.get().draw(&scene, &mut shots)
+        let mut requests: Vec<&mut ImageRequest> =
+            buffers.jobs.iter_mut().filter(|job| job.is_gpu).map(|job| &mut job.request).collect();
+        if !requests.is_empty()
+            && let Err(error) = gpu.get().draw(&scene, &mut requests)
         {
             error!("no camera images in cycle {}: {error}", clock.cycle);
-            shots.iter_mut().for_each(|shot| shot.image.clear());
+            requests.iter_mut().for_each(|request| request.image.clear());
         }
     }
     let prepared = &buffers.prepared;
     jobs::for_each(*threads, &mut buffers.workers, &mut buffers.jobs, |worker, job| {
-        let shot = &mut job.shot;
+        let request = &mut job.request;
         if !job.is_gpu {
-            worker.renderer.draw(&prepared[shot.design as usize], &shot.view, shot.layers, &mut shot.image);
+            worker.renderer.draw(&prepared[request.design as usize], &request.view, request.layers, &mut request.image);
         }
-        job.noise.apply(&mut shot.image, &mut worker.noise_buffer);
+        job.noise.apply(&mut request.image, &mut worker.noise_buffer);
     });
     for job in buffers.jobs.drain(..) {
         if let Ok((.., mut images, _)) = robots.get_mut(job.robot) {
-            *images.side_mut(job.side) = job.shot.image;
+            *images.side_mut(job.side) = job.request.image;
         }
     }
 }

@@ -38,15 +38,15 @@ impl Plugin for InvariantPlugin {
 /// A robot as the invariants see it.
 #[derive(Clone, Copy, Debug)]
 pub struct RobotState {
-    /// Who.
+    /// Team and number.
     pub id: RobotId,
-    /// Where.
+    /// Where it is at the end of the cycle, pitch frame.
     pub pose: Pose,
-    /// Where at the start of the cycle.
+    /// Where it was at the start of the cycle, pitch frame.
     pub previous: Pose,
-    /// How fast.
+    /// Its velocity at the end of the cycle, m/s, pitch frame.
     pub velocity: Velocity,
-    /// How large.
+    /// The outlines of its body, robot frame.
     pub bounds: BodyBounds,
 }
 
@@ -64,13 +64,13 @@ struct Mind {
 /// The ball as the invariants see it.
 #[derive(Clone, Copy, Debug)]
 pub struct BallState {
-    /// Where, m.
+    /// Its centre at the end of the cycle, m, pitch frame.
     pub position: Vec2,
-    /// Where at the start of the cycle, m.
+    /// Its centre at the start of the cycle, m, pitch frame.
     pub previous: Vec2,
-    /// How fast, m/s.
+    /// Its velocity at the end of the cycle, m/s, pitch frame.
     pub velocity: Vec2,
-    /// Radius, m.
+    /// Its radius, m.
     pub radius: f32,
 }
 

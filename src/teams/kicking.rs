@@ -47,7 +47,7 @@ pub fn stand_for(kick_type: KickType, ball: Vec2, direction: Vec2) -> (Vec2, Vec
 /// A kick to prepare.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct KickPlan {
-    /// Which kick.
+    /// The kind of kick, and with which foot.
     pub kick_type: KickType,
     /// Where to stand, m, team frame.
     pub position: Vec2,

@@ -26,7 +26,7 @@ use crate::team::RobotId;
 pub struct Player<'a> {
     /// Who it is.
     pub id: RobotId,
-    /// What it thinks.
+    /// What it believes.
     pub belief: &'a Belief,
     /// What its team-mates told it in this cycle.
     pub heard: &'a [ReceivedMessage],
@@ -42,9 +42,9 @@ pub struct Player<'a> {
     pub limits: &'a MotionLimits,
     /// How far it kicks.
     pub kicks: &'a KickSettings,
-    /// The pitch.
+    /// The pitch that is played on.
     pub pitch: &'a Pitch,
-    /// The rules.
+    /// The rules that are played by.
     pub rules: &'a Rules,
     /// Duration of a cycle, s.
     pub period: f32,

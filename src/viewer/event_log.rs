@@ -45,7 +45,7 @@ pub struct LogEntry {
 pub struct BallTouch {
     /// When, s since the start.
     pub time_s: f64,
-    /// Who.
+    /// The robot that touched it.
     pub robot: RobotId,
     /// Whether it was a kick.
     pub kick: bool,

@@ -74,7 +74,7 @@ pub struct SensedScene {
     gaits: BTreeMap<RobotId, Gait>,
 }
 
-/// The images.
+/// What the cameras saw that someone looks at.
 #[derive(Resource, Default)]
 pub struct EyeImages {
     /// Each with the cycle in which it was taken.

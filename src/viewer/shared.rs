@@ -107,7 +107,7 @@ pub enum Choice {
     Next,
     /// The one before.
     Previous,
-    /// None.
+    /// No robot is selected.
     Nobody,
 }
 

@@ -249,7 +249,7 @@ fn abilities() -> impl Strategy<Value = Abilities> {
             noise,
             ..SonarSettings::default()
         });
-    let odometry = [within(0.0..=10.0), within(0.0..=6.28), within(0.0..=6.28), within(0.0..=10.0), within(0.0..=10.0)]
+    let odometry = [within(0.0..=10.0), within(0.0..=6.2), within(0.0..=6.2), within(0.0..=10.0), within(0.0..=10.0)]
         .prop_map(|[translation_sd_m, heading_per_metre_sd, rotation_sd, translation_scale, rotation_scale]| {
             OdometrySettings {
                 noise: OdometryNoise {
@@ -301,7 +301,7 @@ fn abilities() -> impl Strategy<Value = Abilities> {
     let limits = |most: f32| {
         (within(-most..=most), within(-most..=most)).prop_map(|(one, other)| [one.min(other), one.max(other)])
     };
-    let head = (limits(3.14), limits(1.57), degrees(0.0..=3600.0)).prop_map(|(yaw, pitch, max_speed)| HeadLimits {
+    let head = (limits(3.1), limits(1.5), degrees(0.0..=3600.0)).prop_map(|(yaw, pitch, max_speed)| HeadLimits {
         yaw,
         pitch,
         max_speed,

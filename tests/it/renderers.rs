@@ -15,8 +15,7 @@ use naoisis::robot::body::BodyBounds;
 use naoisis::robot::head::HeadAngles;
 use naoisis::scenario::Scenario;
 use naoisis::sensing::camera::gpu::{GpuError, GpuRenderer};
-use naoisis::sensing::camera::image::{Image, Layers};
-use naoisis::sensing::camera::shot::Shot;
+use naoisis::sensing::camera::image::{Image, ImageRequest, Layers};
 use naoisis::sensing::camera::software::{Detail, PreparedScene, Renderer};
 use naoisis::sensing::camera::{CameraImages, CameraRendering, CameraSettings};
 use naoisis::simulation::{MatchApp, NaoisisPlugins};
@@ -53,17 +52,17 @@ fn random_scene(dice: &mut RandomStream) -> Scene {
     scene
 }
 
-fn shot(scene: &Scene, index: usize) -> Shot {
+fn shot(scene: &Scene, index: usize) -> ImageRequest {
     let robot = scene.robots[0];
     let camera = CameraView::both(CameraIntrinsics::from(&CameraSettings::default()), robot.head)[index % 2];
     let mut view = View::of_robot(&camera, robot.world_from_robot(), robot.id);
     view.shadows = index.is_multiple_of(3);
     let design = if index % 4 < 2 { RobotDesign::Nao } else { RobotDesign::Simple };
-    Shot { view, design, layers: Layers::ALL, image: Image::default() }
+    ImageRequest { view, design, layers: Layers::ALL, image: Image::default() }
 }
 
 /// A picture of the graphics card, and the same in software.
-fn draw_by_both(gpu: &mut GpuRenderer, scene: &Scene, index: usize) -> (Shot, Image) {
+fn draw_by_both(gpu: &mut GpuRenderer, scene: &Scene, index: usize) -> (ImageRequest, Image) {
     let mut shot = shot(scene, index);
     gpu.draw(scene, &mut [&mut shot]).expect("a picture");
     let mut prepared = PreparedScene::default();

@@ -4,6 +4,8 @@ use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::appearance::Label;
+use crate::appearance::robot::RobotDesign;
+use crate::appearance::view::View;
 
 /// A picture, row by row from the top, each from left to right.
 // Read from a saved match in one piece: a byte of it would take fifty, were each reflected on its own.
@@ -35,6 +37,19 @@ pub struct Layers {
 impl Layers {
     /// Everything.
     pub const ALL: Layers = Layers { labels: true, depth: true };
+}
+
+/// A picture to be drawn.
+#[derive(Debug)]
+pub struct ImageRequest {
+    /// Where it is taken from, and what it does not show.
+    pub view: View,
+    /// How robots look.
+    pub design: RobotDesign,
+    /// What is wanted besides colours.
+    pub layers: Layers,
+    /// The picture; its memory is used again.
+    pub image: Image,
 }
 
 impl Image {

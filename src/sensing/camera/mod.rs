@@ -31,7 +31,6 @@ use crate::pitch::Pitch;
 pub mod gpu;
 pub mod image;
 pub mod noise;
-pub mod shot;
 pub mod software;
 
 use image::Image;

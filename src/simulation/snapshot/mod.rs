@@ -77,7 +77,7 @@ pub enum SnapshotError {
     /// The state is that of no match.
     #[error("{what}: {message}; expected a match as it was saved")]
     Impossible {
-        /// Whose state.
+        /// The robot, ball or resource whose state it is.
         what: String,
         /// What is wrong with it.
         message: String,
@@ -88,15 +88,15 @@ pub enum SnapshotError {
     /// The file cannot be read or written.
     #[error("{path}: {error}")]
     Io {
-        /// The file.
+        /// The file that was to be read or written.
         path: PathBuf,
-        /// Why.
+        /// What the system says.
         error: io::Error,
     },
     /// The file is no snapshot, or has types that are not registered here.
     #[error("{path}: {message}; expected a snapshot, as `naoisis run --save` writes it")]
     NotASnapshot {
-        /// The file.
+        /// The file that was to be read or written.
         path: PathBuf,
         /// What is wrong with it.
         message: String,

@@ -73,7 +73,7 @@ pub struct LookAt(pub Vec2);
 /// The part of the window, from the left, that a panel covers, logical pixels: the match is shown beside it.
 #[derive(Resource, Clone, Copy, PartialEq, Debug, Default)]
 pub struct Covered {
-    /// Now.
+    /// Its value in this frame.
     pub now: f32,
     /// As the camera has it: it gets there smoothly.
     eased: f32,
@@ -91,7 +91,7 @@ pub enum CameraMode {
     Ball,
     /// The selected robot, which had this heading last.
     Robot {
-        /// Radians.
+        /// Counter-clockwise from +x, radians, pitch frame.
         heading: f32,
     },
     /// A camera of the selected robot.

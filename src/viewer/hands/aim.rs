@@ -52,7 +52,7 @@ pub enum Held {
 /// How something is held.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Grip {
-    /// What.
+    /// What is held.
     pub held: Held,
     /// Where it is, pitch frame.
     pub pose: Pose,

@@ -1,4 +1,4 @@
-//! Bodies, ways and plans of robots.
+//! Bodies, ways and plans of robots, and what their behaviours draw.
 
 use bevy::prelude::*;
 
@@ -187,5 +187,37 @@ fn dashes(start: Vec2, end: Vec2, colour: Color, brush: &mut Brush) {
     for dash in 0..count {
         let from = dash as f32 * DASH_M;
         brush.line(start + from * direction, start + (from + 0.6 * DASH_M).min(length) * direction, colour);
+    }
+}
+
+/// What behaviours draw, but for the places where robots mean to go: those have a switch of their own.
+pub(super) fn draw_drawings(
+    showing: Showing,
+    game: Res<Game>,
+    robots: Query<(&RobotId, &Pose, &PreviousPose, &Penalty, &Drawings)>,
+    mut brush: Brush,
+) {
+    if !showing.any(Overlay::Drawings) {
+        return;
+    }
+    for (id, pose, previous, penalty, drawings) in &robots {
+        if !showing.shows(Overlay::Drawings, *id, penalty) {
+            continue;
+        }
+        let (place, own_end) = (showing.place(pose, previous), game.own_end(id.team));
+        for drawing in drawings.iter() {
+            let on_pitch = |point: Vec2| match drawing.frame {
+                Frame::Team => point_pitch_from_team(point, own_end),
+                Frame::Robot => place.transform_point(point),
+            };
+            let colour = palette::ink(drawing.ink);
+            match &drawing.shape {
+                DrawnShape::Line { start_m, end_m } => brush.line(on_pitch(*start_m), on_pitch(*end_m), colour),
+                DrawnShape::Circle { centre_m, radius_m } => brush.circle(on_pitch(*centre_m), *radius_m, colour),
+                DrawnShape::Text { position_m, words } => brush.words(on_pitch(*position_m), words.clone(), colour),
+                // Those have a switch of their own.
+                DrawnShape::Target { .. } => {}
+            }
+        }
     }
 }

@@ -20,7 +20,6 @@ use crate::team::RobotId;
 mod beliefs;
 mod bodies;
 pub mod brush;
-mod drawn;
 pub mod geometry;
 pub mod panel;
 mod senses;
@@ -55,7 +54,7 @@ impl Plugin for OverlaysPlugin {
                     senses::draw_sonars,
                     senses::draw_percepts,
                     beliefs::draw_beliefs,
-                    drawn::draw_drawings,
+                    bodies::draw_drawings,
                 )
                     .chain()
                     .in_set(OverlaySystems)
@@ -149,7 +148,7 @@ pub struct Shows {
     pub all: bool,
     /// Of the selected one.
     pub selected: bool,
-    /// Of these.
+    /// Of these robots, whether they are selected or not.
     pub robots: BTreeSet<RobotId>,
 }
 
@@ -157,7 +156,7 @@ pub struct Shows {
 #[derive(Resource, Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Overlays {
-    /// Of robots.
+    /// What is drawn of robots, and of which.
     pub of_robots: BTreeMap<Overlay, Shows>,
     /// Who touched the ball last.
     pub last_touch: bool,

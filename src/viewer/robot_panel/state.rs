@@ -21,14 +21,14 @@ const LONGEST_VALUE: usize = 120;
 pub struct BehaviourState {
     /// Its name; none of a robot that has none.
     pub name: Option<String>,
-    /// Its components.
+    /// The behaviour's components on the robot.
     pub components: Vec<StateComponent>,
 }
 
 /// A component that a behaviour keeps its state in.
 #[derive(Clone, PartialEq, Debug)]
 pub struct StateComponent {
-    /// Its type.
+    /// The short name of its type.
     pub name: String,
     /// Its fields and their values; of a component that does not derive `Reflect`, why there is none.
     pub fields: Vec<(String, String)>,

@@ -41,7 +41,7 @@ pub fn place(place: Vec2) -> String {
     format!("{}, {} m", decimal(place.x), decimal(place.y))
 }
 
-/// A pose.
+/// A pose in metres and degrees.
 pub fn pose(pose: Pose) -> String {
     format!("{}, {}", place(pose.position), degrees(pose.heading))
 }
@@ -189,7 +189,7 @@ pub fn belief(belief: &Belief, error: Option<&BeliefError>, own_end: End) -> Vec
     entries
 }
 
-/// A message.
+/// A team message on one line.
 pub fn message(message: &TeamMessage) -> String {
     let TeamMessage { pose: own, ball_m, robots_m, intention, payload } = message;
     let robots = (!robots_m.is_empty()).then(|| format!("{} robots", robots_m.len()));

@@ -27,7 +27,7 @@ mod material;
 mod read_back;
 mod render_scene;
 
-use super::shot::Shot;
+use super::image::ImageRequest;
 use super::software::NEAR;
 use crate::appearance::scene::Scene;
 use crate::appearance::view::View;
@@ -170,13 +170,13 @@ impl GpuRenderer {
     ///
     /// # Errors
     /// When one is too large, or the adapter fails. The pictures are not to be used then.
-    pub fn draw(&mut self, scene: &Scene, shots: &mut [&mut Shot]) -> Result<(), GpuError> {
+    pub fn draw(&mut self, scene: &Scene, requests: &mut [&mut ImageRequest]) -> Result<(), GpuError> {
         // Distances are a picture of their own.
         let mut passes: Vec<(usize, SceneVariant)> = Vec::new();
-        for (index, shot) in shots.iter().enumerate() {
-            let variant = SceneVariant { design: shot.design, shadows: shot.view.shadows, depth: false };
+        for (index, request) in requests.iter().enumerate() {
+            let variant = SceneVariant { design: request.design, shadows: request.view.shadows, depth: false };
             passes.push((index, variant));
-            if shot.layers.depth {
+            if request.layers.depth {
                 passes.push((index, SceneVariant { depth: true, ..variant }));
             }
         }
@@ -184,7 +184,7 @@ impl GpuRenderer {
         let world = self.apps.main.world_mut();
         let mut is_new = self.render_scene.set(world, scene, &variants)?;
         for (number, (index, variant)) in passes.iter().enumerate() {
-            is_new |= self.aim(number, &shots[*index].view, *variant)?;
+            is_new |= self.aim(number, &requests[*index].view, *variant)?;
         }
         for camera in &self.cameras[passes.len()..] {
             if let Some(mut unused) = self.apps.main.world_mut().get_mut::<Camera>(camera.entity) {
@@ -197,12 +197,12 @@ impl GpuRenderer {
         }
         let samples = read_back(render_world(&mut self.apps)?, &mut self.cameras[..passes.len()])?;
         for ((index, variant), samples) in passes.iter().zip(&samples) {
-            let shot = &mut shots[*index];
+            let request = &mut requests[*index];
             if variant.depth {
-                shot.image.depth_m.clear();
-                take_depth(samples, &shot.view, &mut shot.image);
+                request.image.depth_m.clear();
+                take_depth(samples, &request.view, &mut request.image);
             } else {
-                take_colours(samples, &shot.view, shot.layers, &mut shot.image);
+                take_colours(samples, &request.view, request.layers, &mut request.image);
             }
         }
         Ok(())

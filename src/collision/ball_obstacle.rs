@@ -1,0 +1,103 @@
+//! What the ball can bounce off: posts, bars and the bases of robots that walk.
+
+use bevy::prelude::*;
+
+use super::footprints::distance_from_segment;
+use crate::geometry::{Pose, wrap_angle};
+use crate::robot::body::BodyBox;
+
+/// What the ball can bounce off.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum BallObstacle {
+    /// A post.
+    Cylinder {
+        /// Its centre, m, pitch frame.
+        centre: Vec2,
+        /// Radius, m.
+        radius: f32,
+    },
+    /// A bar that lies on the ground.
+    Bar {
+        /// One end of its axis, m.
+        start: Vec2,
+        /// The other end, m.
+        end: Vec2,
+        /// Radius, m.
+        radius: f32,
+    },
+    /// The base of a robot that walks from one pose to another during the cycle.
+    Base {
+        /// At the start of the cycle.
+        start: Pose,
+        /// At its end.
+        end: Pose,
+        /// The base's box.
+        base: BodyBox,
+    },
+}
+
+impl BallObstacle {
+    pub(super) fn pose_at(start: Pose, end: Pose, share: f32) -> Pose {
+        if share >= 1.0 {
+            return end;
+        }
+        Pose {
+            position: start.position.lerp(end.position, share),
+            heading: wrap_angle(start.heading + wrap_angle(end.heading - start.heading) * share),
+        }
+    }
+
+    /// Distance of a point from the surface (negative inside) and the outward normal, at this share of the cycle.
+    pub(super) fn signed_distance(&self, point: Vec2, share: f32) -> (f32, Vec2) {
+        match *self {
+            BallObstacle::Cylinder { centre, radius } => {
+                let offset = point - centre;
+                (offset.length() - radius, offset.normalize_or(Vec2::X))
+            }
+            BallObstacle::Bar { start, end, radius } => {
+                let (distance, normal) = distance_from_segment(start, end, point);
+                (distance - radius, normal)
+            }
+            BallObstacle::Base { start, end, base } => {
+                base.footprint(Self::pose_at(start, end, share)).signed_distance(point)
+            }
+        }
+    }
+
+    /// Velocity of the obstacle's surface at a point, m/s, for a cycle of `duration` seconds.
+    pub(super) fn velocity_at(&self, point: Vec2, share: f32, duration: f32) -> Vec2 {
+        let BallObstacle::Base { start, end, .. } = *self else { return Vec2::ZERO };
+        let angular = wrap_angle(end.heading - start.heading) / duration;
+        let arm = point - start.position.lerp(end.position, share);
+        (end.position - start.position) / duration + arm.perp() * angular
+    }
+
+    /// A bound on the speed of any point of the surface, m/s.
+    pub(super) fn greatest_speed(&self, duration: f32) -> f32 {
+        let BallObstacle::Base { start, end, base } = *self else { return 0.0 };
+        let turn = wrap_angle(end.heading - start.heading).abs();
+        (start.position.distance(end.position) + turn * base.reach()) / duration
+    }
+
+    pub(super) fn is_moving(&self) -> bool {
+        matches!(self, BallObstacle::Base { start, end, .. } if start != end)
+    }
+
+    /// Whether a ball at this place could touch the obstacle at any time of the cycle.
+    pub(super) fn is_near(&self, place: Vec2, ball_radius: f32) -> bool {
+        let (centre, radius) = self.bounds();
+        let reach = radius + ball_radius;
+        centre.distance_squared(place) <= reach * reach
+    }
+
+    /// A circle that holds the obstacle during the whole cycle.
+    pub(super) fn bounds(&self) -> (Vec2, f32) {
+        match *self {
+            BallObstacle::Cylinder { centre, radius } => (centre, radius),
+            BallObstacle::Bar { start, end, radius } => (start.midpoint(end), start.distance(end) / 2.0 + radius),
+            BallObstacle::Base { start, end, base } => {
+                (start.position.midpoint(end.position), start.position.distance(end.position) / 2.0 + base.reach())
+            }
+        }
+    }
+}
