@@ -69,7 +69,7 @@ enum Command {
     /// Watch a match in a window; the same as no command
     Play(play::PlayArguments),
     /// Run a match headless, as fast as it goes
-    Run(run_arguments::RunArguments),
+    Run(Box<run_arguments::RunArguments>),
     /// Watch a match that a trace was written of
     Replay(replay::ReplayArguments),
     /// Play many matches with different seeds, on all cores

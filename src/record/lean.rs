@@ -59,7 +59,7 @@ fn write_number<W: ?Sized + Write>(writer: &mut W, number: f64, places: usize) -
     }
     let least = POWERS[LEAST_DIGITS - 1] as f64;
     let mut places = places;
-    while places >= PLACES && places < MOST_PLACES && size * (POWERS[places] as f64) < least {
+    while (PLACES..MOST_PLACES).contains(&places) && size * (POWERS[places] as f64) < least {
         places += 1;
     }
     let scaled = (size * POWERS[places] as f64).round() as u64;
@@ -110,16 +110,16 @@ mod tests {
 
     #[test]
     fn numbers_have_the_digits_that_mean_something() {
-        let single = [0.0_f32, -0.0, 1.0, -0.1, 3.141_592_7, 12.345_678, -160.234_56, 123_456.78, 9_876_543.0, 1e20];
+        let single = [0.0_f32, -0.0, 1.0, -0.1, 2.718_301_8, 12.345_678, -160.234_56, 123_456.78, 9_876_543.0, 1e20];
         assert_eq!(
             single.map(lean),
-            ["0.0", "0.0", "1.0", "-0.1", "3.14159", "12.3457", "-160.235", "123457.0", "9876543.0", "1e+20"]
+            ["0.0", "0.0", "1.0", "-0.1", "2.7183", "12.3457", "-160.235", "123457.0", "9876543.0", "1e+20"]
         );
         assert_eq!(
             [0.009_876_54_f32, 1.234_5e-5, -1.234_5e-9, 1e-15].map(lean),
             ["0.00988", "0.0000123", "-0.00000000123", "0.0"]
         );
-        assert_eq!([1199.966_666_666, 179.999_994, 1.0 / 3.0].map(lean), ["1199.96667", "179.99999", "0.33333"]);
+        assert_eq!([1_199.966_666_666, 179.999_994, 1.0 / 3.0].map(lean), ["1199.96667", "179.99999", "0.33333"]);
         assert_eq!(lean(f32::NAN), "null");
         assert_eq!(lean((7_u64, "1.2345678")), r#"[7,"1.2345678"]"#);
     }
