@@ -69,7 +69,7 @@
 //! | `simulation` | a match: its start, settings, saved state |
 //! | `record` | what is written of a match: traces, pictures, films |
 //! | `batch` | many matches |
-//! | `figures` `viewer` | pictures of the paper; the window |
+//! | `trials` `figures` `viewer` | robots measured beside real ones; pictures of the paper; the window |
 //! | `cli` | the commands |
 //! | `prelude` `guide` | for whoever builds on it |
 //!
@@ -118,6 +118,7 @@ pub mod simulation;
 pub mod statistics;
 pub mod team;
 pub mod teams;
+pub mod trials;
 #[cfg(feature = "viewer")]
 pub mod viewer;
 

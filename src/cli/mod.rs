@@ -44,6 +44,7 @@ mod logs;
 mod outputs;
 mod pictures;
 mod play;
+mod realism;
 mod recording;
 mod recordings;
 mod replay;
@@ -80,6 +81,8 @@ enum Command {
     Figures(figures::FiguresArguments),
     /// List what comes with the program
     List(list::ListArguments),
+    /// Measure what simulated robots do when they are realistic, beside what real ones do
+    Realism(realism::RealismArguments),
     /// Measure image vision: what it finds in pictures of random scenes, against what is there
     Vision(vision::VisionArguments),
 }
@@ -103,6 +106,7 @@ pub fn run(extend: impl Fn(&mut App) + Sync) -> ExitCode {
         Some(Command::Check(arguments)) => check::check(&arguments, &mut program.simulator()),
         Some(Command::Figures(arguments)) => figures::figures(&arguments),
         Some(Command::List(arguments)) => list::list(&arguments, program.simulator_with(RecordPlugin).world()),
+        Some(Command::Realism(arguments)) => realism::realism(&arguments),
         Some(Command::Vision(arguments)) => vision::vision(&arguments),
         None => play::play(program, &play::PlayArguments::default()),
     }

@@ -1,0 +1,86 @@
+//! `naoisis realism`: what simulated robots do, measured, beside what real ones do.
+
+use clap::Args;
+use core::fmt::Write;
+use std::process::ExitCode;
+
+use super::interrupt::Interrupt;
+use super::report;
+use super::terminal::Printer;
+use crate::scenario::wording::{did_you_mean, one_of, quoted};
+use crate::scenario::{MODELS, RobotModel};
+use crate::trials::{self, Quantity};
+
+/// A measured figure that is farther from the real one is pointed at, as a share of it.
+const FAR: f64 = 0.15;
+
+/// Arguments of `naoisis realism`.
+#[derive(Args, Debug, Clone)]
+pub struct RealismArguments {
+    /// A model of a robot (see `naoisis list models`) [default: a table for each]
+    #[arg(long, value_name = "MODEL")]
+    robot: Option<String>,
+    /// How often each walk and kick is repeated, with another seed
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(2..=100_000))]
+    repetitions: u32,
+}
+
+/// Tries the robots and prints the tables.
+pub fn realism(arguments: &RealismArguments) -> ExitCode {
+    let names: Vec<&str> = MODELS.iter().map(|model| model.name).collect();
+    let chosen: Vec<&str> = match &arguments.robot {
+        None => names,
+        Some(name) if names.contains(&name.as_str()) => vec![name.as_str()],
+        Some(name) => {
+            let meant = did_you_mean(name, names.iter().copied());
+            let message = format!("--robot: there is no model {}{meant}; expected {}", quoted(name), one_of(names));
+            return report::usage_error(&message);
+        }
+    };
+    // There is nothing to be closed.
+    if let Err(message) = Interrupt::end_at_once() {
+        return report::failure(&message);
+    }
+    let mut printer = Printer::default();
+    for model in chosen.into_iter().filter_map(RobotModel::named) {
+        match trials::measure(&model, arguments.repetitions) {
+            Ok(quantities) => printer.print(table(&model, &quantities)),
+            Err(error) => return report::failure(&error.to_string()),
+        }
+        if printer.is_closed() {
+            break;
+        }
+    }
+    printer.finish(ExitCode::SUCCESS)
+}
+
+/// The table of a model. What is far off is marked by `!`, what no source gives by `?`.
+fn table(model: &RobotModel, quantities: &[Quantity]) -> String {
+    let names: Vec<String> = quantities
+        .iter()
+        .map(|quantity| match quantity.unit {
+            "" => quantity.name.to_owned(),
+            unit => format!("{}, {unit}", quantity.name),
+        })
+        .collect();
+    let width = names.iter().map(|name| name.chars().count()).max().unwrap_or_default();
+    let mut text = format!("{}: {}\n", model.name, model.description);
+    let _ = writeln!(text, "  {:width$}  simulated      real  difference    source", "quantity");
+    for (name, quantity) in names.iter().zip(quantities) {
+        let mark = match quantity {
+            quantity if quantity.difference().abs() > FAR => '!',
+            quantity if quantity.is_guess() => '?',
+            _ => ' ',
+        };
+        let _ = writeln!(
+            text,
+            "  {name:width$}  {:9.3} {:9.3}  {:+8.1} % {mark}  {}",
+            quantity.measured,
+            quantity.real,
+            100.0 * quantity.difference(),
+            quantity.source
+        );
+    }
+    text.push_str("  ! is farther from the real figure than 15 %; ? is a guess, for which no source is known\n\n");
+    text
+}

@@ -1,0 +1,106 @@
+//! Trials of kicks, and of the ball that they send rolling.
+
+use serde_json::json;
+
+use super::{Laboratory, Quantity, TRIED, TrialError, deviation_of, mean_of};
+use crate::ball::Rolling;
+use crate::cycle::CycleClock;
+use crate::events::MatchEvent;
+use crate::geometry::{to_degrees, wrap_angle};
+use crate::robot::kick::KickPhase;
+use crate::scenario::RobotModel;
+use crate::simulation::MatchApp;
+
+/// What came of kicks of a type.
+#[derive(Default)]
+struct Kicks {
+    /// How far the ball rolled, m.
+    distances: Vec<f64>,
+    /// How far off the direction was, degrees.
+    directions: Vec<f64>,
+    /// When it left, s after the command.
+    departures: Vec<f64>,
+    /// When the robot was ready again, s after the command.
+    ready: Vec<f64>,
+}
+
+/// Lets a robot kick a ball at `place`, and waits until it rests.
+fn kick(laboratory: &mut Laboratory, kick_type: &str, place: [f32; 2], repetitions: u32) -> Result<Kicks, TrialError> {
+    /// Longer than any ball rolls.
+    const LONGEST_S: f64 = 40.0;
+
+    let mut kicks = Kicks::default();
+    for seed in 1..=repetitions.max(2) {
+        let script = json!({ "script": [{ "from_s": 0, "kick": { "type": kick_type } }] });
+        laboratory.begin(json!({
+            "seed": seed, "ball": { "position_m": place },
+            // The ball is free to roll as far as it does.
+            "field": { "preset": "spl2025", "length_m": 18, "width_m": 12 },
+            "robots": [{ "team": "blue", "number": 1, "behaviour": script }],
+        }))?;
+        let start = laboratory.app.ball().unwrap_or_default().position;
+        let cycles = laboratory.cycles(LONGEST_S);
+        let period_s = laboratory.period_s();
+        let (mut direction, mut is_ready) = (None, false);
+        laboratory.app.run_until(cycles, |app| {
+            let cycle = app.world().resource::<CycleClock>().cycle;
+            for event in app.events() {
+                if let MatchEvent::Kick { direction: Some(angle), .. } = event {
+                    direction = Some(*angle);
+                    // It leaves within the cycle that has just ended.
+                    kicks.departures.push((cycle - 1) as f64 * period_s);
+                }
+            }
+            if !is_ready && direction.is_some() && app.robot::<KickPhase>(TRIED) == Some(&KickPhase::Ready) {
+                is_ready = true;
+                kicks.ready.push(cycle as f64 * period_s);
+            }
+            is_ready && app.ball_velocity().is_none_or(|velocity| velocity.length() == 0.0)
+        });
+        let end = laboratory.app.ball().unwrap_or_default().position;
+        kicks.distances.push(f64::from(end.distance(start)));
+        kicks.directions.extend(direction.map(|angle| f64::from(to_degrees(wrap_angle(angle)))));
+    }
+    Ok(kicks)
+}
+
+/// Distances, spreads and times of kicks, and how the ball slows down.
+///
+/// # Errors
+/// When the model makes no scenario.
+pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<Quantity>, TrialError> {
+    let mut laboratory = Laboratory::new(model);
+    let straight = kick(&mut laboratory, "right_straight", [0.16, -0.05], repetitions)?;
+    let side = kick(&mut laboratory, "left_side", [0.16, 0.05], repetitions)?;
+    laboratory.begin(json!({ "ball": { "position_m": [-3, 0], "velocity_mps": [1, 0] } }))?;
+    let second = laboratory.cycles(1.0);
+    laboratory.app.run_cycles(second);
+    let speed_left = f64::from(laboratory.app.ball_velocity().unwrap_or_default().length());
+
+    let real = laboratory.scenario(json!({}))?;
+    let (kicks, rolling) = (real.kicks, real.ball.unwrap_or_default().rolling);
+    // The way of a ball grows with its speed, or with the square of it where it slows down evenly: so does its spread.
+    let distance_spread = match rolling {
+        Rolling::ExponentialPerS(_) => kicks.speed_sd,
+        Rolling::ConstantMps2(_) => 2.0 * kicks.speed_sd,
+    };
+    let relative_spread = deviation_of(&straight.distances) / mean_of(&straight.distances);
+    let whole_s = kicks.wind_up_s + kicks.recovery_s;
+    let quantity = |name, unit, measured, real: f32, path| laboratory.quantity(name, unit, measured, real.into(), path);
+    let right = kicks.right_straight.max_distance_m;
+    Ok(vec![
+        quantity("straight kick", "m", mean_of(&straight.distances), right, "kicks.right_straight"),
+        quantity("side kick", "m", mean_of(&side.distances), kicks.left_side.max_distance_m, "kicks.left_side"),
+        quantity("spread of a kick's way, of the whole", "", relative_spread, distance_spread, "kicks.speed_sd"),
+        quantity(
+            "spread of a kick's direction",
+            "°",
+            deviation_of(&straight.directions),
+            to_degrees(kicks.direction_sd),
+            "kicks.direction_sd_deg",
+        ),
+        quantity("command to ball's departure", "s", mean_of(&straight.departures), kicks.wind_up_s, "kicks.wind_up_s"),
+        quantity("command to ready again", "s", mean_of(&straight.ready), whole_s, "kicks.recovery_s"),
+        quantity("ball's speed after a second from 1 m/s", "m/s", speed_left, rolling.advance(1.0, 1.0).1, "ball"),
+    ])
+}
