@@ -252,9 +252,10 @@ fn print_summaries(printer: &mut Printer, sweep: &Sweep, rows: &mut [MatchRow]) 
     rows.sort_by_key(|row| (row.variant, row.index));
     for rows in rows.chunk_by(|one, other| combination(one) == combination(other)) {
         let settings = rows.first().map(|row| sweep.words(row.variant)).unwrap_or_default();
-        if !settings.is_empty() {
-            printer.print(format_args!("{settings}\n"));
-        }
+        // Whoever prints a result says how real it is.
+        let realism = sweep.common_realism().map(|realism| format!("realism {realism}"));
+        let heading: Vec<String> = realism.into_iter().chain((!settings.is_empty()).then_some(settings)).collect();
+        printer.print(format_args!("{}\n", heading.join(", ")));
         match sweep.pairs() {
             Some(pairs) => {
                 let rows = rows.iter().filter_map(|row| Some((row, sweep.pairing(row.variant)?)));
@@ -270,9 +271,7 @@ fn print_summaries(printer: &mut Printer, sweep: &Sweep, rows: &mut [MatchRow]) 
 
 /// How many matches there are, and how fast those were that were played now.
 fn what_was_played(batch: &Batch<Sweep>, rows: &[MatchRow], earlier: usize, wall_s: f64) -> String {
-    // Where it differs, each summary says it.
-    let realism = batch.variants.common_realism().map(|realism| format!(", realism {realism}")).unwrap_or_default();
-    let of_all = format!("{} of {} matches{realism}", rows.len(), batch.len());
+    let of_all = format!("{} of {} matches", rows.len(), batch.len());
     let played = &rows[earlier.min(rows.len())..];
     if played.is_empty() {
         return match earlier {

@@ -4,9 +4,8 @@ use serde::Deserialize;
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
 
-use super::format::Format;
-use super::presets::Preset;
-use super::read::read;
+use super::preset::Preset;
+use super::shape;
 
 /// The models that come with the program: `assets/robots`.
 pub const MODELS: &[Preset] = &[
@@ -34,7 +33,7 @@ impl RobotModel {
     pub fn named(name: &str) -> Option<RobotModel> {
         let preset = MODELS.iter().find(|preset| preset.name == name)?;
         // A test reads every embedded file.
-        read(preset.text, Format::Ron).ok().and_then(|value| serde_json::from_value(value).ok())
+        shape::read(&preset.value()).ok()
     }
 
     /// A model of which nothing is known.

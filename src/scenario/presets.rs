@@ -6,9 +6,8 @@ use serde_json::{Map, Value, json};
 
 use super::fault::ScenarioFault;
 use super::field_path::FieldPath;
-use super::format::Format;
 use super::models::{MODELS, RobotModel};
-use super::read::read;
+use super::preset::Preset;
 use super::realism::{Realism, Realisms};
 use super::shape;
 use super::types::{BallSpec, Scenario};
@@ -18,22 +17,6 @@ use crate::pitch::Pitch;
 use crate::sensing::odometry::OdometryNoise;
 use crate::sensing::vision::VisionNoise;
 use crate::team::Team;
-
-/// A named set of values, as a file in RON that is embedded in the program.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Preset {
-    /// The name by which scenarios refer to it.
-    pub name: &'static str,
-    /// The file's text.
-    pub text: &'static str,
-}
-
-impl Preset {
-    fn value(&self) -> Value {
-        // A test reads every embedded file.
-        read(self.text, Format::Ron).unwrap_or_default()
-    }
-}
 
 /// The fields that come with the program: `assets/fields`.
 pub const FIELD_PRESETS: &[Preset] = &[

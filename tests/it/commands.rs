@@ -58,7 +58,7 @@ fn the_match_report_says_what_was_decided_why_and_what_would_have_changed_it() {
     let output = naoisis(folder.path(), &["run", "goal.json", "--explain"]);
     let report = text(&output.stdout);
     let lines: Vec<&str> = report.lines().collect();
-    assert_eq!(lines[0], "a goal. Rules naoisis, seed 1.");
+    assert_eq!(lines[0], "a goal. Rules naoisis, realism paper, seed 1.");
     assert_eq!(lines[1].split_whitespace().collect::<Vec<_>>(), ["time", "to", "play", "decision"]);
     // x = 2.5 + 4 (1 - exp(-0.5 t)) passes 3.025 + 0.03 after 0.298 s, in the ninth cycle of 1/30 s.
     let goal = lines.iter().position(|line| line.ends_with("Goal for blue.")).unwrap();

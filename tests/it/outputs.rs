@@ -81,9 +81,9 @@ fn a_link_to_the_scenario_is_the_scenario() {
         }
         assert_eq!(fs::read(&scenario).unwrap(), before);
     }
-    let (status, said) = run(folder.path(), &["--trace", "one", "--beliefs", "./one"]);
+    let (status, said) = run(folder.path(), &["--trace", "one.csv", "--beliefs", "./one.csv"]);
     assert_eq!(status, Some(2));
-    assert!(said.contains("--beliefs: ./one: --trace writes this file already"), "{said}");
+    assert!(said.contains("--beliefs: ./one.csv: --trace writes this file already"), "{said}");
 }
 
 #[test]
