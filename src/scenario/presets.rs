@@ -14,8 +14,9 @@ use super::types::{BallSpec, Scenario};
 use super::wording::{did_you_mean, one_of, quoted};
 use crate::game::Rules;
 use crate::pitch::Pitch;
-use crate::sensing::odometry::OdometryNoise;
-use crate::sensing::vision::VisionNoise;
+use crate::sensing::odometry::{OdometryNoise, OdometrySettings};
+use crate::sensing::sonar::SonarSettings;
+use crate::sensing::vision::{VisionNoise, VisionSettings};
 use crate::team::Team;
 
 /// The fields that come with the program: `assets/fields`.
@@ -61,6 +62,36 @@ impl BallSpec {
     pub fn preset(name: &str) -> Option<BallSpec> {
         let preset = BALL_PRESETS.iter().find(|preset| preset.name == name)?;
         shape::read(&preset.value()).ok()
+    }
+}
+
+impl Scenario {
+    /// The scenario with the settings that these words stand for, those of its model, in place of its own. A model that there is
+    /// not, and the paper, have the defaults.
+    #[must_use]
+    pub fn with_realism(self, realism: Realisms) -> Scenario {
+        let mut root = Map::new();
+        root.insert("model".to_owned(), json!(self.model));
+        root.insert("realism".to_owned(), serde_json::to_value(realism).unwrap_or_default());
+        resolve(&mut root);
+        let real: Scenario = shape::read(&Value::Object(root)).unwrap_or_default();
+        let of_league = |ball: BallSpec| match real.ball {
+            Some(BallSpec { radius_m, rolling, restitution, .. }) => {
+                BallSpec { radius_m, rolling, restitution, ..ball }
+            }
+            None => ball,
+        };
+        Scenario {
+            realism,
+            motion: real.motion,
+            kicks: real.kicks,
+            ball: self.ball.map(of_league),
+            vision: VisionSettings { noise: real.vision.noise, ..self.vision },
+            sonar: SonarSettings { source: self.sonar.source, ..real.sonar },
+            odometry: OdometrySettings { noise: real.odometry.noise, ..self.odometry },
+            messages: real.messages,
+            ..self
+        }
     }
 }
 
@@ -414,6 +445,11 @@ mod tests {
         let value = json!({ "realism": "realistic", "vision": { "noise": "none" }, "ball": "naoisis" });
         let own = read(value);
         assert_eq!((own.vision.noise, own.ball), (VisionNoise::none(), Some(BallSpec::default())));
+        for word in [Realism::Ideal, Realism::Realistic, Realism::Paper] {
+            let built =
+                Scenario { model: "nao_v6".to_owned(), ..Scenario::default() }.with_realism(Realisms::all(word));
+            assert_eq!(built, read(json!({ "realism": word, "model": "nao_v6" })));
+        }
     }
 
     #[test]

@@ -43,9 +43,11 @@ fn look(
     distance_m: f32,
     cycles: u32,
 ) -> Result<Vec<Option<bevy::math::Vec2>>, TrialError> {
+    /// At one end of the pitch.
+    const AT_M: f32 = -4.4;
     laboratory.begin(json!({
-        "ball": { "position_m": [distance_m, 0] },
-        "robots": [{ "team": "blue", "number": 1 }],
+        "ball": { "position_m": [AT_M + distance_m, 0] },
+        "robots": [{ "team": "blue", "number": 1, "pose": [AT_M, 0, 0] }],
     }))?;
     Ok((0..cycles)
         .map(|_| {
