@@ -11,7 +11,9 @@ use std::path::{Path, PathBuf};
 
 use super::csv_lines::{Line, Lines, as_text, cells_of, line_of};
 use super::observer::{MatchOutcome, MatchRow};
+use super::variants::fingerprint;
 use super::{Batch, Variants};
+use crate::scenario::Scenario;
 use crate::team::PerTeam;
 
 /// The columns before those of the settings.
@@ -188,9 +190,7 @@ impl Table {
         let different = self.names().zip(theirs.iter().zip(&ours)).find(|(_, (theirs, ours))| theirs != ours);
         match different {
             None if theirs.len() == ours.len() => Ok(row),
-            Some((SCENARIO, _)) => {
-                Err("the scenario, or a setting that is the same for all, is another than in this batch".to_owned())
-            }
+            Some((SCENARIO, (theirs, _))) => Err(difference_of_scenarios(batch, &row, theirs)),
             Some((name, (theirs, ours))) => Err(format!("`{name}` is {theirs}, and {ours} in this batch")),
             None => Err(no_row()),
         }
@@ -226,6 +226,20 @@ impl Table {
     }
 }
 
+/// How the scenario of a row differs from this batch's, as far as its fingerprint tells: whether it is but for its duration the
+/// same.
+fn difference_of_scenarios<V: Variants>(batch: &Batch<V>, row: &MatchRow, theirs: &str) -> String {
+    let duration = |duration_s: Option<f32>| duration_s.map_or("not given".to_owned(), |s| format!("{s} s"));
+    let difference = batch.variants.scenario(row.variant).ok().and_then(|ours| {
+        let with = |duration_s| fingerprint(&Scenario { duration_s, ..ours.clone() });
+        let played = [None, Some(row.duration_s as f32)].into_iter().find(|played| with(*played) == theirs)?;
+        Some(format!("the duration is {}, and {} in this batch", duration(played), duration(ours.duration_s)))
+    });
+    difference.unwrap_or_else(|| {
+        "the scenario, `--duration` or a `--set` that is the same for all is another than in this batch".to_owned()
+    })
+}
+
 /// The cells of a match of this batch.
 fn cells<V: Variants>(batch: &Batch<V>, row: &MatchRow) -> Vec<String> {
     let outcome = serde_json::to_value(row.outcome).ok();
@@ -253,7 +267,6 @@ fn foreign(path: &Path, line: usize, message: String) -> TableError {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenario::Scenario;
 
     /// Two variants, of which the second has values that spreadsheets would take for formulas.
     #[derive(Clone, Debug)]
@@ -384,7 +397,14 @@ mod tests {
         for (other, words) in [
             (Batch { first_seed: 8, ..batch() }, "2: `seed` is 7, and 8 in this batch"),
             (Batch { matches: 0, ..batch() }, "2: the table has more matches than the 0 of this batch"),
-            (with(|other| other.scenarios[0].name = "another".to_owned()), "2: the scenario, or a setting"),
+            (
+                with(|other| other.scenarios[0].name = "another".to_owned()),
+                "2: the scenario, `--duration` or a `--set`",
+            ),
+            (
+                with(|other| other.scenarios[0].duration_s = Some(20.0)),
+                "2: the duration is not given, and 20 s in this batch",
+            ),
             (with(|other| other.columns.truncate(1)), "1: the table has `name`, which this batch has not"),
             (with(|other| other.columns[0] = "seed"), "1: the table has `messages.loss`, which this batch has not"),
             (with(|other| other.columns[1] = "rules"), "1: the table has `name` where this batch has `rules`"),
