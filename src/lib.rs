@@ -30,8 +30,10 @@
 //! | know what a robot can do | [`robot::motion`], [`robot::head`], [`robot::kick`] |
 //! | know what happens to it | [`collision`], [`ball`], [`referee`] |
 //! | describe a situation in a file | [`scenario`] |
-//! | record a match | [`record::trace`]; in a way of your own: [`record::recorder`] |
+//! | record a match | [`record::trace`]; in a way of your own: [`record::recorder`], [`record::formats`] |
 //! | have a sensor of your own | [`simulation::sensors`] |
+//! | have a rule of your own | [`simulation::rules`] |
+//! | add anything else | [`guide::extending`] |
 //! | have all commands in a program of your own | [`cli::run`] |
 //! | know what happens, in a system of your own | [`events`] |
 //! | play thousands of matches | [`batch`] |

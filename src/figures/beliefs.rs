@@ -222,7 +222,7 @@ fn draw_deviations(canvas: &mut Canvas, moments: &[Moment], stages: [(&str, usiz
     };
     canvas.line(&curve(&error), INK, 2.0);
     axes.frame(canvas, [1.0, 0.1], ["time, s", "m"]);
-    caption(canvas, "d", "Doubt and error over time", at - Vec2::Y * 16.0);
+    caption(canvas, "d", "Uncertainty and error over time", at - Vec2::Y * 16.0);
     for (index, (colour, words)) in [
         (VERMILION, "standard deviation along the line of sight"),
         (marks::BLUE, "standard deviation across it"),

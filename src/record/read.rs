@@ -30,7 +30,7 @@ pub enum TraceError {
     Io {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// What the system says.
         error: io::Error,
     },
     /// A line is wrong.

@@ -412,7 +412,7 @@ fn a_wrong_name_hides_no_others_and_brings_none() {
         "2:79: there is no field `los`",
         "3:52: there is no field `taem`",
         "3:93: `team` is `green`",
-        "3:124: there is no field `psoe`",
+        "3:125: there is no field `psoe`",
     ];
     for (error, start) in errors.iter().zip(expected) {
         assert!(error.starts_with(start), "{error}\nexpected {start}");
