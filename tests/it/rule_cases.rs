@@ -72,14 +72,13 @@ fn every_verdict_has_a_case_just_inside_and_one_just_outside() {
         })
     };
     for (kind, reason) in verdicts() {
-        let inside = cases.iter().find(|case| finds(case, true, &kind, reason.as_deref()));
-        let outside = |inside: &Case| {
-            let same_section = cases.iter().filter(|case| case.section == inside.section);
-            same_section.into_iter().any(|case| finds(case, false, &kind, None))
-        };
+        let has_both = cases.iter().filter(|case| finds(case, true, &kind, reason.as_deref())).any(|inside| {
+            let mut same_section = cases.iter().filter(|case| case.section == inside.section);
+            same_section.any(|case| finds(case, false, &kind, None))
+        });
         let what = reason.map_or(kind.clone(), |reason| format!("{kind} reason={reason}"));
         assert!(
-            inside.is_some_and(outside),
+            has_both,
             "a rule needs two cases in tests/rule_cases: one that expects `{what}`, and in the same section one that expects \
              no `{kind}`"
         );
