@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use super::canvas::{Anchor, Canvas, PAPER, width_of_words};
 use super::encoder::{EncoderThreads, RecordError, VideoWork};
-use super::photographer::Photographer;
+use super::match_renderer::MatchRenderer;
 use super::picture::{FIELD_SIZE, Picture};
 use crate::appearance::colours::Colour;
 use crate::cycle::CycleClock;
@@ -53,7 +53,7 @@ impl VideoRecorder {
     }
 
     /// Adds the cycle that has just ended, if it is one of those that are wanted.
-    pub fn record(&mut self, world: &mut World, photographer: &mut Photographer) {
+    pub fn record(&mut self, world: &mut World, renderer: &mut MatchRenderer) {
         let clock = *world.resource::<CycleClock>();
         if !clock.cycle.is_multiple_of(self.every) || self.has_failed() {
             return;
@@ -61,7 +61,7 @@ impl VideoRecorder {
         let score = world.resource::<Game>().score;
         let words = format!("{:.1} s    blue {} : {} pink", clock.end_time_s(), score.blue, score.pink);
         for (picture, place) in &self.pictures {
-            let image = picture.take(photographer, world);
+            let image = picture.take(renderer, world);
             let words = if *picture == Picture::Field { words.clone() } else { picture.to_string() };
             put(&mut self.canvas, *place, image.as_ref(), &words);
         }
