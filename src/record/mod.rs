@@ -18,6 +18,7 @@ pub mod frames;
 pub mod gather;
 pub mod history;
 mod lean;
+pub mod output_file;
 pub mod photographer;
 pub mod picture;
 mod plugin;
