@@ -55,7 +55,7 @@
 //!
 //! | rooms, from the ground up | what is there |
 //! |---|---|
-//! | `knowledge` `geometry` `statistics` `kick_geometry` `named_values` `replace_file` | plain words and plain mathematics |
+//! | `knowledge` `geometry` `statistics` `kick_geometry` `named_values` `read_file` `replace_file` | plain words and plain mathematics |
 //! | `team` `cycle` | who, and when |
 //! | `pitch` `ball` `random` | what is played with, and chance |
 //! | `game` | the match as data: state, score, rules, penalties, set plays, evidence |
@@ -110,6 +110,7 @@ pub mod named_values;
 pub mod pitch;
 pub mod prelude;
 pub mod random;
+mod read_file;
 pub mod record;
 pub mod referee;
 mod replace_file;

@@ -5,7 +5,7 @@
 //!
 //! A text that a spreadsheet would take for a formula has an apostrophe before it.
 
-use std::fs::{File, OpenOptions, TryLockError};
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, BufReader, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
@@ -54,6 +54,14 @@ pub enum TableError {
     /// It cannot be read or written.
     #[error("{path}: the table cannot be read or written: {error}")]
     Io {
+        /// The table's file.
+        path: PathBuf,
+        /// What the system says.
+        error: io::Error,
+    },
+    /// It was opened, and a line of it cannot be written, as on a full disk.
+    #[error("{path}: the table cannot be written: {error}")]
+    NotWritten {
         /// The table's file.
         path: PathBuf,
         /// What the system says.
@@ -108,6 +116,7 @@ impl Table {
         if path.metadata().is_ok_and(|metadata| !metadata.is_file()) {
             return Err(TableError::NotAFile { path: path.to_owned() });
         }
+        let is_new = !path.exists();
         let mut file =
             OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).map_err(io_error)?;
         // Where files cannot be locked, it goes without.
@@ -131,7 +140,13 @@ impl Table {
             Line::Whole(first) => return Err(foreign(path, 1, table.difference_of_columns(&first))),
             Line::Part(part) if header.starts_with(&part) => {
                 file.set_len(0).and_then(|()| file.seek(SeekFrom::Start(0))).map_err(io_error)?;
-                file.write_all(header.as_bytes()).map_err(io_error)?;
+                file.write_all(header.as_bytes()).map_err(|error| {
+                    if is_new {
+                        // If it cannot be removed, the first error says enough.
+                        let _ = fs::remove_file(path);
+                    }
+                    TableError::NotWritten { path: path.to_owned(), error }
+                })?;
             }
             Line::Part(_) => return Err(foreign(path, 1, NO_TABLE.to_owned())),
         }
@@ -146,7 +161,7 @@ impl Table {
     pub fn write<V: Variants>(&mut self, batch: &Batch<V>, row: &MatchRow) -> Result<(), TableError> {
         if let Some((path, file)) = &mut self.file {
             let line = line_of(cells(batch, row).iter().map(String::as_str));
-            file.write_all(line.as_bytes()).map_err(|error| TableError::Io { path: path.clone(), error })?;
+            file.write_all(line.as_bytes()).map_err(|error| TableError::NotWritten { path: path.clone(), error })?;
         }
         Ok(())
     }
@@ -340,16 +355,16 @@ mod tests {
             table.write(&batch(), &row(index)).unwrap();
         }
         drop(table);
-        let whole = std::fs::read_to_string(&path).unwrap();
+        let whole = fs::read_to_string(&path).unwrap();
         assert_eq!(whole.lines().count(), 4, "{whole}");
         // Killed in the middle of the third row.
-        std::fs::write(&path, &whole[..whole.len() - 20]).unwrap();
+        fs::write(&path, &whole[..whole.len() - 20]).unwrap();
         let (mut table, rows) = Table::open(&path, &batch()).unwrap();
         assert_eq!(rows.len(), 2);
         assert_eq!(rows[1].goals, row(1).goals);
         assert_eq!(rows[1].blue_possession, Some(0.25));
         table.write(&batch(), &row(2)).unwrap();
-        assert_eq!(std::fs::read_to_string(&path).unwrap(), whole);
+        assert_eq!(fs::read_to_string(&path).unwrap(), whole);
     }
 
     #[test]
@@ -361,13 +376,13 @@ mod tests {
         table.write(&batch(), &accented(0)).unwrap();
         table.write(&batch(), &accented(1)).unwrap();
         drop(table);
-        let whole = std::fs::read(&path).unwrap();
+        let whole = fs::read(&path).unwrap();
         let cut = whole.iter().rposition(|byte| *byte == "é".as_bytes()[1]).unwrap();
-        std::fs::write(&path, &whole[..cut]).unwrap();
+        fs::write(&path, &whole[..cut]).unwrap();
         let (mut table, rows) = Table::open(&path, &batch()).unwrap();
         assert_eq!(rows, [accented(0)]);
         table.write(&batch(), &accented(1)).unwrap();
-        assert_eq!(std::fs::read(&path).unwrap(), whole);
+        assert_eq!(fs::read(&path).unwrap(), whole);
     }
 
     #[test]
@@ -388,7 +403,7 @@ mod tests {
         let (mut table, _) = Table::open(&path, &batch()).unwrap();
         table.write(&batch(), &row(0)).unwrap();
         drop(table);
-        let whole = std::fs::read_to_string(&path).unwrap();
+        let whole = fs::read_to_string(&path).unwrap();
         let with = |change: fn(&mut TwoVariants)| {
             let mut other = batch();
             change(&mut other.variants);
@@ -413,16 +428,16 @@ mod tests {
             let error = Table::open(&path, &other).err().unwrap().to_string();
             assert!(error.contains(&format!("table.csv:{words}")), "{error}");
         }
-        std::fs::write(&path, whole.replace(",0,a,", ",0.5,a,")).unwrap();
+        fs::write(&path, whole.replace(",0,a,", ",0.5,a,")).unwrap();
         let error = Table::open(&path, &batch()).err().unwrap().to_string();
         assert!(
             error.contains("table.csv:2: `messages.loss` is 0.5, and 0 in this batch; expected the table"),
             "{error}"
         );
-        std::fs::write(&path, "my diary").unwrap();
+        fs::write(&path, "my diary").unwrap();
         assert!(Table::open(&path, &batch()).is_err());
-        assert_eq!(std::fs::read_to_string(&path).unwrap(), "my diary");
-        std::fs::write(&path, whole).unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "my diary");
+        fs::write(&path, whole).unwrap();
         assert!(Table::open(&path, &Batch { matches: 5, threads: 2, ..batch() }).is_ok());
     }
 }

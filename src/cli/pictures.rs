@@ -4,7 +4,7 @@ use bevy::prelude::*;
 use clap::Args;
 use std::path::PathBuf;
 
-use super::outputs::{self, Output};
+use super::outputs::Output;
 use super::recording::Recording;
 use crate::camera_model::CameraSide;
 use crate::cycle::CycleClock;
@@ -83,7 +83,6 @@ impl Recording for PictureArguments {
             let Some((robot, side)) = camera.or_else(first) else {
                 return Err("--sheet: no robot plays; expected one through whose eyes it can be seen".to_owned());
             };
-            outputs::make_room(path, force).map_err(|error| format!("--sheet: {error}"))?;
             let sheet = SheetRecorder::create(path, robot, side);
             pictures.sheet = Some(sheet.map_err(|error| format!("--sheet: {error}"))?);
         }
@@ -93,7 +92,6 @@ impl Recording for PictureArguments {
             pictures.frames = Some(frames.map_err(|error| format!("--frames: {error}{}", or_force(&error)))?);
         }
         if let Some(path) = &self.video {
-            outputs::make_room(path, force).map_err(|error| format!("--video: {error}"))?;
             let video = VideoRecorder::create(path, every, self.views.clone(), cycle_s);
             pictures.video = Some(video.map_err(|error| format!("--video: {error}"))?);
         }

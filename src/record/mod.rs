@@ -18,6 +18,7 @@ pub mod gather;
 pub mod history;
 mod lean;
 pub mod match_renderer;
+pub mod output_file;
 pub mod picture;
 pub mod picture_recorder;
 mod plugin;

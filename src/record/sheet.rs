@@ -3,16 +3,16 @@
 
 use bevy::math::Vec2;
 use bevy::prelude::World;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::canvas::{Anchor, Canvas, GREY, INK, PAPER};
 use super::encoder::{Layer, RecordError, write_png};
 use super::match_renderer::{MatchRenderer, view_of_field};
-use super::video::create_new;
+use super::video::check_extension;
 use crate::camera_model::CameraSide;
 use crate::cycle::CycleClock;
 use crate::game::Game;
+use crate::replace_file::UnfinishedFile;
 use crate::sensing::camera::image::Image;
 use crate::team::RobotId;
 
@@ -46,14 +46,14 @@ struct Moment {
 }
 
 impl SheetRecorder {
-    /// A sheet with what this robot's camera sees.
+    /// A sheet with what this robot's camera sees. It replaces any file that is there when the match is over.
     ///
     /// # Errors
-    /// When there is such a file already, its name does not end in `.png`, or it cannot be written.
+    /// When the file's name does not end in `.png`, or it cannot be written.
     pub fn create(path: &Path, robot: RobotId, side: CameraSide) -> Result<Self, RecordError> {
+        check_extension(path, "png")?;
         // That it can be written is found out now, not after the match.
-        create_new(path, "png")?;
-        fs::remove_file(path).map_err(RecordError::io(path))?;
+        UnfinishedFile::whole(path).map_err(RecordError::io(path))?;
         Ok(Self { path: path.to_owned(), robot, side, interval: 1, moments: Vec::new() })
     }
 

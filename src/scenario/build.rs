@@ -10,11 +10,7 @@ use super::presets;
 use super::shape::{self, ShapeFault};
 use super::source::{Finding, ScenarioFile, ScenarioSource};
 use super::types::Scenario;
-use super::validate::place_ball_beside_robots;
-
-/// The longest lists that a scenario may have: more would take a program's memory and time for nothing.
-const LONGEST_LISTS: [(&str, usize); 3] =
-    [("robots", 2 * u8::MAX as usize), ("posts", 1000), ("interventions", 10_000)];
+use super::validate::{LONGEST_LISTS, place_ball_beside_robots, too_long};
 
 /// The scenario of a tree of values, with the source's settings laid over it. `names` finds what only the program knows to
 /// be wrong: names that nobody has registered.
@@ -70,8 +66,7 @@ fn cut_lists(root: &mut Map<String, Value>) -> Vec<ScenarioFault> {
         if let Some(Value::Array(elements)) = root.get_mut(field)
             && elements.len() > most
         {
-            let message = format!("`{field}` is a list of {}", elements.len());
-            faults.push(ScenarioFault::new(FieldPath::from(field), message, format!("at most {most}")));
+            faults.push(too_long(field, elements.len(), most));
             elements.truncate(most);
         }
     }

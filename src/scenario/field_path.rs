@@ -46,7 +46,7 @@ impl FieldPath {
 
     /// This place, when the whole is what is at `outer`.
     #[must_use]
-    pub(super) fn within(self, outer: &FieldPath) -> FieldPath {
+    pub(crate) fn within(self, outer: &FieldPath) -> FieldPath {
         FieldPath(outer.0.iter().cloned().chain(self.0).collect())
     }
 

@@ -39,4 +39,4 @@ pub use presets::{FIELD_PRESETS, Preset, RULES_PRESETS};
 pub use setting::{NotASetting, Setting};
 pub use source::{ScenarioFile, ScenarioSource};
 pub use types::{BallSpec, BehaviourSpec, PostSpec, RobotSpec, Scenario, TeamsSpec};
-pub(crate) use validate::Numbers;
+pub(crate) use validate::{MOST_POSTS, Numbers};

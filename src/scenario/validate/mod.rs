@@ -73,6 +73,11 @@ impl Scenario {
     }
 
     fn checked(&self, check: impl FnOnce(&mut Checks)) -> Vec<ScenarioFault> {
+        let lengths = [self.robots.len(), self.posts.len(), self.interventions.len()];
+        let longer = LONGEST_LISTS.into_iter().zip(lengths).find(|((_, most), length)| length > most);
+        if let Some(((field, most), length)) = longer {
+            return vec![too_long(field, length, most)];
+        }
         // With a number that is not finite nothing else can be judged.
         if let Err(fault) = Numbers::FINITE.check(self) {
             return vec![fault];
@@ -85,6 +90,18 @@ impl Scenario {
 
 /// Durations of a cycle that can be, s.
 const CYCLE_S: RangeInclusive<f64> = 0.001..=1.0;
+
+/// The most posts that a scenario may have besides those of the goals.
+pub(crate) const MOST_POSTS: usize = 1000;
+/// The most robots, posts and interventions that a scenario may have: more would take a program's memory and time for
+/// nothing.
+pub(super) const LONGEST_LISTS: [(&str, usize); 3] =
+    [("robots", 2 * u8::MAX as usize), ("posts", MOST_POSTS), ("interventions", 10_000)];
+
+/// What is said of a list that is too long.
+pub(super) fn too_long(field: &str, length: usize, most: usize) -> ScenarioFault {
+    ScenarioFault::new(FieldPath::from(field), format!("`{field}` is a list of {length}"), format!("at most {most}"))
+}
 
 /// More faults than these say nothing new, and would take memory and time.
 pub(super) const MOST_FAULTS: usize = 100;
