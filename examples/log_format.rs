@@ -9,15 +9,16 @@ use bevy::prelude::*;
 use naoisis::prelude::*;
 use naoisis::record::RecordPlugin;
 use naoisis::record::cycle_record::CycleRecord;
+use naoisis::record::output_file::OutputFile;
 use naoisis::record::recorder::{self, EndReason, MatchEnd, RecordError, Recorder};
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 
 /// A table of the ball's places.
 struct BallTable {
-    path: PathBuf,
+    output: OutputFile,
     file: BufWriter<File>,
     /// What went wrong first: it is said at the end.
     error: Option<io::Error>,
@@ -25,13 +26,10 @@ struct BallTable {
 
 impl BallTable {
     fn create(path: &Path) -> Result<Self, RecordError> {
-        let create = || -> io::Result<_> {
-            let mut file = BufWriter::new(File::create(path)?);
-            writeln!(file, "time_s,x_m,y_m")?;
-            Ok(file)
-        };
-        let file = create().map_err(RecordError::io(path))?;
-        Ok(Self { path: path.to_owned(), file, error: None })
+        let output = OutputFile::create(path)?;
+        let mut file = BufWriter::new(output.writer()?);
+        let error = writeln!(file, "time_s,x_m,y_m").err();
+        Ok(Self { output, file, error })
     }
 }
 
@@ -50,8 +48,8 @@ impl Recorder for BallTable {
 
     fn finish(mut self: Box<Self>, _: &MatchEnd, _: &CycleRecord) -> Result<Option<String>, RecordError> {
         let written = self.error.take().map_or_else(|| self.file.flush(), Err);
-        written.map_err(RecordError::io(&self.path))?;
-        Ok(Some(format!("the ball's places are in {}", self.path.display())))
+        let said = format!("the ball's places are in {}", self.output.path().display());
+        self.output.close(written).map(|()| Some(said))
     }
 }
 

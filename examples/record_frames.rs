@@ -14,7 +14,7 @@ use core::error::Error;
 use naoisis::camera_model::CameraSide;
 use naoisis::prelude::*;
 use naoisis::record::frames::FrameRecorder;
-use naoisis::record::photographer::Photographer;
+use naoisis::record::match_renderer::MatchRenderer;
 use naoisis::record::picture::Picture;
 use std::path::PathBuf;
 
@@ -31,14 +31,14 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut app = App::new();
     app.add_plugins(NaoisisPlugins);
     app.start_match(&Scenario::named("match3v3")?)?;
-    let mut photographer = Photographer::default();
+    let mut renderer = MatchRenderer::default();
     let pictures = vec![Picture::Field, Picture::Camera(striker, CameraSide::Top)];
     let mut frames = FrameRecorder::create(&folder, EVERY, pictures).map_err(|error| error.to_string())?;
     for _ in 0..30 * DURATION_S {
         app.run_cycles(1);
         // Every cycle, also those without a frame: its legs step as the robot walks.
-        photographer.look(app.world_mut());
-        frames.record(app.world_mut(), &mut photographer);
+        renderer.look(app.world_mut());
+        frames.record(app.world_mut(), &mut renderer);
     }
     let written = frames.finish()?;
     println!("{written} frames of {DURATION_S} s in {}:", folder.display());

@@ -30,8 +30,10 @@
 //! | know what a robot can do | [`robot::motion`], [`robot::head`], [`robot::kick`] |
 //! | know what happens to it | [`collision`], [`ball`], [`referee`] |
 //! | describe a situation in a file | [`scenario`] |
-//! | record a match | [`record::trace`]; in a way of your own: [`record::recorder`] |
+//! | record a match | [`record::trace`]; in a way of your own: [`record::recorder`], [`record::formats`] |
 //! | have a sensor of your own | [`simulation::sensors`] |
+//! | have a rule of your own | [`simulation::rules`] |
+//! | add anything else | [`guide::extending`] |
 //! | have all commands in a program of your own | [`cli::run`] |
 //! | know what happens, in a system of your own | [`events`] |
 //! | play thousands of matches | [`batch`] |
@@ -53,7 +55,7 @@
 //!
 //! | rooms, from the ground up | what is there |
 //! |---|---|
-//! | `knowledge` `geometry` `statistics` `kick_geometry` `named_values` `replace_file` | plain words and plain mathematics |
+//! | `knowledge` `geometry` `statistics` `kick_geometry` `named_values` `read_file` `replace_file` | plain words and plain mathematics |
 //! | `team` `cycle` | who, and when |
 //! | `pitch` `ball` `random` | what is played with, and chance |
 //! | `game` | the match as data: state, score, rules, penalties, set plays, evidence |
@@ -108,6 +110,7 @@ pub mod named_values;
 pub mod pitch;
 pub mod prelude;
 pub mod random;
+mod read_file;
 pub mod record;
 pub mod referee;
 mod replace_file;

@@ -1,7 +1,10 @@
 //! Lines of comma-separated values, and their cells.
 
 use std::fs::File;
-use std::io::{self, BufRead, BufReader};
+use std::io::{self, BufRead, BufReader, Read};
+
+/// A longer line is of no table.
+const LONGEST_LINE_BYTES: u64 = 16 << 20;
 
 /// A line of a file.
 pub(super) enum Line {
@@ -22,7 +25,10 @@ impl Lines<'_> {
     /// The next line.
     pub(super) fn next_whole(&mut self) -> io::Result<Line> {
         let mut bytes = Vec::new();
-        self.reader.read_until(b'\n', &mut bytes)?;
+        (&mut self.reader).take(LONGEST_LINE_BYTES).read_until(b'\n', &mut bytes)?;
+        if bytes.len() as u64 == LONGEST_LINE_BYTES {
+            return Err(io::Error::other(format!("a line has more than {} MiB", LONGEST_LINE_BYTES >> 20)));
+        }
         // Cut off in the middle of a letter, it is still a table.
         let text = String::from_utf8_lossy(&bytes).into_owned();
         if bytes.last() == Some(&b'\n') {

@@ -5,13 +5,15 @@
 //!
 //! A text that a spreadsheet would take for a formula has an apostrophe before it.
 
-use std::fs::{File, OpenOptions, TryLockError};
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, BufReader, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use super::csv_lines::{Line, Lines, as_text, cells_of, line_of};
 use super::observer::{MatchOutcome, MatchRow};
+use super::variants::fingerprint;
 use super::{Batch, Variants};
+use crate::scenario::Scenario;
 use crate::team::PerTeam;
 
 /// The columns before those of the settings.
@@ -53,6 +55,14 @@ pub enum TableError {
     /// It cannot be read or written.
     #[error("{path}: the table cannot be read or written: {error}")]
     Io {
+        /// The table's file.
+        path: PathBuf,
+        /// What the system says.
+        error: io::Error,
+    },
+    /// It was opened, and a line of it cannot be written, as on a full disk.
+    #[error("{path}: the table cannot be written: {error}")]
+    NotWritten {
         /// The table's file.
         path: PathBuf,
         /// What the system says.
@@ -107,6 +117,7 @@ impl Table {
         if path.metadata().is_ok_and(|metadata| !metadata.is_file()) {
             return Err(TableError::NotAFile { path: path.to_owned() });
         }
+        let is_new = !path.exists();
         let mut file =
             OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).map_err(io_error)?;
         // Where files cannot be locked, it goes without.
@@ -130,7 +141,13 @@ impl Table {
             Line::Whole(first) => return Err(foreign(path, 1, table.difference_of_columns(&first))),
             Line::Part(part) if header.starts_with(&part) => {
                 file.set_len(0).and_then(|()| file.seek(SeekFrom::Start(0))).map_err(io_error)?;
-                file.write_all(header.as_bytes()).map_err(io_error)?;
+                file.write_all(header.as_bytes()).map_err(|error| {
+                    if is_new {
+                        // If it cannot be removed, the first error says enough.
+                        let _ = fs::remove_file(path);
+                    }
+                    TableError::NotWritten { path: path.to_owned(), error }
+                })?;
             }
             Line::Part(_) => return Err(foreign(path, 1, NO_TABLE.to_owned())),
         }
@@ -145,7 +162,7 @@ impl Table {
     pub fn write<V: Variants>(&mut self, batch: &Batch<V>, row: &MatchRow) -> Result<(), TableError> {
         if let Some((path, file)) = &mut self.file {
             let line = line_of(cells(batch, row).iter().map(String::as_str));
-            file.write_all(line.as_bytes()).map_err(|error| TableError::Io { path: path.clone(), error })?;
+            file.write_all(line.as_bytes()).map_err(|error| TableError::NotWritten { path: path.clone(), error })?;
         }
         Ok(())
     }
@@ -189,9 +206,7 @@ impl Table {
         let different = self.names().zip(theirs.iter().zip(&ours)).find(|(_, (theirs, ours))| theirs != ours);
         match different {
             None if theirs.len() == ours.len() => Ok(row),
-            Some((SCENARIO, _)) => {
-                Err("the scenario, or a setting that is the same for all, is another than in this batch".to_owned())
-            }
+            Some((SCENARIO, (theirs, _))) => Err(difference_of_scenarios(batch, &row, theirs)),
             Some((name, (theirs, ours))) => Err(format!("`{name}` is {theirs}, and {ours} in this batch")),
             None => Err(no_row()),
         }
@@ -227,6 +242,20 @@ impl Table {
     }
 }
 
+/// How the scenario of a row differs from this batch's, as far as its fingerprint tells: whether it is but for its duration the
+/// same.
+fn difference_of_scenarios<V: Variants>(batch: &Batch<V>, row: &MatchRow, theirs: &str) -> String {
+    let duration = |duration_s: Option<f32>| duration_s.map_or("not given".to_owned(), |s| format!("{s} s"));
+    let difference = batch.variants.scenario(row.variant).ok().and_then(|ours| {
+        let with = |duration_s| fingerprint(&Scenario { duration_s, ..ours.clone() });
+        let played = [None, Some(row.duration_s as f32)].into_iter().find(|played| with(*played) == theirs)?;
+        Some(format!("the duration is {}, and {} in this batch", duration(played), duration(ours.duration_s)))
+    });
+    difference.unwrap_or_else(|| {
+        "the scenario, `--duration` or a `--set` that is the same for all is another than in this batch".to_owned()
+    })
+}
+
 /// The cells of a match of this batch.
 fn cells<V: Variants>(batch: &Batch<V>, row: &MatchRow) -> Vec<String> {
     let outcome = serde_json::to_value(row.outcome).ok();
@@ -255,7 +284,6 @@ fn foreign(path: &Path, line: usize, message: String) -> TableError {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenario::Scenario;
 
     /// Two variants, of which the second has values that spreadsheets would take for formulas.
     #[derive(Clone, Debug)]
@@ -329,16 +357,16 @@ mod tests {
             table.write(&batch(), &row(index)).unwrap();
         }
         drop(table);
-        let whole = std::fs::read_to_string(&path).unwrap();
+        let whole = fs::read_to_string(&path).unwrap();
         assert_eq!(whole.lines().count(), 4, "{whole}");
         // Killed in the middle of the third row.
-        std::fs::write(&path, &whole[..whole.len() - 20]).unwrap();
+        fs::write(&path, &whole[..whole.len() - 20]).unwrap();
         let (mut table, rows) = Table::open(&path, &batch()).unwrap();
         assert_eq!(rows.len(), 2);
         assert_eq!(rows[1].goals, row(1).goals);
         assert_eq!(rows[1].blue_possession, Some(0.25));
         table.write(&batch(), &row(2)).unwrap();
-        assert_eq!(std::fs::read_to_string(&path).unwrap(), whole);
+        assert_eq!(fs::read_to_string(&path).unwrap(), whole);
     }
 
     #[test]
@@ -350,13 +378,13 @@ mod tests {
         table.write(&batch(), &accented(0)).unwrap();
         table.write(&batch(), &accented(1)).unwrap();
         drop(table);
-        let whole = std::fs::read(&path).unwrap();
+        let whole = fs::read(&path).unwrap();
         let cut = whole.iter().rposition(|byte| *byte == "é".as_bytes()[1]).unwrap();
-        std::fs::write(&path, &whole[..cut]).unwrap();
+        fs::write(&path, &whole[..cut]).unwrap();
         let (mut table, rows) = Table::open(&path, &batch()).unwrap();
         assert_eq!(rows, [accented(0)]);
         table.write(&batch(), &accented(1)).unwrap();
-        assert_eq!(std::fs::read(&path).unwrap(), whole);
+        assert_eq!(fs::read(&path).unwrap(), whole);
     }
 
     #[test]
@@ -377,7 +405,7 @@ mod tests {
         let (mut table, _) = Table::open(&path, &batch()).unwrap();
         table.write(&batch(), &row(0)).unwrap();
         drop(table);
-        let whole = std::fs::read_to_string(&path).unwrap();
+        let whole = fs::read_to_string(&path).unwrap();
         let with = |change: fn(&mut TwoVariants)| {
             let mut other = batch();
             change(&mut other.variants);
@@ -386,7 +414,14 @@ mod tests {
         for (other, words) in [
             (Batch { first_seed: 8, ..batch() }, "2: `seed` is 7, and 8 in this batch"),
             (Batch { matches: 0, ..batch() }, "2: the table has more matches than the 0 of this batch"),
-            (with(|other| other.scenarios[0].name = "another".to_owned()), "2: the scenario, or a setting"),
+            (
+                with(|other| other.scenarios[0].name = "another".to_owned()),
+                "2: the scenario, `--duration` or a `--set`",
+            ),
+            (
+                with(|other| other.scenarios[0].duration_s = Some(20.0)),
+                "2: the duration is not given, and 20 s in this batch",
+            ),
             (with(|other| other.columns.truncate(1)), "1: the table has `name`, which this batch has not"),
             (with(|other| other.columns[0] = "seed"), "1: the table has `messages.loss`, which this batch has not"),
             (with(|other| other.columns[1] = "rules"), "1: the table has `name` where this batch has `rules`"),
@@ -395,16 +430,16 @@ mod tests {
             let error = Table::open(&path, &other).err().unwrap().to_string();
             assert!(error.contains(&format!("table.csv:{words}")), "{error}");
         }
-        std::fs::write(&path, whole.replace(",0,a,", ",0.5,a,")).unwrap();
+        fs::write(&path, whole.replace(",0,a,", ",0.5,a,")).unwrap();
         let error = Table::open(&path, &batch()).err().unwrap().to_string();
         assert!(
             error.contains("table.csv:2: `messages.loss` is 0.5, and 0 in this batch; expected the table"),
             "{error}"
         );
-        std::fs::write(&path, "my diary").unwrap();
+        fs::write(&path, "my diary").unwrap();
         assert!(Table::open(&path, &batch()).is_err());
-        assert_eq!(std::fs::read_to_string(&path).unwrap(), "my diary");
-        std::fs::write(&path, whole).unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "my diary");
+        fs::write(&path, whole).unwrap();
         assert!(Table::open(&path, &Batch { matches: 5, threads: 2, ..batch() }).is_ok());
     }
 }

@@ -91,6 +91,7 @@ pub fn batch(program: Program, arguments: &BatchArguments) -> ExitCode {
     };
     let (mut table, mut rows) = match opened {
         Ok(opened) => opened,
+        Err(error @ TableError::NotWritten { .. }) => return report::failure(&error.to_string()),
         Err(error) => return report::usage_error(&error.to_string()),
     };
     let watched = Interrupt::watch(|| report::note("finishing the matches under way; interrupt again to leave them"));

@@ -33,7 +33,7 @@ pub fn begin(app: &mut App, arguments: &RunArguments) -> Result<(), ExitCode> {
 /// # Errors
 /// The exit status of what is wrong, which is said already.
 pub fn begin_with(app: &mut App, file: &ScenarioFile, arguments: &RunArguments) -> Result<(), ExitCode> {
-    let mut file = file.with(&arguments.settings()).map_err(|error| report::scenario_error(&error))?;
+    let mut file = file.check_with(&arguments.settings()).map_err(|errors| report::scenario_errors(&errors))?;
     change_from_command_line(&mut file.scenario, arguments)?;
     app.start_match(&file.scenario).map_err(|fault| match arguments.cameras {
         Some(_) if fault.path == FieldPath::from("cameras").field("render") => {
@@ -72,6 +72,11 @@ pub fn set_duration(scenario: &mut Scenario, duration_s: f32) -> Result<(), Exit
 /// Goes on with a saved match, with other settings if the command line has some.
 fn go_on(app: &mut App, arguments: &RunArguments) -> Result<(), ExitCode> {
     let usage_error = |message: &str| report::usage_error(message);
+    if arguments.realism.is_some() {
+        return Err(usage_error(
+            "--realism: a saved match has its settings already; expected --set for those that change",
+        ));
+    }
     if arguments.seed.is_some() {
         return Err(usage_error("--seed: a saved match goes on with the random numbers that it had; expected no seed"));
     }
@@ -84,7 +89,7 @@ fn go_on(app: &mut App, arguments: &RunArguments) -> Result<(), ExitCode> {
         let text = scenario.resolved_json().map_err(|error| usage_error(&error.to_string()))?;
         let as_saved = ScenarioFile::from_text(&text, Format::Json, &arguments.scenario)
             .map_err(|error| report::scenario_error(&error))?;
-        let changed = as_saved.with(&arguments.settings()).map_err(|error| report::scenario_error(&error))?;
+        let changed = as_saved.check_with(&arguments.settings()).map_err(|errors| report::scenario_errors(&errors))?;
         app.insert_resource(as_saved.scenario);
         change_settings(app.world_mut(), &changed.scenario)
             .map_err(|fault| report::scenario_error(&changed.source.error(&fault)))?;

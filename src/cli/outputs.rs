@@ -1,7 +1,7 @@
 //! What commands write: checked before the match, not after it. Nothing is written over what a command reads, and over
 //! what was there before only when it is told to.
 
-use std::fs::{self, Metadata};
+use std::fs::Metadata;
 use std::path::{Path, PathBuf};
 
 use crate::cycle::CycleClock;
@@ -76,17 +76,6 @@ fn real(path: &Path) -> PathBuf {
     }
 }
 
-/// Makes room for a file that is made anew: with `force`, one that is there goes.
-///
-/// # Errors
-/// When it cannot be removed.
-pub fn make_room(path: &Path, force: bool) -> Result<(), String> {
-    if force && path.metadata().is_ok_and(|there| there.is_file()) {
-        fs::remove_file(path).map_err(|error| format!("{}: {error}", path.display()))?;
-    }
-    Ok(())
-}
-
 /// The cycle at whose end a match is this old, s.
 pub fn cycle_at(time_s: f32, clock: &CycleClock) -> u64 {
     (f64::from(time_s) / clock.period_s).round() as u64
@@ -95,6 +84,7 @@ pub fn cycle_at(time_s: f32, clock: &CycleClock) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     fn check(input: &Path, outputs: &[(&'static str, &Path)], force: bool) -> Result<(), String> {
         let outputs: Vec<Output> =

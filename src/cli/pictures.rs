@@ -4,14 +4,14 @@ use bevy::prelude::*;
 use clap::Args;
 use std::path::PathBuf;
 
-use super::outputs::{self, Output};
+use super::outputs::Output;
 use super::recording::Recording;
 use crate::camera_model::CameraSide;
 use crate::cycle::CycleClock;
-use crate::record::album::Album;
 use crate::record::encoder::RecordError;
 use crate::record::frames::{FrameRecorder, remove_frames};
 use crate::record::picture::Picture;
+use crate::record::picture_recorder::PictureRecorder;
 use crate::record::recorder::Recorder;
 use crate::record::sheet::SheetRecorder;
 use crate::record::video::VideoRecorder;
@@ -72,7 +72,7 @@ impl Recording for PictureArguments {
         }
         let every = self.every.unwrap_or(1);
         let cycle_s = world.resource::<CycleClock>().period_s;
-        let mut album = Album::default();
+        let mut pictures = PictureRecorder::default();
         // The video's file is made last: a command that fails before leaves nothing behind.
         if let Some(path) = &self.sheet {
             let camera = self.views.iter().find_map(|picture| match picture {
@@ -83,21 +83,19 @@ impl Recording for PictureArguments {
             let Some((robot, side)) = camera.or_else(first) else {
                 return Err("--sheet: no robot plays; expected one through whose eyes it can be seen".to_owned());
             };
-            outputs::make_room(path, force).map_err(|error| format!("--sheet: {error}"))?;
             let sheet = SheetRecorder::create(path, robot, side);
-            album.sheet = Some(sheet.map_err(|error| format!("--sheet: {error}"))?);
+            pictures.sheet = Some(sheet.map_err(|error| format!("--sheet: {error}"))?);
         }
         if let Some(folder) = &self.frames {
             let cleared = if force { remove_frames(folder) } else { Ok(()) };
             let frames = cleared.and_then(|()| FrameRecorder::create(folder, every, self.views.clone()));
-            album.frames = Some(frames.map_err(|error| format!("--frames: {error}{}", or_force(&error)))?);
+            pictures.frames = Some(frames.map_err(|error| format!("--frames: {error}{}", or_force(&error)))?);
         }
         if let Some(path) = &self.video {
-            outputs::make_room(path, force).map_err(|error| format!("--video: {error}"))?;
             let video = VideoRecorder::create(path, every, self.views.clone(), cycle_s);
-            album.video = Some(video.map_err(|error| format!("--video: {error}"))?);
+            pictures.video = Some(video.map_err(|error| format!("--video: {error}"))?);
         }
-        Ok(if album.is_empty() { Vec::new() } else { vec![Box::new(album)] })
+        Ok(if pictures.is_empty() { Vec::new() } else { vec![Box::new(pictures)] })
     }
 }
 

@@ -30,6 +30,14 @@ pub fn scenario_error(error: &ScenarioError) -> ExitCode {
     ExitCode::from(USAGE_ERROR)
 }
 
+/// Says all that is wrong with a scenario, one after the other; exit status 2.
+pub fn scenario_errors(errors: &[ScenarioError]) -> ExitCode {
+    for error in errors {
+        scenario_error(error);
+    }
+    ExitCode::from(USAGE_ERROR)
+}
+
 /// Says something that is no error but worth knowing.
 pub fn note(message: &str) {
     print_error(message);

@@ -35,7 +35,7 @@ const SCENARIO: &str = r#"{ "rules": "free", "seed": 7, "ball": { "position_m": 
 const CYCLES: usize = 190;
 
 /// What is so and what is believed at the end of a cycle.
-struct Moment {
+struct Sample {
     time_s: f32,
     scene: Scene,
     own: Pose,
@@ -45,10 +45,10 @@ struct Moment {
     belief: Belief,
 }
 
-impl Moment {
-    fn of(played: &FigureMatch) -> Moment {
+impl Sample {
+    fn of(played: &FigureMatch) -> Sample {
         let app = &played.app;
-        Moment {
+        Sample {
             time_s: played.time_s() as f32,
             scene: played.scene().clone(),
             own: app.robot_pose(PINK).unwrap_or_default(),
@@ -81,15 +81,15 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
     let own = team_from_pitch(played.app.robot_pose(PINK).unwrap_or_default(), End::PositiveX);
     let Some(pink) = pink else { return Err(missing("the robot does not play")) };
     played.app.world_mut().entity_mut(pink).insert((SimpleBelief::default(), Belief::at(own)));
-    let mut moments = vec![Moment::of(&played)];
-    played.play(CYCLES, |played| moments.push(Moment::of(played)));
+    let mut samples = vec![Sample::of(&played)];
+    played.play(CYCLES, |played| samples.push(Sample::of(played)));
 
-    let seen = moments.iter().position(|moment| moment.track().is_some());
+    let seen = samples.iter().position(|sample| sample.track().is_some());
     let seen = seen.ok_or(missing("the opponent was not seen"))?;
-    let before_echo = |index: &usize| moments[*index + 1].heard() && moments[*index].track().is_some();
-    let remembered = (seen..moments.len() - 1).find(before_echo).ok_or(missing("the opponent was not heard"))?;
+    let before_echo = |index: &usize| samples[*index + 1].heard() && samples[*index].track().is_some();
+    let remembered = (seen..samples.len() - 1).find(before_echo).ok_or(missing("the opponent was not heard"))?;
     // The echo has been taken for what it says after a few cycles.
-    let heard = (remembered + 12).min(moments.len() - 1);
+    let heard = (remembered + 12).min(samples.len() - 1);
     let nothing = seen.saturating_sub(24);
 
     let mut canvas = Canvas::scaled(SIZE, scale, PAPER);
@@ -100,10 +100,10 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
     ];
     for (column, (letter, words, index, earlier)) in panels.into_iter().enumerate() {
         let at = Vec2::new(96.0 + 508.0 * column as f32, 56.0);
-        let moment = &moments[index];
-        let words = format!("{words}, {:.1} s", moment.time_s);
+        let sample = &samples[index];
+        let words = format!("{words}, {:.1} s", sample.time_s);
         caption(&mut canvas, letter, &words, at - Vec2::Y * 16.0);
-        draw_stage(&mut canvas, at, moment, earlier.map(|earlier| &moments[earlier]), column == 0);
+        draw_stage(&mut canvas, at, sample, earlier.map(|earlier| &samples[earlier]), column == 0);
     }
     let beliefs = [
         (YELLOW, "where the robot on the right thinks that its opponent is; 95 % ellipse"),
@@ -115,7 +115,7 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
         (ORANGE, "the distance that its sonars measure, and in grey, their sectors and the camera's view"),
     ];
     key(&mut canvas, &others, Vec2::new(820.0, 596.0));
-    draw_deviations(&mut canvas, &moments, [("a", nothing), ("b", seen), ("c", heard)]);
+    draw_deviations(&mut canvas, &samples, [("a", nothing), ("b", seen), ("c", heard)]);
     Ok(canvas.into_image())
 }
 
@@ -124,38 +124,38 @@ fn missing(missing: &'static str) -> FigureError {
 }
 
 /// A stage from above.
-fn draw_stage(canvas: &mut Canvas, at: Vec2, moment: &Moment, earlier: Option<&Moment>, is_first: bool) {
+fn draw_stage(canvas: &mut Canvas, at: Vec2, sample: &Sample, earlier: Option<&Sample>, is_first: bool) {
     let plan = Plan::new(at, Vec2::new(452.0, 400.0), Vec2::new(-0.1, 0.0), 170.0, false);
     let mut picture = Canvas::scaled(plan.axes.size, canvas.scale(), PAPER);
     let inner = Plan { axes: Axes { at: Vec2::ZERO, ..plan.axes }, ..plan };
-    inner.picture(&mut picture, &moment.scene);
+    inner.picture(&mut picture, &sample.scene);
     // What the robot perceives with.
     let fov = to_radians(23.9);
-    let view = inner.places(sector(moment.own, moment.head.yaw, fov, [0.08, 4.0]));
+    let view = inner.places(sector(sample.own, sample.head.yaw, fov, [0.08, 4.0]));
     picture.fill(&view, PAPER, 0.13);
     picture.outline(&view, GREY, 1.5);
     let settings = SonarSettings::default();
-    for (heading, distance) in [(settings.heading, moment.sonar.left), (-settings.heading, moment.sonar.right)] {
+    for (heading, distance) in [(settings.heading, sample.sonar.left), (-settings.heading, sample.sonar.right)] {
         let range = [settings.min_m, settings.max_m];
-        picture.outline(&inner.places(sector(moment.own, heading, settings.half_angle, range)), GREY, 1.2);
+        picture.outline(&inner.places(sector(sample.own, heading, settings.half_angle, range)), GREY, 1.2);
         if let Some(distance) = distance {
-            let echo = inner.places(marks::arc(moment.own, heading, settings.half_angle, distance));
+            let echo = inner.places(marks::arc(sample.own, heading, settings.half_angle, distance));
             bright_line(&mut picture, &echo, ORANGE, 4.0);
         }
     }
     // What it makes of that.
-    let own = moment.belief.pose_in_pitch(End::PositiveX);
-    let [xx, xy, yy, ..] = moment.belief.pose_covariance;
+    let own = sample.belief.pose_in_pitch(End::PositiveX);
+    let [xx, xy, yy, ..] = sample.belief.pose_covariance;
     draw_pose(&mut picture, &inner, own);
     bright_line(&mut picture, &closed(inner.places(confidence_ellipse(own.position, [xx, xy, yy]))), SKY_BLUE, 2.5);
-    if let Some(track) = earlier.and_then(Moment::track) {
+    if let Some(track) = earlier.and_then(Sample::track) {
         draw_track(&mut picture, &inner, track, VERMILION, 0.0);
     }
-    match moment.track() {
+    match sample.track() {
         Some(track) => {
             draw_track(&mut picture, &inner, track, YELLOW, 0.25);
-            let error = point_pitch_from_team(track.position_m, End::PositiveX).distance(moment.opponent.position);
-            let sd = moment.sd().unwrap_or_default();
+            let error = point_pitch_from_team(track.position_m, End::PositiveX).distance(sample.opponent.position);
+            let sd = sample.sd().unwrap_or_default();
             let words = format!(
                 "error {:.0} cm; along the line of sight \u{b1}{:.0} cm, across \u{b1}{:.0} cm",
                 100.0 * error,
@@ -165,7 +165,7 @@ fn draw_stage(canvas: &mut Canvas, at: Vec2, moment: &Moment, earlier: Option<&M
             remark(canvas, &words, at + Vec2::new(0.0, plan.axes.size.y + 76.0));
         }
         None => {
-            let words = format!("the head is turned by {:.0}\u{b0}: no opponent is known", to_degrees(moment.head.yaw));
+            let words = format!("the head is turned by {:.0}\u{b0}: no opponent is known", to_degrees(sample.head.yaw));
             remark(canvas, &words, at + Vec2::new(0.0, plan.axes.size.y + 76.0));
         }
     }
@@ -198,31 +198,31 @@ fn draw_pose(canvas: &mut Canvas, plan: &Plan, pose: Pose) {
 }
 
 /// How much the opponent's place is uncertain over time.
-fn draw_deviations(canvas: &mut Canvas, moments: &[Moment], stages: [(&str, usize); 3]) {
+fn draw_deviations(canvas: &mut Canvas, samples: &[Sample], stages: [(&str, usize); 3]) {
     let at = Vec2::new(96.0, 722.0);
-    let end_s = moments.last().map_or(1.0, |moment| moment.time_s);
+    let end_s = samples.last().map_or(1.0, |sample| sample.time_s);
     let axes = Axes { at, size: Vec2::new(1464.0, 270.0), across: [0.0, end_s], up: [0.0, 0.5] };
     axes.grid(canvas, [1.0, 0.1]);
     for (letter, index) in stages {
-        let x = axes.place(Vec2::new(moments[index].time_s, 0.0)).x;
+        let x = axes.place(Vec2::new(samples[index].time_s, 0.0)).x;
         canvas.dashes(&[Vec2::new(x, at.y), Vec2::new(x, at.y + axes.size.y)], INK, 1.5);
         canvas.words(&format!("({letter})"), Vec2::new(x + 6.0, at.y + 22.0), 19.0, Anchor::Left, INK);
     }
-    let curve = |value: &dyn Fn(&Moment) -> Option<f32>| -> Vec<Vec2> {
-        moments
+    let curve = |value: &dyn Fn(&Sample) -> Option<f32>| -> Vec<Vec2> {
+        samples
             .iter()
-            .filter_map(|moment| Some(axes.place(Vec2::new(moment.time_s, value(moment)?.min(0.5)))))
+            .filter_map(|sample| Some(axes.place(Vec2::new(sample.time_s, value(sample)?.min(0.5)))))
             .collect()
     };
-    canvas.line(&curve(&|moment| Some(moment.sd()?[0])), VERMILION, 3.5);
-    canvas.line(&curve(&|moment| Some(moment.sd()?[1])), marks::BLUE, 3.5);
-    let error = |moment: &Moment| {
-        let place = point_pitch_from_team(moment.track()?.position_m, End::PositiveX);
-        Some(place.distance(moment.opponent.position))
+    canvas.line(&curve(&|sample| Some(sample.sd()?[0])), VERMILION, 3.5);
+    canvas.line(&curve(&|sample| Some(sample.sd()?[1])), marks::BLUE, 3.5);
+    let error = |sample: &Sample| {
+        let place = point_pitch_from_team(sample.track()?.position_m, End::PositiveX);
+        Some(place.distance(sample.opponent.position))
     };
     canvas.line(&curve(&error), INK, 2.0);
     axes.frame(canvas, [1.0, 0.1], ["time, s", "m"]);
-    caption(canvas, "d", "Doubt and error over time", at - Vec2::Y * 16.0);
+    caption(canvas, "d", "Uncertainty and error over time", at - Vec2::Y * 16.0);
     for (index, (colour, words)) in [
         (VERMILION, "standard deviation along the line of sight"),
         (marks::BLUE, "standard deviation across it"),

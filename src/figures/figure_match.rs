@@ -9,7 +9,7 @@ use crate::appearance::scene::Scene;
 use crate::appearance::view::View;
 use crate::camera_model::{CameraIntrinsics, CameraSide, CameraView};
 use crate::cycle::CycleClock;
-use crate::record::photographer::Photographer;
+use crate::record::match_renderer::MatchRenderer;
 use crate::scenario::Scenario;
 use crate::sensing::camera::CameraSettings;
 use crate::sensing::camera::image::{Image, Layers};
@@ -33,7 +33,7 @@ const ABOVE_M: [f32; 2] = [14.0, 110.0];
 pub struct FigureMatch {
     /// The app that plays it.
     pub app: App,
-    photographer: Photographer,
+    renderer: MatchRenderer,
 }
 
 impl FigureMatch {
@@ -45,8 +45,8 @@ impl FigureMatch {
         let mut app = App::new();
         app.add_plugins(NaoisisPlugins);
         app.start_match(&Scenario::from_json(scenario)?)?;
-        let mut played = FigureMatch { app, photographer: Photographer::default() };
-        played.photographer.look(played.app.world_mut());
+        let mut played = FigureMatch { app, renderer: MatchRenderer::default() };
+        played.renderer.look(played.app.world_mut());
         Ok(played)
     }
 
@@ -54,7 +54,7 @@ impl FigureMatch {
     pub fn play(&mut self, cycles: usize, mut after: impl FnMut(&FigureMatch)) {
         for _ in 0..cycles {
             self.app.run_cycles(1);
-            self.photographer.look(self.app.world_mut());
+            self.renderer.look(self.app.world_mut());
             after(self);
         }
     }
@@ -66,7 +66,7 @@ impl FigureMatch {
 
     /// What there is to see now.
     pub fn scene(&self) -> &Scene {
-        self.photographer.scene()
+        self.renderer.scene()
     }
 
     /// Where the ball is, m, pitch frame; the origin if there is none.

@@ -11,14 +11,14 @@ use crate::camera_model::CameraSide;
 use crate::events::MatchEvent;
 use crate::game::GameState;
 use crate::record::canvas::{Anchor, Canvas, GREY, INK, PAPER, ellipse};
-use crate::record::photographer::view_of_field;
+use crate::record::match_renderer::view_of_field;
 use crate::sensing::camera::image::Image;
 use crate::simulation::MatchApp;
 use crate::team::Team;
 
 const SIZE: Vec2 = Vec2::new(1600.0, 1180.0);
 const COLUMNS: usize = 4;
-const MOMENTS: usize = 8;
+const SAMPLES: usize = 8;
 const WIDTH: f32 = 374.0;
 const FIELD_HEIGHT: f32 = 214.0;
 /// The longest wait for a goal, cycles.
@@ -27,39 +27,39 @@ const MOST_CYCLES: usize = 1_500;
 const SEEDS: u64 = 40;
 
 /// What there is to see after a cycle of play.
-struct Moment {
+struct Sample {
     time_s: f64,
     scene: Scene,
 }
 
 /// Draws it.
 pub fn draw(scale: f32) -> Result<Image, FigureError> {
-    let (moments, scorer) = first_goal()?;
+    let (samples, scorer) = first_goal()?;
     let mut canvas = Canvas::scaled(SIZE, scale, PAPER);
-    let last = moments.len() - 1;
-    let begin_s = moments[0].time_s;
-    for place in 0..MOMENTS {
-        let moment = &moments[place * last / (MOMENTS - 1)];
+    let last = samples.len() - 1;
+    let begin_s = samples[0].time_s;
+    for place in 0..SAMPLES {
+        let sample = &samples[place * last / (SAMPLES - 1)];
         let (column, row) = ((place % COLUMNS) as f32, (place / COLUMNS) as f32);
         let at = Vec2::new(30.0 + 388.7 * column, 48.0 + 578.0 * row);
         let words = match place {
             0 => "kick-off".to_owned(),
-            7 => format!("{:.1} s: goal for {scorer}", moment.time_s - begin_s),
-            _ => format!("{:.1} s", moment.time_s - begin_s),
+            7 => format!("{:.1} s: goal for {scorer}", sample.time_s - begin_s),
+            _ => format!("{:.1} s", sample.time_s - begin_s),
         };
         canvas.words(&words, at - Vec2::Y * 10.0, 21.0, Anchor::Left, INK);
         let size = Vec2::new(WIDTH, FIELD_HEIGHT);
         let size = pixels(size, scale);
-        let view = View { supersampling: supersampling(size), ..view_of_field(&moment.scene.pitch, size) };
-        canvas.pixels(&figure_match::draw(&moment.scene, &view), at);
-        if let Some(pixel) = moment.scene.ball.and_then(|ball| view.project(ball.centre())) {
+        let view = View { supersampling: supersampling(size), ..view_of_field(&sample.scene.pitch, size) };
+        canvas.pixels(&figure_match::draw(&sample.scene, &view), at);
+        if let Some(pixel) = sample.scene.ball.and_then(|ball| view.project(ball.centre())) {
             // The ball is so small that nobody would find it.
             let ring = ellipse(at + pixel / scale, Vec2::X * 9.0, Vec2::Y * 9.0);
             canvas.outline(&ring, YELLOW, 2.0);
         }
         let below = at + Vec2::Y * (FIELD_HEIGHT + 4.0);
-        match view_of_robot(&moment.scene, PINK, CameraSide::Top, WIDTH, scale) {
-            Some((view, _)) => canvas.pixels(&figure_match::draw(&moment.scene, &view), below),
+        match view_of_robot(&sample.scene, PINK, CameraSide::Top, WIDTH, scale) {
+            Some((view, _)) => canvas.pixels(&figure_match::draw(&sample.scene, &view), below),
             None => {
                 let size = Vec2::new(WIDTH, 0.75 * WIDTH);
                 canvas.rectangle(below, size, GREY, 0.25);
@@ -71,7 +71,7 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
 }
 
 /// The cycles from the kick-off until the ball is in a goal, and who scored: of the first match in which that is soon.
-fn first_goal() -> Result<(Vec<Moment>, Team), FigureError> {
+fn first_goal() -> Result<(Vec<Sample>, Team), FigureError> {
     for seed in 1..=SEEDS {
         if let Some(goal) = first_goal_of(seed)? {
             return Ok(goal);
@@ -81,12 +81,12 @@ fn first_goal() -> Result<(Vec<Moment>, Team), FigureError> {
 }
 
 /// The same of the match with this seed; none if there is no goal soon.
-fn first_goal_of(seed: u64) -> Result<Option<(Vec<Moment>, Team)>, FigureError> {
+fn first_goal_of(seed: u64) -> Result<Option<(Vec<Sample>, Team)>, FigureError> {
     let mut played = FigureMatch::begin(&format!(
         r#"{{ "seed": {seed}, "rules": {{ "preset": "naoisis", "team_size": 1 }},
              "teams": {{ "blue": "chasers", "pink": "chasers" }} }}"#
     ))?;
-    let mut moments: Vec<Moment> = Vec::new();
+    let mut samples: Vec<Sample> = Vec::new();
     for _ in 0..MOST_CYCLES {
         played.play(1, |_| ());
         let goal = played.app.events().iter().find_map(|event| match event {
@@ -94,12 +94,12 @@ fn first_goal_of(seed: u64) -> Result<Option<(Vec<Moment>, Team)>, FigureError> 
             _ => None,
         });
         if let Some(team) = goal
-            && !moments.is_empty()
+            && !samples.is_empty()
         {
-            return Ok(Some((moments, team)));
+            return Ok(Some((samples, team)));
         }
         if played.app.game().state == GameState::Playing {
-            moments.push(Moment { time_s: played.time_s(), scene: played.scene().clone() });
+            samples.push(Sample { time_s: played.time_s(), scene: played.scene().clone() });
         }
     }
     Ok(None)

@@ -213,42 +213,55 @@ pub struct PitchError {
     pub message: String,
     /// What would be right.
     pub expected: String,
+    /// The field that the limit comes from, if it is not the same for all pitches.
+    pub limited_by: Option<&'static str>,
 }
 
 impl Pitch {
     /// Checks that the dimensions describe a pitch on which a match can be played.
     ///
     /// # Errors
-    /// The first field that is out of range.
+    /// The first of the [errors](Pitch::errors).
     pub fn validate(&self) -> Result<(), PitchError> {
+        self.errors().into_iter().next().map_or(Ok(()), Err)
+    }
+
+    /// All fields that are out of range.
+    pub fn errors(&self) -> Vec<PitchError> {
         let ranges = [
-            ("length_m", self.length_m, 1.0, 120.0),
-            ("width_m", self.width_m, 1.0, 90.0),
-            ("line_width_m", self.line_width_m, 0.01, 0.5),
-            ("border_m", self.border_m, 0.2, 10.0),
-            ("centre_circle_diameter_m", self.centre_circle_diameter_m, 0.1, self.width_m),
-            ("penalty_area.depth_m", self.penalty_area.depth_m, 0.0, self.length_m / 2.0),
-            ("penalty_area.width_m", self.penalty_area.width_m, 0.0, self.width_m),
-            ("goal_area.depth_m", self.goal_area.unwrap_or_default().depth_m, 0.0, self.length_m / 2.0),
-            ("goal_area.width_m", self.goal_area.unwrap_or_default().width_m, 0.0, self.width_m),
-            ("penalty_mark_distance_m", self.penalty_mark_distance_m, 0.0, self.length_m / 2.0),
-            ("penalty_mark_size_m", self.penalty_mark_size_m, 0.0, 1.0),
-            ("goal.width_m", self.goal.width_m, 0.2, self.width_m),
-            ("goal.height_m", self.goal.height_m, 0.1, 10.0),
-            ("goal.depth_m", self.goal.depth_m, 0.05, 10.0),
-            ("goal.post_diameter_m", self.goal.post_diameter_m, 0.01, self.goal.width_m / 2.0),
-            ("goal.bar_diameter_m", self.goal.bar_diameter_m, 0.005, self.goal.width_m / 2.0),
+            ("length_m", self.length_m, 1.0, 120.0, None),
+            ("width_m", self.width_m, 1.0, 90.0, None),
+            ("line_width_m", self.line_width_m, 0.01, 0.5, None),
+            ("border_m", self.border_m, 0.2, 10.0, None),
+            ("centre_circle_diameter_m", self.centre_circle_diameter_m, 0.1, self.width_m, Some("width_m")),
+            ("penalty_area.depth_m", self.penalty_area.depth_m, 0.0, self.length_m / 2.0, Some("length_m")),
+            ("penalty_area.width_m", self.penalty_area.width_m, 0.0, self.width_m, Some("width_m")),
+            (
+                "goal_area.depth_m",
+                self.goal_area.unwrap_or_default().depth_m,
+                0.0,
+                self.length_m / 2.0,
+                Some("length_m"),
+            ),
+            ("goal_area.width_m", self.goal_area.unwrap_or_default().width_m, 0.0, self.width_m, Some("width_m")),
+            ("penalty_mark_distance_m", self.penalty_mark_distance_m, 0.0, self.length_m / 2.0, Some("length_m")),
+            ("penalty_mark_size_m", self.penalty_mark_size_m, 0.0, 1.0, None),
+            ("goal.width_m", self.goal.width_m, 0.2, self.width_m, Some("width_m")),
+            ("goal.height_m", self.goal.height_m, 0.1, 10.0, None),
+            ("goal.depth_m", self.goal.depth_m, 0.05, 10.0, None),
+            ("goal.post_diameter_m", self.goal.post_diameter_m, 0.01, self.goal.width_m / 2.0, Some("goal.width_m")),
+            ("goal.bar_diameter_m", self.goal.bar_diameter_m, 0.005, self.goal.width_m / 2.0, Some("goal.width_m")),
         ];
-        for (field, value, least, most) in ranges {
-            if !(least..=most).contains(&value) {
-                return Err(PitchError {
-                    field,
-                    message: format!("{field} is {value}"),
-                    expected: format!("{least} to {most} m"),
-                });
-            }
-        }
-        Ok(())
+        ranges
+            .into_iter()
+            .filter(|(_, value, least, most, _)| !(*least..=*most).contains(value))
+            .map(|(field, value, least, most, limited_by)| PitchError {
+                field,
+                message: format!("{field} is {value}"),
+                expected: format!("{least} to {most} m"),
+                limited_by,
+            })
+            .collect()
     }
 }
 

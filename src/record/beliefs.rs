@@ -3,9 +3,10 @@
 use bevy::prelude::*;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::cycle_record::CycleRecord;
+use super::output_file::OutputFile;
 use super::recorder::{MatchEnd, RecordError, Recorder};
 use crate::belief::error::{BeliefError, NEES_95_PLACE, NEES_95_POSE, Truth};
 use crate::belief::{point_team_from_pitch, team_from_pitch};
@@ -23,7 +24,7 @@ const HEADER: &str = "cycle,time_s,robot,position_error_m,heading_error_deg,pose
 
 /// A table of errors that is being written, and what its summary needs.
 pub struct BeliefRecorder {
-    path: PathBuf,
+    output: OutputFile,
     file: BufWriter<File>,
     /// Every so many cycles there are rows.
     every: u64,
@@ -51,17 +52,15 @@ struct RobotErrors {
 }
 
 impl BeliefRecorder {
-    /// A table in a new file.
+    /// A table in a file, which replaces any that is there when the match is over.
     ///
     /// # Errors
     /// When the file cannot be written.
     pub fn create(path: &Path) -> Result<Self, RecordError> {
-        let file = File::create(path).and_then(|file| {
-            let mut file = BufWriter::new(file);
-            writeln!(file, "{HEADER}").map(|()| file)
-        });
-        let file = file.map_err(RecordError::io(path))?;
-        Ok(Self { path: path.to_owned(), file, every: 1, robots: Vec::new(), error: None })
+        let output = OutputFile::create(path)?;
+        let mut file = BufWriter::new(output.writer()?);
+        let error = writeln!(file, "{HEADER}").err();
+        Ok(Self { output, file, every: 1, robots: Vec::new(), error })
     }
 
     fn write_rows(&mut self, record: &CycleRecord) -> io::Result<()> {
@@ -172,8 +171,8 @@ impl Recorder for BeliefRecorder {
 
     /// Says the summary, a line a robot.
     fn finish(mut self: Box<Self>, _: &MatchEnd, _: &CycleRecord) -> Result<Option<String>, RecordError> {
-        let closed = self.error.take().map_or_else(|| self.file.flush(), Err);
-        closed.map_err(RecordError::io(&self.path))?;
+        let written = self.error.take().map_or_else(|| self.file.flush(), Err);
+        self.output.close(written)?;
         if self.robots.is_empty() {
             return Ok(Some("no robot has beliefs\n".to_owned()));
         }

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::BTreeMap;
 
-use super::vocabulary::{Command, Perception, head_angles};
+use super::vocabulary::{Perception, RobotCommand, head_angles};
 use crate::behaviour::drawings::Drawings;
 use crate::belief::Belief;
 use crate::communication::ReceivedMessage;
@@ -110,7 +110,7 @@ pub struct RobotRecord {
     pub belief: Option<Belief>,
     /// What it wanted; none at the start.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub command: Option<Command>,
+    pub command: Option<RobotCommand>,
     /// What its behaviour drew.
     #[serde(default, skip_serializing_if = "Drawings::is_empty")]
     pub drawings: Drawings,

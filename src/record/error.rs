@@ -32,6 +32,14 @@ pub enum RecordError {
         /// What the system says.
         error: io::Error,
     },
+    /// It is not written, and what it was to replace is still there.
+    #[error("{error}; the earlier file is as it was, and what there is of the new one is {unfinished}")]
+    NotReplaced {
+        /// Why.
+        error: Box<RecordError>,
+        /// Where that is which could be written.
+        unfinished: PathBuf,
+    },
     /// It cannot be encoded.
     #[error("{path}: {message}")]
     Encoding {

@@ -7,8 +7,9 @@ use serde::{Deserialize, Deserializer};
 use std::collections::BTreeMap;
 
 use super::trace_fields::TRACE_FIELDS;
+use crate::scenario::wording::{in_words, nearest, one_of, quoted};
 
-/// What every line has, and every robot: what the rest belongs to.
+/// What every line has, and every robot, asked for or not: what the rest belongs to.
 const ALWAYS: [&str; 4] = ["type", "cycle", "time_s", "id"];
 
 /// Parts of a trace's lines, by their names: `ball`, `robots.pose`, `events`. By default all.
@@ -25,17 +26,28 @@ struct Node(BTreeMap<String, Node>);
 
 /// A name that is no part of a trace.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
-#[error("there is no field `{name}` in a trace; expected some of {}", known_names().collect::<Vec<_>>().join(", "))]
-pub struct NoSuchField {
-    name: String,
+#[error("{}", .0)]
+pub struct NoSuchField(String);
+
+impl NoSuchField {
+    fn named(name: &str) -> Self {
+        let meant = meant_by(name).map(|name| format!(": did you mean `{name}`?")).unwrap_or_default();
+        let message = format!("there is no field {} in a trace{meant}", quoted(name));
+        let wholes = known_names().filter(|name| !name.contains('.') && !ALWAYS.contains(name));
+        let expected = format!("{}, or a part of one, such as `robots.pose`", one_of(wholes));
+        NoSuchField(in_words(&message, &expected))
+    }
 }
 
-/// The names of all parts but those that are always there.
+/// The names of all parts.
 fn known_names() -> impl Iterator<Item = &'static str> {
-    TRACE_FIELDS
-        .iter()
-        .map(|field| field.name)
-        .filter(|name| !ALWAYS.contains(&name.rsplit('.').next().unwrap_or(name)))
+    TRACE_FIELDS.iter().map(|field| field.name)
+}
+
+/// The part that was probably meant: one that is called so within another, or one that a few typing errors lead to.
+fn meant_by(name: &str) -> Option<&'static str> {
+    let is_within = |known: &&str| !name.is_empty() && known.strip_suffix(name).is_some_and(|rest| rest.ends_with('.'));
+    known_names().find(is_within).or_else(|| nearest(name, known_names()))
 }
 
 impl Fields {
@@ -74,7 +86,7 @@ impl Fields {
         let mut wholes: Vec<&str> = Vec::new();
         for name in names.map(str::trim).filter(|name| !name.is_empty()) {
             if !known(name) {
-                return Err(NoSuchField { name: name.to_owned() });
+                return Err(NoSuchField::named(name));
             }
             fields.names.push(name.to_owned());
             wholes.push(name);
@@ -102,7 +114,7 @@ impl FromStr for Fields {
                     .any(|known| known == name || known.strip_prefix(name).is_some_and(|rest| rest.starts_with('.')))
         };
         let fields = Self::from_names(list.split(','), is_known)?;
-        if fields.is_all() { Err(NoSuchField { name: String::new() }) } else { Ok(fields) }
+        if fields.is_all() { Err(NoSuchField::named("")) } else { Ok(fields) }
     }
 }
 

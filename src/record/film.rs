@@ -2,14 +2,14 @@
 //! a video, or a folder of PNG files.
 
 use bevy::prelude::Resource;
-use std::fs;
+use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::encoder::{EncoderThreads, Layer, PngWork, RecordError, VideoWork};
 use super::frames::make_empty_folder;
-use super::video::{EXTENSION, create_new};
+use super::video::{EXTENSION, check_extension};
 use crate::sensing::camera::image::Image;
 
 /// Time between the pictures of a film, s.
@@ -40,7 +40,11 @@ impl Film {
     /// # Errors
     /// When there is such a file already, its name does not end in `.mp4`, or it cannot be written.
     pub fn create_video(path: &Path) -> Result<Self, RecordError> {
-        let file = create_new(path, EXTENSION)?;
+        check_extension(path, EXTENSION)?;
+        let file = File::create_new(path).map_err(|error| match error.kind() {
+            io::ErrorKind::AlreadyExists => RecordError::Exists(path.to_owned()),
+            _ => RecordError::Io { path: path.to_owned(), error },
+        })?;
         Ok(Self::of(path, Encoders::Video(EncoderThreads::for_video(path, file, FRAME_S))))
     }
 

@@ -4,8 +4,9 @@
 //! use bevy::prelude::*;
 //! use naoisis::prelude::*;
 //! use naoisis::record::cycle_record::CycleRecord;
+//! use naoisis::record::output_file::OutputFile;
 //! use naoisis::record::recorder::{MatchEnd, RecordError, Recorder};
-//! use std::fs;
+//! use std::io::Write;
 //! use std::path::{Path, PathBuf};
 //!
 //! /// The ball's places, a line a cycle.
@@ -28,8 +29,9 @@
 //!     }
 //!
 //!     fn finish(self: Box<Self>, _: &MatchEnd, _: &CycleRecord) -> Result<Option<String>, RecordError> {
-//!         fs::write(&self.path, &self.lines).map_err(RecordError::io(&self.path))?;
-//!         Ok(None)
+//!         let output = OutputFile::create(&self.path)?;
+//!         let written = output.writer()?.write_all(self.lines.as_bytes());
+//!         output.close(written).map(|()| None)
 //!     }
 //! }
 //!

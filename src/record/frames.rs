@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::encoder::{EncoderThreads, Layer, PngWork, RecordError};
-use super::photographer::{Photographer, newest_image};
+use super::match_renderer::{MatchRenderer, newest_image};
 use super::picture::Picture;
 use crate::camera_model::CameraSide;
 use crate::cycle::CycleClock;
@@ -49,7 +49,7 @@ impl FrameRecorder {
 
     /// Writes the frames of the cycle that has just ended, if it is one of those that are wanted. Images that robots' cameras
     /// took in an earlier one have that one's number, and are written once.
-    pub fn record(&mut self, world: &mut World, photographer: &mut Photographer) {
+    pub fn record(&mut self, world: &mut World, renderer: &mut MatchRenderer) {
         let cycle = world.resource::<CycleClock>().cycle;
         if !cycle.is_multiple_of(self.every) || self.has_failed() {
             return;
@@ -64,7 +64,7 @@ impl FrameRecorder {
             if before.is_some_and(|before| cycle <= before) {
                 continue;
             }
-            if let Some(image) = picture.take(photographer, world) {
+            if let Some(image) = picture.take(renderer, world) {
                 let (name, image) = (folder_name(picture), Arc::new(image));
                 if !image.labels.is_empty() {
                     self.write(&format!("{name}_labels"), cycle, Layer::Labels, &image);
@@ -217,13 +217,13 @@ mod tests {
         let scenario = format!(r#"{{ "rules": "free", "robots": [{{ "number": 1 }}], "cameras": {cameras} }}"#);
         app.start_match(&Scenario::from_json(&scenario).unwrap()).unwrap();
         let mut frames = FrameRecorder::create(folder.path(), every, pictures).unwrap();
-        let mut photographer = Photographer::default();
+        let mut renderer = MatchRenderer::default();
         for cycle in 0..13 {
             if cycle > 0 {
                 app.run_cycles(1);
             }
-            photographer.look(app.world_mut());
-            frames.record(app.world_mut(), &mut photographer);
+            renderer.look(app.world_mut());
+            frames.record(app.world_mut(), &mut renderer);
         }
         frames.finish().unwrap();
         let sorted = |folder: &Path| {

@@ -8,7 +8,7 @@ use bevy::prelude::*;
 use std::collections::BTreeMap;
 
 use super::cycle_record::{BallRecord, CycleRecord, GameRecord, PenaltyRecord, RobotRecord};
-use super::vocabulary::{Command, Commanded, Perceived};
+use super::vocabulary::{Commanded, Perceived, RobotCommand};
 use crate::ball::{Ball, BallPhysics, BallVelocity};
 use crate::behaviour::drawings::Drawings;
 use crate::belief::Belief;
@@ -37,7 +37,7 @@ pub struct CurrentRecord {
     /// The cycle that was over last.
     pub record: CycleRecord,
     /// What robots want in the cycle under way.
-    commands: BTreeMap<RobotId, Command>,
+    commands: BTreeMap<RobotId, RobotCommand>,
     /// When the record was gathered: a head's command that was given since then is a new one.
     gathered: Tick,
 }
@@ -99,7 +99,7 @@ impl RecordedMatch<'_, '_> {
         current.gathered = self.ticks.this_run();
     }
 
-    fn robot(&self, id: RobotId, entity: Entity, command: Option<Command>) -> Option<RobotRecord> {
+    fn robot(&self, id: RobotId, entity: Entity, command: Option<RobotCommand>) -> Option<RobotRecord> {
         let robot = self.robots.get(entity).ok()?;
         let record = RobotRecord {
             pose: *robot.pose,

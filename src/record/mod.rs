@@ -4,7 +4,6 @@
 //! Everything begins with one [record of each cycle](cycle_record::CycleRecord), in the [words](vocabulary) of all doors. It
 //! is [gathered](gather) once, and every [`Recorder`](recorder::Recorder) makes of it what it likes.
 
-pub mod album;
 pub mod beliefs;
 pub(crate) mod canvas;
 mod colour_description;
@@ -18,8 +17,10 @@ pub mod frames;
 pub mod gather;
 pub mod history;
 mod lean;
-pub mod photographer;
+pub mod match_renderer;
+pub mod output_file;
 pub mod picture;
+pub mod picture_recorder;
 mod plugin;
 mod png_file;
 pub mod read;

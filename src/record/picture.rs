@@ -4,7 +4,7 @@ use bevy::prelude::*;
 use core::fmt;
 use core::str::FromStr;
 
-use super::photographer::{Photographer, view_of_field};
+use super::match_renderer::{MatchRenderer, view_of_field};
 use crate::camera_model::CameraSide;
 use crate::sensing::camera::image::Image;
 use crate::team::{RobotId, Team};
@@ -23,14 +23,14 @@ pub enum Picture {
 }
 
 impl Picture {
-    /// Takes it of the match as the photographer has just seen it. Of a robot that is not on the pitch there is none.
-    pub fn take(self, photographer: &mut Photographer, world: &mut World) -> Option<Image> {
+    /// Takes it of the match as the renderer has just seen it. Of a robot that is not on the pitch there is none.
+    pub fn take(self, renderer: &mut MatchRenderer, world: &mut World) -> Option<Image> {
         match self {
             Picture::Field => {
-                let view = view_of_field(&photographer.scene().pitch, FIELD_SIZE);
-                Some(photographer.draw(world, &view))
+                let view = view_of_field(&renderer.scene().pitch, FIELD_SIZE);
+                Some(renderer.draw(world, &view))
             }
-            Picture::Camera(robot, side) => photographer.through_the_eyes_of(world, robot, side),
+            Picture::Camera(robot, side) => renderer.through_the_eyes_of(world, robot, side),
         }
     }
 }

@@ -4,15 +4,16 @@
 //! killed lacks its last line, or has a part of it: what it has until there is read, and [`TraceReader::ending`] says so.
 
 use serde::Deserialize;
+use serde_json::Value;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
-use super::cycle_record::CycleRecord;
+use super::cycle_record::{BallRecord, CycleRecord, RobotRecord};
 use super::fields::Fields;
 use super::recorder::{EndReason, MatchEnd};
 use super::trace::{FORMAT, VERSION, is_compressed};
-use crate::scenario::Scenario;
+use crate::scenario::{FieldPath, Scenario, read_settings};
 
 /// A longer line is no cycle of a trace: one of twenty-two robots that all draw as much as they may has a tenth of it.
 const LONGEST_LINE_BYTES: u64 = 4 << 20;
@@ -20,6 +21,10 @@ const LONGEST_LINE_BYTES: u64 = 4 << 20;
 const LONGEST_HEADER_BYTES: u64 = 16 << 20;
 /// No match has more robots.
 const MOST_ROBOTS: usize = 2 * u8::MAX as usize;
+/// No match lasts longer, s: thirty years.
+const LONGEST_MATCH_S: f64 = 1e9;
+/// No robot and no ball is farther away, or faster, m and m/s.
+const FARTHEST: f32 = 1e6;
 
 /// Why a trace cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -30,7 +35,7 @@ pub enum TraceError {
     Io {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// What the system says.
         error: io::Error,
     },
     /// A line is wrong.
@@ -69,7 +74,7 @@ struct HeaderLine {
     every: u64,
     #[serde(default)]
     fields: Fields,
-    scenario: Scenario,
+    scenario: Value,
 }
 
 fn one() -> u64 {
@@ -91,7 +96,8 @@ pub struct TraceReader {
     every: u64,
     fields: Fields,
     scenario: Scenario,
-    last_cycle: Option<u64>,
+    /// The number of the last cycle, and its time, s.
+    last: Option<(u64, f64)>,
     ending: Ending,
 }
 
@@ -124,7 +130,7 @@ impl TraceReader {
             every: 1,
             fields: Fields::default(),
             scenario: Scenario::default(),
-            last_cycle: None,
+            last: None,
             ending: Ending::NotYet,
         };
         let expected = "a trace, which begins with its header";
@@ -141,8 +147,18 @@ impl TraceReader {
         }
         trace.every = header.every.max(1);
         trace.fields = header.fields;
-        trace.scenario = header.scenario;
+        trace.scenario = trace.scenario_of(&header.scenario)?;
         Ok(trace)
+    }
+
+    /// The scenario of the header, which must be as sound as that of a file.
+    fn scenario_of(&self, value: &Value) -> Result<Scenario, TraceError> {
+        let scenario = read_settings::<Scenario>(value, &FieldPath::default());
+        let sound = scenario.and_then(|scenario| scenario.validate().map(|()| scenario));
+        sound.map_err(|fault| {
+            let path = fault.path.clone().within(&FieldPath::from("scenario"));
+            self.fault(1, &format!("`{path}`: {}", fault.message), &fault.expected)
+        })
     }
 
     /// What the match started from; its seed is in it.
@@ -195,7 +211,7 @@ impl TraceReader {
             }
         }
         let record: CycleRecord = self.parse("a cycle of a trace")?;
-        if let Some(last) = self.last_cycle
+        if let Some((last, _)) = self.last
             && !(record.cycle > last && record.cycle - last <= self.every)
         {
             let message = format!("this is cycle {}, after cycle {last}", record.cycle);
@@ -205,8 +221,32 @@ impl TraceReader {
         if record.robots.len() > MOST_ROBOTS {
             return Err(self.fault(1, "there are more robots than can play", &format!("at most {MOST_ROBOTS}")));
         }
-        self.last_cycle = Some(record.cycle);
+        self.check_times_and_places(&record)?;
+        self.last = Some((record.cycle, record.time_s));
         Ok(Some(record))
+    }
+
+    /// That time does not go back, and that everything is where it can be shown.
+    fn check_times_and_places(&self, record: &CycleRecord) -> Result<(), TraceError> {
+        let from_s = self.last.map_or(0.0, |(_, last_s)| last_s);
+        if !(from_s..=LONGEST_MATCH_S).contains(&record.time_s) {
+            let message = format!("`time_s` is {}", record.time_s);
+            return Err(self.fault(1, &message, &format!("{from_s} s to {LONGEST_MATCH_S} s")));
+        }
+        let is_near = |numbers: &[f32]| numbers.iter().all(|number| number.abs() <= FARTHEST);
+        let expected = format!("at most {FARTHEST} m, and m/s");
+        if let Some(BallRecord { position_m, velocity_mps }) = record.ball
+            && !(is_near(&position_m.to_array()) && is_near(&velocity_mps.to_array()))
+        {
+            return Err(self.fault(1, "`ball` is too far away, or too fast", &expected));
+        }
+        for RobotRecord { id, pose, velocity, odometry, .. } in &record.robots {
+            let places = [pose.position, odometry.position, velocity.linear];
+            if !places.iter().all(|place| is_near(&place.to_array())) {
+                return Err(self.fault(1, &format!("the robot {id} is too far away, or too fast"), &expected));
+            }
+        }
+        Ok(())
     }
 
     /// Reads the next line without its end. False where there is none, or only the beginning of one.
@@ -296,6 +336,28 @@ mod tests {
     }
 
     #[test]
+    fn times_and_places_are_those_of_a_match() {
+        let expected = "expected at most 1000000 m, and m/s";
+        for (from, to, told) in [
+            ("0.1,\"ball", "-1,\"ball", "`time_s` is -1; expected 0.1 s to 1000000000 s"),
+            ("0.1,\"ball", "1e300,\"ball", "; expected 0.1 s to 1000000000 s"),
+            ("0.1,\"ball", "0.09,\"ball", "`time_s` is 0.09; expected 0.1 s to 1000000000 s"),
+            ("[1,2,90]", "[1,1e38,90]", "the robot pink2 is too far away, or too fast; "),
+            ("[0.1,0,90]", "[0.1,-1e9,90]", expected),
+            (
+                "\"ball\":null,\"robots",
+                "\"ball\":{\"position_m\":[0,0,1e38],\"velocity_mps\":[0,0,0]},\"robots",
+                "`ball` is too",
+            ),
+        ] {
+            let wrong = cycle(1).replacen(from, to, 1);
+            assert_ne!(wrong, cycle(1), "{from}");
+            let said = message(&[HEADER, &cycle(0), &wrong, ""]);
+            assert!(said.starts_with("match.jsonl:3:1: ") && said.contains(told), "{said}");
+        }
+    }
+
+    #[test]
     fn cycles_are_read_in_radians() {
         let end = r#"{"type":"end","reason":"final_whistle"}"#;
         let (records, ending) = read(&[HEADER, &cycle(0), &cycle(1), end]).unwrap();
@@ -347,6 +409,16 @@ mod tests {
         assert_eq!(
             message(&["{\"type\":\"cycle\"}", ""]),
             "match.jsonl:1:1: this line is no header; expected a trace, which begins with its header"
+        );
+        let scenario = |scenario: &str| message(&[&HEADER.replace(r#"{"seed":3}"#, scenario), &cycle(0), ""]);
+        assert_eq!(
+            scenario(r#"{"cycle_s":0}"#),
+            "match.jsonl:1:1: `scenario.cycle_s`: `cycle_s` is 0; expected 0.001 to 1 s"
+        );
+        assert!(scenario(r#"{"sede":3}"#).contains("1:1: `scenario.sede`: there is no field `sede`"));
+        assert!(
+            scenario(r#"{"robots":[{"number":1},{"number":1}]}"#)
+                .contains("1:1: `scenario.robots[1].number`: there is a blue1 already")
         );
         assert!(message(&[""]).contains("the file has no whole line"));
         assert_eq!(

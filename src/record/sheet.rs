@@ -3,16 +3,16 @@
 
 use bevy::math::Vec2;
 use bevy::prelude::World;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::canvas::{Anchor, Canvas, GREY, INK, PAPER};
 use super::encoder::{Layer, RecordError, write_png};
-use super::photographer::{Photographer, view_of_field};
-use super::video::create_new;
+use super::match_renderer::{MatchRenderer, view_of_field};
+use super::video::check_extension;
 use crate::camera_model::CameraSide;
 use crate::cycle::CycleClock;
 use crate::game::Game;
+use crate::replace_file::UnfinishedFile;
 use crate::sensing::camera::image::Image;
 use crate::team::RobotId;
 
@@ -46,19 +46,19 @@ struct Moment {
 }
 
 impl SheetRecorder {
-    /// A sheet with what this robot's camera sees.
+    /// A sheet with what this robot's camera sees. It replaces any file that is there when the match is over.
     ///
     /// # Errors
-    /// When there is such a file already, its name does not end in `.png`, or it cannot be written.
+    /// When the file's name does not end in `.png`, or it cannot be written.
     pub fn create(path: &Path, robot: RobotId, side: CameraSide) -> Result<Self, RecordError> {
+        check_extension(path, "png")?;
         // That it can be written is found out now, not after the match.
-        create_new(path, "png")?;
-        fs::remove_file(path).map_err(RecordError::io(path))?;
+        UnfinishedFile::whole(path).map_err(RecordError::io(path))?;
         Ok(Self { path: path.to_owned(), robot, side, interval: 1, moments: Vec::new() })
     }
 
     /// Looks at the cycle that has just ended.
-    pub fn record(&mut self, world: &mut World, photographer: &mut Photographer) {
+    pub fn record(&mut self, world: &mut World, renderer: &mut MatchRenderer) {
         let clock = *world.resource::<CycleClock>();
         if !clock.cycle.is_multiple_of(self.interval) {
             return;
@@ -73,12 +73,12 @@ impl SheetRecorder {
             }
         }
         let score = world.resource::<Game>().score;
-        let view = view_of_field(&photographer.scene().pitch, [WIDTH, FIELD_HEIGHT]);
+        let view = view_of_field(&renderer.scene().pitch, [WIDTH, FIELD_HEIGHT]);
         self.moments.push(Moment {
             cycle: clock.cycle,
             caption: format!("{:.1} s   {} : {}", clock.end_time_s(), score.blue, score.pink),
-            field: photographer.draw(world, &view),
-            view: photographer.through_the_eyes_of(world, self.robot, self.side),
+            field: renderer.draw(world, &view),
+            view: renderer.through_the_eyes_of(world, self.robot, self.side),
         });
     }
 
@@ -141,13 +141,13 @@ mod tests {
         app.start_match(&scenario).unwrap();
         let path = folder.path().join("sheet.png");
         let mut sheet = SheetRecorder::create(&path, RobotId::new(Team::Blue, 1), CameraSide::Top).unwrap();
-        let mut photographer = Photographer::default();
-        photographer.look(app.world_mut());
+        let mut renderer = MatchRenderer::default();
+        renderer.look(app.world_mut());
         for cycles in [20, 30, 50] {
             for _ in 0..cycles {
                 app.run_cycles(1);
-                photographer.look(app.world_mut());
-                sheet.record(app.world_mut(), &mut photographer);
+                renderer.look(app.world_mut());
+                sheet.record(app.world_mut(), &mut renderer);
             }
             let cycles: Vec<u64> = sheet.moments.iter().map(|moment| moment.cycle).collect();
             assert!((KEPT / 2..=KEPT).contains(&cycles.len()) || sheet.interval == 1, "{cycles:?}");

@@ -6,13 +6,13 @@
 
 use bevy::prelude::*;
 use serde::Serialize;
-use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use super::cycle_record::CycleRecord;
 use super::fields::Fields;
 use super::lean::LeanNumbers;
+use super::output_file::OutputFile;
 use super::recorder::{MatchEnd, RecordError, Recorder};
 use crate::events::MatchEvent;
 use crate::scenario::Scenario;
@@ -53,8 +53,8 @@ pub struct TraceRecorder {
     /// What happened in the cycles since the last line.
     events: Vec<MatchEvent>,
     last_cycle: Option<u64>,
-    /// Whether it is in a file of its name.
-    is_file: bool,
+    /// Its file, if it has one of its own.
+    output: Option<OutputFile>,
     error: Option<io::Error>,
 }
 
@@ -64,26 +64,26 @@ impl TraceRecorder {
         Self::new(name.into(), Sink::Plain(BufWriter::new(Box::new(writer))))
     }
 
-    /// A trace into a new file; compressed if its name ends in `.zst`.
+    /// A trace into a file, which replaces any that is there when the match is over; compressed if its name ends in `.zst`.
     ///
     /// # Errors
     /// When the file cannot be created.
     pub fn create(path: &Path) -> Result<Self, RecordError> {
-        let file: Box<dyn Write + Send + Sync> = Box::new(File::create(path).map_err(RecordError::io(path))?);
+        let output = OutputFile::create(path)?;
+        let file: Box<dyn Write + Send + Sync> = Box::new(output.writer()?);
         let sink = if is_compressed(path) {
             let encoder = zstd::stream::write::Encoder::new(file, COMPRESSION_LEVEL);
             Sink::Compressed(encoder.map_err(RecordError::io(path))?)
         } else {
             Sink::Plain(BufWriter::new(file))
         };
-        let is_file = path.metadata().is_ok_and(|there| there.is_file());
-        Ok(Self { is_file, ..Self::new(path.to_owned(), sink) })
+        Ok(Self { output: Some(output), ..Self::new(path.to_owned(), sink) })
     }
 
     fn new(name: PathBuf, sink: Sink) -> Self {
         let (line, events) = (Vec::new(), Vec::new());
         let (every, fields) = (1, Fields::default());
-        Self { name, sink, every, fields, line, events, last_cycle: None, is_file: false, error: None }
+        Self { name, sink, every, fields, line, events, last_cycle: None, output: None, error: None }
     }
 
     /// With a line for every so many cycles only, the first and the last besides. What happened in between is in the next
@@ -180,14 +180,18 @@ impl Recorder for TraceRecorder {
             self.write_record(&CycleRecord { events: Vec::new(), ..last.clone() });
         }
         self.write(end);
-        let Self { name, sink, is_file, error, .. } = *self;
+        let Self { name, sink, output, error, .. } = *self;
         let is_plain = matches!(sink, Sink::Plain(_));
         let closed = match (error, sink) {
             (Some(error), _) => Err(error),
             (None, Sink::Plain(mut writer)) => writer.flush(),
             (None, Sink::Compressed(encoder)) => encoder.finish().and_then(|mut file| file.flush()),
         };
-        closed.map_err(RecordError::io(&name))?;
+        let is_file = output.as_ref().is_some_and(OutputFile::is_file);
+        match output {
+            Some(output) => output.close(closed)?,
+            None => closed.map_err(RecordError::io(&name))?,
+        }
         let size_bytes = is_file.then(|| name.metadata().map_or(0, |there| there.len()));
         Ok(size_bytes.map(|bytes| {
             let hint = if is_plain && bytes > LARGE_BYTES {

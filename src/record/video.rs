@@ -2,13 +2,13 @@
 
 use bevy::math::Vec2;
 use bevy::prelude::World;
-use std::fs::File;
 use std::path::Path;
 use std::sync::Arc;
 
 use super::canvas::{Anchor, Canvas, PAPER, width_of_words};
 use super::encoder::{EncoderThreads, RecordError, VideoWork};
-use super::photographer::Photographer;
+use super::match_renderer::MatchRenderer;
+use super::output_file::OutputFile;
 use super::picture::{FIELD_SIZE, Picture};
 use crate::appearance::colours::Colour;
 use crate::cycle::CycleClock;
@@ -29,18 +29,20 @@ pub struct VideoRecorder {
     pictures: Vec<(Picture, [u32; 4])>,
     /// On which they are put, one cycle's over the other's.
     canvas: Canvas,
+    output: OutputFile,
     encoder: EncoderThreads<VideoWork>,
     written: u64,
 }
 
 impl VideoRecorder {
     /// A video of these pictures side by side (of the field, if there are none), with a picture every so many cycles of
-    /// `cycle_s` seconds, in real time.
+    /// `cycle_s` seconds, in real time. It replaces any file that is there when the match is over.
     ///
     /// # Errors
-    /// When there is such a file already, its name does not end in `.mp4`, or it cannot be written.
+    /// When the file's name does not end in `.mp4`, or it cannot be written.
     pub fn create(path: &Path, every: u64, mut pictures: Vec<Picture>, cycle_s: f64) -> Result<Self, RecordError> {
-        let file = create_new(path, EXTENSION)?;
+        check_extension(path, EXTENSION)?;
+        let output = OutputFile::create(path)?;
         let every = every.max(1);
         if pictures.is_empty() {
             pictures.push(Picture::Field);
@@ -48,12 +50,12 @@ impl VideoRecorder {
         let (places, size) = layout(&pictures);
         let pictures = pictures.into_iter().zip(places).collect();
         let canvas = Canvas::new(size, BACKGROUND);
-        let encoder = EncoderThreads::for_video(path, file, cycle_s * every as f64);
-        Ok(Self { every, pictures, canvas, encoder, written: 0 })
+        let encoder = EncoderThreads::for_video(path, output.writer()?, cycle_s * every as f64);
+        Ok(Self { every, pictures, canvas, output, encoder, written: 0 })
     }
 
     /// Adds the cycle that has just ended, if it is one of those that are wanted.
-    pub fn record(&mut self, world: &mut World, photographer: &mut Photographer) {
+    pub fn record(&mut self, world: &mut World, renderer: &mut MatchRenderer) {
         let clock = *world.resource::<CycleClock>();
         if !clock.cycle.is_multiple_of(self.every) || self.has_failed() {
             return;
@@ -61,7 +63,7 @@ impl VideoRecorder {
         let score = world.resource::<Game>().score;
         let words = format!("{:.1} s    blue {} : {} pink", clock.end_time_s(), score.blue, score.pink);
         for (picture, place) in &self.pictures {
-            let image = picture.take(photographer, world);
+            let image = picture.take(renderer, world);
             let words = if *picture == Picture::Field { words.clone() } else { picture.to_string() };
             put(&mut self.canvas, *place, image.as_ref(), &words);
         }
@@ -80,18 +82,16 @@ impl VideoRecorder {
     /// # Errors
     /// The first error that occurred while writing; what was written before can be played.
     pub fn finish(self) -> Result<u64, RecordError> {
-        self.encoder.finish().map(|()| self.written)
+        let written = self.encoder.finish();
+        self.output.close_after(written).map(|()| self.written)
     }
 }
 
-/// A new file with this ending of its name.
-pub(super) fn create_new(path: &Path, extension: &'static str) -> Result<File, RecordError> {
-    if path.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case(extension)) {
-        return Err(RecordError::Extension { path: path.to_owned(), extension });
-    }
-    match File::create_new(path) {
-        Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => Err(RecordError::Exists(path.to_owned())),
-        created => created.map_err(RecordError::io(path)),
+/// That the name of a file ends like this.
+pub(super) fn check_extension(path: &Path, extension: &'static str) -> Result<(), RecordError> {
+    match path.extension() {
+        Some(ending) if ending.eq_ignore_ascii_case(extension) => Ok(()),
+        _ => Err(RecordError::Extension { path: path.to_owned(), extension }),
     }
 }
 
@@ -179,13 +179,15 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_is_there_is_left_alone() {
+    fn a_file_that_is_there_stays_until_the_video_is_whole() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("match.mp4");
         std::fs::write(&path, "precious").unwrap();
         let create = |path: &Path| VideoRecorder::create(path, 1, vec![], 1.0 / 30.0);
-        assert!(matches!(create(&path), Err(RecordError::Exists(_))));
+        let video = create(&path).unwrap();
         assert_eq!(std::fs::read(&path).unwrap(), b"precious");
+        assert_eq!(video.finish().unwrap(), 0);
+        assert_ne!(std::fs::read(&path).unwrap(), b"precious");
         assert!(matches!(create(&folder.path().join("match.avi")), Err(RecordError::Extension { .. })));
         assert!(matches!(create(&folder.path().join("no/match.mp4")), Err(RecordError::Io { .. })));
     }

@@ -1,7 +1,7 @@
 //! What a robot perceives in a cycle, and what it commands: two small sets of types, in the words of the trace. Whoever
 //! lets a program play, records a match, or reads a record speaks these.
 //!
-//! A [`Perception`] has what a robot can know, and nothing else: no pose, no ball but the one that it sees. A [`Command`] has
+//! A [`Perception`] has what a robot can know, and nothing else: no pose, no ball but the one that it sees. A [`RobotCommand`] has
 //! what it wants in this cycle, in the words of a script's entry, each only when it is given.
 
 use bevy::ecs::change_detection::Tick;
@@ -54,7 +54,7 @@ pub struct Perception {
 /// to go.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct Command {
+pub struct RobotCommand {
     /// A step: `[dx m, dy m, dtheta deg]` in files.
     #[serde(with = "optional_walk", skip_serializing_if = "Option::is_none")]
     pub walk: Option<WalkCommand>,
@@ -72,7 +72,7 @@ pub struct Command {
     pub say: Option<TeamMessage>,
 }
 
-impl Command {
+impl RobotCommand {
     /// Whether nothing is commanded.
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
@@ -123,7 +123,7 @@ impl PerceivedItem<'_, '_> {
     }
 }
 
-/// The components that a [`Command`] is made of.
+/// The components that a [`RobotCommand`] is made of.
 #[derive(QueryData)]
 pub struct Commanded {
     walk: &'static WalkCommand,
@@ -135,8 +135,8 @@ pub struct Commanded {
 
 impl CommandedItem<'_, '_> {
     /// What was commanded since the moment `since`, at the moment `now`: the head's command stays until it is changed.
-    pub fn command(&self, since: Tick, now: Tick) -> Command {
-        Command {
+    pub fn command(&self, since: Tick, now: Tick) -> RobotCommand {
+        RobotCommand {
             walk: (!self.walk.is_null()).then_some(*self.walk),
             head: self.head.last_changed().is_newer_than(since, now).then_some(*self.head),
             kick: self.kick.0,
@@ -199,12 +199,12 @@ mod tests {
 
     #[test]
     fn a_command_has_the_words_of_a_script_and_only_what_is_given() {
-        assert_eq!(serde_json::to_value(Command::default()).unwrap(), json!({}));
+        assert_eq!(serde_json::to_value(RobotCommand::default()).unwrap(), json!({}));
         let words = json!({
             "walk": [0.004, -0.002, 3.0], "head_deg": [20.0, -10.0], "kick": { "type": "right_straight", "speed": 0.5 },
             "posture": { "dive": "left" }, "say": { "ball_m": [1.0, 0.5], "intention": "pass" },
         });
-        let command: Command = serde_json::from_value(words.clone()).unwrap();
+        let command: RobotCommand = serde_json::from_value(words.clone()).unwrap();
         assert_eq!(command.kick, Some(KickRequest { kick_type: KickType::RightStraight, speed: 0.5 }));
         let entry: ScriptEntry = serde_json::from_value(words.clone()).unwrap();
         let [dx, dy, dtheta] = entry.walk.unwrap();
@@ -216,16 +216,16 @@ mod tests {
         for (word, value) in serde_json::to_value(&command).unwrap().as_object().unwrap() {
             assert_eq!(&entry[word], value);
         }
-        assert!(serde_json::from_value::<Command>(json!({ "wlak": [0, 0, 0] })).is_err());
+        assert!(serde_json::from_value::<RobotCommand>(json!({ "wlak": [0, 0, 0] })).is_err());
     }
 
     #[test]
     fn what_cannot_be_written_down_is_left_out_of_a_command() {
-        let mut command = Command { walk: Some(WalkCommand::new(f32::NAN, 0.0, 0.0)), ..default() };
+        let mut command = RobotCommand { walk: Some(WalkCommand::new(f32::NAN, 0.0, 0.0)), ..default() };
         command.posture = Some(PostureRequest::GetUp);
         command.refuse(CommandKind::Posture, Refusal::NotAllowed);
         command.refuse(CommandKind::Walk, Refusal::NotFinite);
-        assert_eq!(command, Command { posture: Some(PostureRequest::GetUp), ..default() });
+        assert_eq!(command, RobotCommand { posture: Some(PostureRequest::GetUp), ..default() });
     }
 
     #[test]

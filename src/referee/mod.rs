@@ -37,11 +37,9 @@
 //!
 //! What whoever runs the match can do to it, by command or at a given time of a scenario, is an [`Intervention`](crate::game::Intervention).
 //!
-//! # An example of its own
+//! # A rule more
 //!
-//! A rule is a file with a function over the snapshot that returns [`Evidence`](crate::game::Evidence), a switch in [`Rules`],
-//! and a row in a table: [`robot_rules`] for what single robots do; others have a line in [`decide`]. `tests/rule_cases` has a
-//! scenario just inside and one just outside of each.
+//! How to add one is on a page of the guide: [a rule](crate::guide::extending::rule).
 
 use bevy::prelude::*;
 

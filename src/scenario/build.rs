@@ -1,20 +1,16 @@
 //! From a tree of values to a scenario, with everything that is wrong with it: what is found wrong is taken out, and the rest
-//! is looked at as if it had been left to its default.
+//! is looked at as if that had been left to its default.
 
 use serde_json::{Map, Value};
 
 use super::error::{ScenarioError, ScenarioErrorKind};
-use super::fault::ScenarioFault;
+use super::fault::{ScenarioFault, WrongPlace};
 use super::field_path::{FieldPath, Segment};
 use super::presets;
 use super::shape::{self, ShapeFault};
 use super::source::{Finding, ScenarioFile, ScenarioSource};
 use super::types::Scenario;
-use super::validate::place_ball_beside_robots;
-
-/// The longest lists that a scenario may have: more would take a program's memory and time for nothing.
-const LONGEST_LISTS: [(&str, usize); 3] =
-    [("robots", 2 * u8::MAX as usize), ("posts", 1000), ("interventions", 10_000)];
+use super::validate::{LONGEST_LISTS, place_ball_beside_robots, too_long};
 
 /// The scenario of a tree of values, with the source's settings laid over it. `names` finds what only the program knows to
 /// be wrong: names that nobody has registered.
@@ -26,28 +22,35 @@ pub fn build(
     mut value: Value,
     names: impl FnOnce(&Scenario) -> Vec<ScenarioFault>,
 ) -> Result<ScenarioFile, Vec<ScenarioError>> {
-    let mut errors: Vec<ScenarioError> =
-        source.settings.iter().filter_map(|setting| setting.lay_over(&mut value).err()).collect();
+    let mut wrong: Vec<WrongPlace> = Vec::new();
+    let mut errors: Vec<ScenarioError> = Vec::new();
+    for setting in &source.settings {
+        if let Err(error) = setting.lay_over(&mut value) {
+            errors.push(error);
+            wrong.push(WrongPlace { path: setting.path().clone(), is_name: false });
+        }
+    }
     let gives_ball_place = value.pointer("/ball/position_m").is_some();
     let mut findings: Vec<Finding> = Vec::new();
     if let Value::Object(root) = &mut value {
         let faults = cut_lists(root).into_iter().chain(presets::resolve(root));
         findings.extend(faults.map(Finding::from));
     }
-    if let Some(mut scenario) = read_types(value, &mut findings) {
+    if let Some(mut scenario) = read_types(&mut value, &mut findings) {
         if !gives_ball_place {
             place_ball_beside_robots(&mut scenario);
         }
-        let is_whole = findings.is_empty() && errors.is_empty();
-        let faults = if is_whole { scenario.faults() } else { scenario.faults_of_parts() };
-        let taken_out: Vec<FieldPath> = findings.iter().map(|finding| finding.fault.path.clone()).collect();
-        let faults = faults.into_iter().chain(names(&scenario));
-        findings.extend(faults.filter(|fault| !fault.may_come_of(&taken_out)).map(Finding::from));
+        wrong.extend(findings.iter().map(|finding| WrongPlace::from(&finding.fault)));
+        let is_given = |path: &FieldPath| value_at(&value, path.segments()).is_some();
+        let names = names(&scenario).into_iter().filter(|fault| !fault.may_come_of(&wrong, &is_given));
+        let faults = scenario.faults_besides(wrong.clone(), &is_given);
+        findings.extend(faults.into_iter().chain(names).map(Finding::from));
         if findings.is_empty() && errors.is_empty() {
             return Ok(ScenarioFile { scenario, source });
         }
     }
     findings.truncate(ScenarioFile::MOST_ERRORS);
+    findings.sort_by_key(|finding| source.setting_of(&finding.fault.path).map(|(index, _)| index));
     errors.extend(source.errors(&findings));
     errors.sort_by_key(|error| (error.line(), error.column()));
     // What is wrong with a common setting is wrong with every robot that shares it.
@@ -63,8 +66,7 @@ fn cut_lists(root: &mut Map<String, Value>) -> Vec<ScenarioFault> {
         if let Some(Value::Array(elements)) = root.get_mut(field)
             && elements.len() > most
         {
-            let message = format!("`{field}` is a list of {}", elements.len());
-            faults.push(ScenarioFault::new(FieldPath::from(field), message, format!("at most {most}")));
+            faults.push(too_long(field, elements.len(), most));
             elements.truncate(most);
         }
     }
@@ -72,9 +74,9 @@ fn cut_lists(root: &mut Map<String, Value>) -> Vec<ScenarioFault> {
 }
 
 /// Reads the types, again and again, until nothing is left that has the wrong shape. None if there is no end of it.
-fn read_types(mut value: Value, findings: &mut Vec<Finding>) -> Option<Scenario> {
+fn read_types(value: &mut Value, findings: &mut Vec<Finding>) -> Option<Scenario> {
     for _ in 0..ScenarioFile::MOST_ERRORS {
-        let fault = match shape::read(&value) {
+        let fault = match shape::read(value) {
             Ok(scenario) => return Some(scenario),
             Err(fault) => shape_fault(&fault, &FieldPath::default()),
         };
@@ -83,7 +85,7 @@ fn read_types(mut value: Value, findings: &mut Vec<Finding>) -> Option<Scenario>
         if findings.iter().all(|finding| !finding.fault.path.starts_with(&path)) {
             findings.push(Finding { kind: ScenarioErrorKind::Shape, fault });
         }
-        if !take_out(&mut value, &path) {
+        if !take_out(value, &path) {
             return None;
         }
     }
@@ -103,7 +105,7 @@ pub fn shape_fault(fault: &ShapeFault, root: &FieldPath) -> ScenarioFault {
 fn take_out(root: &mut Value, path: &FieldPath) -> bool {
     let segments = path.segments();
     for length in (0..segments.len()).rev() {
-        match (value_at(root, &segments[..length]), &segments[length]) {
+        match (value_at_mut(root, &segments[..length]), &segments[length]) {
             (Some(Value::Object(fields)), Segment::Field(name)) if fields.contains_key(name) => {
                 fields.remove(name);
                 return true;
@@ -123,9 +125,16 @@ fn take_out(root: &mut Value, path: &FieldPath) -> bool {
     false
 }
 
-fn value_at<'a>(root: &'a mut Value, segments: &[Segment]) -> Option<&'a mut Value> {
+fn value_at_mut<'a>(root: &'a mut Value, segments: &[Segment]) -> Option<&'a mut Value> {
     segments.iter().try_fold(root, |value, segment| match segment {
         Segment::Field(name) => value.get_mut(name),
         Segment::Index(index) => value.get_mut(*index),
+    })
+}
+
+fn value_at<'a>(root: &'a Value, segments: &[Segment]) -> Option<&'a Value> {
+    segments.iter().try_fold(root, |value, segment| match segment {
+        Segment::Field(name) => value.get(name),
+        Segment::Index(index) => value.get(*index),
     })
 }

@@ -19,6 +19,32 @@ pub struct ScenarioFault {
     pub expected: String,
     /// Which part of the field is at fault.
     pub(super) part: FieldPart,
+    /// The values that it was judged by, itself among them; of none it is not known, and may be all of its part of the scenario.
+    judged_by: Vec<FieldPath>,
+}
+
+/// A place where something is wrong, so that the scenario has there what the file may not have meant.
+#[derive(Clone, PartialEq, Debug)]
+pub(super) struct WrongPlace {
+    pub path: FieldPath,
+    /// Whether a name is wrong, of a field or of a preset: whatever stands beside it and is not given may have been meant.
+    pub is_name: bool,
+}
+
+impl From<&ScenarioFault> for WrongPlace {
+    fn from(fault: &ScenarioFault) -> Self {
+        let is_name = fault.part == FieldPart::Key || fault.path.last_field() == Some("preset");
+        WrongPlace { path: fault.path.clone(), is_name }
+    }
+}
+
+impl WrongPlace {
+    /// Whether the value at `path` may be another than the file meant. `is_given` tells whether a file gives a value.
+    fn may_change(&self, path: &FieldPath, is_given: &impl Fn(&FieldPath) -> bool) -> bool {
+        let beside = self.path.segments().len().saturating_sub(1);
+        let is_beside = self.is_name && path.segments().len() > beside && path.starts_with(&self.path.first(beside));
+        path.starts_with(&self.path) || self.path.starts_with(path) || (is_beside && !is_given(&path.first(beside + 1)))
+    }
 }
 
 impl From<RenderingUnavailable> for ScenarioFault {
@@ -32,7 +58,28 @@ impl From<RenderingUnavailable> for ScenarioFault {
 impl ScenarioFault {
     /// Something wrong at `path`.
     pub fn new(path: FieldPath, message: impl Into<String>, expected: impl Into<String>) -> Self {
-        Self { path, related: None, message: message.into(), expected: expected.into(), part: FieldPart::Value }
+        Self {
+            path,
+            related: None,
+            message: message.into(),
+            expected: expected.into(),
+            part: FieldPart::Value,
+            judged_by: Vec::new(),
+        }
+    }
+
+    /// The fault of a value that is wrong whatever the others are.
+    #[must_use]
+    pub(crate) fn by_itself(self) -> Self {
+        self.judged_with([])
+    }
+
+    /// The fault of a value together with these others.
+    #[must_use]
+    pub(crate) fn judged_with(mut self, others: impl IntoIterator<Item = FieldPath>) -> Self {
+        self.judged_by.push(self.path.clone());
+        self.judged_by.extend(others);
+        self
     }
 
     /// The fault of a field's name, rather than of its value.
@@ -46,9 +93,13 @@ impl ScenarioFault {
         in_words(&self.message, &self.expected)
     }
 
-    /// Whether it may be there only because something else is wrong: in the same part of the scenario, in what its robot
-    /// has from the common settings, or in the other field that it has to do with.
-    pub(super) fn may_come_of(&self, wrong: &[FieldPath]) -> bool {
+    /// Whether it may be there only because something else is wrong: with a value that it was judged by, or, if these are not
+    /// known, in the same part of the scenario, in what its robot has from the common settings, or in the other field that it
+    /// has to do with.
+    pub(super) fn may_come_of(&self, wrong: &[WrongPlace], is_given: &impl Fn(&FieldPath) -> bool) -> bool {
+        if !self.judged_by.is_empty() {
+            return self.judged_by.iter().any(|path| wrong.iter().any(|place| place.may_change(path, is_given)));
+        }
         let common = match self.path.segments() {
             [_, Segment::Index(_), Segment::Field(field), ..] => match field.as_str() {
                 "head_deg" => "head",
@@ -60,7 +111,12 @@ impl ScenarioFault {
         let common = FieldPath::from(common);
         let own = [Some(&self.path), self.related.as_ref(), Some(&common)];
         let mut parts = own.into_iter().flatten().map(FieldPath::part).filter(|part| !part.is_empty());
-        parts.any(|part| wrong.iter().any(|other| other.part() == part))
+        parts.any(|part| wrong.iter().any(|other| other.path.part() == part))
+    }
+
+    /// Whether one of the other values that it was judged by is wrong.
+    pub(super) fn may_come_of_others(&self, wrong: &[WrongPlace]) -> bool {
+        self.judged_by.iter().skip(1).any(|path| wrong.iter().any(|place| place.may_change(path, &|_| true)))
     }
 
     /// The fault with another field that has to do with it.
@@ -84,5 +140,5 @@ pub fn unknown_name<'a>(
     } else {
         one_of(known)
     };
-    ScenarioFault::new(path.clone(), message, expected)
+    ScenarioFault::new(path.clone(), message, expected).by_itself()
 }

@@ -16,6 +16,18 @@ pub enum Segment {
 pub struct FieldPath(Vec<Segment>);
 
 impl FieldPath {
+    /// The place of this spelling, which is not the whole scenario; none if it is not one.
+    pub(super) fn parse(text: &str) -> Option<FieldPath> {
+        let is_index = |index: &str| !index.is_empty() && index.bytes().all(|byte| byte.is_ascii_digit());
+        let is_step = |step: &str| {
+            let (name, indices) = step.split_once('[').map_or((step, None), |(name, rest)| (name, Some(rest)));
+            let indices_are_closed =
+                |rest: &str| rest.strip_suffix(']').is_some_and(|all| all.split("][").all(is_index));
+            !name.is_empty() && !name.contains(']') && indices.is_none_or(indices_are_closed)
+        };
+        text.split('.').all(is_step).then(|| FieldPath::from(text))
+    }
+
     /// The place of a field within this one. The name may itself be a path, such as `goal.width_m`.
     #[must_use]
     pub fn field(&self, name: &str) -> FieldPath {
@@ -34,7 +46,7 @@ impl FieldPath {
 
     /// This place, when the whole is what is at `outer`.
     #[must_use]
-    pub(super) fn within(self, outer: &FieldPath) -> FieldPath {
+    pub(crate) fn within(self, outer: &FieldPath) -> FieldPath {
         FieldPath(outer.0.iter().cloned().chain(self.0).collect())
     }
 

@@ -76,14 +76,22 @@ impl ScenarioFile {
     /// The same scenario with some fields set otherwise; later settings win.
     ///
     /// # Errors
-    /// What is wrong with a setting, or with the scenario that comes of it.
+    /// What is wrong with a setting, or with the scenario that comes of it: the first of all that is.
     pub fn with(&self, settings: &[Setting]) -> Result<ScenarioFile, ScenarioError> {
-        if settings.is_empty() {
-            return Ok(self.clone());
-        }
+        if settings.is_empty() { Ok(self.clone()) } else { self.text_with(settings).scenario() }
+    }
+
+    /// As [`ScenarioFile::with`], with all errors.
+    ///
+    /// # Errors
+    /// All that is wrong with the settings, or with the scenario that comes of them.
+    pub fn check_with(&self, settings: &[Setting]) -> Result<ScenarioFile, Vec<ScenarioError>> {
+        if settings.is_empty() { Ok(self.clone()) } else { self.text_with(settings).check(|_| Vec::new()) }
+    }
+
+    fn text_with(&self, settings: &[Setting]) -> Text {
         let ScenarioSource { name, text, format, settings: earlier } = self.source.clone();
-        let settings = earlier.into_iter().chain(settings.iter().cloned()).collect();
-        Text { name, format, text, settings }.scenario()
+        Text { name, format, text, settings: earlier.into_iter().chain(settings.iter().cloned()).collect() }
     }
 }
 

@@ -46,4 +46,4 @@ pub use realism::{Realism, Realisms};
 pub use setting::{NotASetting, Setting};
 pub use source::{ScenarioFile, ScenarioSource};
 pub use types::{BallSpec, BehaviourSpec, PostSpec, RobotSpec, Scenario, TeamsSpec};
-pub(crate) use validate::Numbers;
+pub(crate) use validate::{MOST_POSTS, Numbers};

@@ -101,7 +101,7 @@ const CHOICES: [(&str, &str); 2] = [("sonar", "noise"), ("ball", "rolling")];
 /// Fills in what a file says by name or leaves to others: presets, the common settings for each robot, and jersey
 /// numbers. This is the one place where presets become values.
 ///
-/// What cannot be filled in is taken out, and returned.
+/// What cannot be filled in is taken out, and returned: of an object that names a preset only the name.
 pub fn resolve(root: &mut Map<String, Value>) -> Vec<ScenarioFault> {
     let mut faults = Vec::new();
     let path = FieldPath::default();
@@ -113,7 +113,9 @@ pub fn resolve(root: &mut Map<String, Value>) -> Vec<ScenarioFault> {
             && let Err(fault) = fill_in_named(value, &path.field(field), presets)
         {
             faults.push(fault);
-            root.remove(field);
+            if !value.is_object() {
+                root.remove(field);
+            }
         }
     }
     fill_in_noises(root, &path, &real, &mut faults);
@@ -246,7 +248,7 @@ fn fill_in_noise<Noise: Serialize + Default>(
     let of_common = common.get(sensor).and_then(|settings| settings.get("noise"));
     let base = || of_common.cloned().or_else(|| serde_json::to_value(Noise::default()).ok());
     let filled = fill_in(noise, &path.field(sensor).field("noise"), &names, value_of, base);
-    if filled.is_err() {
+    if filled.is_err() && !noise.is_object() {
         fields.remove("noise");
     }
     filled
@@ -259,16 +261,19 @@ fn fill_in(
     path: &FieldPath,
     names: &[&str],
     value_of: impl Fn(&str) -> Option<Value>,
-    base: impl FnOnce() -> Option<Value>,
+    base: impl Fn() -> Option<Value>,
 ) -> Result<(), ScenarioFault> {
+    let lay_over_base = |value: &mut Value| {
+        if let Some(mut base) = base() {
+            lay_over(&mut base, value.take(), "");
+            *value = base;
+        }
+    };
     let (name, name_path) = match value {
         Value::String(name) => (Some(core::mem::take(name)), path.clone()),
         Value::Object(fields) => match fields.remove("preset") {
             None => {
-                if let Some(mut base) = base() {
-                    lay_over(&mut base, value.take(), "");
-                    *value = base;
-                }
+                lay_over_base(value);
                 return Ok(());
             }
             Some(Value::String(name)) => (Some(name), path.field("preset")),
@@ -287,6 +292,9 @@ fn fill_in(
         };
         let or_object = if name_path == *path { ", or an object with fields" } else { "" };
         let expected = format!("{}{or_object}", one_of(names.iter().copied()));
+        if value.is_object() {
+            lay_over_base(value);
+        }
         return Err(ScenarioFault::new(name_path, message, expected));
     };
     if value.is_object() {

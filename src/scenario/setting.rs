@@ -20,7 +20,7 @@ pub struct Setting {
 
 /// A word that is no setting.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
-#[error("{} is no setting: expected a field of the scenario and its value, such as `messages.loss=0.2`", quoted(.0))]
+#[error("{} is no setting: expected a field of the scenario and its value, such as `messages.loss=0.2` or `robots[0].number=7`", quoted(.0))]
 pub struct NotASetting(pub String);
 
 impl Setting {
@@ -49,8 +49,8 @@ impl Setting {
     }
 
     fn new(path: &str, value: &str) -> Option<Setting> {
-        let (path, value) = (FieldPath::from(path.trim()), value.trim());
-        if path.segments().is_empty() || value.is_empty() {
+        let (path, value) = (FieldPath::parse(path.trim())?, value.trim());
+        if value.is_empty() {
             return None;
         }
         let value = serde_json::from_str(value).unwrap_or_else(|_| Value::String(value.to_owned()));
@@ -190,7 +190,9 @@ mod tests {
         let values = |text: &str| Setting::sweep(text).unwrap().iter().map(ToString::to_string).collect::<Vec<_>>();
         assert_eq!(values("messages.loss=0,0.2, 0.5"), ["messages.loss=0", "messages.loss=0.2", "messages.loss=0.5"]);
         assert_eq!(values("robots[0].pose=[1,2,3],[4,5,6]"), ["robots[0].pose=[1,2,3]", "robots[0].pose=[4,5,6]"]);
-        for wrong in ["messages.loss", "=3", "messages.loss=", "messages.loss=1,,2"] {
+        let no_paths =
+            ["messages..loss=1", ".seed=1", "seed.=1", "robots[=1", "robots[]=1", "robots[0=1", "robots[0]number=1"];
+        for wrong in ["messages.loss", "=3", "messages.loss=", "messages.loss=1,,2"].into_iter().chain(no_paths) {
             assert_eq!(Setting::sweep(wrong), Err(NotASetting(wrong.to_owned())));
         }
     }

@@ -62,9 +62,14 @@ impl ScenarioSource {
         outline_of(&self.text).unwrap_or_else(nothing)
     }
 
+    /// The setting that the value at `path` comes of, and its place among the settings.
+    pub(super) fn setting_of(&self, path: &FieldPath) -> Option<(usize, &Setting)> {
+        self.settings.iter().enumerate().rev().find(|(_, setting)| setting.concerns(path))
+    }
+
     fn placed(&self, outline: &Node, finding: &Finding) -> ScenarioError {
         let Finding { kind, fault } = finding;
-        if let Some(setting) = self.settings.iter().rev().find(|setting| setting.concerns(&fault.path)) {
+        if let Some((_, setting)) = self.setting_of(&fault.path) {
             return setting.error(*kind, &fault.message, &fault.expected);
         }
         let place = Place::new(&self.text, find(outline, &fault.path, fault.related.as_ref(), fault.part));

@@ -2,47 +2,7 @@
 //!
 //! A sensor is two components and a system: its settings, its reading, and the system that fills it.
 //!
-//! ```
-//! use bevy::prelude::*;
-//! use naoisis::prelude::*;
-//! use naoisis::sensing::scene::Scene;
-//! use serde::{Deserialize, Serialize};
-//!
-//! /// How far a robot hears the ball.
-//! #[derive(Component, Reflect, Serialize, Deserialize)]
-//! #[reflect(Component, @Knowledge::Public)]
-//! #[serde(default, deny_unknown_fields)]
-//! struct Ear {
-//!     range_m: f32,
-//! }
-//!
-//! impl Default for Ear {
-//!     fn default() -> Self {
-//!         Self { range_m: 1.0 }
-//!     }
-//! }
-//!
-//! /// Whether it hears the ball.
-//! #[derive(Component, Default, Reflect, Serialize, Deserialize)]
-//! #[reflect(Component, @Knowledge::Sensor)]
-//! struct BallNoise(bool);
-//!
-//! fn listen(scene: Res<Scene>, mut robots: Query<(&Pose, &Ear, &mut BallNoise)>) {
-//!     for (pose, ear, mut noise) in &mut robots {
-//!         noise.0 = scene.ball.is_some_and(|ball| ball.position.distance(pose.position) < ear.range_m);
-//!     }
-//! }
-//!
-//! let mut app = App::new();
-//! app.add_plugins(NaoisisPlugins).add_sensor::<Ear, BallNoise, _>("ball_ear", listen);
-//! app.start_match(&Scenario::from_json(
-//!     r#"{ "rules": "free", "sensors": { "ball_ear": { "range_m": 2 } },
-//!          "robots": [{ "pose": [1.5, 0, 0] }, { "pose": [-1.5, 0, 0], "sensors": { "ball_ear": { "range_m": 1 } } }] }"#,
-//! )?)?.run_cycles(1);
-//! let hears = |number| app.robot::<BallNoise>(RobotId::new(Team::Blue, number)).unwrap().0;
-//! assert!(hears(1) && !hears(2));
-//! # Ok::<(), Box<dyn core::error::Error>>(())
-//! ```
+//! An example is on a page of the guide: [a sensor](crate::guide::extending::sensor).
 //!
 //! Every robot has the sensor, with its default settings; `"sensors"` in a scenario changes them for all robots or for one,
 //! and `null` takes it away. What a robot's reading was is under `"sensors"` of each robot in a trace.

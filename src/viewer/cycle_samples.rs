@@ -15,7 +15,7 @@ use crate::cycle::{Cycle, CycleClock};
 use crate::game::{Game, Penalty};
 use crate::geometry::Pose;
 use crate::record::gather::{CurrentRecord, RecordSystems};
-use crate::record::vocabulary::Command;
+use crate::record::vocabulary::RobotCommand;
 use crate::robot::head::HeadAngles;
 use crate::robot::{Roster, Velocity};
 use crate::scenario::Scenario;
@@ -55,7 +55,7 @@ pub struct RobotSample {
     /// Whether it was off the pitch.
     pub penalised: bool,
     /// What its behaviour wanted, if that is known.
-    pub command: Option<Command>,
+    pub command: Option<RobotCommand>,
 }
 
 /// A cycle in numbers.

@@ -65,11 +65,11 @@ pub const BINDINGS: &[Binding] = &[
     binding(KeyCode::ArrowRight, "Right", "One cycle", Action::Command(ViewerCommand::Step)),
     binding(KeyCode::ArrowUp, "Up", "Faster", Action::Command(ViewerCommand::Faster)),
     binding(KeyCode::ArrowDown, "Down", "Slower", Action::Command(ViewerCommand::Slower)),
-    binding(KeyCode::ArrowLeft, "Left", "One cycle back", Action::Moment(TimelineCommand::Step(-1))),
-    binding(KeyCode::PageUp, "Page up", "Five seconds back", Action::Moment(TimelineCommand::Skip(-5.0))),
-    binding(KeyCode::PageDown, "Page down", "Five seconds on", Action::Moment(TimelineCommand::Skip(5.0))),
-    binding(KeyCode::Home, "Home", "To the start", Action::Moment(TimelineCommand::GoTo(0))),
-    binding(KeyCode::End, "End", "To the present", Action::Moment(TimelineCommand::Present)),
+    binding(KeyCode::ArrowLeft, "Left", "One cycle back", Action::Timeline(TimelineCommand::Step(-1))),
+    binding(KeyCode::PageUp, "Page up", "Five seconds back", Action::Timeline(TimelineCommand::Skip(-5.0))),
+    binding(KeyCode::PageDown, "Page down", "Five seconds on", Action::Timeline(TimelineCommand::Skip(5.0))),
+    binding(KeyCode::Home, "Home", "To the start", Action::Timeline(TimelineCommand::GoTo(0))),
+    binding(KeyCode::End, "End", "To the present", Action::Timeline(TimelineCommand::Present)),
     binding(KeyCode::KeyR, "R", "Same match from the start", Action::Command(ViewerCommand::Restart)),
     with_shift(binding(
         KeyCode::KeyR,
@@ -185,7 +185,7 @@ fn carry_out(
             Action::Command(command) => {
                 viewer_commands.write(command);
             }
-            Action::Moment(command) => {
+            Action::Timeline(command) => {
                 moments.write(command);
             }
             Action::View(preset) => {

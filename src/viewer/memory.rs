@@ -14,12 +14,15 @@ use std::path::{Path, PathBuf};
 
 use super::display_settings::DisplaySettings;
 use super::overlays::Overlays;
+use crate::read_file::read_file;
 use crate::replace_file::replace_file;
 
 /// The environment variable that names the folder.
 pub const FOLDER_VARIABLE: &str = "NAOISIS_CONFIG_DIR";
 /// The file in it.
 const FILE: &str = "viewer.json";
+/// A larger one is not ours.
+const LARGEST_FILE_BYTES: u64 = 1 << 20;
 /// Changes are written down so often, s.
 const INTERVAL_S: f32 = 1.0;
 
@@ -69,8 +72,8 @@ impl ViewerMemory {
 
     /// That in a file, which need not be there.
     pub fn in_file(path: PathBuf) -> Self {
-        let remembered = match fs::read_to_string(&path) {
-            Ok(text) => serde_json::from_str(&text).unwrap_or_else(|error| {
+        let remembered = match read_file(&path, LARGEST_FILE_BYTES) {
+            Ok(text) => serde_json::from_slice(&text).unwrap_or_else(|error| {
                 warn!("{}: not understood, and so not used: {error}", path.display());
                 Remembered::default()
             }),

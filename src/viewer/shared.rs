@@ -28,7 +28,7 @@ pub enum Action {
     /// Something for the match.
     Command(ViewerCommand),
     /// Another moment of the match.
-    Moment(TimelineCommand),
+    Timeline(TimelineCommand),
     /// Another view.
     View(ViewPreset),
     /// Another robot.

@@ -175,7 +175,7 @@ fn a_batch_goes_on_where_it_was_and_reports_what_fails() {
         &["batch", "match3v3", "--matches", "1", "--csv", "table.csv", "--set", "messages.loss=0,1"],
     );
     assert_eq!(output.status.code(), Some(2));
-    let words = "table.csv:2: the scenario, or a setting that is the same for all, is another than in this batch";
+    let words = "table.csv:2: the duration is 2 s, and not given in this batch";
     assert!(text(&output.stderr).contains(words), "{}", text(&output.stderr));
 }
 

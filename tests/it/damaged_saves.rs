@@ -317,10 +317,46 @@ fn what_no_match_can_be_without_or_have_twice_is_named() {
             "{messages:?}"
         );
     }
-    // A match with somebody less plays on.
+    // Without a robot or the ball it is not its scenario's match; a post may be missing.
+    let mut messages: BTreeSet<String> = BTreeSet::new();
     for index in 0..entities.len() {
-        assert_eq!(refusal(&move |_, entities| drop(entities.remove(index))), None);
+        messages.extend(refusal(&move |_, entities| drop(entities.remove(index))));
     }
+    let missing = ["blue1", "blue2", "pink1", "pink2", "pink3", "ball"];
+    let expected = missing.map(|who| format!("the match: it has no {who}, and its scenario has one; expected"));
+    assert_eq!(messages.len(), expected.len(), "{messages:?}");
+    for expected in expected {
+        assert!(messages.iter().any(|message| message.starts_with(&expected)), "{expected}: {messages:?}");
+    }
+    assert!(refusal(&|_, entities| entities.clear()).unwrap().contains("it has no blue1"));
+    let is_post =
+        |entity: &Value| matches!(entity, Value::Map(parts) if format!("{parts:?}").contains("naoisis::Post"));
+    let many_posts = refusal(&|_, entities| {
+        let post = entities.iter().find(|entity| is_post(entity)).unwrap().clone();
+        entities.extend(core::iter::repeat_n(post, 1001));
+    });
+    assert!(many_posts.unwrap().contains("it has more than 1000 posts besides those of the goals"));
+    let many_in_scenario = refusal(&|resources, _| {
+        let (_, scenario) = resources.iter_mut().find(|(name, _)| name.ends_with("::Scenario")).unwrap();
+        let Value::Map(fields) = scenario else { panic!() };
+        let (_, Value::List(posts)) = fields.iter_mut().find(|(name, _)| name == "posts").unwrap() else { panic!() };
+        posts.extend(core::iter::repeat_n(posts[0].clone(), 1000));
+    });
+    assert!(many_in_scenario.unwrap().contains("`posts` is a list of 1001; expected at most 1000"));
     let nothing = refusal(&|_, entities| entities.push(Value::Map(Vec::new()))).unwrap();
     assert!(nothing.contains("an entity of nothing"), "{nothing}");
+}
+
+/// Each place where a list could begin says that it has billions of elements: room is made for none of them.
+#[test]
+fn a_list_that_promises_more_than_there_is_takes_no_memory() {
+    let mut app = lively_match();
+    let saved = Snapshot::take(app.world_mut()).unwrap().to_bytes(app.world()).unwrap();
+    let lists = (0..saved.len()).filter(|&at| (0x90..=0x9f).contains(&saved[at]));
+    let mut refused = 0;
+    for at in lists.step_by(7) {
+        let damaged = [&saved[..at], &[0xdd, 0xff, 0xff, 0xff, 0xff], &saved[at + 1..]].concat();
+        refused += usize::from(Snapshot::from_bytes(&damaged, app.world()).is_err());
+    }
+    assert!(refused > 50, "{refused}");
 }

@@ -131,7 +131,7 @@ fn an_interrupt_closes_files_and_is_told_by_the_status() {
     for (signal, status) in [("INT", 130), ("TERM", 143)] {
         let folder = folder();
         for line in [
-            "run match3v3 --trace t.jsonl --quiet",
+            "run match3v3 --trace there.jsonl --force --quiet",
             "play match3v3",
             "batch match3v3 --duration 2 --matches 100000 --csv t.csv --quiet",
             "figures --scale 0.1",
@@ -146,7 +146,7 @@ fn an_interrupt_closes_files_and_is_told_by_the_status() {
             assert!(sent.success());
             assert_eq!(child.wait().unwrap().code(), Some(status), "{line}");
         }
-        let trace = fs::read_to_string(folder.path().join("t.jsonl")).unwrap();
+        let trace = fs::read_to_string(folder.path().join("there.jsonl")).unwrap();
         let end: serde_json::Value = serde_json::from_str(trace.lines().last().unwrap()).unwrap();
         assert_eq!((end["type"].as_str(), end["reason"].as_str()), (Some("end"), Some("interrupted")));
         assert!(fs::read_to_string(folder.path().join("t.csv")).unwrap().ends_with('\n'));

@@ -2,6 +2,8 @@
 
 use std::fs;
 use std::path::Path;
+#[cfg(unix)]
+use std::{path::PathBuf, process::Command};
 
 use crate::support::{naoisis, text};
 
@@ -42,6 +44,80 @@ fn every_output_that_is_there_asks_for_force() {
     fs::write(path("t.jsonl"), "precious").unwrap();
     assert_eq!(run(folder.path(), &["--trace", "t.jsonl", "--force", "--save", "s.json"]).0, Some(2));
     assert_eq!(fs::read(path("t.jsonl")).unwrap(), b"precious");
+}
+
+/// The program where no file may have more than nothing in it, which is as a full disk is.
+#[cfg(unix)]
+fn on_a_full_disk(folder: &Path, arguments: &[&str]) -> (Option<i32>, String) {
+    let limited = "trap '' XFSZ; ulimit -f 0; exec \"$@\"";
+    let mut command = Command::new("sh");
+    command.current_dir(folder).env_remove("DISPLAY").args(["-c", limited, "sh", env!("CARGO_BIN_EXE_naoisis")]);
+    let output = command.args(arguments).output().unwrap();
+    (output.status.code(), text(&output.stderr))
+}
+
+/// The files of the folder that have another name until they are whole.
+#[cfg(unix)]
+fn unfinished(folder: &Path) -> Vec<PathBuf> {
+    let files = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    files.filter(|path| path.extension().is_some_and(|extension| extension == "part")).collect()
+}
+
+#[cfg(unix)]
+#[test]
+fn on_a_full_disk_what_was_there_stays() {
+    let folder = folder_with_a_scenario();
+    for [option, name] in [
+        ["--trace", "t.jsonl"],
+        ["--trace", "t.jsonl.zst"],
+        ["--beliefs", "b.csv"],
+        ["--log", "trace=l.jsonl"],
+        ["--video", "v.mp4"],
+        ["--save", "s.naoisis"],
+        ["--sheet", "s.png"],
+    ] {
+        let path = folder.path().join(name.trim_start_matches("trace="));
+        fs::write(&path, "precious").unwrap();
+        let (status, said) = on_a_full_disk(folder.path(), &["run", "short.json", option, name, "--force", "--quiet"]);
+        assert_eq!(status, Some(1), "{option}: {said}");
+        assert!(said.starts_with("error: cannot "), "{option}: {said}");
+        assert_eq!(fs::read(&path).unwrap(), b"precious", "{option}");
+        // What grows with the match is of use even so; half a picture is not.
+        let left = unfinished(folder.path());
+        let grows = !["--save", "--sheet"].contains(&option);
+        assert_eq!(left.len(), usize::from(grows), "{option}: {left:?}");
+        for path in left {
+            let name = path.file_name().unwrap().to_str().unwrap();
+            assert!(said.contains("the earlier file is as it was") && said.contains(name), "{option}: {said}");
+            fs::remove_file(path).unwrap();
+        }
+    }
+    let batch = ["batch", "short.json", "--matches", "1", "--csv", "new.csv"];
+    let (status, said) = on_a_full_disk(folder.path(), &batch);
+    assert_eq!(status, Some(1), "{said}");
+    assert!(said.contains("new.csv: the table cannot be written"), "{said}");
+    assert!(!folder.path().join("new.csv").exists());
+}
+
+#[cfg(unix)]
+#[test]
+fn whoever_is_killed_leaves_the_earlier_file_and_what_there_is_of_the_new_one() {
+    let folder = folder_with_a_scenario();
+    let trace = folder.path().join("t.jsonl");
+    fs::write(&trace, "precious").unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_naoisis"));
+    command.current_dir(folder.path()).args(["run", "match3v3", "--trace", "t.jsonl", "--force", "--quiet"]);
+    let mut child = command.spawn().unwrap();
+    let lines = |path: &Path| fs::read_to_string(path).unwrap().lines().count();
+    while !unfinished(folder.path()).first().is_some_and(|path| lines(path) > 2) {
+        assert!(child.try_wait().unwrap().is_none(), "it ended early");
+        std::thread::yield_now();
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert_eq!(fs::read(&trace).unwrap(), b"precious");
+    let left = unfinished(folder.path());
+    assert_eq!(left, [folder.path().canonicalize().unwrap().join(format!("t.jsonl.{}.part", child.id()))]);
 }
 
 #[test]

@@ -364,27 +364,56 @@ fn a_check_finds_everything_and_nothing_that_only_follows() {
   robots: [
     (number: 1, pose: (0, 0), behaviour: script([(kick: (typ: left_side)), (from_s: -1.0, walk: (0, 0, 0))])),
     3,
-    (number: 1, head_deg: (0, "down")),
-    (number: 4, vision: (noise: lout)),
-    (number: 5, motion: (max_linear_mps: 8.0)),
+    (number: 1, head_deg: (0, "down"), pose: (1, 1, 0)),
+    (number: 4, vision: (noise: lout), pose: (-1, 1, 0)),
+    (number: 5, motion: (max_linear_mps: 8.0), pose: (-1, 1, 0)),
   ],
   posts: [(radius_m: 7.0)],
 )"#;
     let expected = [
         "2:3: there is no field `sede`: did you mean `seed`?",
         "3:10: there is no preset `spl2026`: did you mean `spl2025`?",
+        "4:20: `radius_m` is -1; expected 0.005 to 0.5 m",
         "4:38: `position_m` is the text `here`; expected a list of two numbers",
         "5:28: `max_linear_mps` is 9; expected 0 to 5 m/s",
         "6:29: `gaussian` is a list of 1; expected an object",
         "8:23: `pose` is a list of 2; expected a list of three numbers",
         "8:58: there is no field `typ`: did you mean `type`?",
+        "8:85: `from_s` is -1; expected 0 s or later",
         "9:5: `robots[1]` is the number 3; expected an object",
+        "10:14: there is a blue1 already: robots[0]; expected a number",
         "10:31: `head_deg[1]` is the text `down`; expected a number",
         "11:33: there is no preset `lout`",
         "12:42: `max_linear_mps` is 8; expected 0 to 5 m/s",
+        "12:54: blue4 and blue5 stand in one place",
         "14:22: `radius_m` is 7; expected more than 0",
     ];
     let errors = all_errors("wrong.ron", text);
+    for (error, start) in errors.iter().zip(expected) {
+        assert!(error.starts_with(start), "{error}\nexpected {start}");
+    }
+    assert_eq!(errors.len(), expected.len(), "{errors:#?}");
+}
+
+#[test]
+fn a_wrong_name_hides_no_others_and_brings_none() {
+    // A misspelt field may have been meant for what is not given, and for that alone.
+    let text = r#"{ "field": { "preset": "nao", "length_m": -3, "border_m": -1, "goal": { "width_m": 5 } },
+        "ball": { "colr": 3, "radius_m": -1 }, "rulse": "free", "messages": { "los": 0.1 },
+        "robots": [{ "number": 1 }, { "number": 1, "taem": "pink" }, { "number": 2, "team": "green", "pose": [2, 1, 0] }, { "psoe": [1, 1, 0] }] }"#;
+    let errors = all_errors("wrong.json", text);
+    let expected = [
+        "1:24: there is no preset `nao`",
+        "1:43: length_m is -3",
+        "1:59: border_m is -1",
+        "2:19: there is no field `colr`",
+        "2:42: `radius_m` is -1",
+        "2:48: there is no field `rulse`",
+        "2:79: there is no field `los`",
+        "3:52: there is no field `taem`",
+        "3:93: `team` is `green`",
+        "3:125: there is no field `psoe`",
+    ];
     for (error, start) in errors.iter().zip(expected) {
         assert!(error.starts_with(start), "{error}\nexpected {start}");
     }

@@ -117,6 +117,13 @@ fn a_file_that_is_no_snapshot_is_refused() {
         let error = Snapshot::load(&path, app.world()).err().unwrap();
         assert!(matches!(error, SnapshotError::NotASnapshot { .. }), "{error}");
     }
+    #[cfg(unix)]
+    {
+        let endless = folder.path().join("endless.naoisis");
+        std::os::unix::fs::symlink("/dev/zero", &endless).unwrap();
+        let error = Snapshot::load(&endless, app.world()).err().unwrap();
+        assert!(error.to_string().ends_with("endless.naoisis: this is no ordinary file"), "{error}");
+    }
     let missing = Snapshot::load(&folder.path().join("nowhere.naoisis"), app.world()).err().unwrap();
     assert!(matches!(missing, SnapshotError::Io { .. }), "{missing}");
 }

@@ -283,13 +283,20 @@ fn a_trace_of_every_few_cycles_has_all_events_and_its_last_cycle() {
 
 #[test]
 fn fields_are_named_as_traces_have_them() {
-    for (list, expected) in [("robots.poes", "`robots.poes`"), ("", "``"), ("ball,,x", "`x`"), ("robots.", "`robots.`")]
-    {
+    for (list, words) in [
+        ("robots.poes", "`robots.poes` in a trace: did you mean `robots.pose`?"),
+        ("pose", "`pose` in a trace: did you mean `robots.pose`?"),
+        ("evnts", "`evnts` in a trace: did you mean `events`?"),
+        ("", "`` in a trace;"),
+        ("ball,,x", "`x` in a trace;"),
+        ("robots.", "`robots.` in a trace: did you mean `robots`?"),
+    ] {
         let error = list.parse::<Fields>().unwrap_err().to_string();
-        assert!(
-            error.starts_with(&format!("there is no field {expected} in a trace; expected some of ball")),
-            "{error}"
-        );
+        let expected = "expected `ball`, `robots`, `game` or `events`, or a part of one, such as `robots.pose`";
+        assert_eq!(error, format!("there is no field {words} {expected}"));
+    }
+    for always in ["type", "cycle", "time_s", "robots.id", "time_s,ball"] {
+        assert!(always.parse::<Fields>().is_ok(), "{always} is in every line");
     }
     assert!("robots,robots.pose".parse::<Fields>().unwrap().has("robots.belief"), "all of the robots");
     assert!("robots.sensors.ear".parse::<Fields>().is_ok(), "a sensor of a program's own");

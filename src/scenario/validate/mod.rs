@@ -10,7 +10,7 @@ pub(super) use placement::place_ball_beside_robots;
 use core::fmt::Display;
 use core::ops::RangeInclusive;
 
-use super::fault::ScenarioFault;
+use super::fault::{ScenarioFault, WrongPlace};
 use super::field_path::FieldPath;
 use super::types::{BehaviourSpec, RobotSpec, Scenario};
 use crate::behaviour::script::ScriptEntry;
@@ -32,20 +32,30 @@ impl Scenario {
 
     /// Everything that is wrong, numbers first, then places; of very many faults the first.
     pub fn faults(&self) -> Vec<ScenarioFault> {
+        self.faults_besides(Vec::new(), &|_| true)
+    }
+
+    /// As [`Scenario::faults`], but for what may only come of the places in its file that are known to be wrong. `is_given` tells
+    /// whether the file gives a value.
+    pub(super) fn faults_besides(
+        &self,
+        mut wrong: Vec<WrongPlace>,
+        is_given: &impl Fn(&FieldPath) -> bool,
+    ) -> Vec<ScenarioFault> {
         let mut faults = self.faults_of_parts();
-        let wrong: Vec<FieldPath> = faults.iter().map(|fault| fault.path.clone()).collect();
-        // On a field that cannot be nothing has its place.
-        if !wrong.iter().any(|path| path.starts_with(&FieldPath::from("field"))) {
-            let more = self.checked(|checks| {
-                checks.whole(self);
-                checks.placement(self);
-                // Whoever is to be lined up must have a sound pitch to stand on.
-                if wrong.is_empty() && checks.faults.is_empty() {
-                    checks.room_at_kick_offs(self);
-                }
-            });
-            faults.extend(more.into_iter().filter(|fault| !wrong.contains(&fault.path) && !fault.may_come_of(&wrong)));
-        }
+        faults.retain(|fault| !fault.may_come_of(&wrong, is_given));
+        wrong.extend(faults.iter().map(WrongPlace::from));
+        faults.retain(|fault| !fault.may_come_of_others(&wrong));
+        let mut more = self.checked(|checks| {
+            checks.whole(self);
+            checks.placement(self);
+            // Whoever is to be lined up must have a sound pitch to stand on.
+            if wrong.is_empty() && checks.faults.is_empty() {
+                checks.room_at_kick_offs(self);
+            }
+        });
+        more.retain(|fault| !fault.may_come_of(&wrong, is_given));
+        faults.append(&mut more);
         faults
     }
 
@@ -58,11 +68,16 @@ impl Scenario {
     }
 
     /// What is wrong with single settings, whatever is to be thought of them together.
-    pub(super) fn faults_of_parts(&self) -> Vec<ScenarioFault> {
+    fn faults_of_parts(&self) -> Vec<ScenarioFault> {
         self.checked(|checks| checks.parts(self))
     }
 
     fn checked(&self, check: impl FnOnce(&mut Checks)) -> Vec<ScenarioFault> {
+        let lengths = [self.robots.len(), self.posts.len(), self.interventions.len()];
+        let longer = LONGEST_LISTS.into_iter().zip(lengths).find(|((_, most), length)| length > most);
+        if let Some(((field, most), length)) = longer {
+            return vec![too_long(field, length, most)];
+        }
         // With a number that is not finite nothing else can be judged.
         if let Err(fault) = Numbers::FINITE.check(self) {
             return vec![fault];
@@ -75,6 +90,18 @@ impl Scenario {
 
 /// Durations of a cycle that can be, s.
 const CYCLE_S: RangeInclusive<f64> = 0.001..=1.0;
+
+/// The most posts that a scenario may have besides those of the goals.
+pub(crate) const MOST_POSTS: usize = 1000;
+/// The most robots, posts and interventions that a scenario may have: more would take a program's memory and time for
+/// nothing.
+pub(super) const LONGEST_LISTS: [(&str, usize); 3] =
+    [("robots", 2 * u8::MAX as usize), ("posts", MOST_POSTS), ("interventions", 10_000)];
+
+/// What is said of a list that is too long.
+pub(super) fn too_long(field: &str, length: usize, most: usize) -> ScenarioFault {
+    ScenarioFault::new(FieldPath::from(field), format!("`{field}` is a list of {length}"), format!("at most {most}"))
+}
 
 /// More faults than these say nothing new, and would take memory and time.
 pub(super) const MOST_FAULTS: usize = 100;
@@ -90,6 +117,11 @@ impl Checks {
         self.push(ScenarioFault::new(path, message, expected));
     }
 
+    /// The fault of a value that is wrong whatever the others are.
+    fn value_fault(&mut self, path: FieldPath, message: impl Into<String>, expected: impl Into<String>) {
+        self.push(ScenarioFault::new(path, message, expected).by_itself());
+    }
+
     fn push(&mut self, fault: ScenarioFault) {
         if self.faults.len() < MOST_FAULTS {
             self.faults.push(fault);
@@ -101,7 +133,7 @@ impl Checks {
         if !range.contains(&value) {
             let name = path.last_field().unwrap_or("the value").to_owned();
             let expected = format!("{} to {}{unit}", range.start(), range.end());
-            self.fault(path, format!("`{name}` is {value}"), expected);
+            self.value_fault(path, format!("`{name}` is {value}"), expected);
         }
     }
 
@@ -109,7 +141,7 @@ impl Checks {
     fn positive(&mut self, path: FieldPath, value: f32, most: f32, unit: &str) {
         if !(value > 0.0 && value <= most) {
             let name = path.last_field().unwrap_or("the value").to_owned();
-            self.fault(path, format!("`{name}` is {value}"), format!("more than 0, at most {most}{unit}"));
+            self.value_fault(path, format!("`{name}` is {value}"), format!("more than 0, at most {most}{unit}"));
         }
     }
 
@@ -151,8 +183,10 @@ impl Checks {
         if let Some(duration) = scenario.duration_s {
             self.positive(root.field("duration_s"), duration, 1e6, " s");
         }
-        if let Err(error) = scenario.field.validate() {
-            self.fault(root.field("field").field(error.field), error.message, error.expected);
+        for error in scenario.field.errors() {
+            let path = root.field("field");
+            let limits = error.limited_by.map(|field| path.field(field));
+            self.push(ScenarioFault::new(path.field(error.field), error.message, error.expected).judged_with(limits));
         }
         self.rules(&root.field("rules"), &scenario.rules);
         if let Some(ball) = &scenario.ball {
@@ -175,7 +209,7 @@ impl Checks {
             for (side, name) in [("blue", &teams.blue), ("pink", &teams.pink)] {
                 if name.trim().is_empty() {
                     let expected = "the name of a team, as `naoisis list teams` shows them";
-                    self.fault(path.field(side), format!("`{side}` has no name"), expected);
+                    self.value_fault(path.field(side), format!("`{side}` has no name"), expected);
                 }
             }
         }
@@ -201,7 +235,7 @@ impl Checks {
 
     fn robot(&mut self, path: &FieldPath, robot: &RobotSpec, scenario: &Scenario) {
         if robot.number == 0 {
-            self.fault(path.field("number"), "`number` is 0", "a jersey number from 1 to 255");
+            self.value_fault(path.field("number"), "`number` is 0", "a jersey number from 1 to 255");
         }
         if let Some(motion) = &robot.motion {
             self.motion(&path.field("motion"), motion);
@@ -235,7 +269,7 @@ impl Checks {
         match &robot.behaviour {
             BehaviourSpec::Named(name) if name.trim().is_empty() => {
                 let expected = "`idle`, the name of a behaviour, or a script";
-                self.fault(path.field("behaviour"), "`behaviour` has no name", expected);
+                self.value_fault(path.field("behaviour"), "`behaviour` has no name", expected);
             }
             BehaviourSpec::Named(_) => {}
             BehaviourSpec::Script(entries) => {
@@ -251,13 +285,15 @@ impl Checks {
     /// How far it commands is left to the run: what is too much is refused there.
     fn script_entry(&mut self, path: &FieldPath, entry: &ScriptEntry) {
         if entry.from_s < 0.0 {
-            self.fault(path.field("from_s"), format!("`from_s` is {}", entry.from_s), "0 s or later");
+            self.value_fault(path.field("from_s"), format!("`from_s` is {}", entry.from_s), "0 s or later");
         }
         if let Some(until) = entry.until_s
             && until <= entry.from_s
         {
             let message = format!("`until_s` is {until}, and `from_s` {}", entry.from_s);
-            self.fault(path.field("until_s"), message, "an end after the start, or none for a single cycle");
+            let expected = "an end after the start, or none for a single cycle";
+            let fault = ScenarioFault::new(path.field("until_s"), message, expected);
+            self.push(fault.judged_with([path.field("from_s")]));
         }
         let acts = entry.walk.is_some() || entry.kick.is_some() || entry.head.is_some() || entry.posture.is_some();
         if !acts && entry.say.is_none() {
@@ -269,7 +305,7 @@ impl Checks {
     /// That an intervention is one that could be carried out when its time comes.
     fn intervention(&mut self, path: &FieldPath, timed: &TimedIntervention, scenario: &Scenario) {
         if timed.at_s < 0.0 {
-            self.fault(path.field("at_s"), format!("`at_s` is {}", timed.at_s), "0 s or later");
+            self.value_fault(path.field("at_s"), format!("`at_s` is {}", timed.at_s), "0 s or later");
         }
         let path = path.field("do");
         let carpet = scenario.field.carpet_half_extents();
@@ -293,13 +329,17 @@ impl Checks {
         if let Some((field, robot)) = robot
             && !scenario.has_robot(robot)
         {
-            self.fault(path.field(field), format!("there is no robot {robot}"), "a robot of this scenario");
+            let message = format!("there is no robot {robot}");
+            let fault = ScenarioFault::new(path.field(field), message, "a robot of this scenario");
+            self.push(fault.judged_with(["robots", "teams", "rules"].map(|field| FieldPath::default().field(field))));
         }
         if let Some((field, place)) = place
             && !place.abs().cmple(carpet).all()
         {
             let message = format!("({}, {}) is outside the carpet", place.x, place.y);
-            self.fault(path.field(field), message, format!("within ±{} m and ±{} m", carpet.x, carpet.y));
+            let expected = format!("within ±{} m and ±{} m", carpet.x, carpet.y);
+            let fault = ScenarioFault::new(path.field(field), message, expected);
+            self.push(fault.judged_with([FieldPath::default().field("field")]));
         }
     }
 
@@ -333,12 +373,11 @@ impl Checks {
             .collect();
         repeated.sort_by_key(|&(_, second)| second);
         for (first, second) in repeated {
-            let path = FieldPath::default().field("robots").index(second).field("number");
-            self.fault(
-                path,
-                format!("there is a {} already: robots[{first}]", robots[second].id()),
-                "a number that no other robot of the team has",
-            );
+            let [one, other] = [first, second].map(|index| FieldPath::default().field("robots").index(index));
+            let message = format!("there is a {} already: {one}", robots[second].id());
+            let expected = "a number that no other robot of the team has";
+            let fault = ScenarioFault::new(other.field("number"), message, expected);
+            self.push(fault.judged_with([other.field("team"), one.field("number"), one.field("team")]));
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use bevy::math::Vec2;
 
-use super::Checks;
+use super::{Checks, ScenarioFault};
 use crate::ball::{FASTEST_MPS, Rolling};
 use crate::communication::MessageSettings;
 use crate::game::Rules;
@@ -20,8 +20,9 @@ use crate::sensing::vision::VisionSettings;
 
 impl Checks {
     pub(super) fn rules(&mut self, path: &FieldPath, rules: &Rules) {
-        if let Err(error) = rules.validate() {
-            self.fault(path.field(error.field), error.message, error.expected);
+        for error in rules.errors() {
+            let limits = error.limited_by.map(|field| path.field(field));
+            self.push(ScenarioFault::new(path.field(error.field), error.message, error.expected).judged_with(limits));
         }
     }
 
@@ -41,7 +42,7 @@ impl Checks {
     pub(super) fn ball_speed(&mut self, path: FieldPath, velocity_mps: Vec2) {
         if velocity_mps.length() > FASTEST_MPS {
             let message = format!("the ball's speed is {} m/s", velocity_mps.length());
-            self.fault(path, message, format!("a speed of at most {FASTEST_MPS} m/s"));
+            self.value_fault(path, message, format!("a speed of at most {FASTEST_MPS} m/s"));
         }
     }
 
@@ -75,7 +76,7 @@ impl Checks {
         for (name, limit, farthest) in [("yaw_deg", head.yaw, 180.0), ("pitch_deg", head.pitch, 90.0)] {
             let [least, most] = limit.map(to_degrees);
             if least > most || least < -farthest || most > farthest {
-                self.fault(
+                self.value_fault(
                     path.field(name),
                     format!("`{name}` is [{least}, {most}]"),
                     format!("the least and then the greatest angle, both from -{farthest} to {farthest} degrees"),
@@ -89,11 +90,10 @@ impl Checks {
         const FARTHEST_M: f32 = 10.0;
         self.range(path.field("min_m"), sonar.min_m, 0.0..=FARTHEST_M, " m");
         if !(sonar.max_m > sonar.min_m && sonar.max_m <= FARTHEST_M) {
-            self.fault(
-                path.field("max_m"),
-                format!("`max_m` is {}, and `min_m` {}", sonar.max_m, sonar.min_m),
-                format!("more than `min_m`, at most {FARTHEST_M} m"),
-            );
+            let message = format!("`max_m` is {}, and `min_m` {}", sonar.max_m, sonar.min_m);
+            let expected = format!("more than `min_m`, at most {FARTHEST_M} m");
+            let fault = ScenarioFault::new(path.field("max_m"), message, expected);
+            self.push(fault.judged_with([path.field("min_m")]));
         }
         self.degrees(path.field("heading_deg"), sonar.heading, -180.0..=180.0, " degrees");
         self.degrees(path.field("half_angle_deg"), sonar.half_angle, 0.1..=90.0, " degrees");
@@ -149,7 +149,7 @@ impl Checks {
     pub(super) fn cameras(&mut self, path: &FieldPath, cameras: &CameraSettings) {
         if !cameras.render.is_available() {
             let message = "this program cannot render on a graphics card";
-            self.fault(path.field("render"), message, "`software`, `off`, or `auto`");
+            self.value_fault(path.field("render"), message, "`software`, `off`, or `auto`");
         }
         self.range(path.field("width"), cameras.width, 1..=4096, " pixels");
         self.range(path.field("height"), cameras.height, 1..=4096, " pixels");

@@ -2,7 +2,8 @@
 //! written by hand, is checked as a scenario is.
 //!
 //! Settings have the ranges that scenarios have; numbers are finite and counts can be counted on; there is everything that
-//! a match needs, and nothing twice; nobody stands in anything. What a user's own types hold is the user's.
+//! a match needs, and nothing twice; robots and ball are the scenario's, and nobody stands in anything. What a user's own
+//! types hold is the user's.
 
 use bevy::prelude::*;
 use bevy::reflect::serde::TypedReflectSerializer;
@@ -27,7 +28,7 @@ use crate::robot::kick::{KickCommand, KickPhase, KickSettings};
 use crate::robot::motion::{ExecutedStep, MotionLimits, WalkCommand};
 use crate::robot::posture::Posture;
 use crate::robot::{PreviousPose, Velocity};
-use crate::scenario::{BallSpec, BehaviourSpec, Numbers, RobotSpec, Scenario, ScenarioFault};
+use crate::scenario::{BallSpec, BehaviourSpec, MOST_POSTS, Numbers, RobotSpec, Scenario, ScenarioFault};
 use crate::sensing::camera::image::Image;
 use crate::sensing::camera::{CameraImages, CameraSettings};
 use crate::sensing::odometry::OdometrySettings;
@@ -35,7 +36,7 @@ use crate::sensing::sonar::SonarSettings;
 use crate::sensing::vision::VisionSettings;
 use crate::simulation::invariants::{BallState, RobotState, broken_invariants};
 use crate::simulation::spawn::MatchEntity;
-use crate::team::RobotId;
+use crate::team::{RobotId, Team};
 
 /// No size, distance or speed of a match comes near this, m, s, or radians: squares of it can still be added up.
 const LARGEST_NUMBER: f32 = 1e9;
@@ -43,6 +44,9 @@ const LARGEST_NUMBER: f32 = 1e9;
 const LARGEST_BODY_M: f32 = 3.0;
 /// The thickest post: half a goal of a pitch for people, m.
 const THICKEST_POST_M: f32 = 50.0;
+
+/// Posts of two goals.
+const GOAL_POSTS: usize = 4;
 
 /// Finds the first thing in a snapshot that cannot be.
 ///
@@ -57,6 +61,8 @@ pub(super) fn check(snapshot: &Snapshot, registry: &TypeRegistry) -> Result<(), 
     for entity in &snapshot.entities {
         check_entity(entity, &settings, registry, &mut seen)?;
     }
+    let scenario = resources.need::<Scenario>()?;
+    seen.everybody_is_there(scenario)?;
     seen.nobody_is_in_anything()
 }
 
@@ -201,6 +207,9 @@ fn check_post(post: Post, parts: &Values, registry: &TypeRegistry, seen: &mut Se
     if !(post.radius > 0.0 && post.radius <= THICKEST_POST_M && post.height > 0.0) {
         return Err(parts.wrong::<Post>("this is no post"));
     }
+    if seen.posts.len() == MOST_POSTS + GOAL_POSTS {
+        return Err(impossible("the match", format!("it has more than {MOST_POSTS} posts besides those of the goals")));
+    }
     seen.posts.push((parts.need::<Pose>()?.position, post.radius));
     Ok(())
 }
@@ -215,6 +224,31 @@ struct Seen {
 }
 
 impl Seen {
+    /// That robots and ball are those that the scenario has.
+    fn everybody_is_there(&self, scenario: &Scenario) -> Result<(), SnapshotError> {
+        let wrong = |message: String| Err(impossible("the match", message));
+        let expected: Vec<RobotId> = match scenario.teams {
+            // How large they were lined up is not known any more: rules may change in a match. Both were as large.
+            Some(_) => {
+                let largest = self.ids.iter().map(|id| id.number).max().unwrap_or(1);
+                let of_team = |team| (1..=largest).map(move |number| RobotId::new(team, number));
+                Team::BOTH.into_iter().flat_map(of_team).collect()
+            }
+            None => scenario.robots.iter().map(RobotSpec::id).collect(),
+        };
+        if let Some(id) = expected.iter().find(|id| !self.ids.contains(id)) {
+            return wrong(format!("it has no {id}, and its scenario has one"));
+        }
+        if let Some(id) = self.ids.iter().find(|id| !expected.contains(id)) {
+            return wrong(format!("it has a {id}, and its scenario has none"));
+        }
+        match (self.ball.is_some(), scenario.ball.is_some()) {
+            (false, true) => wrong("it has no ball, and its scenario has one".to_owned()),
+            (true, false) => wrong("it has a ball, and its scenario has none".to_owned()),
+            _ => Ok(()),
+        }
+    }
+
     fn nobody_is_in_anything(&self) -> Result<(), SnapshotError> {
         let mut first = None;
         broken_invariants(&self.robots, self.posts.iter().copied(), self.ball, |message| {

@@ -11,13 +11,16 @@ use std::borrow::Cow;
 use std::io::{self, Write as _};
 use std::path::Path;
 
-use super::{EntityState, Snapshot, SnapshotError, belongs_to_match};
+use super::{EntityState, Snapshot, SnapshotError, belongs_to_match, message_pack};
+use crate::read_file::read_file;
 use crate::replace_file::replace_file;
 
 /// The format's name in files.
 const FORMAT: &str = "naoisis-snapshot";
 /// The format's version in files.
 const VERSION: u32 = 2;
+/// A larger file is no match: with the images of 22 robots, and their depths, it has half of that.
+const LARGEST_FILE_BYTES: u64 = 256 << 20;
 /// What the names of the simulation's own types begin with.
 const OWN: &str = "naoisis::";
 /// The ending of snapshots' file names.
@@ -39,7 +42,8 @@ impl Snapshot {
     /// # Errors
     /// When the file cannot be read, or is none that [`Snapshot::save`] wrote.
     pub fn load(path: &Path, world: &World) -> Result<Snapshot, SnapshotError> {
-        let bytes = std::fs::read(path).map_err(|error| SnapshotError::Io { path: path.to_owned(), error })?;
+        let bytes =
+            read_file(path, LARGEST_FILE_BYTES).map_err(|error| SnapshotError::Io { path: path.to_owned(), error })?;
         Snapshot::from_bytes(&bytes, world)
             .map_err(|message| SnapshotError::NotASnapshot { path: path.to_owned(), message })
     }
@@ -58,6 +62,7 @@ impl Snapshot {
     /// # Errors
     /// What is wrong with them.
     pub fn from_bytes(bytes: &[u8], world: &World) -> Result<Snapshot, String> {
+        message_pack::check(bytes)?;
         let registry = world.resource::<AppTypeRegistry>().read();
         let mut deserializer = rmp_serde::Deserializer::from_read_ref(bytes);
         let snapshot = SnapshotSeed(&registry).deserialize(&mut deserializer).map_err(|error| error.to_string())?;

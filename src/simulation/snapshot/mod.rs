@@ -32,6 +32,7 @@ use std::path::PathBuf;
 
 mod check;
 mod file;
+mod message_pack;
 
 use super::spawn::MatchEntity;
 use crate::behaviour::BehaviourRegistry;

@@ -9,7 +9,7 @@ use crate::cycle::CycleClock;
 use crate::game::Penalty;
 use crate::geometry::{Pose, angle_of, to_degrees};
 use crate::pitch::End;
-use crate::record::vocabulary::Command;
+use crate::record::vocabulary::RobotCommand;
 use crate::referee::GameStatus;
 use crate::robot::Velocity;
 use crate::robot::kick::KickRequest;
@@ -100,7 +100,7 @@ pub fn percepts(percepts: &Percepts) -> String {
 }
 
 /// What a behaviour wanted in a cycle of this duration, s.
-pub fn commands(command: &Command, period: f32) -> Vec<Entry> {
+pub fn commands(command: &RobotCommand, period: f32) -> Vec<Entry> {
     let walk = command.walk.map_or("stands".to_owned(), |walk| {
         let way = walk.translation() / period;
         let sideways = format!("{} {}", decimal(way.y.abs()), if way.y < 0.0 { "right" } else { "left" });
@@ -213,7 +213,7 @@ mod tests {
 
     #[test]
     fn commands_are_told_in_speeds() {
-        let command = Command {
+        let command = RobotCommand {
             walk: Some(WalkCommand::new(0.005, -0.002, 0.0349)),
             kick: Some(KickRequest { kick_type: KickType::LeftSide, speed: 0.5 }),
             ..default()

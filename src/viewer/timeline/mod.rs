@@ -10,7 +10,7 @@ use bevy::prelude::*;
 use bevy::time::TimeSystems;
 
 mod bar;
-mod moment;
+mod present;
 
 use super::event_log::EventLog;
 use super::shared::{DisplayFraction, Playback, TimelineCommand};
@@ -23,7 +23,7 @@ use crate::record::history::{History, ReadTrace};
 use crate::scenario::{BehaviourSpec, Scenario, ScenarioFault};
 use crate::simulation;
 pub use bar::TimelineBarPlugin;
-use moment::{Present, put_record};
+use present::{Present, put_record};
 
 /// The past is shown this many times as fast as it was when it is to go as fast as possible.
 const FASTEST: f64 = 64.0;

@@ -1,5 +1,9 @@
 //! The rules as data. Presets are files in `assets/rules`; the fields' defaults are those of the preset `naoisis`.
 
+mod limits;
+
+pub use limits::RulesError;
+
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -311,117 +315,9 @@ impl Default for Rules {
     }
 }
 
-/// What is wrong with rules.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("{message}: expected {expected}")]
-pub struct RulesError {
-    /// The field of [`Rules`] at fault.
-    pub field: &'static str,
-    /// What is wrong.
-    pub message: String,
-    /// What would be right.
-    pub expected: String,
-}
-
-/// The longest duration that rules may have, s.
-const LONGEST_S: f32 = 1e5;
-
 impl Rules {
     /// Cycles in a half, at least one.
     pub fn half_cycles(&self, clock: &CycleClock) -> u64 {
         u64::from(clock.cycles_in(self.half_s)).max(1)
-    }
-
-    /// Checks that the rules do not contradict themselves.
-    ///
-    /// # Errors
-    /// The first field that is out of range.
-    pub fn validate(&self) -> Result<(), RulesError> {
-        in_range("halves", self.halves as f32, 1.0, 10.0, "")?;
-        in_range("team_size", f32::from(self.team_size), 1.0, 11.0, " robots")?;
-        in_range("mercy_goals", self.mercy_goals.unwrap_or(1) as f32, 1.0, 1000.0, " goals")?;
-        in_range("pushing_limit", self.pushing_limit.unwrap_or(1) as f32, 1.0, 1000.0, " collisions")?;
-        in_range("collision_speed_mps", self.collision_speed_mps, 0.0, 10.0, " m/s")?;
-        in_range("free_kick_distance_m", self.free_kick_distance_m, 0.0, 100.0, " m")?;
-        in_range("fall_from_mps", self.fall_from_mps, 0.0, 100.0, " m/s")?;
-        in_range("fall_certain_mps", self.fall_certain_mps, self.fall_from_mps, 100.0, " m/s")?;
-        in_range("dive_reach_m", self.dive_reach_m, 0.0, 2.0, " m")?;
-        in_range("shoot_out_shots", self.shoot_out_shots as f32, 1.0, 100.0, " shots")?;
-        positive("stall_radius_m", self.stall_radius_m, 100.0, " m")?;
-        let positive_durations = [
-            ("half_s", self.half_s),
-            ("stall_s", self.stall_s),
-            ("free_kick_s", self.free_kick_s),
-            ("ball_holding_s", self.ball_holding_s),
-            ("keeper_ball_holding_s", self.keeper_ball_holding_s),
-            ("in_goal_s", self.in_goal_s),
-            ("inactive_s", self.inactive_s),
-            ("game_stuck_s", self.game_stuck_s),
-            ("fallen_s", self.fallen_s),
-            ("get_up_limit_s", self.get_up_limit_s),
-            ("shoot_out_s", self.shoot_out_s),
-        ];
-        for (field, value) in positive_durations {
-            positive(field, value, LONGEST_S, " s")?;
-        }
-        let durations = [
-            ("penalty_s", self.penalty_s),
-            ("penalty_increase_s", self.penalty_increase_s),
-            ("free_kick_leave_s", self.free_kick_leave_s),
-            ("ready_s", self.ready_s),
-            ("set_s", self.set_s),
-            ("illegal_position_s", self.illegal_position_s.unwrap_or(0.0)),
-            ("kick_off_free_s", self.kick_off_free_s.unwrap_or(0.0)),
-            ("illegal_defender_s", self.illegal_defender_s),
-            ("get_up_s", self.get_up_s),
-            ("dive_s", self.dive_s),
-            ("status_delay_s", self.status_delay_s),
-        ];
-        for (field, value) in durations {
-            in_range(field, value, 0.0, LONGEST_S, " s")?;
-        }
-        Ok(())
-    }
-}
-
-fn in_range(field: &'static str, value: f32, least: f32, most: f32, unit: &str) -> Result<(), RulesError> {
-    // A value that is no number is in no range.
-    if (least..=most).contains(&value) {
-        return Ok(());
-    }
-    Err(RulesError { field, message: format!("`{field}` is {value}"), expected: format!("{least} to {most}{unit}") })
-}
-
-fn positive(field: &'static str, value: f32, most: f32, unit: &str) -> Result<(), RulesError> {
-    if value > 0.0 && value <= most {
-        return Ok(());
-    }
-    let expected = format!("more than 0, at most {most}{unit}");
-    Err(RulesError { field, message: format!("`{field}` is {value}"), expected })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn rules_that_contradict_themselves_name_the_field() {
-        assert_eq!(Rules::default().validate(), Ok(()));
-        let wrong = [
-            ("halves", Rules { halves: 0, ..Rules::default() }),
-            ("team_size", Rules { team_size: 0, ..Rules::default() }),
-            ("half_s", Rules { half_s: 0.0, ..Rules::default() }),
-            ("half_s", Rules { half_s: -1.0, ..Rules::default() }),
-            ("half_s", Rules { half_s: f32::NAN, ..Rules::default() }),
-            ("penalty_s", Rules { penalty_s: -0.1, ..Rules::default() }),
-            ("illegal_position_s", Rules { illegal_position_s: Some(-1.0), ..Rules::default() }),
-            ("pushing_limit", Rules { pushing_limit: Some(0), ..Rules::default() }),
-            ("stall_radius_m", Rules { stall_radius_m: 0.0, ..Rules::default() }),
-            ("fall_certain_mps", Rules { fall_from_mps: 0.5, fall_certain_mps: 0.4, ..Rules::default() }),
-            ("status_delay_s", Rules { status_delay_s: f32::INFINITY, ..Rules::default() }),
-        ];
-        for (field, rules) in wrong {
-            assert_eq!(rules.validate().map_err(|error| error.field), Err(field));
-        }
     }
 }

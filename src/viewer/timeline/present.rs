@@ -29,13 +29,13 @@ pub(super) struct Present {
     game: Game,
     events: CycleEvents,
     record: CycleRecord,
-    robots: Vec<(Entity, RobotState, Option<Belief>)>,
-    ball: Option<(Entity, BallState)>,
+    robots: Vec<(Entity, RobotBundle, Option<Belief>)>,
+    ball: Option<(Entity, BallBundle)>,
 }
 
 /// Of a robot, all that a record has something of, but for its belief, which not every robot has.
 #[derive(Bundle, Clone, Debug)]
-struct RobotState {
+struct RobotBundle {
     pose: Pose,
     previous: PreviousPose,
     velocity: Velocity,
@@ -52,7 +52,7 @@ struct RobotState {
 
 /// Of the ball, all that a record has something of.
 #[derive(Bundle, Clone, Copy, Debug)]
-struct BallState {
+struct BallBundle {
     pose: Pose,
     previous: PreviousPose,
     velocity: BallVelocity,
@@ -67,7 +67,7 @@ impl Present {
             robots.map(|robot| (robot, robot_state(world, robot), world.get::<Belief>(robot).cloned())).collect();
         let mut balls = world.query_filtered::<(Entity, &Pose, &PreviousPose, &BallVelocity), With<Ball>>();
         let ball = balls.iter(world).next().map(|(entity, pose, previous, velocity)| {
-            (entity, BallState { pose: *pose, previous: *previous, velocity: *velocity })
+            (entity, BallBundle { pose: *pose, previous: *previous, velocity: *velocity })
         });
         Present {
             clock: *world.resource(),
@@ -102,7 +102,7 @@ fn put(world: &mut World, entity: Entity, state: impl Bundle) {
     }
 }
 
-fn put_robot(world: &mut World, robot: Entity, state: RobotState, belief: Option<Belief>) {
+fn put_robot(world: &mut World, robot: Entity, state: RobotBundle, belief: Option<Belief>) {
     put(world, robot, state);
     match (belief, world.get_entity_mut(robot)) {
         (Some(belief), Ok(mut robot)) => {
@@ -116,11 +116,11 @@ fn put_robot(world: &mut World, robot: Entity, state: RobotState, belief: Option
 }
 
 /// What the robot has; of what it does not have, nothing.
-fn robot_state(world: &World, robot: Entity) -> RobotState {
+fn robot_state(world: &World, robot: Entity) -> RobotBundle {
     fn of<C: Component + Clone + Default>(world: &World, robot: Entity) -> C {
         world.get::<C>(robot).cloned().unwrap_or_default()
     }
-    RobotState {
+    RobotBundle {
         pose: of(world, robot),
         previous: of(world, robot),
         velocity: of(world, robot),
@@ -183,8 +183,8 @@ fn put_game(world: &mut World, record: &GameRecord, clock: &CycleClock) {
     game.cycles_left = record.time_left_s.map(|left_s| (left_s / clock.period_s).round() as u64);
 }
 
-fn state_of(robot: RobotRecord, was: Pose, gait: Gait, period_s: f64) -> RobotState {
-    RobotState {
+fn state_of(robot: RobotRecord, was: Pose, gait: Gait, period_s: f64) -> RobotBundle {
+    RobotBundle {
         pose: robot.pose,
         previous: PreviousPose(was),
         velocity: robot.velocity,

@@ -1,19 +1,19 @@
-//! Everything that is recorded of a match in pictures, with one photographer for all of it.
+//! Everything that is recorded of a match in pictures, with one renderer for all of it.
 
 use bevy::prelude::*;
 
 use super::cycle_record::CycleRecord;
 use super::frames::FrameRecorder;
-use super::photographer::Photographer;
+use super::match_renderer::MatchRenderer;
 use super::recorder::{MatchEnd, RecordError, Recorder};
 use super::sheet::SheetRecorder;
 use super::video::VideoRecorder;
 
 /// The pictures that are being made of a match.
 #[derive(Default)]
-pub struct Album {
+pub struct PictureRecorder {
     /// Draws them.
-    pub photographer: Photographer,
+    pub renderer: MatchRenderer,
     /// PNG files.
     pub frames: Option<FrameRecorder>,
     /// A video.
@@ -22,24 +22,24 @@ pub struct Album {
     pub sheet: Option<SheetRecorder>,
 }
 
-impl Album {
+impl PictureRecorder {
     /// Whether nothing is to be recorded.
     pub fn is_empty(&self) -> bool {
         self.frames.is_none() && self.video.is_none() && self.sheet.is_none()
     }
 }
 
-impl Recorder for Album {
+impl Recorder for PictureRecorder {
     fn record(&mut self, _: &CycleRecord, world: &mut World) {
-        self.photographer.look(world);
+        self.renderer.look(world);
         if let Some(frames) = &mut self.frames {
-            frames.record(world, &mut self.photographer);
+            frames.record(world, &mut self.renderer);
         }
         if let Some(video) = &mut self.video {
-            video.record(world, &mut self.photographer);
+            video.record(world, &mut self.renderer);
         }
         if let Some(sheet) = &mut self.sheet {
-            sheet.record(world, &mut self.photographer);
+            sheet.record(world, &mut self.renderer);
         }
     }
 

@@ -1,6 +1,6 @@
 //! Draws a match as it is: the field, and what each robot's cameras see.
 //!
-//! Recording changes nothing of the match: the photographer has a renderer of its own.
+//! Recording changes nothing of the match: what is drawn here is drawn beside the match's own images.
 //! It draws on the graphics card where the match's camera images are drawn there, in software otherwise.
 
 use bevy::math::ops;
@@ -26,7 +26,7 @@ const SEGMENTS: usize = 20;
 
 /// Draws a match.
 #[derive(Default)]
-pub struct Photographer {
+pub struct MatchRenderer {
     scene: Scene,
     /// One a design, and whether it is of what was last looked at.
     prepared: [PreparedScene; 2],
@@ -35,7 +35,7 @@ pub struct Photographer {
     still_renderer: StillRenderer,
 }
 
-impl Photographer {
+impl MatchRenderer {
     /// Looks at the match as it is now.
     pub fn look(&mut self, world: &mut World) {
         self.is_prepared = [false; 2];
@@ -177,12 +177,12 @@ mod tests {
         let scenario = r#"{ "rules": "free", "ball": { "position_m": [0.15, -0.05] }, "robots": [{ "number": 1,
             "behaviour": { "script": [{ "from_s": 0.1, "kick": { "type": "right_straight", "speed": 1.0 } }] } }] }"#;
         app.start_match(&Scenario::from_json(scenario).unwrap()).unwrap();
-        let mut photographer = Photographer::default();
+        let mut renderer = MatchRenderer::default();
         let mut hips = Vec::new();
         for _ in 0..8 {
             app.run_cycles(1);
-            photographer.look(app.world_mut());
-            let robot = photographer.scene().robots[0];
+            renderer.look(app.world_mut());
+            let robot = renderer.scene().robots[0];
             hips.push(robot.gait.joints(robot.id, robot.head).legs[1].hip);
         }
         // It stands still before, and its right leg is far in front when the ball is struck.

@@ -1,0 +1,141 @@
+//! Which figures rules may have.
+
+use core::fmt::Display;
+use core::ops::RangeInclusive;
+
+use super::Rules;
+
+/// What is wrong with rules.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{message}: expected {expected}")]
+pub struct RulesError {
+    /// The field of [`Rules`] at fault.
+    pub field: &'static str,
+    /// What is wrong.
+    pub message: String,
+    /// What would be right.
+    pub expected: String,
+    /// The field that the limit comes from, if it is not the same for all rules.
+    pub limited_by: Option<&'static str>,
+}
+
+/// The longest duration that rules may have, s.
+const LONGEST_S: f32 = 1e5;
+
+impl Rules {
+    /// Checks that the rules do not contradict themselves.
+    ///
+    /// # Errors
+    /// The first of the [errors](Rules::errors).
+    pub fn validate(&self) -> Result<(), RulesError> {
+        self.errors().into_iter().next().map_or(Ok(()), Err)
+    }
+
+    /// All fields that are out of range.
+    pub fn errors(&self) -> Vec<RulesError> {
+        let mut limits = Limits::default();
+        limits.range("halves", self.halves, 1..=10, "");
+        limits.range("team_size", self.team_size, 1..=11, " robots");
+        limits.range("mercy_goals", self.mercy_goals.unwrap_or(1), 1..=1000, " goals");
+        limits.range("pushing_limit", self.pushing_limit.unwrap_or(1), 1..=1000, " collisions");
+        limits.range("collision_speed_mps", self.collision_speed_mps, 0.0..=10.0, " m/s");
+        limits.range("free_kick_distance_m", self.free_kick_distance_m, 0.0..=100.0, " m");
+        limits.range("fall_from_mps", self.fall_from_mps, 0.0..=100.0, " m/s");
+        limits.fall_certain(self);
+        limits.range("dive_reach_m", self.dive_reach_m, 0.0..=2.0, " m");
+        limits.range("shoot_out_shots", self.shoot_out_shots, 1..=100, " shots");
+        limits.positive("stall_radius_m", self.stall_radius_m, 100.0, " m");
+        let positive_durations = [
+            ("half_s", self.half_s),
+            ("stall_s", self.stall_s),
+            ("free_kick_s", self.free_kick_s),
+            ("ball_holding_s", self.ball_holding_s),
+            ("keeper_ball_holding_s", self.keeper_ball_holding_s),
+            ("in_goal_s", self.in_goal_s),
+            ("inactive_s", self.inactive_s),
+            ("game_stuck_s", self.game_stuck_s),
+            ("fallen_s", self.fallen_s),
+            ("get_up_limit_s", self.get_up_limit_s),
+            ("shoot_out_s", self.shoot_out_s),
+        ];
+        for (field, value) in positive_durations {
+            limits.positive(field, value, LONGEST_S, " s");
+        }
+        let durations = [
+            ("penalty_s", self.penalty_s),
+            ("penalty_increase_s", self.penalty_increase_s),
+            ("free_kick_leave_s", self.free_kick_leave_s),
+            ("ready_s", self.ready_s),
+            ("set_s", self.set_s),
+            ("illegal_position_s", self.illegal_position_s.unwrap_or(0.0)),
+            ("kick_off_free_s", self.kick_off_free_s.unwrap_or(0.0)),
+            ("illegal_defender_s", self.illegal_defender_s),
+            ("get_up_s", self.get_up_s),
+            ("dive_s", self.dive_s),
+            ("status_delay_s", self.status_delay_s),
+        ];
+        for (field, value) in durations {
+            limits.range(field, value, 0.0..=LONGEST_S, " s");
+        }
+        limits.errors
+    }
+}
+
+/// Collects what is out of its limits. A value that is no number is within none.
+#[derive(Default)]
+struct Limits {
+    errors: Vec<RulesError>,
+}
+
+impl Limits {
+    fn range<T: PartialOrd + Display>(&mut self, field: &'static str, value: T, range: RangeInclusive<T>, unit: &str) {
+        if !range.contains(&value) {
+            self.error(field, value, format!("{} to {}{unit}", range.start(), range.end()));
+        }
+    }
+
+    fn positive(&mut self, field: &'static str, value: f32, most: f32, unit: &str) {
+        if !(value > 0.0 && value <= most) {
+            self.error(field, value, format!("more than 0, at most {most}{unit}"));
+        }
+    }
+
+    /// That a speed at which everybody falls is none at which nobody does.
+    fn fall_certain(&mut self, rules: &Rules) {
+        let known = self.errors.len();
+        self.range("fall_certain_mps", rules.fall_certain_mps, rules.fall_from_mps..=100.0, " m/s");
+        for error in &mut self.errors[known..] {
+            error.limited_by = Some("fall_from_mps");
+        }
+    }
+
+    fn error(&mut self, field: &'static str, value: impl Display, expected: String) {
+        self.errors.push(RulesError { field, message: format!("`{field}` is {value}"), expected, limited_by: None });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rules_that_contradict_themselves_name_the_field() {
+        assert_eq!(Rules::default().validate(), Ok(()));
+        let wrong = [
+            ("halves", Rules { halves: 0, ..Rules::default() }),
+            ("team_size", Rules { team_size: 0, ..Rules::default() }),
+            ("half_s", Rules { half_s: 0.0, ..Rules::default() }),
+            ("half_s", Rules { half_s: -1.0, ..Rules::default() }),
+            ("half_s", Rules { half_s: f32::NAN, ..Rules::default() }),
+            ("penalty_s", Rules { penalty_s: -0.1, ..Rules::default() }),
+            ("illegal_position_s", Rules { illegal_position_s: Some(-1.0), ..Rules::default() }),
+            ("pushing_limit", Rules { pushing_limit: Some(0), ..Rules::default() }),
+            ("stall_radius_m", Rules { stall_radius_m: 0.0, ..Rules::default() }),
+            ("fall_certain_mps", Rules { fall_from_mps: 0.5, fall_certain_mps: 0.4, ..Rules::default() }),
+            ("status_delay_s", Rules { status_delay_s: f32::INFINITY, ..Rules::default() }),
+        ];
+        for (field, rules) in wrong {
+            assert_eq!(rules.validate().map_err(|error| error.field), Err(field));
+        }
+    }
+}
