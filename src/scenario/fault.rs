@@ -20,7 +20,7 @@ pub struct ScenarioFault {
     /// Which part of the field is at fault.
     pub(super) part: FieldPart,
     /// The values that it was judged by, itself among them; of none it is not known, and may be all of its part of the scenario.
-    judged_by: Vec<FieldPath>,
+    judged_by: Box<[FieldPath]>,
 }
 
 /// A place where something is wrong, so that the scenario has there what the file may not have meant.
@@ -64,7 +64,7 @@ impl ScenarioFault {
             message: message.into(),
             expected: expected.into(),
             part: FieldPart::Value,
-            judged_by: Vec::new(),
+            judged_by: Box::default(),
         }
     }
 
@@ -77,8 +77,8 @@ impl ScenarioFault {
     /// The fault of a value together with these others.
     #[must_use]
     pub(crate) fn judged_with(mut self, others: impl IntoIterator<Item = FieldPath>) -> Self {
-        self.judged_by.push(self.path.clone());
-        self.judged_by.extend(others);
+        let earlier = core::mem::take(&mut self.judged_by).into_iter();
+        self.judged_by = earlier.chain([self.path.clone()]).chain(others).collect();
         self
     }
 

@@ -10,6 +10,7 @@ use crate::viewer::event_log::EventLogPlugin;
 use crate::viewer::shared::ViewerCommand;
 use bevy::time::TimeUpdateStrategy;
 use core::time::Duration;
+use serde::Deserialize;
 
 const BLUE2: RobotId = RobotId::new(Team::Blue, 2);
 
