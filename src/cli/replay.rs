@@ -78,7 +78,8 @@ fn watch(program: Program, arguments: &ReplayArguments, trace: ReadTrace) -> Exi
 fn summary(trace: &ReadTrace) -> String {
     let scenario = &trace.scenario;
     let name = if scenario.name.is_empty() { "a match" } else { &scenario.name };
-    let mut text = format!("{name}, seed {}, {} robots\n", scenario.seed, scenario.robots.len());
+    let (realism, robots) = (scenario.realism, scenario.robots.len());
+    let mut text = format!("{name}, realism {realism}, seed {}, {robots} robots\n", scenario.seed);
     let Some(last) = &trace.last else { return text };
     let score = last.game.score;
     let cycles = trace.history.cycles().map_or(0, |cycles| cycles.end() - cycles.start());

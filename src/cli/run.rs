@@ -17,7 +17,7 @@ use crate::game::Game;
 use crate::record::RecordPlugin;
 use crate::record::recorder::{self, EndReason, Recorders};
 use crate::referee::report::{HEADER, report as match_report};
-use crate::scenario::{Scenario, ScenarioFile};
+use crate::scenario::{Realisms, Scenario, ScenarioFile};
 use crate::simulation::Snapshot;
 use crate::team::Team;
 
@@ -189,6 +189,7 @@ fn finish(
 ) -> ExitCode {
     let clock = *world.resource::<CycleClock>();
     let score = world.resource::<Game>().score;
+    let realism = world.get_resource::<Scenario>().map(|scenario| scenario.realism).unwrap_or_default();
     for said in recorder::finish(world, outcome.reason) {
         match said {
             Ok(Some(summary)) if !arguments.quiet => printer.print(summary),
@@ -202,7 +203,7 @@ fn finish(
     }
     if !arguments.quiet {
         printer.print(tally(&outcome.decisions));
-        printer.print(summary(outcome, clock, started_at_cycle, score, wall_s));
+        printer.print(summary(outcome, clock, started_at_cycle, score, realism, wall_s));
     }
     if let Some(message) = &outcome.not_saved {
         return report::failure(message);
@@ -239,6 +240,7 @@ fn summary(
     clock: CycleClock,
     started_at_cycle: u64,
     score: crate::game::Score,
+    realism: Realisms,
     wall_s: f64,
 ) -> String {
     let mut text = String::new();
@@ -255,7 +257,7 @@ fn summary(
     // A saved match goes on in the middle.
     let cycles = clock.cycle - started_at_cycle;
     text += &format!(
-        "{simulated_s:>7.1} s  {end}: blue {} : {} pink\n{} cycles in {wall_s:.2} s, {} times real time\n",
+        "{simulated_s:>7.1} s  {end}: blue {} : {} pink\n{} cycles in {wall_s:.2} s, {} times real time, realism {realism}\n",
         score.blue,
         score.pink,
         cycles,
