@@ -1,11 +1,16 @@
 //! Sweeps: a scenario with every combination of some settings' values, and with every pairing of some teams.
 
+use std::sync::OnceLock;
+
 use super::pairs::{Pairing, Pairs};
 use super::variants::{Variants, fingerprint};
 use crate::scenario::{Scenario, ScenarioError, ScenarioFile, Setting};
 
 /// The fields in which the teams of a pairing are set.
 const TEAMS: [&str; 2] = ["teams.blue", "teams.pink"];
+
+/// Of so many combinations, what was found out once is remembered.
+const MOST_REMEMBERED: usize = 1000;
 
 /// Variants of a scenario: all combinations of the values of its settings, the last setting changing fastest, and each of
 /// them with all pairings of the teams, if there are any.
@@ -19,8 +24,8 @@ pub struct Sweep {
     pairings: Vec<Pairing>,
     duration_s: Option<f32>,
     fingerprint: String,
-    /// The realism of all variants, if it is the same.
-    realism: Option<String>,
+    /// The realism in words of the first variants of the first combinations, once they were asked for.
+    realisms: Vec<OnceLock<String>>,
 }
 
 impl Sweep {
@@ -42,13 +47,11 @@ impl Sweep {
             Err(_) => (file.clone(), settings),
         };
         let pairings = pairs.as_ref().map(|pairs| pairs.pairings().collect()).unwrap_or_default();
-        let sweep = Self { file, settings, pairs, pairings, duration_s, fingerprint: String::new(), realism: None };
+        let sweep =
+            Self { file, settings, pairs, pairings, duration_s, fingerprint: String::new(), realisms: Vec::new() };
         let first = sweep.variant(0)?.scenario;
-        let is_of_realism = |values: &Vec<Setting>| {
-            values.len() > 1 && values.iter().any(|setting| setting.path().to_string().starts_with("realism"))
-        };
-        let realism = (!sweep.settings.iter().any(is_of_realism)).then(|| first.realism.to_string());
-        Ok(Self { fingerprint: fingerprint(&first), realism, ..sweep })
+        let remembered = sweep.combinations().unwrap_or(usize::MAX).min(MOST_REMEMBERED);
+        Ok(Self { fingerprint: fingerprint(&first), realisms: vec![OnceLock::new(); remembered], ..sweep })
     }
 
     /// How many combinations of settings there are; none if they cannot be counted.
@@ -59,11 +62,6 @@ impl Sweep {
     /// Variants of one combination of settings.
     pub fn variants_of_combination(&self) -> usize {
         self.pairings.len().max(1)
-    }
-
-    /// How much of a real robot all variants have, in words, where that is no setting that differs.
-    pub fn common_realism(&self) -> Option<&str> {
-        self.realism.as_deref()
     }
 
     /// The teams that play each other.
@@ -166,8 +164,9 @@ impl Variants for Sweep {
     }
 
     fn realism(&self, index: usize) -> String {
-        let of_variant = || self.scenario(index).map(|scenario| scenario.realism.to_string()).unwrap_or_default();
-        self.realism.clone().unwrap_or_else(of_variant)
+        let combination = index / self.variants_of_combination();
+        let words = || self.scenario(index).map(|scenario| scenario.realism_in_words()).unwrap_or_default();
+        self.realisms.get(combination).map_or_else(words, |known| known.get_or_init(words).clone())
     }
 
     /// That of the first variant: what the others have otherwise is in columns of its own.

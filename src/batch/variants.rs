@@ -25,7 +25,7 @@ pub trait Variants: Sync {
 
     /// How much of a real robot it has, in words.
     fn realism(&self, index: usize) -> String {
-        self.scenario(index).map(|scenario| scenario.realism.to_string()).unwrap_or_default()
+        self.scenario(index).map(|scenario| scenario.realism_in_words()).unwrap_or_default()
     }
 
     /// What tells a scenario from others whose values are the same, whatever its seed.

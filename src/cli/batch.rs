@@ -254,9 +254,9 @@ fn print_summaries(printer: &mut Printer, sweep: &Sweep, rows: &mut [MatchRow]) 
     for rows in rows.chunk_by(|one, other| combination(one) == combination(other)) {
         let settings = rows.first().map(|row| sweep.words(row.variant)).unwrap_or_default();
         // Whoever prints a result says how real it is.
-        let realism = sweep.common_realism().map(|realism| format!("realism {realism}"));
-        let heading: Vec<String> = realism.into_iter().chain((!settings.is_empty()).then_some(settings)).collect();
-        printer.print(format_args!("{}\n", heading.join(", ")));
+        let realism = rows.first().map(|row| sweep.realism(row.variant)).unwrap_or_default();
+        let settings = if settings.is_empty() { settings } else { format!("{settings}; ") };
+        printer.print(format_args!("{settings}realism {realism}\n"));
         match sweep.pairs() {
             Some(pairs) => {
                 let rows = rows.iter().filter_map(|row| Some((row, sweep.pairing(row.variant)?)));

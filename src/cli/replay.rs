@@ -78,7 +78,7 @@ fn watch(program: Program, arguments: &ReplayArguments, trace: ReadTrace) -> Exi
 fn summary(trace: &ReadTrace) -> String {
     let scenario = &trace.scenario;
     let name = if scenario.name.is_empty() { "a match" } else { &scenario.name };
-    let (realism, robots) = (scenario.realism, scenario.robots.len());
+    let (realism, robots) = (scenario.realism_in_words(), scenario.robots.len());
     let mut text = format!("{name}, realism {realism}, seed {}, {robots} robots\n", scenario.seed);
     let Some(last) = &trace.last else { return text };
     let score = last.game.score;

@@ -17,7 +17,7 @@ use crate::game::Game;
 use crate::record::RecordPlugin;
 use crate::record::recorder::{self, EndReason, Recorders};
 use crate::referee::report::{HEADER, report as match_report};
-use crate::scenario::{Realisms, Scenario, ScenarioFile};
+use crate::scenario::{Scenario, ScenarioFile};
 use crate::simulation::Snapshot;
 use crate::team::Team;
 
@@ -189,7 +189,7 @@ fn finish(
 ) -> ExitCode {
     let clock = *world.resource::<CycleClock>();
     let score = world.resource::<Game>().score;
-    let realism = world.get_resource::<Scenario>().map(|scenario| scenario.realism).unwrap_or_default();
+    let realism = world.get_resource::<Scenario>().map(Scenario::realism_in_words).unwrap_or_default();
     for said in recorder::finish(world, outcome.reason) {
         match said {
             Ok(Some(summary)) if !arguments.quiet => printer.print(summary),
@@ -203,7 +203,7 @@ fn finish(
     }
     if !arguments.quiet {
         printer.print(tally(&outcome.decisions));
-        printer.print(summary(outcome, clock, started_at_cycle, score, realism, wall_s));
+        printer.print(summary(outcome, clock, started_at_cycle, score, &realism, wall_s));
     }
     if let Some(message) = &outcome.not_saved {
         return report::failure(message);
@@ -224,7 +224,7 @@ fn title(scenario: &Scenario) -> String {
         Some(teams) => format!(": blue {} against pink {}", teams.blue, teams.pink),
         None => String::new(),
     };
-    let Scenario { rules, realism, seed, .. } = scenario;
+    let (rules, realism, seed) = (&scenario.rules, scenario.realism_in_words(), scenario.seed);
     format!("{name}{teams}. Rules {}, realism {realism}, seed {seed}.\n{HEADER}\n", rules.name)
 }
 
@@ -240,7 +240,7 @@ fn summary(
     clock: CycleClock,
     started_at_cycle: u64,
     score: crate::game::Score,
-    realism: Realisms,
+    realism: &str,
     wall_s: f64,
 ) -> String {
     let mut text = String::new();

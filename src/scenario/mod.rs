@@ -24,6 +24,8 @@ mod preset;
 mod presets;
 mod read;
 mod realism;
+mod realism_of;
+mod realism_settings;
 mod scanner;
 mod setting;
 mod shape;

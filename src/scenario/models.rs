@@ -36,11 +36,6 @@ impl RobotModel {
         shape::read(&preset.value()).ok()
     }
 
-    /// A model of which nothing is known.
-    pub(super) fn unknown() -> RobotModel {
-        RobotModel { name: String::new(), description: String::new(), realistic: Map::new(), sources: BTreeMap::new() }
-    }
-
     /// Where the figure at a path, such as `kicks.wind_up_s`, is from: its own source, or that of the group it belongs to.
     pub fn source(&self, path: &str) -> Option<&str> {
         let own = self.sources.get(path).map(String::as_str);

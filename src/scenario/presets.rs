@@ -1,22 +1,20 @@
 //! Presets: named fields, rules, balls and noise, and how a scenario's own values are laid over them and over those of its
 //! realism.
 
-use serde::{Deserialize, Serialize};
-use serde_json::{Map, Value, json};
+use serde::Serialize;
+use serde_json::{Map, Value};
 
 use super::fault::ScenarioFault;
 use super::field_path::FieldPath;
-use super::models::{MODELS, RobotModel};
 use super::preset::Preset;
-use super::realism::{Realism, Realisms};
+use super::realism_settings;
 use super::shape;
-use super::types::{BallSpec, Scenario};
+use super::types::BallSpec;
 use super::wording::{did_you_mean, one_of, quoted};
 use crate::game::Rules;
 use crate::pitch::Pitch;
-use crate::sensing::odometry::{OdometryNoise, OdometrySettings};
-use crate::sensing::sonar::SonarSettings;
-use crate::sensing::vision::{VisionNoise, VisionSettings};
+use crate::sensing::odometry::OdometryNoise;
+use crate::sensing::vision::VisionNoise;
 use crate::team::Team;
 
 /// The fields that come with the program: `assets/fields`.
@@ -65,36 +63,6 @@ impl BallSpec {
     }
 }
 
-impl Scenario {
-    /// The scenario with the settings that these words stand for, those of its model, in place of its own. A model that there is
-    /// not, and the paper, have the defaults.
-    #[must_use]
-    pub fn with_realism(self, realism: Realisms) -> Scenario {
-        let mut root = Map::new();
-        root.insert("model".to_owned(), json!(self.model));
-        root.insert("realism".to_owned(), serde_json::to_value(realism).unwrap_or_default());
-        resolve(&mut root);
-        let real: Scenario = shape::read(&Value::Object(root)).unwrap_or_default();
-        let of_league = |ball: BallSpec| match real.ball {
-            Some(BallSpec { radius_m, rolling, restitution, .. }) => {
-                BallSpec { radius_m, rolling, restitution, ..ball }
-            }
-            None => ball,
-        };
-        Scenario {
-            realism,
-            motion: real.motion,
-            kicks: real.kicks,
-            ball: self.ball.map(of_league),
-            vision: VisionSettings { noise: real.vision.noise, ..self.vision },
-            sonar: SonarSettings { source: self.sonar.source, ..real.sonar },
-            odometry: OdometrySettings { noise: real.odometry.noise, ..self.odometry },
-            messages: real.messages,
-            ..self
-        }
-    }
-}
-
 /// Fields whose value is a choice with contents, as object and field: another choice replaces it as a whole.
 const CHOICES: [(&str, &str); 2] = [("sonar", "noise"), ("ball", "rolling")];
 
@@ -105,9 +73,15 @@ const CHOICES: [(&str, &str); 2] = [("sonar", "noise"), ("ball", "rolling")];
 pub fn resolve(root: &mut Map<String, Value>) -> Vec<ScenarioFault> {
     let mut faults = Vec::new();
     let path = FieldPath::default();
-    let real = settings_of_realism(root, &mut faults);
-    for (field, presets) in [("field", FIELD_PRESETS), ("rules", RULES_PRESETS), ("ball", BALL_PRESETS)] {
+    let mut real = realism_settings::settings_of(root, &mut faults);
+    if root.get("ball").is_some_and(Value::is_null) {
         // Without a ball there is nothing to fill in.
+        real.remove("ball");
+    } else if let Some(ball) = real.get_mut("ball") {
+        faults.extend(fill_in_named(ball, &path.field("ball"), BALL_PRESETS).err());
+    }
+    fill_in_noises(&mut real, &path, &Map::new(), &mut faults);
+    for (field, presets) in [("field", FIELD_PRESETS), ("rules", RULES_PRESETS), ("ball", BALL_PRESETS)] {
         if let Some(value) = root.get_mut(field)
             && !(field == "ball" && value.is_null())
             && let Err(fault) = fill_in_named(value, &path.field(field), presets)
@@ -148,65 +122,6 @@ pub fn resolve(root: &mut Map<String, Value>) -> Vec<ScenarioFault> {
     }
     number(robots);
     faults
-}
-
-/// The settings that come of the realism: what a scenario has where it says nothing itself. None of the paper's, which are the
-/// defaults.
-///
-/// A model or a word that there is not is taken out, and becomes a fault.
-fn settings_of_realism(root: &mut Map<String, Value>, faults: &mut Vec<ScenarioFault>) -> Map<String, Value> {
-    let path = FieldPath::default();
-    let model = match root.get("model").map(|model| (model, model.as_str().and_then(RobotModel::named))) {
-        Some((_, Some(model))) => model,
-        None => RobotModel::named(&Scenario::default().model).unwrap_or_else(RobotModel::unknown),
-        Some((model, None)) => {
-            let names: Vec<&str> = MODELS.iter().map(|preset| preset.name).collect();
-            let message = match model.as_str() {
-                Some(name) => {
-                    format!("there is no model {}{}", quoted(name), did_you_mean(name, names.iter().copied()))
-                }
-                None => "`model` is no name of a model".to_owned(),
-            };
-            faults.push(ScenarioFault::new(path.field("model"), message, one_of(names)));
-            root.remove("model");
-            RobotModel::unknown()
-        }
-    };
-    // What is wrong with the words is found when the types are read.
-    let Some(realisms) = root.get("realism").and_then(|words| Realisms::deserialize(words).ok()) else {
-        return Map::new();
-    };
-    let ideal = ideal_settings();
-    let mut settings = Map::new();
-    for (part, realism) in realisms.parts() {
-        let of_part = match realism {
-            Realism::Paper => continue,
-            Realism::Ideal => ideal.get(part).cloned(),
-            Realism::Realistic => model.realistic.get(part).cloned(),
-        };
-        let Some(mut of_part) = of_part else { continue };
-        if part == "ball"
-            && (root.get("ball").is_some_and(Value::is_null)
-                || fill_in_named(&mut of_part, &path.field("ball"), BALL_PRESETS).is_err())
-        {
-            continue;
-        }
-        settings.insert(part.to_owned(), of_part);
-    }
-    let mut noises = Vec::new();
-    fill_in_noises(&mut settings, &path, &Map::new(), &mut noises);
-    settings
-}
-
-/// What is different from the paper without noise.
-fn ideal_settings() -> Map<String, Value> {
-    let noiseless = |noise: serde_json::Result<Value>| json!({ "noise": noise.unwrap_or_default() });
-    let settings = [
-        ("vision", noiseless(serde_json::to_value(VisionNoise::none()))),
-        ("odometry", noiseless(serde_json::to_value(OdometryNoise::none()))),
-        ("sonar", json!({ "noise": "none", "miss_probability": 0.0 })),
-    ];
-    settings.into_iter().map(|(part, value)| (part.to_owned(), value)).collect()
 }
 
 /// Replaces the name of one of these presets by its values.
@@ -346,8 +261,7 @@ fn number(robots: &mut [Value]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ball::Rolling;
-    use crate::sensing::sonar::SonarNoise;
+    use serde_json::json;
 
     fn resolved(value: Value) -> Result<Value, Vec<ScenarioFault>> {
         let Value::Object(mut root) = value else { panic!("not an object") };
@@ -420,51 +334,6 @@ mod tests {
         assert_eq!(value["robots"][0]["vision"]["noise"], expected);
         let own: OdometryNoise = serde_json::from_value(value["robots"][1]["odometry"]["noise"].clone()).unwrap();
         assert_eq!(own, OdometryNoise { translation_scale: 1.5, ..OdometryNoise::default() });
-    }
-
-    #[test]
-    fn what_a_scenario_does_not_say_comes_of_its_realism_and_each_part_has_its_own() {
-        let read = |value: Value| serde_json::from_value::<Scenario>(resolved(value).unwrap()).unwrap();
-        assert_eq!(read(json!({ "realism": "paper" })), Scenario::default());
-        let ideal = read(json!({ "realism": "ideal", "sonar": { "max_m": 0.5 } }));
-        assert_eq!((ideal.vision.noise, ideal.odometry.noise), (VisionNoise::none(), OdometryNoise::none()));
-        assert_eq!((ideal.sonar.noise, ideal.sonar.max_m), (SonarNoise::None, 0.5));
-        let real = read(json!({
-            "realism": "realistic", "model": "nao_v6",
-            "ball": { "position_m": [1, 0], "rolling": { "exponential_per_s": 1.0 } },
-            "vision": { "noise": { "ball": { "pixel_sd": 2.0 } } },
-            "robots": [{ "vision": { "noise": { "head_angle_sd_deg": 0.0 } } }, { "sonar": { "noise": "none" } }],
-        }));
-        let ball = real.ball.unwrap();
-        assert_eq!((ball.radius_m, ball.rolling), (0.05, Rolling::ExponentialPerS(1.0)));
-        assert_eq!((real.motion.max_linear_mps, real.messages.max_messages), (0.23, Some(1200)));
-        assert_eq!((real.vision.noise.ball.pixel_sd, real.vision.noise.ball.miss_probability), (2.0, 0.1));
-        let own = real.robots[0].vision.as_ref().unwrap().noise;
-        assert_eq!((own.ball, own.head_angle_sd), (real.vision.noise.ball, 0.0));
-        let own = real.robots[1].sonar.as_ref().unwrap();
-        assert_eq!((own.noise, own.min_m), (SonarNoise::None, 0.2));
-        let kicks = read(json!({ "realism": { "kicks": "realistic" }, "ball": null }));
-        let Scenario { kicks: settings, realism, .. } = Scenario::default();
-        assert_ne!(kicks.kicks, settings);
-        assert_eq!(
-            Scenario { kicks: settings, realism, ball: Some(BallSpec::default()), ..kicks },
-            Scenario::default()
-        );
-        let value = json!({ "realism": "realistic", "vision": { "noise": "none" }, "ball": "naoisis" });
-        let own = read(value);
-        assert_eq!((own.vision.noise, own.ball), (VisionNoise::none(), Some(BallSpec::default())));
-        for word in [Realism::Ideal, Realism::Realistic, Realism::Paper] {
-            let built =
-                Scenario { model: "nao_v6".to_owned(), ..Scenario::default() }.with_realism(Realisms::all(word));
-            assert_eq!(built, read(json!({ "realism": word, "model": "nao_v6" })));
-        }
-    }
-
-    #[test]
-    fn a_model_that_there_is_not_is_refused_with_the_names() {
-        let fault = &resolved(json!({ "model": "nao_6" })).unwrap_err()[0];
-        assert_eq!(fault.message, "there is no model `nao_6`: did you mean `nao_v6`?");
-        assert_eq!((fault.path.to_string().as_str(), fault.expected.as_str()), ("model", "`nao` or `nao_v6`"));
     }
 
     #[test]

@@ -28,6 +28,8 @@ use serde::de::value::{MapAccessDeserializer, StrDeserializer};
 use serde::de::{Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+use crate::sensing::fidelity::present;
+
 /// How much of a real robot a part of the simulation has.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Hash, Default, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -145,11 +147,6 @@ impl fmt::Display for Realisms {
         }
         Ok(())
     }
-}
-
-/// Reads a field that is there, where a plain option would want `Some(...)` in RON.
-fn present<'de, T: Deserialize<'de>, D: Deserializer<'de>>(deserializer: D) -> Result<Option<T>, D::Error> {
-    T::deserialize(deserializer).map(Some)
 }
 
 impl Serialize for Realisms {

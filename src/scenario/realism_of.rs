@@ -1,0 +1,138 @@
+//! A scenario with another realism, and the realism of a scenario in words.
+
+use serde_json::{Map, Value, json};
+
+use super::presets;
+use super::realism::Realisms;
+use super::shape;
+use super::types::{BallSpec, RobotSpec, Scenario};
+use crate::sensing::odometry::OdometrySettings;
+use crate::sensing::sonar::SonarSettings;
+use crate::sensing::vision::VisionSettings;
+
+impl Scenario {
+    /// The scenario with the settings that these words stand for, those of its model, in place of its own. A model that there is
+    /// not, and the paper, have the defaults.
+    #[must_use]
+    pub fn with_realism(self, realism: Realisms) -> Scenario {
+        let mut root = Map::new();
+        root.insert("model".to_owned(), json!(self.model));
+        root.insert("realism".to_owned(), serde_json::to_value(realism).unwrap_or_default());
+        presets::resolve(&mut root);
+        let real: Scenario = shape::read(&Value::Object(root)).unwrap_or_default();
+        let of_league = |ball: BallSpec| match real.ball {
+            Some(BallSpec { radius_m, rolling, restitution, .. }) => {
+                BallSpec { radius_m, rolling, restitution, ..ball }
+            }
+            None => ball,
+        };
+        Scenario {
+            realism,
+            motion: real.motion,
+            kicks: real.kicks,
+            ball: self.ball.map(of_league),
+            vision: VisionSettings { noise: real.vision.noise, ..self.vision },
+            sonar: SonarSettings { source: self.sonar.source, ..real.sonar },
+            odometry: OdometrySettings { noise: real.odometry.noise, ..self.odometry },
+            messages: real.messages,
+            ..self
+        }
+    }
+
+    /// How much of a real robot there is, in words: `paper`, or `realistic but for kicks` where the scenario has settings of its
+    /// own, whatever the word stands for.
+    pub fn realism_in_words(&self) -> String {
+        let real = self.clone().with_realism(self.realism);
+        let has_own = |robot: &RobotSpec| {
+            let settings = [robot.motion.is_some(), robot.sonar.is_some(), robot.vision.is_some()];
+            settings.contains(&true) || robot.odometry.is_some() || !robot.fidelity.is_unset()
+        };
+        let own = [
+            ("motion", self.motion != real.motion),
+            ("kicks", self.kicks != real.kicks),
+            ("ball", self.ball != real.ball),
+            ("vision", self.vision != real.vision),
+            ("sonar", self.sonar != real.sonar),
+            ("odometry", self.odometry != real.odometry),
+            ("messages", self.messages != real.messages),
+            ("fidelity", !self.fidelity.is_unset()),
+            ("single robots", self.robots.iter().any(has_own)),
+        ];
+        let own: Vec<&str> = own.into_iter().filter_map(|(part, is_own)| is_own.then_some(part)).collect();
+        let words = self.realism.to_string();
+        if own.is_empty() { words } else { format!("{words} but for {}", own.join(", ")) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ball::Rolling;
+    use crate::scenario::{Realism, ScenarioFile};
+    use crate::sensing::odometry::OdometryNoise;
+    use crate::sensing::sonar::SonarNoise;
+    use crate::sensing::vision::VisionNoise;
+
+    fn read(value: Value) -> Scenario {
+        Scenario::from_json(&value.to_string()).unwrap()
+    }
+
+    #[test]
+    fn what_a_scenario_does_not_say_comes_of_its_realism_and_each_part_has_its_own() {
+        assert_eq!(read(json!({ "realism": "paper" })), Scenario::default());
+        let ideal = read(json!({ "realism": "ideal", "sonar": { "max_m": 0.5 } }));
+        assert_eq!((ideal.vision.noise, ideal.odometry.noise), (VisionNoise::none(), OdometryNoise::none()));
+        assert_eq!((ideal.sonar.noise, ideal.sonar.max_m), (SonarNoise::None, 0.5));
+        let real = read(json!({
+            "realism": "realistic", "model": "nao_v6",
+            "ball": { "position_m": [1, 0], "rolling": { "exponential_per_s": 1.0 } },
+            "vision": { "noise": { "ball": { "pixel_sd": 2.0 } } },
+            "robots": [{ "vision": { "noise": { "head_angle_sd_deg": 0.0 } } }, { "sonar": { "noise": "none" } }],
+        }));
+        let ball = real.ball.unwrap();
+        assert_eq!((ball.radius_m, ball.rolling), (0.05, Rolling::ExponentialPerS(1.0)));
+        assert_eq!((real.motion.max_linear_mps, real.messages.max_messages), (0.23, Some(1200)));
+        assert_eq!((real.vision.noise.ball.pixel_sd, real.vision.noise.ball.miss_probability), (2.0, 0.1));
+        let own = real.robots[0].vision.as_ref().unwrap().noise;
+        assert_eq!((own.ball, own.head_angle_sd), (real.vision.noise.ball, 0.0));
+        let own = real.robots[1].sonar.as_ref().unwrap();
+        assert_eq!((own.noise, own.min_m), (SonarNoise::None, 0.2));
+        let kicks = read(json!({ "realism": { "kicks": "realistic" }, "ball": null }));
+        let Scenario { kicks: settings, realism, .. } = Scenario::default();
+        assert_ne!(kicks.kicks, settings);
+        assert_eq!(
+            Scenario { kicks: settings, realism, ball: Some(BallSpec::default()), ..kicks },
+            Scenario::default()
+        );
+        let value = json!({ "realism": "realistic", "vision": { "noise": "none" }, "ball": "naoisis" });
+        let own = read(value);
+        assert_eq!((own.vision.noise, own.ball), (VisionNoise::none(), Some(BallSpec::default())));
+        for word in [Realism::Ideal, Realism::Realistic, Realism::Paper] {
+            let built =
+                Scenario { model: "nao_v6".to_owned(), ..Scenario::default() }.with_realism(Realisms::all(word));
+            assert_eq!(built, read(json!({ "realism": word, "model": "nao_v6" })));
+        }
+    }
+
+    #[test]
+    fn a_model_that_there_is_not_is_refused_with_the_names() {
+        let error = Scenario::from_json(r#"{ "model": "nao_6" }"#).unwrap_err().to_string();
+        let words = "there is no model `nao_6`: did you mean `nao_v6`? expected `nao` or `nao_v6`";
+        assert!(error.ends_with(words), "{error}");
+    }
+
+    #[test]
+    fn settings_of_its_own_are_told_whatever_the_word_stands_for() {
+        assert_eq!(Scenario::default().realism_in_words(), "paper");
+        let real = read(json!({ "realism": "realistic", "model": "nao_v6" }));
+        assert_eq!(real.realism_in_words(), "realistic");
+        let own =
+            read(json!({ "realism": "realistic", "kicks": { "speed_sd": 0.0 }, "robots": [{ "fidelity": "truth" }] }));
+        assert_eq!(own.realism_in_words(), "realistic but for kicks, single robots");
+        // All that a trace's header says is its own: another word changes the name only.
+        let header = real.resolved_json().unwrap();
+        let file = ScenarioFile::from_text(&header, crate::scenario::Format::Json, "header").unwrap();
+        let renamed = file.with(&["realism=ideal".parse().unwrap()]).unwrap().scenario;
+        assert_eq!(renamed.realism_in_words(), "ideal but for motion, kicks, ball, vision, sonar, odometry, messages");
+    }
+}
