@@ -87,7 +87,7 @@ mod tests {
             "realism": "realistic", "model": "nao_v6",
             "ball": { "position_m": [1, 0], "rolling": { "exponential_per_s": 1.0 } },
             "vision": { "noise": { "ball": { "pixel_sd": 2.0 } } },
-            "robots": [{ "vision": { "noise": { "head_angle_sd_deg": 0.0 } } }, { "sonar": { "noise": "none" } }],
+            "robots": [{ "pose": [-2, 0, 0], "vision": { "noise": { "head_angle_sd_deg": 0.0 } } }, { "sonar": { "noise": "none" } }],
         }));
         let ball = real.ball.unwrap();
         assert_eq!((ball.radius_m, ball.rolling), (0.05, Rolling::ExponentialPerS(1.0)));
