@@ -7,6 +7,7 @@ use crate::knowledge::Knowledge;
 
 pub mod body;
 pub mod falls;
+pub mod gait;
 pub mod head;
 pub mod kick;
 pub mod motion;

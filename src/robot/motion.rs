@@ -2,13 +2,15 @@
 //!
 //! The paper's motion engine (section 3.2, equation 1) accepts a desired displacement (dx, dy, dθ) in the robot's
 //! current frame, for the coming cycle. What exceeds the robot's maximum linear or angular velocity is scaled down;
-//! then a random error with its own spread in each dimension is added.
+//! then a random error with its own spread in each dimension is added. Where a robot has a [gait](super::gait), it walks step by
+//! step instead.
 
 use bevy::ecs::query::QueryData;
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::Roster;
+use super::gait::{Gait, GaitState, GroundStep};
 use super::kick::KickPhase;
 use super::posture::Posture;
 use crate::cycle::{ActSystems, Cycle, CycleClock, CycleSystems};
@@ -27,6 +29,8 @@ impl Plugin for MotionPlugin {
         app.register_type::<WalkCommand>()
             .register_type::<ExecutedStep>()
             .register_type::<MotionLimits>()
+            .register_type::<GaitState>()
+            .register_type::<GroundStep>()
             .add_systems(Cycle, take_walk_commands.in_set(ActSystems::Walk))
             .add_systems(Cycle, walk.in_set(CycleSystems::Move));
     }
@@ -108,17 +112,28 @@ pub struct MotionLimits {
     pub max_angular: f32,
     /// The spread of the error of each command. None by default.
     pub error_sd: MotionError,
+    /// Walks step by step; without, commands are followed at once, as in the paper. In place of the error above, its slip is what
+    /// errs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gait: Option<Gait>,
 }
 
 impl Default for MotionLimits {
     fn default() -> Self {
-        Self { max_linear_mps: 0.2, max_angular: core::f32::consts::FRAC_PI_2, error_sd: MotionError::default() }
+        Self {
+            max_linear_mps: 0.2,
+            max_angular: core::f32::consts::FRAC_PI_2,
+            error_sd: MotionError::default(),
+            gait: None,
+        }
     }
 }
 
 /// The displacement that the robot's legs made in the last cycle, m and radians, in the robot frame before the turn:
-/// the command after limits and error. A collision may have kept the robot from going all of it.
+/// the command after limits and error. The ground may have slipped ([`GroundStep`]), or a collision may have kept the robot from
+/// going all of it.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[require(GaitState, GroundStep)]
 #[reflect(Component, @Knowledge::Truth)]
 pub struct ExecutedStep(pub WalkCommand);
 
@@ -133,6 +148,8 @@ struct WalkingRobot {
     posture: &'static Posture,
     command: &'static mut WalkCommand,
     step: &'static mut ExecutedStep,
+    ground: &'static mut GroundStep,
+    gait: &'static mut GaitState,
     streams: &'static mut RandomStreams,
 }
 
@@ -156,15 +173,22 @@ fn take_walk_commands(
             }
         };
         let is_free = *robot.kick_phase == KickPhase::Ready && robot.posture.is_upright() && !robot.penalty.is_active();
-        robot.step.0 = if may_walk && is_free {
-            executed_step(wanted, robot.limits, clock.period(), &mut robot.streams.motion)
-        } else {
-            WalkCommand::default()
+        let may_step = may_walk && is_free;
+        [robot.step.0, robot.ground.0] = match &robot.limits.gait {
+            None if may_step => [executed_step(wanted, robot.limits, clock.period(), &mut robot.streams.motion); 2],
+            Some(gait) if may_step => {
+                let step = robot.gait.walk(wanted, gait, robot.limits, clock.period());
+                [step, robot.gait.slip(step, &gait.slip, &mut robot.streams.slip)]
+            }
+            _ => {
+                robot.gait.stand();
+                [WalkCommand::default(); 2]
+            }
         };
     }
 }
 
-fn walk(mut robots: Query<(&ExecutedStep, &mut Pose)>) {
+fn walk(mut robots: Query<(&GroundStep, &mut Pose)>) {
     for (step, mut pose) in &mut robots {
         if !step.0.is_null() {
             *pose = after_step(*pose, step.0);
