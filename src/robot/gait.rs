@@ -11,86 +11,11 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::motion::{MotionLimits, WalkCommand};
-use crate::geometry::{file_units, to_radians};
+use super::motion_limits::MotionLimits;
+pub use super::motion_limits::{Gait, Slip, StepError};
+use super::walk_command::WalkCommand;
 use crate::knowledge::Knowledge;
 use crate::random::RandomStream;
-
-/// How a robot walks step by step. By default as a NAO V6 of 2025 on ground that does not slip.
-#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Gait {
-    /// Duration of a step, s: as long it keeps its velocity.
-    pub step_s: f32,
-    /// Greatest speed backwards, m/s; forwards it is [`MotionLimits::max_linear_mps`].
-    pub backward_mps: f32,
-    /// Greatest speed to either side, m/s.
-    pub sideways_mps: f32,
-    /// By how much the speed changes from step to step, m/s².
-    pub acceleration_mps2: f32,
-    /// By how much the turn changes from step to step, rad/s² (degrees/s² in files).
-    #[serde(rename = "angular_acceleration_degps2", with = "file_units::degrees")]
-    pub angular_acceleration: f32,
-    /// More slowly it does not get ahead, m/s.
-    pub least_mps: f32,
-    /// More slowly it does not turn, rad/s (degrees per second in files).
-    #[serde(rename = "least_degps", with = "file_units::degrees")]
-    pub least_angular: f32,
-    /// What the ground makes of the steps.
-    pub slip: Slip,
-}
-
-impl Default for Gait {
-    fn default() -> Self {
-        Self {
-            step_s: 0.25,
-            backward_mps: 0.15,
-            sideways_mps: 0.19,
-            acceleration_mps2: 0.3,
-            angular_acceleration: to_radians(180.0),
-            least_mps: 0.02,
-            least_angular: to_radians(5.0),
-            slip: Slip::default(),
-        }
-    }
-}
-
-/// How the ground differs from one that holds. By default not at all.
-#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Slip {
-    /// The way that a robot gets on average, as a share of that of its legs.
-    pub scale: f32,
-    /// Standard deviation of that share from robot to robot and match to match.
-    pub scale_sd: f32,
-    /// Standard deviation, from robot to robot and match to match, of the heading's drift on a straight way, rad/m (degrees
-    /// a metre in files).
-    #[serde(rename = "drift_sd_degpm", with = "file_units::degrees")]
-    pub drift_sd: f32,
-    /// What is random in each step.
-    pub error: StepError,
-}
-
-impl Default for Slip {
-    fn default() -> Self {
-        Self { scale: 1.0, scale_sd: 0.0, drift_sd: 0.0, error: StepError::default() }
-    }
-}
-
-/// Random errors of steps, of a variance that grows with the way walked and with the angle turned, so that they depend neither on
-/// the length of a step nor on the duration of a cycle. None by default.
-#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct StepError {
-    /// Standard deviation of the place after 1 m of way, along it and across it, m. Grows with the way's root.
-    pub translation_sd_m: f32,
-    /// Standard deviation of the heading after 1 m of way, radians (degrees in files). Grows with the way's root.
-    #[serde(rename = "heading_per_metre_sd_deg", with = "file_units::degrees")]
-    pub heading_per_metre_sd: f32,
-    /// Standard deviation of the heading after a turn of 1 radian, radians (degrees in files). Grows with the angle's root.
-    #[serde(rename = "rotation_sd_deg", with = "file_units::degrees")]
-    pub rotation_sd: f32,
-}
 
 impl StepError {
     /// An error of a step: forward and to the left, m, and of the turn, radians.

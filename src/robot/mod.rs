@@ -11,7 +11,9 @@ pub mod gait;
 pub mod head;
 pub mod kick;
 pub mod motion;
+pub mod motion_limits;
 pub mod posture;
+pub mod walk_command;
 
 use crate::cycle::{BeginCycle, Cycle, CycleSystems};
 use crate::geometry::Pose;

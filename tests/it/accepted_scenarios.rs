@@ -101,7 +101,7 @@ fn motion() -> impl Strategy<Value = MotionLimits> {
         mostly(0.2, within(0.0..=5.0)),
         mostly(90.0, within(0.0..=1080.0)),
         mostly(MotionError::default(), error_sd),
-        mostly(None, gait().prop_map(Some)),
+        mostly(None, gait().prop_map(Some)).boxed(),
     )
         .prop_map(|(max_linear_mps, degrees, error_sd, gait)| MotionLimits {
             max_linear_mps,
@@ -116,7 +116,7 @@ fn gait() -> impl Strategy<Value = Gait> {
     let acceleration = (within(0.01..=1000.0), within(1.0..=100_000.0));
     let slip = (within(0.1..=2.0), within(0.0..=0.3), within(0.0..=90.0));
     let error = (within(0.0..=1.0), within(0.0..=180.0), within(0.0..=180.0));
-    (limits, acceleration, slip, error).prop_map(|(limits, acceleration, slip, error)| Gait {
+    let gait = (limits, acceleration, slip, error).prop_map(|(limits, acceleration, slip, error)| Gait {
         step_s: limits.0,
         backward_mps: limits.1,
         sideways_mps: limits.2,
@@ -134,7 +134,8 @@ fn gait() -> impl Strategy<Value = Gait> {
                 rotation_sd: to_radians(error.2),
             },
         },
-    })
+    });
+    gait.boxed()
 }
 
 /// A number as a message may have it.
