@@ -3,8 +3,8 @@
 use bevy::ecs::system::{SystemParam, SystemState};
 use bevy::prelude::*;
 
-use super::gait::Gait;
 use super::scene::{Scene, SceneBall, ScenePost, SceneRobot};
+use super::stride::Stride;
 use crate::ball::{Ball, BallPhysics};
 use crate::game::Penalty;
 use crate::geometry::Pose;
@@ -27,7 +27,7 @@ pub struct MatchScene<'w, 's> {
             &'static BodyBounds,
             &'static HeadAngles,
             Option<&'static Posture>,
-            Option<&'static Gait>,
+            Option<&'static Stride>,
             Option<&'static Penalty>,
         ),
     >,
@@ -40,13 +40,17 @@ impl MatchScene<'_, '_> {
     pub fn gather(&self, scene: &mut Scene) {
         scene.set_pitch(&self.pitch);
         scene.robots.clear();
-        for (&id, &pose, &bounds, &head, posture, gait, penalty) in &self.robots {
+        for (&id, &pose, &bounds, &head, posture, stride, penalty) in &self.robots {
             if penalty.is_some_and(Penalty::is_active) {
                 continue;
             }
             let posture = posture.copied().unwrap_or_default();
-            let gait = gait.copied().unwrap_or_default();
-            scene.robots.push(SceneRobot { head, gait, ..SceneRobot::standing(id, pose, bounds).in_posture(posture) });
+            let stride = stride.copied().unwrap_or_default();
+            scene.robots.push(SceneRobot {
+                head,
+                stride,
+                ..SceneRobot::standing(id, pose, bounds).in_posture(posture)
+            });
         }
         scene.robots.sort_unstable_by_key(|robot| robot.id);
         scene.posts.clear();

@@ -10,7 +10,6 @@ use serde::{Deserialize, Serialize};
 
 pub mod colours;
 pub mod field;
-pub mod gait;
 pub mod gather;
 #[cfg(feature = "gpu")]
 pub mod mesh;
@@ -18,6 +17,7 @@ pub mod posing;
 pub mod robot;
 pub mod scene;
 pub mod shapes;
+pub mod stride;
 pub mod view;
 
 /// What is seen in a pixel of an image.

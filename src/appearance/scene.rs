@@ -5,8 +5,8 @@ use bevy::prelude::*;
 use core::f32::consts::FRAC_PI_2;
 use serde::{Deserialize, Serialize};
 
-use super::gait::Gait;
 use super::posing::{Limb, about_x, about_y, world_from_standing};
+use super::stride::Stride;
 use crate::geometry::{Pose, unit};
 use crate::kick_geometry::Side;
 use crate::knowledge::Knowledge;
@@ -47,7 +47,7 @@ pub struct SceneRobot {
     /// Where its head looks.
     pub head: HeadAngles,
     /// How its limbs are moving.
-    pub gait: Gait,
+    pub stride: Stride,
     /// Its boxes, as it stands or lies.
     pub bounds: BodyBounds,
     /// The greatest distance of a point of its boxes from its origin, on the ground, m.
@@ -117,7 +117,7 @@ impl SceneRobot {
             forward: unit(pose.heading),
             posture: Posture::Upright,
             head: HeadAngles::default(),
-            gait: Gait::default(),
+            stride: Stride::default(),
             bounds,
             reach: bounds.torso.reach().max(bounds.base.reach()),
         }
@@ -136,7 +136,7 @@ impl SceneRobot {
 
     /// Where its limbs are, each at the index of its [`Limb`].
     pub fn world_from_limbs(&self) -> [Affine3A; Limb::COUNT] {
-        self.gait.joints(self.id, self.head).world_from_limbs(self.world_from_robot())
+        self.stride.joints(self.id, self.head).world_from_limbs(self.world_from_robot())
     }
 
     /// Whether it stands on its feet.

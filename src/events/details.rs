@@ -18,6 +18,29 @@ pub enum KickResult {
     Missed,
 }
 
+impl KickResult {
+    /// Whether the leg swings in a kick of this result: one that found no ball is still a kick.
+    pub fn swings(self, reason: Option<KickMiss>) -> bool {
+        self != KickResult::Missed || reason == Some(KickMiss::OutOfReach)
+    }
+}
+
+/// What made a robot fall.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum FallCause {
+    /// It met another robot.
+    #[default]
+    Collision,
+    /// It lost its balance while it walked.
+    Walking,
+    /// It lost its balance in a kick.
+    Kick,
+    /// It tried to get up, and fell back.
+    GettingUp,
+}
+
 /// Why a kick missed.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

@@ -28,8 +28,8 @@
 mod details;
 
 pub use details::{
-    BoundaryLine, CollisionPartner, CollisionType, CommandKind, DisallowedGoal, KickMiss, KickResult, LARGEST_COMMAND,
-    Refusal,
+    BoundaryLine, CollisionPartner, CollisionType, CommandKind, DisallowedGoal, FallCause, KickMiss, KickResult,
+    LARGEST_COMMAND, Refusal,
 };
 
 use bevy::prelude::*;
@@ -116,11 +116,14 @@ pub enum MatchEvent {
         /// Where they touched, m, pitch frame.
         position_m: Vec2,
     },
-    /// A robot fell in a collision.
+    /// A robot fell.
     Fall {
         /// Which robot.
         robot: RobotId,
-        /// Speed at which the two met, m/s.
+        /// What made it fall.
+        #[serde(default)]
+        cause: FallCause,
+        /// Speed at which the two met in a collision, or at which it walked, m/s.
         speed_mps: f32,
         /// How probable that made a fall.
         probability: f32,

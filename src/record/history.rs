@@ -256,9 +256,7 @@ impl History {
         self.open.ends.push((cycle, self.open.bytes.len()));
         self.marks.extend(events.iter().filter_map(|event| Mark::of(event, cycle)));
         self.kicks.extend(events.iter().filter_map(|event| match event {
-            MatchEvent::Kick { robot, kick_type, result, reason, .. }
-                if crate::appearance::gait::swings(*result, *reason) =>
-            {
+            MatchEvent::Kick { robot, kick_type, result, reason, .. } if result.swings(*reason) => {
                 Some(KickMark { cycle, robot: *robot, kick_type: *kick_type })
             }
             _ => None,

@@ -183,7 +183,7 @@ mod tests {
             app.run_cycles(1);
             renderer.look(app.world_mut());
             let robot = renderer.scene().robots[0];
-            hips.push(robot.gait.joints(robot.id, robot.head).legs[1].hip);
+            hips.push(robot.stride.joints(robot.id, robot.head).legs[1].hip);
         }
         // It stands still before, and its right leg is far in front when the ball is struck.
         assert!(hips[0].abs() < 0.01 && hips.iter().any(|hip| *hip > 0.3), "{hips:?}");

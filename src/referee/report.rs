@@ -2,7 +2,7 @@
 
 use core::fmt::Write;
 
-use crate::events::{BoundaryLine, DisallowedGoal, MatchEvent};
+use crate::events::{BoundaryLine, DisallowedGoal, FallCause, MatchEvent};
 use crate::game::Evidence;
 
 /// The heads of the report's columns.
@@ -99,8 +99,14 @@ fn sentence(event: &MatchEvent) -> Option<(String, Option<&Evidence>)> {
             (format!("{team} {result}; blue {} : pink {}.", goals.blue, goals.pink), Some(evidence))
         }
         MatchEvent::ShootOutWon { team } => (format!("{team} wins the shoot-out."), None),
-        MatchEvent::Fall { robot, speed_mps, probability } => {
-            (format!("{robot} falls: a collision at {speed_mps:.2} m/s, probability {probability:.2}."), None)
+        MatchEvent::Fall { robot, cause, speed_mps, probability } => {
+            let why = match cause {
+                FallCause::Collision => format!("a collision at {speed_mps:.2} m/s"),
+                FallCause::Walking => format!("walking at {speed_mps:.2} m/s"),
+                FallCause::Kick => "a kick".to_owned(),
+                FallCause::GettingUp => "getting up".to_owned(),
+            };
+            (format!("{robot} falls: {why}, probability {probability:.2}."), None)
         }
         MatchEvent::GotUp { robot } => (format!("{robot} stands again."), None),
         MatchEvent::Dive { robot, side } => (format!("{robot} dives to its {}.", side.name()), None),

@@ -1,22 +1,28 @@
-//! Falls, getting up, and a keeper's dives: what the paper leaves to future versions (section 4), coarsely. All of it
-//! happens only where the rules have it switched on ([`Rules::falls`], [`Rules::dives`]).
+//! Falls, getting up, and a keeper's dives: what the paper leaves to future versions (section 4), coarsely. It happens where the
+//! rules have it switched on ([`Rules::falls`], [`Rules::dives`]), and to robots that are set up to fall ([`Balance`]).
 //!
 //! - When two robots collide, each may fall, with a probability that grows with the speed at which they met.
+//! - A robot may lose its balance while it walks, the sooner the faster, and in a kick.
 //! - A fallen robot lies where it stood: it is low, so others see over it and sonars do not hear it; it neither walks
 //!   nor kicks; its cameras and sonars tell it nothing. It takes the same room on the ground as before.
-//! - It gets up when it is told to, which takes its time.
+//! - It gets up when it is told to, which takes its time, and may fall back.
 //! - A dive blocks a strip beside the robot against the ball for a time. Then the robot lies, as after a fall.
 
+use bevy::ecs::query::QueryData;
+use bevy::math::ops;
 use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::Roster;
 use super::kick::KickPhase;
+use super::motion::{ExecutedStep, MotionLimits};
 use super::posture::{Posture, PostureCommand, PostureRequest, dive_strip};
 use crate::ball::{Ball, BallPhysics};
 use crate::cycle::{ActSystems, Cycle, CycleClock, CycleSystems};
-use crate::events::{CollisionPartner, CommandKind, CycleEvents, MatchEvent, Refusal};
+use crate::events::{CollisionPartner, CommandKind, CycleEvents, FallCause, MatchEvent, Refusal};
 use crate::game::{Game, GameState, Penalty, Rules};
 use crate::geometry::Pose;
+use crate::knowledge::Knowledge;
 use crate::random::RandomStreams;
 use crate::team::RobotId;
 
@@ -27,6 +33,8 @@ impl Plugin for FallsPlugin {
     fn build(&self, app: &mut App) {
         app.register_type::<Posture>()
             .register_type::<PostureCommand>()
+            .register_type::<Balance>()
+            .register_required_components::<RobotId, Balance>()
             .register_required_components::<RobotId, Posture>()
             .register_required_components::<RobotId, PostureCommand>()
             .add_systems(
@@ -37,6 +45,33 @@ impl Plugin for FallsPlugin {
                 ),
             );
     }
+}
+
+/// How well a robot keeps its balance. By default it does, but for what the rules say.
+#[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[reflect(Component, @Knowledge::Public)]
+#[serde(default, deny_unknown_fields)]
+pub struct Balance {
+    /// How often it falls in a minute of walking at its full speed; at less, with the square of the speed.
+    pub falls_per_min: f32,
+    /// The probability that it topples in a kick at full speed; at less, in proportion.
+    pub kick_probability: f32,
+    /// How it falls in collisions with robots, in place of what the rules say.
+    pub collisions: Option<CollisionFalls>,
+    /// Duration of getting up, s, in place of what the rules say.
+    pub get_up_s: Option<f32>,
+    /// The probability that it falls back when it gets up.
+    pub get_up_failure: f32,
+}
+
+/// Whether a robot falls when it collides with another.
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CollisionFalls {
+    /// It never does up to this speed, m/s.
+    pub from_mps: f32,
+    /// And always from this speed on, m/s; between them the probability grows in proportion.
+    pub certain_mps: f32,
 }
 
 /// The system in which robots fall; the referee looks after it.
@@ -55,18 +90,26 @@ pub fn fall_probability(speed: f32, least: f32, certain: f32) -> f32 {
     }
 }
 
+/// The probability that a robot falls within `period` seconds of walking at this share of its full speed: falls come at random, and
+/// so often that in n minutes none comes with probability exp(-n r).
+pub fn walking_probability(balance: &Balance, speed_share: f32, period: f32) -> f32 {
+    let per_s = balance.falls_per_min / 60.0 * speed_share * speed_share;
+    1.0 - ops::exp(-per_s * period)
+}
+
 fn take_posture_commands(
     roster: Res<Roster>,
     clock: Res<CycleClock>,
     rules: Res<Rules>,
     game: Res<Game>,
     mut events: ResMut<CycleEvents>,
-    mut robots: Query<(&RobotId, &Pose, &Penalty, &KickPhase, &mut PostureCommand, &mut Posture), Without<Ball>>,
+    mut robots: Query<PosturedRobot, Without<Ball>>,
     balls: Query<(&Pose, &BallPhysics), (With<Ball>, Without<RobotId>)>,
 ) {
-    let [get_up, dive] = [rules.get_up_s, rules.dive_s].map(|seconds| u64::from(clock.cycles_in(seconds)));
+    let cycles = |seconds: f32| u64::from(clock.cycles_in(seconds));
     for entity in roster.entities() {
-        let Ok((id, pose, penalty, kick, mut command, mut posture)) = robots.get_mut(entity) else { continue };
+        let Ok(robot) = robots.get_mut(entity) else { continue };
+        let PosturedRobotItem { id, pose, penalty, kick, balance, mut command, mut posture, mut streams } = robot;
         // Without a request nothing changes for who stands: the usual case.
         if command.0.is_none() && posture.is_upright() {
             continue;
@@ -79,48 +122,105 @@ fn take_posture_commands(
             let (robot, command) = (*id, CommandKind::Posture);
             events.push(MatchEvent::CommandRefused { robot, command, reason: Refusal::NotAllowed });
         }
-        let mut next = posture.advance(request, get_up, dive);
+        let get_up_s = balance.get_up_s.unwrap_or(rules.get_up_s);
+        let mut next = posture.advance(request, cycles(get_up_s), cycles(rules.dive_s));
         if let (Posture::Upright, Posture::Diving { side, blocks, .. }) = (*posture, &mut next) {
             events.push(MatchEvent::Dive { robot: *id, side: *side });
             let (middle, strip) = dive_strip(*side, rules.dive_reach_m);
             let strip = strip.footprint(pose.compose(middle));
             *blocks = balls.iter().all(|(ball, physics)| strip.overlap_disc(ball.position, physics.radius_m).is_none());
         }
-        if matches!((*posture, next), (Posture::GettingUp { .. }, Posture::Upright)) {
-            events.push(MatchEvent::GotUp { robot: *id });
+        if let (Posture::GettingUp { cycles, .. }, Posture::Upright) = (*posture, next) {
+            let probability = balance.get_up_failure;
+            if streams.balance.chance(probability) {
+                next = Posture::Fallen { cycles: cycles + 1 };
+                let cause = FallCause::GettingUp;
+                events.push(MatchEvent::Fall { robot: *id, cause, speed_mps: 0.0, probability });
+            } else {
+                events.push(MatchEvent::GotUp { robot: *id });
+            }
         }
         *posture = next;
     }
 }
 
-/// Whoever collided may fall.
+/// A robot that may be told to get up or to dive.
+#[derive(QueryData)]
+#[query_data(mutable)]
+struct PosturedRobot {
+    id: &'static RobotId,
+    pose: &'static Pose,
+    penalty: &'static Penalty,
+    kick: &'static KickPhase,
+    balance: &'static Balance,
+    command: &'static mut PostureCommand,
+    posture: &'static mut Posture,
+    streams: &'static mut RandomStreams,
+}
+
+/// A robot that may fall.
+#[derive(QueryData)]
+#[query_data(mutable)]
+struct FallingRobot {
+    balance: &'static Balance,
+    limits: &'static MotionLimits,
+    step: &'static ExecutedStep,
+    penalty: &'static Penalty,
+    posture: &'static mut Posture,
+    kick: &'static mut KickPhase,
+    streams: &'static mut RandomStreams,
+}
+
+/// What may make a robot fall: at this speed, m/s, or in a kick of this share of the full speed.
+type Danger = (RobotId, FallCause, f32);
+
+/// Whoever walked, kicked or collided may fall.
 fn fall(
-    mut collided: Local<Vec<(RobotId, f32)>>,
+    mut dangers: Local<Vec<Danger>>,
     roster: Res<Roster>,
+    clock: Res<CycleClock>,
     rules: Res<Rules>,
     mut events: ResMut<CycleEvents>,
-    mut robots: Query<(&Penalty, &mut Posture, &mut KickPhase, &mut RandomStreams)>,
+    mut robots: Query<FallingRobot>,
 ) {
-    if !rules.falls {
-        return;
-    }
-    collided.clear();
-    for event in events.iter() {
-        if let MatchEvent::Collision { robot: Some(robot), with: CollisionPartner::Robot(other), speed_mps, .. } = event
-        {
-            collided.extend([(*robot, *speed_mps), (*other, *speed_mps)]);
+    dangers.clear();
+    for (id, entity) in roster.iter() {
+        let Ok(robot) = robots.get(entity) else { continue };
+        if robot.balance.falls_per_min > 0.0 && !robot.step.0.is_null() {
+            dangers.push((id, FallCause::Walking, robot.step.0.translation().length() / clock.period()));
         }
     }
-    for (robot, speed) in collided.drain(..) {
-        let Some(entity) = roster.get(robot) else { continue };
-        let Ok((penalty, mut posture, mut kick, mut streams)) = robots.get_mut(entity) else { continue };
-        let probability = fall_probability(speed, rules.fall_from_mps, rules.fall_certain_mps);
-        if !posture.is_upright() || penalty.is_active() || !streams.balance.chance(probability) {
+    for event in events.iter() {
+        match event {
+            MatchEvent::Collision { robot: Some(robot), with: CollisionPartner::Robot(other), speed_mps, .. } => {
+                dangers.extend([*robot, *other].map(|robot| (robot, FallCause::Collision, *speed_mps)));
+            }
+            MatchEvent::Kick { robot, speed: Some(speed), result, reason, .. } if result.swings(*reason) => {
+                dangers.push((*robot, FallCause::Kick, *speed));
+            }
+            _ => {}
+        }
+    }
+    for (id, cause, danger) in dangers.drain(..) {
+        let Some(mut robot) = roster.get(id).and_then(|entity| robots.get_mut(entity).ok()) else { continue };
+        let probability = match cause {
+            FallCause::Walking => {
+                walking_probability(robot.balance, danger / robot.limits.max_linear_mps, clock.period())
+            }
+            FallCause::Kick => robot.balance.kick_probability * danger,
+            FallCause::Collision | FallCause::GettingUp => match (robot.balance.collisions, rules.falls) {
+                (Some(falls), _) => fall_probability(danger, falls.from_mps, falls.certain_mps),
+                (None, true) => fall_probability(danger, rules.fall_from_mps, rules.fall_certain_mps),
+                (None, false) => 0.0,
+            },
+        };
+        if !robot.posture.is_upright() || robot.penalty.is_active() || !robot.streams.balance.chance(probability) {
             continue;
         }
-        *posture = Posture::Fallen { cycles: 0 };
-        *kick = KickPhase::Ready;
-        events.push(MatchEvent::Fall { robot, speed_mps: speed, probability });
+        *robot.posture = Posture::Fallen { cycles: 0 };
+        *robot.kick = KickPhase::Ready;
+        let speed_mps = if cause == FallCause::Kick { 0.0 } else { danger };
+        events.push(MatchEvent::Fall { robot: id, cause, speed_mps, probability });
     }
 }
 
@@ -134,6 +234,10 @@ mod tests {
         assert_eq!(fall_probability(0.1, 0.1, 0.5), 0.0);
         assert_abs_diff_eq!(fall_probability(0.3, 0.1, 0.5), 0.5, epsilon = 1e-6);
         assert_eq!(fall_probability(0.5, 0.1, 0.5), 1.0);
+        // Half the speed, a quarter of the falls: in a minute of cycles 1 - exp(-0.5) of the robots fall.
+        let balance = Balance { falls_per_min: 2.0, ..Balance::default() };
+        let stays = (0..1800).fold(1.0, |stays, _| stays * (1.0 - walking_probability(&balance, 0.5, 1.0 / 30.0)));
+        assert_abs_diff_eq!(stays, ops::exp(-0.5), epsilon = 1e-3);
         // The same speed for both: a step.
         assert_eq!([fall_probability(0.2, 0.2, 0.2), fall_probability(0.21, 0.2, 0.2)], [0.0, 1.0]);
     }

@@ -126,6 +126,8 @@ parts! {
     odometry,
     /// How messages travel.
     messages,
+    /// How they keep their balance.
+    falls,
 }
 
 impl Realisms {

@@ -35,6 +35,7 @@ impl Scenario {
             sonar: SonarSettings { source: self.sonar.source, ..real.sonar },
             odometry: OdometrySettings { noise: real.odometry.noise, ..self.odometry },
             messages: real.messages,
+            falls: real.falls,
             ..self
         }
     }
@@ -55,6 +56,7 @@ impl Scenario {
             ("sonar", self.sonar != real.sonar),
             ("odometry", self.odometry != real.odometry),
             ("messages", self.messages != real.messages),
+            ("falls", self.falls != real.falls),
             ("fidelity", !self.fidelity.is_unset()),
             ("single robots", self.robots.iter().any(has_own)),
         ];
@@ -133,6 +135,9 @@ mod tests {
         let header = real.resolved_json().unwrap();
         let file = ScenarioFile::from_text(&header, crate::scenario::Format::Json, "header").unwrap();
         let renamed = file.with(&["realism=ideal".parse().unwrap()]).unwrap().scenario;
-        assert_eq!(renamed.realism_in_words(), "ideal but for motion, kicks, ball, vision, sonar, odometry, messages");
+        assert_eq!(
+            renamed.realism_in_words(),
+            "ideal but for motion, kicks, ball, vision, sonar, odometry, messages, falls"
+        );
     }
 }

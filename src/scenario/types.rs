@@ -16,6 +16,7 @@ use crate::geometry::{Pose, file_units};
 use crate::knowledge::Knowledge;
 use crate::named_values::NamedValues;
 use crate::pitch::Pitch;
+use crate::robot::falls::Balance;
 use crate::robot::head::HeadLimits;
 use crate::robot::kick::KickSettings;
 use crate::robot::motion::MotionLimits;
@@ -55,6 +56,8 @@ pub struct Scenario {
     pub motion: MotionLimits,
     /// How robots kick.
     pub kicks: KickSettings,
+    /// How well robots keep their balance.
+    pub falls: Balance,
     /// How robots turn their heads, unless they say otherwise.
     pub head: HeadLimits,
     /// How true the sensors are, in a word, unless a robot says otherwise.
@@ -102,6 +105,7 @@ impl Default for Scenario {
             ball: Some(BallSpec::default()),
             motion: MotionLimits::default(),
             kicks: KickSettings::default(),
+            falls: Balance::default(),
             head: HeadLimits::default(),
             fidelity: Fidelities::default(),
             sonar: SonarSettings::default(),

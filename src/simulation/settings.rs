@@ -6,6 +6,7 @@ use super::names;
 use super::sensors::SensorRegistry;
 use crate::ball::BallPhysics;
 use crate::robot::Roster;
+use crate::robot::falls::Balance;
 use crate::robot::head::HeadLimits;
 use crate::robot::kick::KickSettings;
 use crate::robot::motion::MotionLimits;
@@ -23,6 +24,7 @@ pub(super) struct RobotSettings {
     pub motion: MotionLimits,
     pub head: HeadLimits,
     pub kicks: KickSettings,
+    pub balance: Balance,
     pub sonar: SonarSettings,
     pub cameras: CameraSettings,
     pub vision: VisionSettings,
@@ -36,6 +38,7 @@ impl RobotSettings {
             motion: robot.motion.unwrap_or(scenario.motion),
             head: robot.head_limits.unwrap_or(scenario.head),
             kicks: scenario.kicks,
+            balance: scenario.falls,
             sonar: robot.sonar.unwrap_or(scenario.sonar).with_fidelity(fidelity.sonar),
             cameras: scenario.cameras,
             vision: robot.vision.as_ref().unwrap_or(&scenario.vision).clone().with_fidelity(fidelity.vision),
@@ -92,6 +95,7 @@ pub fn change_settings(world: &mut World, scenario: &Scenario) -> Result<(), Sce
         change(&mut robot, before.motion, after.motion);
         change(&mut robot, before.head, after.head);
         change(&mut robot, before.kicks, after.kicks);
+        change(&mut robot, before.balance, after.balance);
         change(&mut robot, before.sonar, after.sonar);
         change(&mut robot, before.cameras, after.cameras);
         change(&mut robot, before.vision, after.vision);

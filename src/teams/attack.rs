@@ -8,7 +8,6 @@ use super::looking;
 use super::player::{Decision, Player, PlayerMemory};
 use super::walking::{BALL_CLEARANCE_M, approach};
 use crate::belief::BallBelief;
-use crate::geometry::unit;
 use crate::kick_geometry::KickType;
 use crate::robot::head::HeadCommand;
 use crate::robot::kick::KickRequest;
@@ -138,8 +137,7 @@ pub fn search(player: &Player, memory: &mut PlayerMemory) -> Decision {
     let turn = if memory.lost_left { 1.0 } else { -1.0 };
     let searched_s = now - since;
     if searched_s < TURN_S {
-        let facing = player.forward.rotate(unit(turn * TURN_SHARE * player.limits.max_angular * player.period));
-        let walk = player.walk_to(player.position(), facing, &default());
+        let walk = WalkCommand::new(0.0, 0.0, turn * TURN_SHARE * player.limits.max_angular * player.period);
         return Decision { walk, head, intention: "search", ..default() };
     }
     let (x, y) = (0.45 * player.pitch.half_length(), 0.5 * player.pitch.half_width());
@@ -204,6 +202,7 @@ fn post_to_look_at(player: &Player) -> Option<Vec2> {
 mod tests {
     use super::*;
     use crate::geometry::Pose;
+    use crate::geometry::unit;
     use crate::robot::body::BodyBounds;
     use crate::sensing::status::BodyStatus;
     use crate::teams::player::tests::{PlayerFixture, after_decision};

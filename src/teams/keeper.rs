@@ -38,7 +38,7 @@ pub fn keep(
     let Some(ball) = player.ball() else {
         memory.attacks = false;
         let place = goal + Vec2::new(guard_m, 0.0);
-        let walk = player.travel_to(place, Vec2::X, &player.obstacles());
+        let walk = player.go_and_stay(place, Vec2::X, &player.obstacles());
         let head = Some(looking::search(player.status.time_s));
         return Decision { walk, target: Some(place), head, intention: "keep", ..default() };
     };
@@ -64,7 +64,7 @@ pub fn keep(
     memory.kick = None;
     let place = guard_place(position, goal, player.pitch.goal.width_m / 2.0, guard_m);
     let facing = (position - player.position()).normalize_or(Vec2::X);
-    let walk = player.travel_to(place, facing, &player.obstacles());
+    let walk = player.go_and_stay(place, facing, &player.obstacles());
     Decision { walk, target: Some(place), intention: "keep", ..default() }
 }
 

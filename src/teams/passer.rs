@@ -13,7 +13,6 @@ use super::attack::{choose_aim, go_for, search};
 use super::obeying::is_for_the_keeper_only;
 use super::passing::{Pass, freedom, lane, meet, rolled, shot_value};
 use super::player::{Decision, Player, PlayerMemory};
-use super::roles::stay_or_go;
 use crate::belief::{BallBelief, RobotBelief};
 use crate::geometry::unrotate;
 use crate::robot::motion::WalkCommand;
@@ -214,7 +213,7 @@ fn wait_for_the_ball(
     if let Some((pass, _)) = memory.expected_pass {
         let behind = (player.opponent_goal() - pass.place).normalize_or(Vec2::X) * -0.25;
         let place = pass.place + behind;
-        let walk = stay_or_go(player, place, facing, &obstacles);
+        let walk = player.go_and_stay(place, facing, &obstacles);
         return Decision { walk, target: Some(place), intention: "receive", ..default() };
     }
     let times = opponents.iter().map(|opponent| time_to_ball_s(player, ball, opponent.position_m));
@@ -227,7 +226,7 @@ fn wait_for_the_ball(
     } else {
         free_place(player, memory, ball, opponents)
     };
-    let walk = stay_or_go(player, place, facing, &obstacles);
+    let walk = player.go_and_stay(place, facing, &obstacles);
     Decision { walk, target: Some(place), intention: "support", ..default() }
 }
 

@@ -8,7 +8,7 @@ use super::walking::{OBSTACLE_RANGE_M, Obstacles, POST_CLEARANCE_M, ROBOT_CLEARA
 use crate::belief::{BallBelief, Belief};
 use crate::communication::ReceivedMessage;
 use crate::game::Rules;
-use crate::geometry::{Pose, unit, unrotate};
+use crate::geometry::{Pose, angle_of, unit, unrotate};
 use crate::kick_geometry::KickType;
 use crate::knowledge::Knowledge;
 use crate::pitch::Pitch;
@@ -188,6 +188,23 @@ impl<'a> Player<'a> {
     pub fn walk_to(&self, place: Vec2, facing: Vec2, obstacles: &Obstacles) -> WalkCommand {
         let way = way_around(self.position(), place, obstacles);
         step_towards(self.forward, way, facing, self.limits, self.period)
+    }
+
+    /// The step towards a place to be at: who is near enough to it stands, and who walks goes on until it is there. What one
+    /// believes of places is not exact, and who stands need not follow it.
+    pub fn go_and_stay(&self, place: Vec2, facing: Vec2, obstacles: &Obstacles) -> WalkCommand {
+        /// Standing within so many metres and radians, it stays.
+        const STAYS: (f32, f32) = (0.12, 0.35);
+        /// Walking, it goes on until it is within so many.
+        const THERE: (f32, f32) = (0.04, 0.1);
+
+        let (near_m, turned) = if self.body == BodyStatus::Walking { THERE } else { STAYS };
+        let is_there = place.distance_squared(self.position()) < near_m * near_m;
+        if !is_there {
+            return self.travel_to(place, facing, obstacles);
+        }
+        let off = angle_of(unrotate(self.forward, facing)).abs();
+        if off < turned { WalkCommand::default() } else { self.walk_to(self.position(), facing, obstacles) }
     }
 
     /// The step towards a place: over a longer way facing ahead, otherwise facing `facing`.

@@ -4,8 +4,6 @@ use bevy::prelude::*;
 
 use super::obeying::is_for_the_keeper_only;
 use super::player::{Decision, Player, PlayerMemory};
-use super::walking::Obstacles;
-use crate::robot::motion::WalkCommand;
 use crate::team::RobotId;
 
 /// A player keeps its turn at the ball until a team-mate is nearer by this, s.
@@ -55,7 +53,7 @@ pub fn support(player: &Player, ball: Vec2) -> Decision {
     let facing = (ball - player.position()).normalize_or(Vec2::X);
     let mut obstacles = player.obstacles();
     obstacles.add(ball, 0.7 * SUPPORT_DISTANCE_M);
-    let walk = stay_or_go(player, place, facing, &obstacles);
+    let walk = player.go_and_stay(place, facing, &obstacles);
     Decision { walk, target: Some(place), intention: "support", ..default() }
 }
 
@@ -67,13 +65,4 @@ fn support_place(player: &Player, ball: Vec2) -> Vec2 {
     // Not among the keeper's feet, and not over the lines.
     let least = Vec2::new(-length + player.pitch.penalty_area.depth_m + 0.3, -width + 0.4);
     wanted.clamp(least, Vec2::new(length - 0.8, width - 0.4))
-}
-
-/// Goes to a place unless it is near enough already: who supports need not shuffle about.
-pub fn stay_or_go(player: &Player, place: Vec2, facing: Vec2, obstacles: &Obstacles) -> WalkCommand {
-    if place.distance_squared(player.position()) < 0.12 * 0.12 {
-        player.walk_to(player.position(), facing, obstacles)
-    } else {
-        player.travel_to(place, facing, obstacles)
-    }
 }

@@ -3,6 +3,7 @@
 use bevy::prelude::*;
 
 use crate::geometry::{angle_of, unrotate};
+use crate::robot::gait::Gait;
 use crate::robot::motion::{MotionLimits, WalkCommand};
 
 /// The toes' corner is 15 cm from a robot's origin and the ball's radius is 3 cm: further away than this, a robot may
@@ -58,10 +59,41 @@ impl Obstacles {
 
 /// The next step towards a place along `way` (m, team frame), turning to face `facing`.
 pub fn step_towards(forward: Vec2, way: Vec2, facing: Vec2, limits: &MotionLimits, period: f32) -> WalkCommand {
+    if let Some(gait) = &limits.gait {
+        let [x, y, turn] = velocity_towards(forward, way, facing, gait, limits).to_array();
+        return WalkCommand::new(x * period, y * period, turn * period);
+    }
     let step = unrotate(forward, way.clamp_length_max(limits.max_linear_mps * period));
     let most_turn = limits.max_angular * period;
     let turn = angle_of(unrotate(forward, facing)).clamp(-most_turn, most_turn);
     WalkCommand { dx: step.x, dy: step.y, dtheta: turn }
+}
+
+/// The velocity (m/s, m/s, rad/s, robot frame) at which a robot that walks step by step goes along `way` and turns to `facing`: so
+/// fast that it comes to rest there, and over a longer way facing ahead, where that is sooner.
+fn velocity_towards(forward: Vec2, way: Vec2, facing: Vec2, gait: &Gait, limits: &MotionLimits) -> Vec3 {
+    /// Nearer than this, and turned by less, it is there: what is left is within the play of its joints, m and radians.
+    const THERE: (f32, f32) = (0.008, 0.035);
+
+    let distance = way.length();
+    let goes = distance > THERE.0;
+    let facing = if goes && is_sooner_ahead(forward, way, facing, gait, limits) { way / distance } else { facing };
+    let angle = angle_of(unrotate(forward, facing));
+    let turn = if angle.abs() > THERE.1 { gait.braking_turn(angle.abs()).max(gait.least_angular) } else { 0.0 };
+    let speed = if goes { gait.braking_speed(distance).max(gait.least_mps) } else { 0.0 };
+    let towards = unrotate(forward, way.normalize_or_zero()) * speed;
+    gait.reachable(towards.extend(turn.copysign(angle)), limits)
+}
+
+/// Whether a robot is sooner at the end of `way` if it turns there, walks ahead, and turns to `facing` in the end, than if it faces
+/// `facing` all the time.
+fn is_sooner_ahead(forward: Vec2, way: Vec2, facing: Vec2, gait: &Gait, limits: &MotionLimits) -> bool {
+    let distance = way.length();
+    let ahead = way / distance;
+    let turn_s = |from: Vec2, to: Vec2| angle_of(unrotate(from, to)).abs() / limits.max_angular;
+    let aside = gait.reachable((unrotate(facing, ahead) * limits.max_linear_mps).extend(0.0), limits).length();
+    let turning_s = turn_s(forward, ahead) + turn_s(ahead, facing);
+    distance / limits.max_linear_mps + turning_s < distance / aside + turn_s(forward, facing)
 }
 
 /// The way to go now so as to reach `to` past the obstacles: straight, or along the tangent of the first obstacle on
@@ -139,6 +171,9 @@ pub fn approach(own: Vec2, forward: Vec2, position: Vec2, facing: Vec2) -> (Vec2
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::{Pose, unit};
+    use crate::robot::gait::GaitState;
+    use crate::robot::motion::after_step;
     use approx::assert_abs_diff_eq;
     use core::f32::consts::FRAC_PI_2;
 
@@ -205,6 +240,37 @@ mod tests {
         assert_abs_diff_eq!(step.dx, 0.0, epsilon = 1e-7);
         assert_abs_diff_eq!(step.dy, -0.2 / 30.0, epsilon = 1e-7);
         assert_abs_diff_eq!(step.dtheta, -FRAC_PI_2 / 30.0, epsilon = 1e-7);
+    }
+
+    #[test]
+    fn who_walks_step_by_step_arrives_without_turning_back_and_faces_where_it_should() {
+        const PERIOD: f32 = 1.0 / 30.0;
+        let limits = MotionLimits { gait: Some(Gait::default()), ..MotionLimits::default() };
+        let gait = Gait::default();
+        for index in 0..24 {
+            let place = unit(0.26 * index as f32) * (0.05 + 0.1 * index as f32);
+            let facing = unit(1.7 * index as f32);
+            let (mut pose, mut state, mut nearest, mut seconds) =
+                (Pose::default(), GaitState::default(), f32::MAX, 0.0);
+            for cycle in 0..30 * 40 {
+                let way = place - pose.position;
+                let command = step_towards(pose.forward(), way, facing, &limits, PERIOD);
+                let step = state.walk(command, &gait, &limits, PERIOD);
+                if step.is_null() && command.is_null() {
+                    break;
+                }
+                pose = after_step(pose, step);
+                nearest = nearest.min(way.length());
+                // What it takes for a step that goes on while it is told otherwise.
+                assert!(way.length() < nearest + 0.04, "walk {index} turns back at {pose:?}");
+                seconds = cycle as f32 * PERIOD;
+            }
+            assert!(pose.position.distance(place) < 0.012, "walk {index} ends {} off", pose.position.distance(place));
+            assert!(angle_of(unrotate(pose.forward(), facing)).abs() < 0.08, "walk {index} ends at {pose:?}");
+            // Straight ahead at full speed, a turn at each end, and what starting and stopping take.
+            let soonest_s = place.length() / 0.2 + 2.0 * core::f32::consts::PI / limits.max_angular;
+            assert!(seconds < soonest_s + 3.0, "walk {index} takes {seconds} s");
+        }
     }
 
     #[test]

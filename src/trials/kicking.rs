@@ -33,7 +33,7 @@ fn kick(laboratory: &mut Laboratory, kick_type: &str, place: [f32; 2], repetitio
     for seed in 1..=repetitions.max(2) {
         let script = json!({ "script": [{ "from_s": 0, "kick": { "type": kick_type } }] });
         laboratory.begin(json!({
-            "seed": seed, "ball": { "position_m": place },
+            "seed": seed, "ball": { "position_m": place }, "falls": { "kick_probability": 0 },
             // The ball is free to roll as far as it does.
             "field": { "preset": "spl2025", "length_m": 18, "width_m": 12 },
             "robots": [{ "team": "blue", "number": 1, "behaviour": script }],

@@ -23,6 +23,7 @@ use crate::scenario::{RobotModel, Scenario, ScenarioError, ScenarioFault};
 use crate::simulation::{MatchApp, NaoisisPlugins};
 use crate::team::{RobotId, Team};
 
+pub mod falling;
 pub mod kicking;
 pub mod sensing;
 pub mod walking;
@@ -74,6 +75,7 @@ pub enum TrialError {
 pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<Quantity>, TrialError> {
     let mut quantities = walking::measure(model, repetitions)?;
     quantities.extend(kicking::measure(model, repetitions)?);
+    quantities.extend(falling::measure(model, repetitions)?);
     quantities.extend(sensing::measure(model, repetitions)?);
     Ok(quantities)
 }

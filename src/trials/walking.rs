@@ -23,7 +23,7 @@ const TURN_S: f64 = 2.0;
 /// A robot that is told to make such steps as long as a trial lasts.
 fn walker(step: [f32; 3], seed: u32) -> Value {
     let script = json!({ "script": [{ "from_s": 0, "until_s": 1000, "walk": step }] });
-    json!({ "seed": seed, "ball": null, "robots": [{ "team": "blue", "number": 1, "behaviour": script }] })
+    json!({ "seed": seed, "ball": null, "falls": { "falls_per_min": 0 }, "robots": [{ "team": "blue", "number": 1, "behaviour": script }] })
 }
 
 /// A walk as it was, as the legs did it, and as the robot counted it.

@@ -9,9 +9,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
 use super::timeline::Timeline;
-use crate::appearance::gait::Gait;
 use crate::appearance::gather::MatchScene;
 use crate::appearance::scene::{Scene, SceneBall, SceneRobot};
+use crate::appearance::stride::Stride;
 use crate::appearance::view::View;
 use crate::camera_model::{CameraSide, CameraView};
 use crate::cycle::{Cycle, CycleClock};
@@ -71,7 +71,7 @@ pub struct SensedScene {
     cycle: Option<u64>,
     scene: Scene,
     /// How their legs go in what was recorded, where nobody kept it.
-    gaits: BTreeMap<RobotId, Gait>,
+    gaits: BTreeMap<RobotId, Stride>,
 }
 
 /// What the cameras saw that someone looks at.
@@ -145,11 +145,11 @@ impl SensedScene {
         let on_pitch = record.robots.iter().filter(|robot| robot.penalised.is_none());
         self.scene.robots.clear();
         self.scene.robots.extend(on_pitch.map(|robot| {
-            let gait = self.gaits.entry(robot.id).or_default();
-            gait.kick = history.last_kick(robot.id, record.cycle).map(|kick| kick.struck(period_s));
-            gait.follow(robot.pose, robot.velocity, record.time_s);
+            let stride = self.gaits.entry(robot.id).or_default();
+            stride.kick = history.last_kick(robot.id, record.cycle).map(|kick| kick.struck(period_s));
+            stride.follow(robot.pose, robot.velocity, record.time_s);
             let standing = SceneRobot::standing(robot.id, robot.pose, body(robot.id));
-            SceneRobot { head: robot.head, gait: *gait, ..standing.in_posture(robot.posture) }
+            SceneRobot { head: robot.head, stride: *stride, ..standing.in_posture(robot.posture) }
         }));
         self.scene.ball = record.ball.map(|ball| SceneBall {
             position: ball.position_m.truncate(),

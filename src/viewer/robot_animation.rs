@@ -1,14 +1,14 @@
 //! How robots move their limbs: steps, kicks, heads, falls.
 //!
-//! As the [appearance](crate::appearance::gait) has it, but at the time that is shown, which runs smoothly between the
+//! As the [appearance](crate::appearance::stride) has it, but at the time that is shown, which runs smoothly between the
 //! cycles.
 
 use bevy::prelude::*;
 
 use super::robot_model::RobotLimbs;
 use super::shared::DisplayFraction;
-use crate::appearance::gait::Gait;
 use crate::appearance::scene::world_from_body;
+use crate::appearance::stride::Stride;
 use crate::cycle::CycleClock;
 use crate::geometry::Pose;
 use crate::robot::Velocity;
@@ -25,9 +25,9 @@ impl Plugin for RobotAnimationPlugin {
     }
 }
 
-/// The gait at the time that is shown. The robot's own is that of the cycles.
+/// The stride at the time that is shown. The robot's own is that of the cycles.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default)]
-struct DisplayedGait(Gait);
+struct DisplayedGait(Stride);
 
 fn start_gait(added: On<Add, RobotId>, mut commands: Commands) {
     commands.entity(added.entity).insert(DisplayedGait::default());
@@ -36,12 +36,12 @@ fn start_gait(added: On<Add, RobotId>, mut commands: Commands) {
 fn move_limbs(
     clock: Res<CycleClock>,
     fraction: Res<DisplayFraction>,
-    mut robots: Query<(&RobotId, &Pose, &Velocity, &HeadAngles, &Posture, &Gait, &RobotLimbs, &mut DisplayedGait)>,
+    mut robots: Query<(&RobotId, &Pose, &Velocity, &HeadAngles, &Posture, &Stride, &RobotLimbs, &mut DisplayedGait)>,
     mut transforms: Query<&mut Transform>,
 ) {
     let now_s = clock.start_time_s() + f64::from(fraction.0) * clock.period_s;
-    for (id, pose, velocity, head, posture, gait, robot_limbs, mut displayed) in &mut robots {
-        displayed.0.kick = gait.kick;
+    for (id, pose, velocity, head, posture, stride, robot_limbs, mut displayed) in &mut robots {
+        displayed.0.kick = stride.kick;
         displayed.0.follow(*pose, *velocity, now_s);
         // The robot's own transform places it on the pitch.
         let limbs = displayed.0.joints(*id, *head).world_from_limbs(world_from_body(Pose::default(), *posture));

@@ -17,6 +17,7 @@ use naoisis::geometry::to_radians;
 use naoisis::kick_geometry::Side;
 use naoisis::prelude::*;
 use naoisis::record::read::TraceReader;
+use naoisis::robot::falls::{Balance, CollisionFalls};
 use naoisis::robot::gait::{Gait, Slip, StepError};
 use naoisis::robot::head::HeadLimits;
 use naoisis::robot::kick::{KickRange, KickSettings};
@@ -109,6 +110,21 @@ fn motion() -> impl Strategy<Value = MotionLimits> {
             error_sd,
             gait,
         })
+}
+
+fn falls() -> impl Strategy<Value = Balance> {
+    let collisions = (within(0.0..=10.0), within(0.0..=10.0))
+        .prop_map(|(one, other)| Some(CollisionFalls { from_mps: one.min(other), certain_mps: one.max(other) }));
+    let get_up = (mostly(None, within(0.0..=5.0).prop_map(Some)), within(0.0..=1.0));
+    (within(0.0..=1000.0), within(0.0..=1.0), mostly(None, collisions), get_up).prop_map(
+        |(falls_per_min, kick_probability, collisions, (get_up_s, get_up_failure))| Balance {
+            falls_per_min,
+            kick_probability,
+            collisions,
+            get_up_s,
+            get_up_failure,
+        },
+    )
 }
 
 fn gait() -> impl Strategy<Value = Gait> {
@@ -250,12 +266,13 @@ struct Abilities {
     messages: MessageSettings,
     head: HeadLimits,
     kicks: KickSettings,
+    falls: Balance,
 }
 
 impl Default for Abilities {
     fn default() -> Self {
-        let Scenario { sonar, odometry, vision, messages, head, kicks, .. } = Scenario::default();
-        Self { sonar, odometry, vision, messages, head, kicks }
+        let Scenario { sonar, odometry, vision, messages, head, kicks, falls, .. } = Scenario::default();
+        Self { sonar, odometry, vision, messages, head, kicks, falls }
     }
 }
 
@@ -357,14 +374,23 @@ fn abilities() -> impl Strategy<Value = Abilities> {
             }
         });
     // On the heap: together they are too large for the stack of a test.
-    let any = (sonar.boxed(), odometry.boxed(), vision.boxed(), messages.boxed(), head.boxed(), kicks.boxed())
-        .prop_map(|(sonar, odometry, vision, messages, head, kicks)| Abilities {
+    let any = (
+        sonar.boxed(),
+        odometry.boxed(),
+        vision.boxed(),
+        messages.boxed(),
+        head.boxed(),
+        kicks.boxed(),
+        falls().boxed(),
+    )
+        .prop_map(|(sonar, odometry, vision, messages, head, kicks, falls)| Abilities {
             sonar,
             odometry,
             vision,
             messages,
             head,
             kicks,
+            falls,
         });
     mostly(Abilities::default(), any)
 }
@@ -385,7 +411,7 @@ fn scenario() -> impl Strategy<Value = Accepted> {
     (numbers, (who, vec(post, 0..4), vec(intervention(), 0..4)))
         .prop_map(
             |((seed, cycle_s, ball, motion, rules, field, abilities, localisation), (who, posts, interventions))| {
-                let Abilities { sonar, odometry, vision, messages, head, kicks } = abilities;
+                let Abilities { sonar, odometry, vision, messages, head, kicks, falls } = abilities;
                 let (mut robots, teams) = who.map_or_else(|teams| (Vec::new(), Some(teams)), |robots| (robots, None));
                 for (number, robot) in (1..).zip(&mut robots) {
                     robot.number = number;
@@ -407,6 +433,7 @@ fn scenario() -> impl Strategy<Value = Accepted> {
                     messages,
                     head,
                     kicks,
+                    falls,
                     localisation,
                     ..Scenario::default()
                 };

@@ -3,9 +3,9 @@
 
 use bevy::prelude::*;
 use naoisis::appearance::Label;
-use naoisis::appearance::gait::Gait;
 use naoisis::appearance::robot::{RobotDesign, WAISTBAND_Z, labels};
 use naoisis::appearance::scene::{Scene, SceneBall, SceneRobot};
+use naoisis::appearance::stride::Stride;
 use naoisis::appearance::view::View;
 use naoisis::camera_model::{CameraIntrinsics, CameraView};
 use naoisis::geometry::Pose;
@@ -45,9 +45,10 @@ fn random_scene(dice: &mut RandomStream) -> Scene {
             _ => Pose { position: ahead(between(0.5, 4.0), between(-0.6, 0.6)), heading: between(-3.1, 3.1) },
         };
         let head = HeadAngles { yaw: between(-0.5, 0.5), pitch: between(-0.3, 0.4) };
-        let gait = Gait { time_s: between(0.0, 1.0).into(), speed: between(-0.2, 0.2), liveliness: 1.0, kick: None };
+        let stride =
+            Stride { time_s: between(0.0, 1.0).into(), speed: between(-0.2, 0.2), liveliness: 1.0, kick: None };
         let standing = SceneRobot::standing(RobotId::new(team, 1 + number), pose, BodyBounds::default());
-        scene.robots.push(SceneRobot { head, gait, ..standing });
+        scene.robots.push(SceneRobot { head, stride, ..standing });
     }
     scene
 }

@@ -144,7 +144,7 @@ fn examples() -> Vec<MatchEvent> {
             direction: None,
             launch_speed_mps: None,
         },
-        MatchEvent::Fall { robot, speed_mps: 0.5, probability: 0.25 },
+        MatchEvent::Fall { robot, cause: FallCause::Walking, speed_mps: 0.5, probability: 0.25 },
         MatchEvent::GotUp { robot },
         MatchEvent::Dive { robot, side: Side::Left },
         MatchEvent::CommandRefused { robot, command: CommandKind::Walk, reason: Refusal::NotFinite },

@@ -195,6 +195,7 @@ impl Checks {
         self.motion(&root.field("motion"), &scenario.motion);
         self.turn(&root.field("motion"), &scenario.motion, scenario.cycle_s);
         self.kicks(&root.field("kicks"), &scenario.kicks);
+        self.falls(&root.field("falls"), &scenario.falls);
         self.head(&root.field("head"), &scenario.head);
         self.sonar(&root.field("sonar"), &scenario.sonar);
         self.odometry(&root.field("odometry"), &scenario.odometry);

@@ -7,6 +7,7 @@ use crate::ball::{FASTEST_MPS, Rolling};
 use crate::communication::MessageSettings;
 use crate::game::Rules;
 use crate::geometry::to_degrees;
+use crate::robot::falls::{Balance, CollisionFalls};
 use crate::robot::gait::{Gait, StepError};
 use crate::robot::head::HeadLimits;
 use crate::robot::kick::KickSettings;
@@ -94,6 +95,25 @@ impl Checks {
         self.range(path.field("recovery_s"), kicks.recovery_s, 0.0..=60.0, " s");
         self.degrees(path.field("direction_sd_deg"), kicks.direction_sd, 0.0..=180.0, " degrees");
         self.range(path.field("speed_sd"), kicks.speed_sd, 0.0..=10.0, ", a share of the speed");
+    }
+
+    pub(super) fn falls(&mut self, path: &FieldPath, falls: &Balance) {
+        self.range(path.field("falls_per_min"), falls.falls_per_min, 0.0..=1000.0, " a minute");
+        self.range(path.field("kick_probability"), falls.kick_probability, 0.0..=1.0, "");
+        if let Some(CollisionFalls { from_mps, certain_mps }) = falls.collisions {
+            let path = path.field("collisions");
+            self.range(path.field("from_mps"), from_mps, 0.0..=100.0, " m/s");
+            if !(from_mps..=100.0).contains(&certain_mps) {
+                let message = format!("`certain_mps` is {certain_mps}, and `from_mps` {from_mps}");
+                let fault =
+                    ScenarioFault::new(path.field("certain_mps"), message, "at least `from_mps`, at most 100 m/s");
+                self.push(fault.judged_with([path.field("from_mps")]));
+            }
+        }
+        if let Some(get_up_s) = falls.get_up_s {
+            self.range(path.field("get_up_s"), get_up_s, 0.0..=600.0, " s");
+        }
+        self.range(path.field("get_up_failure"), falls.get_up_failure, 0.0..=1.0, "");
     }
 
     pub(super) fn head(&mut self, path: &FieldPath, head: &HeadLimits) {

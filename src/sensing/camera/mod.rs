@@ -20,8 +20,8 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::appearance::gait::{Gait, GaitPlugin};
 use crate::appearance::robot::RobotDesign;
+use crate::appearance::stride::{Stride, StridePlugin};
 use crate::camera_model::{CameraIntrinsics, CameraSide};
 use crate::geometry::{file_units, to_radians};
 use crate::knowledge::Knowledge;
@@ -41,8 +41,8 @@ pub struct CameraPlugin;
 
 impl Plugin for CameraPlugin {
     fn build(&self, app: &mut App) {
-        if !app.is_plugin_added::<GaitPlugin>() {
-            app.add_plugins(GaitPlugin);
+        if !app.is_plugin_added::<StridePlugin>() {
+            app.add_plugins(StridePlugin);
         }
         app.register_type::<CameraSettings>().register_type::<CameraImages>().init_resource::<Pitch>();
     }
@@ -117,7 +117,7 @@ impl CameraChoice {
 /// The images of a robot's cameras, where they are rendered.
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Sensor)]
-#[require(Gait)]
+#[require(Stride)]
 pub struct CameraImages {
     /// The cycle at the start of which they were taken; none without images.
     pub cycle: Option<u64>,

@@ -23,6 +23,7 @@ use crate::pitch::{Pitch, Post};
 use crate::random::RandomStreams;
 use crate::referee::RefereeMemory;
 use crate::robot::body::{BodyBounds, BodyBox};
+use crate::robot::falls::Balance;
 use crate::robot::head::{HeadAngles, HeadLimits};
 use crate::robot::kick::{KickCommand, KickPhase, KickSettings};
 use crate::robot::motion::{ExecutedStep, MotionLimits, WalkCommand};
@@ -128,6 +129,7 @@ fn check_robot(
     seen.ids.push(id);
     let own = Scenario {
         kicks: parts.copy_or::<KickSettings>(settings.kicks),
+        falls: parts.copy_or::<Balance>(settings.falls),
         cameras: parts.copy_or::<CameraSettings>(settings.cameras),
         robots: vec![RobotSpec {
             team: id.team,

@@ -2,7 +2,7 @@
 
 use bevy::prelude::*;
 
-use crate::appearance::gait::Gait;
+use crate::appearance::stride::Stride;
 use crate::ball::{Ball, BallVelocity};
 use crate::behaviour::drawings::Drawings;
 use crate::belief::Belief;
@@ -42,7 +42,7 @@ struct RobotBundle {
     head: HeadAngles,
     posture: Posture,
     penalty: Penalty,
-    gait: Gait,
+    stride: Stride,
     odometry: Odometry,
     sonar: SonarReading,
     percepts: Percepts,
@@ -127,7 +127,7 @@ fn robot_state(world: &World, robot: Entity) -> RobotBundle {
         head: of(world, robot),
         posture: of(world, robot),
         penalty: of(world, robot),
-        gait: of(world, robot),
+        stride: of(world, robot),
         odometry: of(world, robot),
         sonar: of(world, robot),
         percepts: of(world, robot),
@@ -164,8 +164,9 @@ pub(super) fn put_record(
         let was = previous.and_then(|previous| previous.robots.iter().find(|earlier| earlier.id == robot.id));
         let was = was.map_or(robot.pose, |earlier| earlier.pose);
         let kick = history.last_kick(robot.id, record.cycle).map(|kick| kick.struck(clock.period_s));
-        let gait = world.get::<Gait>(entity).copied().unwrap_or_default();
-        let (belief, mut state) = (robot.belief.clone(), state_of(robot, was, Gait { kick, ..gait }, clock.period_s));
+        let stride = world.get::<Stride>(entity).copied().unwrap_or_default();
+        let (belief, mut state) =
+            (robot.belief.clone(), state_of(robot, was, Stride { kick, ..stride }, clock.period_s));
         if !fields.has("robots.pose") {
             // It stays where it was at the start.
             let place = world.get::<Pose>(entity).copied().unwrap_or_default();
@@ -183,7 +184,7 @@ fn put_game(world: &mut World, record: &GameRecord, clock: &CycleClock) {
     game.cycles_left = record.time_left_s.map(|left_s| (left_s / clock.period_s).round() as u64);
 }
 
-fn state_of(robot: RobotRecord, was: Pose, gait: Gait, period_s: f64) -> RobotBundle {
+fn state_of(robot: RobotRecord, was: Pose, stride: Stride, period_s: f64) -> RobotBundle {
     RobotBundle {
         pose: robot.pose,
         previous: PreviousPose(was),
@@ -194,7 +195,7 @@ fn state_of(robot: RobotRecord, was: Pose, gait: Gait, period_s: f64) -> RobotBu
             reason: penalty.reason,
             cycles_left: (penalty.time_left_s / period_s).round() as u64,
         })),
-        gait,
+        stride,
         odometry: Odometry(robot.odometry),
         sonar: robot.sonar_m,
         percepts: robot.percepts,

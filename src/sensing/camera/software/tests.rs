@@ -1,9 +1,9 @@
 use super::*;
 use crate::appearance::Label;
 use crate::appearance::colours;
-use crate::appearance::gait::Gait;
 use crate::appearance::robot::RobotDesign;
 use crate::appearance::scene::{Scene, SceneBall, SceneRobot};
+use crate::appearance::stride::Stride;
 use crate::geometry::{Pose, unit};
 use crate::pitch::Pitch;
 use crate::random::RandomStream;
@@ -17,10 +17,10 @@ use bevy::math::{Vec2, Vec3};
 fn scene() -> Scene {
     let mut scene = Scene::empty(Pitch::default());
     let head = HeadAngles { yaw: 0.4, pitch: 0.1 };
-    let gait = Gait { time_s: 0.2, speed: 0.2, liveliness: 1.0, kick: None };
+    let stride = Stride { time_s: 0.2, speed: 0.2, liveliness: 1.0, kick: None };
     for (team, x, y, heading) in [(Team::Blue, 0.5, 0.2, 1.0), (Team::Pink, 1.2, -0.2, 3.0)] {
         let standing = SceneRobot::standing(RobotId::new(team, 3), Pose::new(x, y, heading), BodyBounds::default());
-        scene.robots.push(SceneRobot { head, gait, ..standing });
+        scene.robots.push(SceneRobot { head, stride, ..standing });
     }
     scene.ball = Some(SceneBall { position: Vec2::new(0.1, -0.3), radius: 0.03 });
     scene

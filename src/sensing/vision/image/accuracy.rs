@@ -17,10 +17,10 @@ use std::time::Instant;
 use super::{Findings, ImageVision, Known};
 use crate::appearance::Label;
 use crate::appearance::field::goal_label;
-use crate::appearance::gait::Gait;
 use crate::appearance::posing::STEP_FREQUENCY;
 use crate::appearance::robot::{RobotDesign, labels};
 use crate::appearance::scene::{Scene, SceneBall, ScenePost, SceneRobot};
+use crate::appearance::stride::Stride;
 use crate::appearance::view::View;
 use crate::camera_model::{CameraIntrinsics, CameraSide, CameraView};
 use crate::geometry::{Pose, to_radians};
@@ -331,7 +331,7 @@ fn random_scene(conditions: Conditions, uniform: &mut dyn FnMut() -> f32) -> (Sc
         let time_s = f64::from(phase / core::f32::consts::TAU / STEP_FREQUENCY);
         scene.robots.push(SceneRobot {
             head: HeadAngles { yaw: head_yaw, pitch: 0.0 },
-            gait: Gait { time_s, speed, liveliness: 1.0, kick: None },
+            stride: Stride { time_s, speed, liveliness: 1.0, kick: None },
             ..SceneRobot::standing(id, Pose { position: place, heading }, BodyBounds::default())
         });
     }

@@ -1,4 +1,4 @@
-//! The gait: how the legs and arms go along with what a robot does, smoothly.
+//! The stride: how the legs and arms go along with what a robot does, smoothly.
 
 use bevy::math::ops;
 use bevy::prelude::*;
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::posing::{self, JointAngles};
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
-use crate::events::{CycleEvents, KickMiss, KickResult, MatchEvent};
+use crate::events::{CycleEvents, MatchEvent};
 use crate::game::Penalty;
 use crate::geometry::{Pose, unrotate};
 use crate::kick_geometry::{KickType, Side};
@@ -19,12 +19,12 @@ use crate::team::RobotId;
 /// How long it takes to get into step, s.
 const SETTLING_S: f32 = 0.15;
 
-/// Keeps the [`Gait`]s of the robots that have one, once a cycle, whoever looks.
-pub struct GaitPlugin;
+/// Keeps the [`Stride`]s of the robots that have one, once a cycle, whoever looks.
+pub struct StridePlugin;
 
-impl Plugin for GaitPlugin {
+impl Plugin for StridePlugin {
     fn build(&self, app: &mut App) {
-        app.register_type::<Gait>()
+        app.register_type::<Stride>()
             .init_resource::<Roster>()
             .init_resource::<CycleEvents>()
             .add_systems(Cycle, (follow_robots, note_kicks).chain().in_set(CycleSystems::Record));
@@ -34,7 +34,7 @@ impl Plugin for GaitPlugin {
 /// How a robot's limbs are moving. For the eye only: nothing in the simulation depends on it.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Truth)]
-pub struct Gait {
+pub struct Stride {
     /// The time of the match, s.
     pub time_s: f64,
     /// Forward speed that the steps have, m/s.
@@ -45,7 +45,7 @@ pub struct Gait {
     pub kick: Option<(KickType, f64)>,
 }
 
-impl Gait {
+impl Stride {
     /// Gets into step with what the robot does until `now_s`.
     pub fn follow(&mut self, pose: Pose, velocity: Velocity, now_s: f64) {
         let elapsed_s = (now_s - self.time_s) as f32;
@@ -85,28 +85,23 @@ impl Gait {
     }
 }
 
-/// Whether the leg swings in a kick of this result: one that found no ball is still a kick.
-pub fn swings(result: KickResult, reason: Option<KickMiss>) -> bool {
-    result != KickResult::Missed || reason == Some(KickMiss::OutOfReach)
-}
-
-fn follow_robots(clock: Res<CycleClock>, mut robots: Query<(&Pose, &Velocity, Option<&Penalty>, &mut Gait)>) {
-    for (pose, velocity, penalty, mut gait) in &mut robots {
+fn follow_robots(clock: Res<CycleClock>, mut robots: Query<(&Pose, &Velocity, Option<&Penalty>, &mut Stride)>) {
+    for (pose, velocity, penalty, mut stride) in &mut robots {
         // Who is off the pitch is carried.
         if !penalty.is_some_and(Penalty::is_active) {
-            gait.follow(*pose, *velocity, clock.end_time_s());
+            stride.follow(*pose, *velocity, clock.end_time_s());
         }
     }
 }
 
-fn note_kicks(events: Res<CycleEvents>, clock: Res<CycleClock>, roster: Res<Roster>, mut gaits: Query<&mut Gait>) {
+fn note_kicks(events: Res<CycleEvents>, clock: Res<CycleClock>, roster: Res<Roster>, mut strides: Query<&mut Stride>) {
     for event in events.iter() {
         let MatchEvent::Kick { robot, kick_type, result, reason, .. } = event else { continue };
-        if !swings(*result, *reason) {
+        if !result.swings(*reason) {
             continue;
         }
-        if let Some(mut gait) = roster.get(*robot).and_then(|robot| gaits.get_mut(robot).ok()) {
-            gait.kick = Some((*kick_type, clock.start_time_s()));
+        if let Some(mut stride) = roster.get(*robot).and_then(|robot| strides.get_mut(robot).ok()) {
+            stride.kick = Some((*kick_type, clock.start_time_s()));
         }
     }
 }
@@ -118,25 +113,25 @@ mod tests {
 
     #[test]
     fn a_robot_that_walks_gets_into_step_and_out_of_it() {
-        let mut gait = Gait::default();
+        let mut stride = Stride::default();
         let walking = Velocity { linear: Vec2::new(0.0, 0.2), angular: 0.0 };
         let pose = Pose::new(0.0, 0.0, PI / 2.0);
         for cycle in 1..=30 {
-            gait.follow(pose, walking, f64::from(cycle) / 30.0);
+            stride.follow(pose, walking, f64::from(cycle) / 30.0);
         }
         // After a second, exp(-1 / 0.15) = 0.13 % of the difference are left.
-        assert!((gait.speed - 0.2).abs() < 0.001 && gait.liveliness > 0.99, "{gait:?}");
+        assert!((stride.speed - 0.2).abs() < 0.001 && stride.liveliness > 0.99, "{stride:?}");
         for cycle in 31..=60 {
-            gait.follow(pose, Velocity::default(), f64::from(cycle) / 30.0);
+            stride.follow(pose, Velocity::default(), f64::from(cycle) / 30.0);
         }
         let id = RobotId::new(Team::Blue, 1);
-        assert!(gait.speed < 0.001 && gait.joints(id, HeadAngles::default()).legs[0].knee < 0.2);
+        assert!(stride.speed < 0.001 && stride.joints(id, HeadAngles::default()).legs[0].knee < 0.2);
     }
 
     #[test]
     fn the_kicking_leg_swings_and_the_other_does_not() {
-        let gait = Gait { time_s: 1.0, kick: Some((KickType::RightStraight, 1.0)), ..Gait::default() };
-        let joints = gait.joints(RobotId::new(Team::Pink, 2), HeadAngles::default());
+        let stride = Stride { time_s: 1.0, kick: Some((KickType::RightStraight, 1.0)), ..Stride::default() };
+        let joints = stride.joints(RobotId::new(Team::Pink, 2), HeadAngles::default());
         assert!(joints.legs[1].hip > 0.5 && joints.legs[0].hip.abs() < 1e-3, "{joints:?}");
     }
 }

@@ -1,0 +1,114 @@
+//! Trials of falls, and of getting up.
+
+use serde_json::{Value, json};
+
+use super::{Laboratory, Quantity, TrialError, mean_of};
+use crate::events::{FallCause, MatchEvent};
+use crate::scenario::RobotModel;
+use crate::sensing::status::BodyStatus;
+use crate::simulation::MatchApp;
+
+/// Seconds of each trial, for each repetition.
+const TIME_S: u32 = 100;
+/// Falls are rare: robots are tried that fall so much more often.
+const OFTENER: f32 = 10.0;
+
+/// What came of a robot that always gets up again.
+#[derive(Default)]
+struct Falls {
+    /// How often it fell for the reason that is tried.
+    falls: f64,
+    /// How often it fell back.
+    fell_back: f64,
+    /// How long it took to get up, s, each time.
+    got_up_s: Vec<f64>,
+    /// How long it walked, s.
+    walked_s: f64,
+    /// How often it kicked.
+    kicked: f64,
+}
+
+/// Lets a robot do something in cycles of so many seconds, and get up again when it falls.
+fn fall(
+    laboratory: &mut Laboratory,
+    action: Value,
+    own: Value,
+    cycle_s: f64,
+    cause: FallCause,
+    cycles: u32,
+) -> Result<Falls, TrialError> {
+    const ALWAYS_S: f64 = 1e9;
+    let mut does = json!({ "from_s": 0, "until_s": ALWAYS_S, "posture": "get_up" });
+    if let (Value::Object(does), Value::Object(action)) = (&mut does, action) {
+        does.extend(action);
+    }
+    laboratory.begin(json!({
+        // Out of reach of any kick.
+        "cycle_s": cycle_s, "falls": own, "kicks": { "wind_up_s": 0, "recovery_s": 0 }, "ball": { "position_m": [0, 3] },
+        "robots": [{ "team": "blue", "number": 1, "behaviour": { "script": [does] } }],
+    }))?;
+    let mut result = Falls::default();
+    let mut down_s = 0.0;
+    for _ in 0..cycles {
+        laboratory.app.run_cycles(1);
+        let body = laboratory.reading::<BodyStatus>();
+        result.walked_s += if body == BodyStatus::Walking { cycle_s } else { 0.0 };
+        down_s += cycle_s;
+        for event in laboratory.app.events() {
+            match event {
+                MatchEvent::Fall { cause: FallCause::GettingUp, .. } => {
+                    (result.fell_back, down_s) = (result.fell_back + 1.0, 0.0)
+                }
+                MatchEvent::Fall { cause: of, .. } => {
+                    result.falls += f64::from(u8::from(*of == cause));
+                    down_s = 0.0;
+                }
+                MatchEvent::GotUp { .. } => result.got_up_s.push(down_s),
+                MatchEvent::Kick { result: kick, reason, .. } if kick.swings(*reason) => result.kicked += 1.0,
+                _ => {}
+            }
+        }
+    }
+    Ok(result)
+}
+
+/// How often robots fall, and how they get up.
+///
+/// # Errors
+/// When the model makes no scenario.
+pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<Quantity>, TrialError> {
+    let mut laboratory = Laboratory::new(model);
+    let real = laboratory.scenario(json!({}))?.falls;
+    let cycles = TIME_S * repetitions.max(2);
+    let often = json!({ "falls_per_min": OFTENER * real.falls_per_min, "get_up_failure": 0 });
+    let walking = json!({ "walk": [9, 0, 0] });
+    let walks = fall(&mut laboratory, walking.clone(), often, 1.0, FallCause::Walking, cycles)?;
+    let gets_up = json!({ "falls_per_min": 60, "get_up_failure": 0 });
+    let ups = fall(&mut laboratory, walking.clone(), gets_up, 0.1, FallCause::Walking, cycles / 5)?;
+    let at_once = json!({ "falls_per_min": 1000, "get_up_s": 0 });
+    let tries = fall(&mut laboratory, walking, at_once, 0.1, FallCause::Walking, cycles)?;
+    let kicking = json!({ "kick": { "type": "left_straight" } });
+    let at_once = json!({ "falls_per_min": 0, "get_up_s": 0, "get_up_failure": 0 });
+    let kicks = fall(&mut laboratory, kicking, at_once, 0.1, FallCause::Kick, cycles)?;
+
+    let quantity = |name, unit, measured, real: f32, path| laboratory.quantity(name, unit, measured, real.into(), path);
+    let a_minute = 60.0 * walks.falls / walks.walked_s.max(1.0) / f64::from(OFTENER);
+    Ok(vec![
+        quantity("falls in a minute at full speed", "", a_minute, real.falls_per_min, "falls.falls_per_min"),
+        quantity(
+            "kicks in which it falls",
+            "",
+            kicks.falls / kicks.kicked.max(1.0),
+            real.kick_probability,
+            "falls.kick_probability",
+        ),
+        quantity("getting up", "s", mean_of(&ups.got_up_s), real.get_up_s.unwrap_or_default(), "falls.get_up_s"),
+        quantity(
+            "tries to get up that fail",
+            "",
+            tries.fell_back / (tries.fell_back + tries.got_up_s.len() as f64).max(1.0),
+            real.get_up_failure,
+            "falls.get_up_failure",
+        ),
+    ])
+}
