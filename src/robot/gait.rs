@@ -44,6 +44,8 @@ pub struct GroundStep(pub WalkCommand);
 pub struct GaitState {
     /// The velocity of the legs in the step under way: forward and to the left, m/s, and counter-clockwise, rad/s.
     velocity: Vec3,
+    /// What the ground lets the robot go of it.
+    on_ground: Vec3,
     /// What is left of that step, s.
     left_s: f32,
     /// How this robot's slip and drift differ from the mean, in standard deviations; none before its first step.
@@ -54,50 +56,54 @@ impl GaitState {
     /// Stands still at once.
     pub fn stand(&mut self) {
         if self.left_s != 0.0 || self.velocity != Vec3::ZERO {
-            (self.velocity, self.left_s) = (Vec3::ZERO, 0.0);
+            (self.velocity, self.on_ground, self.left_s) = (Vec3::ZERO, Vec3::ZERO, 0.0);
         }
     }
 
-    /// What the legs do in a cycle of `period` seconds in which they are told `command`. Each step takes over what is told when it
-    /// begins.
-    pub fn walk(&mut self, command: WalkCommand, gait: &Gait, limits: &MotionLimits, period: f32) -> WalkCommand {
+    /// What the legs do in a cycle of `period` seconds in which they are told `command`, and what the ground makes of it. Each step
+    /// takes over what is told when it begins, and slips as a whole.
+    pub fn walk(
+        &mut self,
+        command: WalkCommand,
+        gait: &Gait,
+        limits: &MotionLimits,
+        period: f32,
+        stream: &mut RandomStream,
+    ) -> [WalkCommand; 2] {
         /// Shorter than any cycle, s.
         const NOTHING_S: f32 = 1e-6;
 
         let wanted = gait.reachable(Vec3::new(command.dx, command.dy, command.dtheta) / period, limits);
-        let (mut way, mut left_s) = (Vec3::ZERO, period);
+        let ([mut way, mut on_ground], mut left_s) = ([Vec3::ZERO; 2], period);
         while left_s > NOTHING_S {
             if self.left_s <= NOTHING_S {
                 self.velocity = gait.next_velocity(gait.within(self.velocity, limits), wanted);
                 if self.velocity == Vec3::ZERO {
-                    self.left_s = 0.0;
+                    self.stand();
                     break;
                 }
+                self.on_ground = self.slip(self.velocity * gait.step_s, &gait.slip, stream) / gait.step_s;
                 self.left_s = gait.step_s;
             }
             let time_s = left_s.min(self.left_s);
             way += self.velocity * time_s;
+            on_ground += self.on_ground * time_s;
             left_s -= time_s;
             self.left_s -= time_s;
         }
-        WalkCommand::new(way.x, way.y, way.z)
+        [way, on_ground].map(|way| WalkCommand::new(way.x, way.y, way.z))
     }
 
-    /// What the ground makes of what the legs do.
-    pub fn slip(&mut self, step: WalkCommand, slip: &Slip, stream: &mut RandomStream) -> WalkCommand {
-        if step.is_null() {
-            return step;
-        }
+    /// What the ground makes of a step of the legs.
+    fn slip(&mut self, step: Vec3, slip: &Slip, stream: &mut RandomStream) -> Vec3 {
         let [scale, drift] = *self.footing.get_or_insert_with(|| [stream.gaussian(1.0), stream.gaussian(1.0)]);
         // Ground that carries a robot backwards is none.
         let scale = (slip.scale + scale * slip.scale_sd).max(0.0);
-        let drift = drift * slip.drift_sd * step.translation().length();
-        let error = slip.error.draw(step, stream);
-        WalkCommand {
-            dx: scale * step.dx + error.dx,
-            dy: scale * step.dy + error.dy,
-            dtheta: step.dtheta + drift + error.dtheta,
-        }
+        let translation = step.truncate();
+        let drift = drift * slip.drift_sd * translation.length();
+        let error = slip.error.draw(WalkCommand::new(step.x, step.y, step.z), stream);
+        let error = Vec3::new(error.dx, error.dy, error.dtheta);
+        (scale * translation).extend(step.z + drift) + error
     }
 }
 
@@ -156,9 +162,12 @@ mod tests {
     fn walked(velocity: [f32; 3], cycles_per_second: u32, seconds: u32, state: &mut GaitState) -> Vec3 {
         let period = 1.0 / cycles_per_second as f32;
         let [x, y, z] = velocity.map(|velocity| velocity * period);
+        let mut stream = RandomStream::for_match(1, "gait test");
         let mut way = Vec3::ZERO;
         for _ in 0..cycles_per_second * seconds {
-            let step = state.walk(WalkCommand::new(x, y, z), &Gait::default(), &limits(), period);
+            let [step, on_ground] =
+                state.walk(WalkCommand::new(x, y, z), &Gait::default(), &limits(), period, &mut stream);
+            assert_eq!(step, on_ground);
             way += Vec3::new(step.dx, step.dy, step.dtheta);
         }
         way
@@ -201,7 +210,8 @@ mod tests {
     #[test]
     fn who_brakes_in_time_stops_where_it_should() {
         let gait = Gait::default();
-        let mut state = GaitState { velocity: Vec3::new(0.225, 0.0, 0.0), left_s: gait.step_s, ..GaitState::default() };
+        let velocity = Vec3::new(0.225, 0.0, 0.0);
+        let mut state = GaitState { velocity, on_ground: velocity, left_s: gait.step_s, footing: None };
         let way = walked([0.0; 3], 30, 3, &mut state);
         // The step under way, and two of 0.15 and 0.075 m/s.
         assert_abs_diff_eq!(way.x, 0.25 * (0.225 + 0.15 + 0.075), epsilon = 1e-4);
@@ -221,13 +231,12 @@ mod tests {
         for _ in 0..robots {
             // A metre in a straight line, in 20 steps.
             let mut state = GaitState::default();
-            let mut way = [0.0; 3];
+            let mut way = Vec3::ZERO;
             for _ in 0..20 {
-                let step = state.slip(WalkCommand::new(0.05, 0.0, 0.0), &slip, &mut stream);
-                way = [way[0] + step.dx, way[1] + step.dy, way[2] + step.dtheta];
+                way += state.slip(Vec3::new(0.05, 0.0, 0.0), &slip, &mut stream);
             }
-            mean += f64::from(way[0]) / f64::from(robots);
-            for (square, error) in squares.iter_mut().zip([way[0] - 0.9, way[1], way[2]]) {
+            mean += f64::from(way.x) / f64::from(robots);
+            for (square, error) in squares.iter_mut().zip([way.x - 0.9, way.y, way.z]) {
                 *square += f64::from(error * error) / f64::from(robots);
             }
         }
@@ -236,6 +245,5 @@ mod tests {
         for (square, expected) in squares.into_iter().zip([0.05_f64.hypot(0.02), 0.02, 0.1_f64.hypot(0.05)]) {
             assert!((square.sqrt() / expected - 1.0).abs() < 4.0 * 0.0112, "{} instead of {expected}", square.sqrt());
         }
-        assert_eq!(GaitState::default().slip(WalkCommand::default(), &slip, &mut stream), WalkCommand::default());
     }
 }

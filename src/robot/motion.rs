@@ -86,8 +86,7 @@ fn take_walk_commands(
         [robot.step.0, robot.ground.0] = match &robot.limits.gait {
             None if may_step => [executed_step(wanted, robot.limits, clock.period(), &mut robot.streams.motion); 2],
             Some(gait) if may_step => {
-                let step = robot.gait.walk(wanted, gait, robot.limits, clock.period());
-                [step, robot.gait.slip(step, &gait.slip, &mut robot.streams.slip)]
+                robot.gait.walk(wanted, gait, robot.limits, clock.period(), &mut robot.streams.slip)
             }
             _ => {
                 robot.gait.stand();

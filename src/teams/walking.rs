@@ -172,6 +172,7 @@ pub fn approach(own: Vec2, forward: Vec2, position: Vec2, facing: Vec2) -> (Vec2
 mod tests {
     use super::*;
     use crate::geometry::{Pose, unit};
+    use crate::random::RandomStream;
     use crate::robot::gait::GaitState;
     use crate::robot::motion::after_step;
     use approx::assert_abs_diff_eq;
@@ -255,7 +256,7 @@ mod tests {
             for cycle in 0..30 * 40 {
                 let way = place - pose.position;
                 let command = step_towards(pose.forward(), way, facing, &limits, PERIOD);
-                let step = state.walk(command, &gait, &limits, PERIOD);
+                let [step, _] = state.walk(command, &gait, &limits, PERIOD, &mut RandomStream::for_match(1, "test"));
                 if step.is_null() && command.is_null() {
                     break;
                 }
