@@ -12,12 +12,12 @@ use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::motion_limits::MotionLimits;
-pub use super::motion_limits::{Gait, Slip, StepError};
+pub use super::motion_limits::{Gait, Slip, StepNoise};
 use super::walk_command::WalkCommand;
 use crate::knowledge::Knowledge;
 use crate::random::RandomStream;
 
-impl StepError {
+impl StepNoise {
     /// An error of a step: forward and to the left, m, and of the turn, radians.
     pub fn draw(&self, step: WalkCommand, stream: &mut RandomStream) -> WalkCommand {
         let (way, turn) = (step.translation().length(), step.dtheta.abs());
@@ -222,7 +222,7 @@ mod tests {
 
     #[test]
     fn slip_is_a_bias_of_each_robot_and_the_rest_grows_with_the_roots_of_way_and_turn() {
-        let error = StepError { translation_sd_m: 0.02, heading_per_metre_sd: 0.05, rotation_sd: 0.1 };
+        let error = StepNoise { translation_sd_m: 0.02, heading_per_metre_sd: 0.05, rotation_sd: 0.1 };
         let slip = Slip { scale: 0.9, scale_sd: 0.05, drift_sd: 0.1, error };
         let mut stream = RandomStream::for_match(3, "gait test");
         let robots = 4000;

@@ -99,12 +99,12 @@ pub struct Slip {
     #[serde(rename = "drift_sd_degpm", with = "file_units::degrees")]
     pub drift_sd: f32,
     /// What is random in each step.
-    pub error: StepError,
+    pub error: StepNoise,
 }
 
 impl Default for Slip {
     fn default() -> Self {
-        Self { scale: 1.0, scale_sd: 0.0, drift_sd: 0.0, error: StepError::default() }
+        Self { scale: 1.0, scale_sd: 0.0, drift_sd: 0.0, error: StepNoise::default() }
     }
 }
 
@@ -112,7 +112,7 @@ impl Default for Slip {
 /// the length of a step nor on the duration of a cycle. None by default.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct StepError {
+pub struct StepNoise {
     /// Standard deviation of the place after 1 m of way, along it and across it, m. Grows with the way's root.
     pub translation_sd_m: f32,
     /// Standard deviation of the heading after 1 m of way, radians (degrees in files). Grows with the way's root.

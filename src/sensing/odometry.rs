@@ -27,7 +27,7 @@ use crate::cycle::Cycle;
 use crate::geometry::{Pose, file_units, to_radians};
 use crate::knowledge::Knowledge;
 use crate::random::{RandomStream, RandomStreams};
-use crate::robot::gait::StepError;
+use crate::robot::gait::StepNoise;
 use crate::robot::motion::{ExecutedStep, WalkCommand};
 use crate::sensing::scene::{ScenePlugin, SensingSystems};
 
@@ -103,7 +103,7 @@ impl OdometryNoise {
             return Pose::default();
         }
         let Self { translation_sd_m, heading_per_metre_sd, rotation_sd, .. } = *self;
-        let error = StepError { translation_sd_m, heading_per_metre_sd, rotation_sd }.draw(step, stream);
+        let error = StepNoise { translation_sd_m, heading_per_metre_sd, rotation_sd }.draw(step, stream);
         Pose::new(
             self.translation_scale * step.dx + error.dx,
             self.translation_scale * step.dy + error.dy,

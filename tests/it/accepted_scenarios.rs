@@ -18,7 +18,7 @@ use naoisis::kick_geometry::Side;
 use naoisis::prelude::*;
 use naoisis::record::read::TraceReader;
 use naoisis::robot::falls::{Balance, CollisionFalls};
-use naoisis::robot::gait::{Gait, Slip, StepError};
+use naoisis::robot::gait::{Gait, Slip, StepNoise};
 use naoisis::robot::head::HeadLimits;
 use naoisis::robot::kick::{KickRange, KickSettings};
 use naoisis::robot::motion::{MotionError, MotionLimits};
@@ -144,7 +144,7 @@ fn gait() -> impl Strategy<Value = Gait> {
             scale: slip.0,
             scale_sd: slip.1,
             drift_sd: to_radians(slip.2),
-            error: StepError {
+            error: StepNoise {
                 translation_sd_m: error.0,
                 heading_per_metre_sd: to_radians(error.1),
                 rotation_sd: to_radians(error.2),

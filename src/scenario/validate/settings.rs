@@ -8,7 +8,7 @@ use crate::communication::MessageSettings;
 use crate::game::Rules;
 use crate::geometry::to_degrees;
 use crate::robot::falls::{Balance, CollisionFalls};
-use crate::robot::gait::{Gait, StepError};
+use crate::robot::gait::{Gait, StepNoise};
 use crate::robot::head::HeadLimits;
 use crate::robot::kick::KickSettings;
 use crate::robot::motion::MotionLimits;
@@ -73,7 +73,7 @@ impl Checks {
         self.range(slip.field("scale"), gait.slip.scale, 0.1..=2.0, "");
         self.range(slip.field("scale_sd"), gait.slip.scale_sd, 0.0..=0.3, "");
         self.degrees(slip.field("drift_sd_degpm"), gait.slip.drift_sd, 0.0..=90.0, " degrees/m");
-        let StepError { translation_sd_m, heading_per_metre_sd, rotation_sd } = gait.slip.error;
+        let StepNoise { translation_sd_m, heading_per_metre_sd, rotation_sd } = gait.slip.error;
         let error = slip.field("error");
         self.range(error.field("translation_sd_m"), translation_sd_m, 0.0..=1.0, " m");
         self.degrees(error.field("heading_per_metre_sd_deg"), heading_per_metre_sd, 0.0..=180.0, " degrees");
