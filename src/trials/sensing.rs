@@ -101,36 +101,31 @@ fn angle_errors(
     Ok(errors)
 }
 
-/// How long places that look like a ball are taken for one, s: in so many cycles of a robot that looks along an empty pitch.
-fn false_balls(laboratory: &mut Laboratory, cycles: u32) -> Result<Vec<f64>, TrialError> {
+/// How long places that look like a ball are taken for one, s: of as many as a robot sees in so many cycles that looks along an
+/// empty pitch, and has no other errors.
+fn false_balls(laboratory: &mut Laboratory, life_s: f32, cycles: u32) -> Result<Vec<f64>, TrialError> {
     const CYCLE_S: f64 = 0.1;
-    /// What is this near to each other is the same, m.
-    const SAME_PLACE_M: f32 = 0.5;
-    /// After a longer time without it, it is another one, s.
-    const LONGEST_GAP_S: f64 = 1.0;
-    /// Nearer than this it is not often missed, m.
-    const NEAR_M: f32 = 2.6;
+    /// More than there are, as it is not their number that is measured.
+    const PER_MINUTE: f32 = 20.0;
+    /// What is no nearer to each other is not the same, m.
+    const SAME_PLACE_M: f32 = 0.1;
 
-    let still = json!({ "bias_sd_deg": 0, "standing_sd_deg": 0 });
+    let often = json!({ "per_minute": PER_MINUTE, "life_s": life_s });
     laboratory.begin(json!({
-        "ball": null, "cycle_s": CYCLE_S, "vision": { "noise": { "gaze": still } },
+        "ball": null, "cycle_s": CYCLE_S, "vision": { "noise": { "preset": "none", "false_balls": often } },
         "robots": [{ "team": "blue", "number": 1, "pose": [LOOKS_FROM_M, 0, 0] }],
     }))?;
     let mut lives = Vec::new();
-    let mut current: Option<(Vec2, [f64; 2])> = None;
-    for cycle in 0..cycles {
+    let mut current: Option<(Vec2, f64)> = None;
+    for _ in 0..cycles {
         laboratory.app.run_cycles(1);
-        let now_s = f64::from(cycle) * CYCLE_S;
-        if current.is_some_and(|(_, [_, last_s])| now_s - last_s > LONGEST_GAP_S) {
-            lives.extend(current.take().map(|(_, [first_s, last_s])| last_s - first_s + CYCLE_S));
-        }
         let seen = laboratory.reading::<Percepts>().ball.map(|ball| ball.position_m);
-        let Some(place) = seen.filter(|place| place.length() < NEAR_M) else { continue };
-        match &mut current {
-            Some((first, [_, last_s])) if first.distance(place) < SAME_PLACE_M => *last_s = now_s,
-            None => current = Some((place, [now_s; 2])),
-            // Two at a time are not told apart.
-            Some(_) => {}
+        match (&mut current, seen) {
+            (Some((place, life_s)), Some(seen)) if place.distance(seen) < SAME_PLACE_M => *life_s += CYCLE_S,
+            (_, seen) => {
+                lives.extend(current.map(|(_, life_s)| life_s));
+                current = seen.map(|place| (place, CYCLE_S));
+            }
         }
     }
     Ok(lives)
@@ -186,7 +181,7 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<Quantity>, Tr
     /// In view of a camera that looks straight ahead, and near.
     const BALL_M: f32 = 2.0;
     /// Cycles in which some hundred places look like a ball, for each repetition.
-    const FALSE_BALL_CYCLES: u32 = 2500;
+    const FALSE_BALL_CYCLES: u32 = 80;
 
     let mut laboratory = Laboratory::new(model);
     let real = laboratory.scenario(json!({}))?;
@@ -202,10 +197,10 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<Quantity>, Tr
     let half_distance_m = noise.ball.falloff.map_or(BALL_M, |falloff| falloff.half_distance_m);
     let far = look(&mut laboratory, half_distance_m, cycles)?;
     let radius_m = real.ball.map_or(0.0, |ball| ball.radius_m);
-    let standing = angle_errors(&mut laboratory, radius_m, json!("idle"), 3.0, repetitions)?;
+    let standing = angle_errors(&mut laboratory, radius_m, json!("idle"), 1.6, repetitions)?;
     let walk = json!({ "script": [{ "from_s": 0.2, "until_s": 100, "walk": [0.005, 0, 0] }] });
-    let walking = angle_errors(&mut laboratory, radius_m, walk, 2.5, repetitions)?;
-    let lives = false_balls(&mut laboratory, FALSE_BALL_CYCLES * repetitions)?;
+    let walking = angle_errors(&mut laboratory, radius_m, walk, 1.8, repetitions)?;
+    let lives = false_balls(&mut laboratory, noise.false_balls.life_s, FALSE_BALL_CYCLES * repetitions)?;
     let feet = without_feet(&mut laboratory, cycles)?;
     let say = json!({ "script": [{ "from_s": 0, "until_s": 1000, "say": { "intention": "talk" } }] });
     laboratory.begin(json!({
