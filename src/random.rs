@@ -122,6 +122,8 @@ pub struct RandomStreams {
     pub camera: RandomStream,
     /// Whether a collision makes the robot fall.
     pub balance: RandomStream,
+    /// How the ground slips below its steps.
+    pub slip: RandomStream,
 }
 
 impl RandomStreams {
@@ -143,6 +145,7 @@ impl RandomStreams {
             messages: stream("messages"),
             camera: stream("camera"),
             balance: stream("balance"),
+            slip: stream("slip"),
         }
     }
 
