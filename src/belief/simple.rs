@@ -7,6 +7,7 @@
 use bevy::ecs::query::QueryData;
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
+use std::collections::VecDeque;
 
 use super::ball::{BallEstimate, BallModel};
 use super::landmarks::{LandmarkModel, Landmarks, PitchObservation};
@@ -113,6 +114,8 @@ pub struct SimpleBeliefMemory {
     own: Localiser,
     /// The odometry of the last cycle.
     odometry: Pose,
+    /// When odometry was what in the last moments, s since the start, the oldest first: what is seen late was seen from there.
+    way: VecDeque<(f64, Pose)>,
     /// How often the robots had been placed.
     restarts: u32,
     /// How often it had been placed by hand.
@@ -161,6 +164,7 @@ struct BelievingRobot {
 
 fn estimate(
     mut landmarks: Local<Option<Landmarks>>,
+    mut late: Local<Percepts>,
     clock: Res<CycleClock>,
     pitch: Res<Pitch>,
     rules: Res<Rules>,
@@ -179,6 +183,7 @@ fn estimate(
         let start = || Localiser::placed(settings.localisation, id, belief.pose);
         memory.begin_cycle(start, odometry.0, status, landmarks, kicking_off, rules.return_place, place);
         memory.pass_time(odometry.0, settings, period);
+        let percepts = memory.as_seen_now(percepts, clock.start_time_s(), &mut late);
         memory.listen(&robot.inbox.0);
         if !status.penalised {
             let image = Vec2::new(camera.width as f32, camera.height as f32);
@@ -260,6 +265,29 @@ impl SimpleBeliefMemory {
             heard.age_s += period;
             heard.age_s < settings.message_forget_s
         });
+    }
+
+    /// What was seen, in the frame in which the robot is `now_s`, s since the start: it may have walked since, and the ball rolled.
+    fn as_seen_now<'a>(&mut self, percepts: &'a Percepts, now_s: f64, late: &'a mut Percepts) -> &'a Percepts {
+        /// What is longer ago is not looked at any more, s.
+        const LONGEST_S: f64 = 2.5;
+        /// Times that differ by less are the same, s.
+        const SAME_S: f64 = 1e-4;
+
+        self.way.retain(|(time_s, _)| (now_s - LONGEST_S..now_s).contains(time_s));
+        self.way.push_back((now_s, self.odometry));
+        let age_s = now_s - percepts.time_s;
+        if age_s < SAME_S {
+            return percepts;
+        }
+        let then = self.way.iter().rev().find(|(time_s, _)| *time_s < percepts.time_s + SAME_S);
+        let Some((_, then)) = then else { return percepts };
+        late.clone_from(percepts);
+        late.move_to(then.relative(self.odometry));
+        if let (Some(seen), Some(ball)) = (&mut late.ball, &self.ball) {
+            seen.position_m += ball.velocity * age_s as f32;
+        }
+        late
     }
 
     fn listen(&mut self, messages: &[ReceivedMessage]) {

@@ -35,6 +35,7 @@ pub const TRACE_FIELDS: &[TraceField] = &[
     field("robots.sonar_m.left", "of the left sonar, or null"),
     field("robots.sonar_m.right", "of the right sonar, or null"),
     field("robots.percepts", "what it recognises; places on the ground in the robot's frame, m; pixels `[u, v]`"),
+    field("robots.percepts.time_s", "when it was seen, s since the start"),
     field("robots.percepts.ball", "the ball, or null"),
     field("robots.percepts.ball.camera", "`top` or `bottom`"),
     field("robots.percepts.ball.pixel", "the pixel of its centre"),

@@ -128,6 +128,8 @@ parts! {
     messages,
     /// How they keep their balance.
     falls,
+    /// How late it is what they see and do.
+    latency,
 }
 
 impl Realisms {

@@ -36,6 +36,7 @@ impl Scenario {
             odometry: OdometrySettings { noise: real.odometry.noise, ..self.odometry },
             messages: real.messages,
             falls: real.falls,
+            latency: real.latency,
             ..self
         }
     }
@@ -57,6 +58,7 @@ impl Scenario {
             ("odometry", self.odometry != real.odometry),
             ("messages", self.messages != real.messages),
             ("falls", self.falls != real.falls),
+            ("latency", self.latency != real.latency),
             ("fidelity", !self.fidelity.is_unset()),
             ("single robots", self.robots.iter().any(has_own)),
         ];
@@ -137,7 +139,7 @@ mod tests {
         let renamed = file.with(&["realism=ideal".parse().unwrap()]).unwrap().scenario;
         assert_eq!(
             renamed.realism_in_words(),
-            "ideal but for motion, kicks, ball, vision, sonar, odometry, messages, falls"
+            "ideal but for motion, kicks, ball, vision, sonar, odometry, messages, falls, latency"
         );
     }
 }

@@ -22,6 +22,7 @@ use crate::robot::kick::KickSettings;
 use crate::robot::motion::MotionLimits;
 use crate::sensing::camera::CameraSettings;
 use crate::sensing::fidelity::Fidelities;
+use crate::sensing::latency::Latency;
 use crate::sensing::odometry::OdometrySettings;
 use crate::sensing::sonar::SonarSettings;
 use crate::sensing::vision::VisionSettings;
@@ -77,6 +78,8 @@ pub struct Scenario {
     /// they do not say has its default, and `null` takes a sensor away. Whether there are such is found when a match starts.
     #[serde(skip_serializing_if = "NamedValues::is_empty")]
     pub sensors: NamedValues,
+    /// How late it is what robots see and do.
+    pub latency: Latency,
     /// How messages travel.
     pub messages: MessageSettings,
     /// The robots, each with its place and its behaviour.
@@ -114,6 +117,7 @@ impl Default for Scenario {
             odometry: OdometrySettings::default(),
             localisation: LocalisationMethod::default(),
             sensors: NamedValues::default(),
+            latency: Latency::default(),
             messages: MessageSettings::default(),
             robots: Vec::new(),
             teams: None,

@@ -15,6 +15,8 @@
 //! | [status] | | [`status::BodyStatus`], [`GameStatus`](crate::referee::GameStatus) |
 //! | [team messages](crate::communication) | [`MessageSettings`](crate::communication::MessageSettings) | [`Inbox`](crate::communication::Inbox) |
 //!
+//! What is seen can be [late](latency).
+//!
 //! How true a sensor is can be chosen for each robot and sensor, in a scenario or at run time: see [`fidelity`]. The
 //! behaviours' code does not change.
 
@@ -23,6 +25,7 @@ use bevy::prelude::*;
 pub mod camera;
 pub mod fidelity;
 pub mod jobs;
+pub mod latency;
 pub mod odometry;
 pub mod rendering;
 pub mod scene;
@@ -43,6 +46,7 @@ impl Plugin for SensingPlugin {
             sonar::SonarPlugin,
             odometry::OdometryPlugin,
             status::BodyStatusPlugin,
+            latency::LatencyPlugin,
         ));
     }
 }

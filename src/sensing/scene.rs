@@ -23,6 +23,7 @@ impl Plugin for ScenePlugin {
                     SensingSystems::Vision,
                     SensingSystems::Sonar,
                     SensingSystems::Odometry,
+                    SensingSystems::Late,
                     SensingSystems::Custom,
                 )
                     .chain()
@@ -46,6 +47,8 @@ pub enum SensingSystems {
     Sonar,
     /// [`Odometry`](crate::sensing::odometry::Odometry) is filled.
     Odometry,
+    /// What is [late](crate::sensing::latency) is held back.
+    Late,
     /// A place for a user's own sensors, and for noise of a user's own on readings that are filled by now.
     Custom,
 }

@@ -13,6 +13,7 @@ use crate::robot::motion::MotionLimits;
 use crate::scenario::{FieldPath, RobotSpec, Scenario, ScenarioFault};
 use crate::sensing::camera::CameraSettings;
 use crate::sensing::fidelity::SensorFidelity;
+use crate::sensing::latency::Latency;
 use crate::sensing::odometry::OdometrySettings;
 use crate::sensing::sonar::SonarSettings;
 use crate::sensing::vision::VisionSettings;
@@ -29,6 +30,7 @@ pub(super) struct RobotSettings {
     pub cameras: CameraSettings,
     pub vision: VisionSettings,
     pub odometry: OdometrySettings,
+    pub latency: Latency,
 }
 
 impl RobotSettings {
@@ -43,6 +45,7 @@ impl RobotSettings {
             cameras: scenario.cameras,
             vision: robot.vision.as_ref().unwrap_or(&scenario.vision).clone().with_fidelity(fidelity.vision),
             odometry: robot.odometry.unwrap_or(scenario.odometry).with_fidelity(fidelity.odometry),
+            latency: scenario.latency,
         }
     }
 }
@@ -100,6 +103,7 @@ pub fn change_settings(world: &mut World, scenario: &Scenario) -> Result<(), Sce
         change(&mut robot, before.cameras, after.cameras);
         change(&mut robot, before.vision, after.vision);
         change(&mut robot, before.odometry, after.odometry);
+        change(&mut robot, before.latency, after.latency);
     }
     if let (Some(before), Some(after)) = (&old.ball, &scenario.ball)
         && (before.rolling, before.restitution) != (after.rolling, after.restitution)

@@ -78,14 +78,15 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<Quantity>, Tr
     let speed_left = f64::from(laboratory.app.ball_velocity().unwrap_or_default().length());
 
     let real = laboratory.scenario(json!({}))?;
-    let (kicks, rolling) = (real.kicks, real.ball.unwrap_or_default().rolling);
+    let (kicks, latency, rolling) = (real.kicks, real.latency, real.ball.unwrap_or_default().rolling);
     // The way of a ball grows with its speed, or with the square of it where it slows down evenly: so does its spread.
     let distance_spread = match rolling {
         Rolling::ExponentialPerS(_) => kicks.speed_sd,
         Rolling::ConstantMps2(_) => 2.0 * kicks.speed_sd,
     };
     let relative_spread = deviation_of(&straight.distances) / mean_of(&straight.distances);
-    let whole_s = kicks.wind_up_s + kicks.recovery_s;
+    let departure_s = latency.kick_s + kicks.wind_up_s;
+    let whole_s = departure_s + kicks.recovery_s;
     let quantity = |name, unit, measured, real: f32, path| laboratory.quantity(name, unit, measured, real.into(), path);
     let right = kicks.right_straight.max_distance_m;
     Ok(vec![
@@ -99,7 +100,7 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<Quantity>, Tr
             to_degrees(kicks.direction_sd),
             "kicks.direction_sd_deg",
         ),
-        quantity("command to ball's departure", "s", mean_of(&straight.departures), kicks.wind_up_s, "kicks.wind_up_s"),
+        quantity("command to ball's departure", "s", mean_of(&straight.departures), departure_s, "kicks.wind_up_s"),
         quantity("command to ready again", "s", mean_of(&straight.ready), whole_s, "kicks.recovery_s"),
         quantity("ball's speed after a second from 1 m/s", "m/s", speed_left, rolling.advance(1.0, 1.0).1, "ball"),
     ])

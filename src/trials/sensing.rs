@@ -6,6 +6,7 @@ use serde_json::{Value, json};
 use super::{Laboratory, Quantity, TrialError, deviation_of, mean_of};
 use crate::camera_model::{CameraIntrinsics, CameraSide};
 use crate::communication::MessageStatistics;
+use crate::cycle::CycleClock;
 use crate::geometry::{to_degrees, unit};
 use crate::scenario::RobotModel;
 use crate::sensing::sonar::{SonarNoise, SonarReading};
@@ -208,6 +209,8 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<Quantity>, Tr
         "robots": [{ "team": "blue", "number": 1, "behaviour": say }, { "team": "blue", "number": 2, "pose": [1, 1, 0] }],
     }))?;
     laboratory.app.run_cycles(cycles as usize);
+    let age_s =
+        laboratory.app.world().resource::<CycleClock>().start_time_s() - laboratory.reading::<Percepts>().time_s;
     let messages = laboratory.app.world().resource::<MessageStatistics>()[Team::Blue];
 
     let share = |part: usize, whole: usize| part as f64 / (whole as f64).max(1.0);
@@ -237,6 +240,7 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<Quantity>, Tr
     };
     let seen = |looks: &[Option<Vec2>]| share(looks.iter().flatten().count(), looks.len());
     Ok(vec![
+        quantity("from an image to what is seen in it", "s", age_s, real.latency.vision_s, "latency.vision_s"),
         quantity("sonar: farthest echo", "m", range_m, real.sonar.max_m, "sonar.max_m"),
         quantity("sonar: spread", "m", deviation_of(&heard), sonar_sd_m, "sonar.noise"),
         quantity("sonar: bias", "", mean_of(&heard) / f64::from(SONAR_M), 1.0, "sonar.noise"),

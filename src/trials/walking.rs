@@ -114,9 +114,9 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<Quantity>, Tr
     let of_radian = |walk: &Walk, error: f64| error / walk.turns[1].abs().to_radians().sqrt();
     let turned: Vec<f64> = turn.iter().map(|walk| of_radian(walk, walk.turns[0] - walk.turns[1])).collect();
     let counted_turns: Vec<f64> = turn.iter().map(|walk| of_radian(walk, walk.turns[2] - walk.turns[1])).collect();
-    // How long the steps take that come before the first one at full speed.
+    // The command's way, and how long the steps take that come before the first one at full speed.
     let start_s = |full: f32, acceleration: f32| {
-        (ops::ceil(full / (acceleration * gait.step_s) - 1e-3).max(1.0) - 1.0) * gait.step_s
+        real.latency.walk_s + (ops::ceil(full / (acceleration * gait.step_s) - 1e-3).max(1.0) - 1.0) * gait.step_s
     };
     let mean = |walks: &[Walk], value: fn(&Walk) -> f64| mean_of(&of(walks, value));
 

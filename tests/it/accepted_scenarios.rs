@@ -24,6 +24,7 @@ use naoisis::robot::kick::{KickRange, KickSettings};
 use naoisis::robot::motion::{MotionError, MotionLimits};
 use naoisis::robot::posture::PostureRequest;
 use naoisis::scenario::{BallSpec, BehaviourSpec, PostSpec, RULES_PRESETS, RobotSpec, TeamsSpec};
+use naoisis::sensing::latency::Latency;
 use naoisis::sensing::odometry::{OdometryNoise, OdometrySettings};
 use naoisis::sensing::sonar::{SonarNoise, SonarSettings};
 use naoisis::sensing::vision::{ClassNoise, Falloff, FalsePlaces, GazeNoise, HiddenFeet, VisionNoise, VisionSettings};
@@ -110,6 +111,11 @@ fn motion() -> impl Strategy<Value = MotionLimits> {
             error_sd,
             gait,
         })
+}
+
+fn latency() -> impl Strategy<Value = Latency> {
+    let seconds = || within(0.0..=2.0);
+    (seconds(), seconds(), seconds()).prop_map(|(vision_s, walk_s, kick_s)| Latency { vision_s, walk_s, kick_s })
 }
 
 fn falls() -> impl Strategy<Value = Balance> {
@@ -267,12 +273,13 @@ struct Abilities {
     head: HeadLimits,
     kicks: KickSettings,
     falls: Balance,
+    latency: Latency,
 }
 
 impl Default for Abilities {
     fn default() -> Self {
-        let Scenario { sonar, odometry, vision, messages, head, kicks, falls, .. } = Scenario::default();
-        Self { sonar, odometry, vision, messages, head, kicks, falls }
+        let Scenario { sonar, odometry, vision, messages, head, kicks, falls, latency, .. } = Scenario::default();
+        Self { sonar, odometry, vision, messages, head, kicks, falls, latency }
     }
 }
 
@@ -405,9 +412,9 @@ fn abilities() -> impl Strategy<Value = Abilities> {
         messages.boxed(),
         head.boxed(),
         kicks.boxed(),
-        falls().boxed(),
+        (falls(), latency()).boxed(),
     )
-        .prop_map(|(sonar, odometry, vision, messages, head, kicks, falls)| Abilities {
+        .prop_map(|(sonar, odometry, vision, messages, head, kicks, (falls, latency))| Abilities {
             sonar,
             odometry,
             vision,
@@ -415,6 +422,7 @@ fn abilities() -> impl Strategy<Value = Abilities> {
             head,
             kicks,
             falls,
+            latency,
         });
     mostly(Abilities::default(), any)
 }
@@ -435,7 +443,7 @@ fn scenario() -> impl Strategy<Value = Accepted> {
     (numbers, (who, vec(post, 0..4), vec(intervention(), 0..4)))
         .prop_map(
             |((seed, cycle_s, ball, motion, rules, field, abilities, localisation), (who, posts, interventions))| {
-                let Abilities { sonar, odometry, vision, messages, head, kicks, falls } = abilities;
+                let Abilities { sonar, odometry, vision, messages, head, kicks, falls, latency } = abilities;
                 let (mut robots, teams) = who.map_or_else(|teams| (Vec::new(), Some(teams)), |robots| (robots, None));
                 for (number, robot) in (1..).zip(&mut robots) {
                     robot.number = number;
@@ -458,6 +466,7 @@ fn scenario() -> impl Strategy<Value = Accepted> {
                     head,
                     kicks,
                     falls,
+                    latency,
                     localisation,
                     ..Scenario::default()
                 };

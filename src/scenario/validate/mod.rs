@@ -196,6 +196,7 @@ impl Checks {
         self.turn(&root.field("motion"), &scenario.motion, scenario.cycle_s);
         self.kicks(&root.field("kicks"), &scenario.kicks);
         self.falls(&root.field("falls"), &scenario.falls);
+        self.latency(&root.field("latency"), scenario.latency);
         self.head(&root.field("head"), &scenario.head);
         self.sonar(&root.field("sonar"), &scenario.sonar);
         self.odometry(&root.field("odometry"), &scenario.odometry);

@@ -16,6 +16,7 @@ use crate::scenario::field_path::FieldPath;
 use crate::scenario::types::BallSpec;
 use crate::sensing::camera::CameraSettings;
 use crate::sensing::camera::noise::ImageNoise;
+use crate::sensing::latency::Latency;
 use crate::sensing::odometry::OdometrySettings;
 use crate::sensing::sonar::{SonarNoise, SonarSettings};
 use crate::sensing::vision::VisionSettings;
@@ -114,6 +115,13 @@ impl Checks {
             self.range(path.field("get_up_s"), get_up_s, 0.0..=600.0, " s");
         }
         self.range(path.field("get_up_failure"), falls.get_up_failure, 0.0..=1.0, "");
+    }
+
+    pub(super) fn latency(&mut self, path: &FieldPath, latency: Latency) {
+        for (name, seconds) in [("vision_s", latency.vision_s), ("walk_s", latency.walk_s), ("kick_s", latency.kick_s)]
+        {
+            self.range(path.field(name), seconds, 0.0..=2.0, " s");
+        }
     }
 
     pub(super) fn head(&mut self, path: &FieldPath, head: &HeadLimits) {

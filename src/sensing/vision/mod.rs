@@ -198,6 +198,9 @@ pub enum LandmarkKind {
 #[reflect(Component, @Knowledge::Sensor)]
 #[non_exhaustive]
 pub struct Percepts {
+    /// When it was seen: the exposure of the images, s since the start of the match.
+    #[serde(default)]
+    pub time_s: f64,
     /// The ball.
     pub ball: Option<BallPercept>,
     /// Goal posts.
@@ -211,7 +214,7 @@ pub struct Percepts {
 impl Percepts {
     /// Forgets everything, and keeps the memory.
     pub fn clear(&mut self) {
-        let Percepts { ball, goal_posts, robots, landmarks } = self;
+        let Percepts { time_s: _, ball, goal_posts, robots, landmarks } = self;
         *ball = None;
         goal_posts.clear();
         robots.clear();
@@ -220,7 +223,7 @@ impl Percepts {
 
     /// Whether every number in them is finite.
     pub fn is_finite(&self) -> bool {
-        let Percepts { ball, goal_posts, robots, landmarks } = self;
+        let Percepts { time_s, ball, goal_posts, robots, landmarks } = self;
         let seen = ball.iter().map(|seen| (seen.pixel, seen.position_m));
         let seen = seen.chain(goal_posts.iter().map(|seen| (seen.pixel, seen.position_m)));
         let seen = seen.chain(robots.iter().map(|seen| (seen.pixel, seen.position_m)));
@@ -230,7 +233,25 @@ impl Percepts {
             LandmarkKind::Junction { .. } | LandmarkKind::PenaltyCross | LandmarkKind::CentreCircle => None,
         });
         let is_finite = |(pixel, place): (Vec2, Vec2)| pixel.is_finite() && place.is_finite();
-        seen.into_iter().all(is_finite) && ends.all(is_finite)
+        seen.into_iter().all(is_finite) && ends.all(is_finite) && time_s.is_finite()
+    }
+
+    /// The same things in the frame in which the robot is now, if `now` is that in the frame in which it saw them.
+    pub fn move_to(&mut self, now: Pose) {
+        let Percepts { time_s: _, ball, goal_posts, robots, landmarks } = self;
+        let places = ball.iter_mut().map(|seen| &mut seen.position_m);
+        let places = places.chain(goal_posts.iter_mut().map(|seen| &mut seen.position_m));
+        let places = places.chain(robots.iter_mut().map(|seen| &mut seen.position_m));
+        let places = places.chain(landmarks.iter_mut().flat_map(|seen| {
+            let end = match &mut seen.kind {
+                LandmarkKind::Line { end_position_m, .. } => Some(end_position_m),
+                LandmarkKind::Junction { .. } | LandmarkKind::PenaltyCross | LandmarkKind::CentreCircle => None,
+            };
+            core::iter::once(&mut seen.position_m).chain(end)
+        }));
+        for place in places {
+            *place = now.inverse_transform_point(*place);
+        }
     }
 
     /// Puts everything in the order of the images: upper camera first, from left to right.

@@ -32,6 +32,7 @@ use crate::robot::{PreviousPose, Velocity};
 use crate::scenario::{BallSpec, BehaviourSpec, MOST_POSTS, Numbers, RobotSpec, Scenario, ScenarioFault};
 use crate::sensing::camera::image::Image;
 use crate::sensing::camera::{CameraImages, CameraSettings};
+use crate::sensing::latency::Latency;
 use crate::sensing::odometry::OdometrySettings;
 use crate::sensing::sonar::SonarSettings;
 use crate::sensing::vision::VisionSettings;
@@ -130,6 +131,7 @@ fn check_robot(
     let own = Scenario {
         kicks: parts.copy_or::<KickSettings>(settings.kicks),
         falls: parts.copy_or::<Balance>(settings.falls),
+        latency: parts.copy_or::<Latency>(settings.latency),
         cameras: parts.copy_or::<CameraSettings>(settings.cameras),
         robots: vec![RobotSpec {
             team: id.team,
