@@ -112,12 +112,12 @@ impl PenaltyReason {
             | PenaltyReason::LeavingField
             | PenaltyReason::IllegalDefender
             | PenaltyReason::IllegalPosition
+            | PenaltyReason::Manual
             | PenaltyReason::Own(_) => true,
             PenaltyReason::Inactive
             | PenaltyReason::Fallen
             | PenaltyReason::ShootOut
-            | PenaltyReason::GameStuck
-            | PenaltyReason::Manual => false,
+            | PenaltyReason::GameStuck => false,
         }
     }
 

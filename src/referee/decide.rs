@@ -150,6 +150,11 @@ impl Referee<'_, '_> {
             return None;
         }
         self.memory.stuck = game_stuck::advance(self.memory.stuck, self.seen);
+        // A ball that has just been put down, or that is one team's own for a time, is not stuck.
+        if self.decisions.ball.is_some() || self.decisions.game.set_play.is_some() {
+            self.memory.stuck.cycles = 0;
+            return None;
+        }
         match game_stuck::judge(&self.memory.stuck, self.seen)? {
             Remedy::Local(index, evidence) => {
                 self.memory.stuck.cycles = 0;

@@ -30,7 +30,6 @@ impl Referee<'_, '_> {
             return;
         }
         let RobotSnapshot { id, pose, .. } = self.seen.robots[robot];
-        self.memory.pushes[id.team] += 1;
         self.penalise(robot, PenaltyReason::Pushing, collision::evidence(self.seen, robot, other));
         let Some(ball) = self.seen.ball else { return };
         let near_ball = pose.position.distance(ball.position) <= PUSHING_FREE_KICK_M;
@@ -42,11 +41,12 @@ impl Referee<'_, '_> {
     /// For how many cycles of play a robot of `team` is removed, and counts the offence.
     fn penalty_cycles(&mut self, reason: PenaltyReason, team: Team) -> u64 {
         let rules = self.seen.rules;
-        if reason == PenaltyReason::IllegalPosition && self.seen.game.state != GameState::Playing {
+        if reason == PenaltyReason::IllegalPosition && self.decisions.game.state == GameState::Set {
             return self.seen.cycles(rules.illegal_position_s.unwrap_or(rules.penalty_s));
         }
-        let for_the_half = reason == PenaltyReason::Pushing
-            && rules.pushing_limit.is_some_and(|limit| self.memory.pushes[team] >= limit);
+        let is_push = reason == PenaltyReason::Pushing;
+        self.memory.pushes[team] += u32::from(is_push);
+        let for_the_half = is_push && rules.pushing_limit.is_some_and(|limit| self.memory.pushes[team] >= limit);
         let mut seconds = rules.penalty_s;
         if reason.is_infraction() {
             let earlier = &mut self.memory.infractions[team];

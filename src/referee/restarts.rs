@@ -46,6 +46,13 @@ impl Referee<'_, '_> {
         *cycles_left == 0
     }
 
+    /// Whether the clock runs in `ready` and `set`: not before the half's first kick-off, from which it is counted.
+    fn clock_runs_in_stoppage(&self) -> bool {
+        let rules = self.seen.rules;
+        let has_begun = |left: u64| left < rules.half_cycles(&self.seen.clock);
+        rules.clock_runs_in_stoppages && self.seen.game.cycles_left.is_some_and(has_begun)
+    }
+
     /// Changes sides for the next half, or ends the match.
     pub(super) fn end_half(&mut self) {
         let game = &mut self.decisions.game;
@@ -154,7 +161,10 @@ impl Referee<'_, '_> {
 
     /// A cycle of `ready`.
     pub(super) fn judge_ready(&mut self) {
-        if self.seen.rules.clock_runs_in_stoppages && self.run_clock() {
+        if self.seen.rules.penalties_run_in_ready {
+            self.count_penalties();
+        }
+        if self.clock_runs_in_stoppage() && self.run_clock() {
             self.end_half();
             return;
         }
@@ -175,10 +185,11 @@ impl Referee<'_, '_> {
         for (index, illegal) in illegal.into_iter().enumerate() {
             let Some(illegal) = illegal else { continue };
             let evidence = positions::evidence(self.seen, &self.seen.robots[index], illegal);
-            if self.seen.rules.illegal_position_s.is_some() {
-                self.penalise(index, PenaltyReason::IllegalPosition, evidence);
-            } else {
-                self.place_by_hand(index, evidence);
+            match self.seen.rules.illegal_position_s {
+                Some(seconds) => {
+                    self.remove(index, PenaltyReason::IllegalPosition, self.seen.cycles(seconds), evidence);
+                }
+                None => self.place_by_hand(index, evidence),
             }
         }
         for record in &mut self.memory.robots {
@@ -205,7 +216,7 @@ impl Referee<'_, '_> {
     /// A cycle of `set`.
     pub(super) fn judge_set(&mut self) {
         let in_match = self.seen.game.shoot_out.is_none();
-        if in_match && self.seen.rules.clock_runs_in_stoppages && self.run_clock() {
+        if in_match && self.clock_runs_in_stoppage() && self.run_clock() {
             self.end_half();
             return;
         }

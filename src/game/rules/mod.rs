@@ -106,7 +106,8 @@ pub struct Rules {
     pub half_s: f32,
     /// Number of halves.
     pub halves: u32,
-    /// Whether the clock runs on in `ready` and `set`.
+    /// Whether the clock runs on in `ready` and `set`; never before the first kick-off of a half (2025 rule book, section
+    /// 3.1).
     pub clock_runs_in_stoppages: bool,
     /// The match is over when a team leads by so many goals (2025 rule book, "Mercy Rule": 10).
     pub mercy_goals: Option<u32>,
@@ -155,6 +156,8 @@ pub struct Rules {
     /// Whether penalties are over when play is stopped for a kick-off (2010 rule book, section 4). They always are
     /// at half time.
     pub penalties_end_at_kick_off: bool,
+    /// Whether penalties run on in `ready`, and stand still in `set` alone (2025 rule book, section 4.2).
+    pub penalties_run_in_ready: bool,
     /// Where robots come back.
     pub return_place: ReturnPlace,
 
@@ -273,6 +276,7 @@ impl Default for Rules {
             penalty_s: 30.0,
             penalty_increase_s: 0.0,
             penalties_end_at_kick_off: false,
+            penalties_run_in_ready: false,
             return_place: ReturnPlace::HalfwayLine,
             collisions: true,
             collision_speed_mps: 0.05,
