@@ -2,7 +2,7 @@
 
 use bevy::prelude::*;
 
-use super::snapshot::RobotSnapshot;
+use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use crate::pitch::{AreaDimensions, End, Pitch};
 
 /// Where the feet are, m to the left and right of a robot's origin (paper, caption of Table 2).
@@ -23,6 +23,29 @@ pub fn in_area(pitch: &Pitch, area: AreaDimensions, end: End, point: Vec2) -> bo
     let half_line = pitch.line_width_m / 2.0;
     let depth = pitch.half_length() + half_line - end.sign() * point.x;
     (0.0..=area.depth_m + pitch.line_width_m).contains(&depth) && point.y.abs() <= area.width_m / 2.0 + half_line
+}
+
+/// Whether any part of a robot's base touches the area in front of the goal at `end`.
+pub fn touches_area(pitch: &Pitch, area: AreaDimensions, end: End, robot: &RobotSnapshot) -> bool {
+    base_corners(robot).iter().any(|corner| in_area(pitch, area, end, *corner))
+}
+
+/// Whether any part of a robot's base touches the goal line at `end`.
+pub fn touches_goal_line(pitch: &Pitch, end: End, robot: &RobotSnapshot) -> bool {
+    let beyond = base_corners(robot).map(|corner| end.sign() * corner.x - pitch.half_length());
+    let half_line = pitch.line_width_m / 2.0;
+    beyond.iter().any(|distance| *distance >= -half_line) && beyond.iter().any(|distance| *distance <= half_line)
+}
+
+/// The penalty mark in front of the goal at `end`, m, pitch frame.
+pub fn penalty_mark(pitch: &Pitch, end: End) -> Vec2 {
+    Vec2::new(end.sign() * (pitch.half_length() - pitch.penalty_mark_distance_m), 0.0)
+}
+
+/// Whether a robot is its team's keeper, and in its own penalty area.
+pub fn is_keeper_at_home(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
+    snapshot.is_keeper(robot)
+        && snapshot.pitch.in_penalty_area(snapshot.game.own_end(robot.id.team), robot.pose.position)
 }
 
 /// Whether a place is inside the goal at `end`, behind the goal line.

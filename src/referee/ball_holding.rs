@@ -53,3 +53,29 @@ pub fn judge(cycles: u64, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> Op
             .otherwise("It had to release the ball in time.")
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::MatchFixture;
+    use super::*;
+    use crate::events::MatchEvent;
+    use crate::geometry::Pose;
+    use crate::team::{RobotId, Team};
+
+    #[test]
+    fn a_ball_that_was_held_is_put_back_even_from_the_goal() {
+        let blue2 = RobotId::new(Team::Blue, 2);
+        let mut situation = MatchFixture::three_a_side()
+            .robot_at(blue2, Pose::new(2.86, 0.0, 0.0))
+            .ball_rolled([2.9, 0.0], [2.9, 0.0])
+            .touched_by(blue2);
+        (situation.rules.ball_holding, situation.rules.ball_holding_s) = (true, 1.0);
+        let penalised = (0..60).find_map(|_| {
+            let decided = situation.pass();
+            let goal = decided.events.iter().any(|event| matches!(event, MatchEvent::Goal { .. }));
+            assert!(!goal);
+            decided.robots[1].penalty.is_active().then_some(decided.ball)
+        });
+        assert_eq!(penalised, Some(Some(Vec2::new(2.9, 0.0))));
+    }
+}

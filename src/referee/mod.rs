@@ -46,6 +46,7 @@ use bevy::prelude::*;
 pub mod areas;
 pub mod ball_holding;
 pub mod ball_out;
+pub mod ball_stop;
 pub mod boundary;
 pub mod collision;
 mod crossings;
@@ -61,8 +62,11 @@ mod intervention;
 pub mod kick_off_shot;
 pub mod leaving_field;
 pub mod memory;
+mod message_budget;
+pub mod obstruction;
 pub mod own_rules;
 mod penalise;
+pub mod penalty_kick;
 pub mod placing;
 pub mod positions;
 pub mod removal;
@@ -124,11 +128,7 @@ impl Plugin for RefereePlugin {
 /// Prepares the referee for a match by these rules, with this seed, in which it is made to do so much.
 pub fn start(world: &mut World, clock: &CycleClock, rules: &Rules, seed: u64, interventions: &[TimedIntervention]) {
     let game = Game::at_start(rules, clock);
-    world.insert_resource(RefereeMemory {
-        announcement: Announcement::of(&game),
-        coin: Some(RandomStream::for_match(seed, "coin")),
-        ..default()
-    });
+    world.insert_resource(RefereeMemory { coin: Some(RandomStream::for_match(seed, "coin")), ..default() });
     world.insert_resource(Interventions::scheduled(interventions));
     world.insert_resource(game);
 }

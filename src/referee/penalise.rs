@@ -33,7 +33,14 @@ impl Referee<'_, '_> {
         self.penalise(robot, PenaltyReason::Pushing, collision::evidence(self.seen, robot, other));
         let Some(ball) = self.seen.ball else { return };
         let near_ball = pose.position.distance(ball.position) <= PUSHING_FREE_KICK_M;
-        if self.seen.rules.pushing_free_kick && near_ball && self.decisions.game.set_play.is_none() {
+        let (rules, game) = (self.seen.rules, &self.decisions.game);
+        if !near_ball || game.set_play.is_some() || game.state != GameState::Playing {
+            return;
+        }
+        let place = self.seen.robots[other].pose.position;
+        if rules.penalty_kicks && self.seen.pitch.in_penalty_area(self.seen.game.own_end(id.team), place) {
+            self.begin_penalty_kick(id.team.opponent());
+        } else if rules.pushing_free_kick {
             self.begin_free_kick(SetPlayKind::PushingFreeKick, id.team.opponent(), ball.position);
         }
     }
@@ -86,6 +93,7 @@ impl Referee<'_, '_> {
         let robot = &mut self.decisions.robots[index];
         robot.pose = pose;
         robot.penalty = Penalty(None);
+        self.memory.robots[index].returns = true;
         self.decisions.events.push(MatchEvent::PenaltyOver { robot: id, position_m: pose.position });
     }
 

@@ -87,6 +87,20 @@ pub enum SideContacts {
     FreeOnTheWayToBall,
 }
 
+/// How a penalty shoot-out goes.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum ShootOutProcedure {
+    /// The attacker begins in the centre of the pitch and may play the ball until it is in the penalty area; in sudden death the
+    /// faster goal wins, or the ball that came nearer (2010 rule book, sections 3.7 and 3.8).
+    #[default]
+    Spl2010,
+    /// The attacker begins at the edge of the penalty area and may play the ball once; in sudden death the better shot
+    /// wins (2025 rule book, section 3.19).
+    Spl2025,
+}
+
 /// The rules as data; presets are files in `assets/rules`. The default is the preset `naoisis`: the paper's match
 /// mode (section 3.4). Durations are in seconds of play unless they say otherwise.
 #[derive(Resource, Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
@@ -109,10 +123,17 @@ pub struct Rules {
     /// Whether the clock runs on in `ready` and `set`; never before the first kick-off of a half (2025 rule book, section
     /// 3.1).
     pub clock_runs_in_stoppages: bool,
+    /// Whether a half goes on after its time as long as an attacker's ball rolls towards the opponents' goal (2025 rule book,
+    /// section 3.18).
+    pub half_ends_when_ball_stops: bool,
     /// The match is over when a team leads by so many goals (2025 rule book, "Mercy Rule": 10).
     pub mercy_goals: Option<u32>,
     /// Robots of a team when a scenario lines up whole teams.
     pub team_size: u8,
+
+    /// How many messages a team may send in a match, shoot-outs apart; none for any number. The goals of one that sends more
+    /// do not count (2025 rule book, section 2.6: 1200).
+    pub message_budget: Option<u32>,
 
     /// Whether goals count and are followed by a kick-off.
     pub goals: bool,
@@ -134,6 +155,14 @@ pub struct Rules {
     /// How long they have to get there, s (2025: 10 as a guideline).
     pub free_kick_leave_s: f32,
 
+    /// Whether a push at the ball by which a robot is pushed in the pusher's own penalty area gives a penalty kick instead
+    /// (2025 rule book, sections 3.10 and 4.10).
+    pub penalty_kicks: bool,
+    /// Longest duration of the `ready` before a penalty kick, s (2025: 30).
+    pub penalty_kick_ready_s: f32,
+    /// How long a penalty kick is the attackers' own, s (2025: 30).
+    pub penalty_kick_s: f32,
+
     /// How a kick-off comes about.
     pub kick_off: KickOffProcedure,
     /// Longest duration of `ready`, s (2010 and 2025: 45).
@@ -148,6 +177,8 @@ pub struct Rules {
     pub illegal_position_s: Option<f32>,
     /// For how long only the team that kicks off may approach the ball, s (2025: 10); none: everybody may at once.
     pub kick_off_free_s: Option<f32>,
+    /// Whether a robot that begins a kick-off outside its own half must take it itself (2025 rule book, section 3.7).
+    pub kick_off_player: bool,
 
     /// How long a penalised robot is off the pitch, s (2010 rule book, section 4.3: 30; 2025: 45).
     pub penalty_s: f32,
@@ -171,6 +202,9 @@ pub struct Rules {
     pub keeper_may_push: bool,
     /// Whether it may touch another with its side on its way to the ball.
     pub side_contacts: SideContacts,
+    /// Whether both are responsible that walk into each other front to front without the ball between them (2010 rule book,
+    /// section 4.9.1), and not the faster one alone.
+    pub chest_to_chest_penalises_both: bool,
     /// From this collision of a team on in a half, the responsible robot is removed for the rest of the half (2010: 4).
     pub pushing_limit: Option<u32>,
     /// Whether a collision within half a metre of the ball gives the other team a free kick (2025).
@@ -202,6 +236,11 @@ pub struct Rules {
     /// For how long a robot may be there too many, s: a referee's reaction.
     pub illegal_defender_s: f32,
 
+    /// Whether a robot that keeps an opponent from the ball and does not go to it is penalised (2010 rule book, section 4.14).
+    pub obstruction: bool,
+    /// For how long it may step into an opponent's way, s.
+    pub obstruction_s: f32,
+
     /// Whether a robot that does nothing is penalised (2010 rule book, section 4.6).
     pub inactive: bool,
     /// For how long it may, s (2010 and 2025: 10).
@@ -211,6 +250,9 @@ pub struct Rules {
     pub game_stuck: bool,
     /// After how long, s (2010: 15; 2025: 30).
     pub game_stuck_s: f32,
+    /// Whether robots that come nearer to the ball, or explore the pitch, keep play from being stuck (2025 rule book, section
+    /// 3.11), as does a ball that moves.
+    pub walking_is_progress: bool,
     /// Whether the robot nearest to the ball is then penalised (2025), rather than moved to the halfway line (2010).
     pub stuck_robot_is_penalised: bool,
 
@@ -236,15 +278,24 @@ pub struct Rules {
     /// How far the strip reaches beyond the robot's base, m.
     pub dive_reach_m: f32,
 
-    /// Whether a drawn match is decided by a penalty shoot-out (2010 rule book, section 3.8.1).
+    /// Whether a drawn match is decided by a penalty shoot-out (2010 rule book, section 3.8; 2025 rule book, section 3.19).
     pub shoot_out: bool,
-    /// Shots of a team before sudden death (2010: 5).
+    /// How it goes.
+    pub shoot_out_procedure: ShootOutProcedure,
+    /// Shots of a team before sudden death (2010: 5, in preliminary rounds 3; 2025: 3).
     pub shoot_out_shots: u32,
-    /// Longest duration of a shot, s (2010: 60; 2025: 30).
+    /// Longest duration of such a shot, s (2010: 60; 2025: 30).
     pub shoot_out_s: f32,
+    /// Shots of a team in sudden death before a coin decides (2025: 3; in 2010 there is no number).
+    pub sudden_death_shots: u32,
+    /// Longest duration of such a shot, s (2010: 120); none: that of the others.
+    pub sudden_death_s: Option<f32>,
 
-    /// For how long robots are not told of a change that the referee whistles, s (2025: 15).
+    /// For how long robots are not told of a goal, or that play begins, s: the referee whistles both (2025: 15).
     pub status_delay_s: f32,
+    /// For how long robots are told only which free kick or penalty kick there is, and not whose, s: the referee points, and they
+    /// have to look (2025: 5, for as long as it points at least).
+    pub free_kick_signal_s: f32,
 }
 
 impl Default for Rules {
@@ -256,8 +307,10 @@ impl Default for Rules {
             half_s: 600.0,
             halves: 2,
             clock_runs_in_stoppages: false,
+            half_ends_when_ball_stops: false,
             mercy_goals: None,
             team_size: 3,
+            message_budget: None,
             goals: true,
             no_kick_off_shots: false,
             indirect_goals: false,
@@ -266,6 +319,9 @@ impl Default for Rules {
             free_kick_s: 30.0,
             free_kick_distance_m: 0.75,
             free_kick_leave_s: 10.0,
+            penalty_kicks: false,
+            penalty_kick_ready_s: 30.0,
+            penalty_kick_s: 30.0,
             kick_off: KickOffProcedure::Placed,
             ready_s: 45.0,
             end_ready_early: true,
@@ -273,6 +329,7 @@ impl Default for Rules {
             kick_off_positions: KickOffPositions::Spl2010,
             illegal_position_s: None,
             kick_off_free_s: None,
+            kick_off_player: false,
             penalty_s: 30.0,
             penalty_increase_s: 0.0,
             penalties_end_at_kick_off: false,
@@ -283,6 +340,7 @@ impl Default for Rules {
             collisions_between_team_mates: false,
             keeper_may_push: false,
             side_contacts: SideContacts::default(),
+            chest_to_chest_penalises_both: false,
             pushing_limit: None,
             pushing_free_kick: false,
             stalling: true,
@@ -296,10 +354,13 @@ impl Default for Rules {
             illegal_defender: false,
             defender_limit: DefenderLimit::KeeperOnly,
             illegal_defender_s: 1.0,
+            obstruction: false,
+            obstruction_s: 1.0,
             inactive: false,
             inactive_s: 10.0,
             game_stuck: false,
             game_stuck_s: 15.0,
+            walking_is_progress: false,
             stuck_robot_is_penalised: false,
             falls: false,
             fall_from_mps: 0.1,
@@ -312,9 +373,13 @@ impl Default for Rules {
             dive_s: 1.0,
             dive_reach_m: 0.5,
             shoot_out: false,
+            shoot_out_procedure: ShootOutProcedure::Spl2010,
             shoot_out_shots: 5,
             shoot_out_s: 60.0,
+            sudden_death_shots: 5,
+            sudden_death_s: None,
             status_delay_s: 0.0,
+            free_kick_signal_s: 0.0,
         }
     }
 }
