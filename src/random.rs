@@ -116,6 +116,8 @@ pub struct RandomStreams {
     pub camera: RandomStream,
     /// Whether a collision makes the robot fall.
     pub balance: RandomStream,
+    /// How the ground slips below its steps.
+    pub slip: RandomStream,
 }
 
 impl RandomStreams {
@@ -134,6 +136,7 @@ impl RandomStreams {
             messages: stream("messages"),
             camera: stream("camera"),
             balance: stream("balance"),
+            slip: stream("slip"),
         }
     }
 

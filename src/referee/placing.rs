@@ -88,7 +88,10 @@ impl Occupied {
         let base = bounds.base.footprint(pose);
         self.torsos.iter().all(|other| other.overlap(&torso).is_none())
             && self.posts.iter().all(|post| torso.overlap_disc(post.centre, post.radius + CLEARANCE).is_none())
-            && self.ball.is_none_or(|ball| base.overlap_disc(ball.centre, ball.radius + CLEARANCE).is_none())
+            && self.ball.is_none_or(|ball| {
+                base.overlap_disc(ball.centre, ball.radius + CLEARANCE).is_none()
+                    && torso.overlap_disc(ball.centre, ball.radius).is_none()
+            })
     }
 
     /// Whether a ball can lie there.
@@ -213,6 +216,14 @@ mod tests {
         assert!((0.1..0.2).contains(&pose.position.length()), "{pose:?}");
         assert!(occupied.admits_robot(pose, &bounds));
         assert!(!occupied.admits_robot(Pose::new(0.96, 0.0, 0.0), &bounds));
+    }
+
+    #[test]
+    fn a_ball_beside_the_feet_is_not_below_a_shoulder_either() {
+        let ball = Disc { centre: Vec2::new(0.0, 0.25), radius: 0.12 };
+        let occupied = Occupied::by_posts(&Pitch::default(), &[], Some(ball));
+        // The base ends at 10 cm, the torso at 15 cm, and the ball at 13 cm.
+        assert!(!occupied.admits_robot(Pose::default(), &BodyBounds::default()));
     }
 
     #[test]

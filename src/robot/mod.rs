@@ -7,10 +7,13 @@ use crate::knowledge::Knowledge;
 
 pub mod body;
 pub mod falls;
+pub mod gait;
 pub mod head;
 pub mod kick;
 pub mod motion;
+pub mod motion_limits;
 pub mod posture;
+pub mod walk_command;
 
 use crate::cycle::{BeginCycle, Cycle, CycleSystems};
 use crate::geometry::Pose;

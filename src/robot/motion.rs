@@ -2,19 +2,23 @@
 //!
 //! The paper's motion engine (section 3.2, equation 1) accepts a desired displacement (dx, dy, dθ) in the robot's
 //! current frame, for the coming cycle. What exceeds the robot's maximum linear or angular velocity is scaled down;
-//! then a random error with its own spread in each dimension is added.
+//! then a random error with its own spread in each dimension is added. Where a robot has a [gait](super::gait), it walks step by
+//! step instead.
 
 use bevy::ecs::query::QueryData;
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::Roster;
+use super::gait::{GaitState, GroundStep};
 use super::kick::KickPhase;
+pub use super::motion_limits::{MotionError, MotionLimits};
 use super::posture::Posture;
+pub use super::walk_command::WalkCommand;
 use crate::cycle::{ActSystems, Cycle, CycleClock, CycleSystems};
 use crate::events::{CommandKind, CycleEvents, MatchEvent, Refusal};
 use crate::game::{Game, GameState, Penalty};
-use crate::geometry::{Pose, file_units, wrap_angle};
+use crate::geometry::{Pose, wrap_angle};
 use crate::knowledge::Knowledge;
 use crate::random::{RandomStream, RandomStreams};
 use crate::team::RobotId;
@@ -27,98 +31,18 @@ impl Plugin for MotionPlugin {
         app.register_type::<WalkCommand>()
             .register_type::<ExecutedStep>()
             .register_type::<MotionLimits>()
+            .register_type::<GaitState>()
+            .register_type::<GroundStep>()
             .add_systems(Cycle, take_walk_commands.in_set(ActSystems::Walk))
             .add_systems(Cycle, walk.in_set(CycleSystems::Move));
     }
 }
 
-/// The displacement wanted in this cycle. Null again after every cycle.
-#[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[reflect(Component, @Knowledge::Command)]
-pub struct WalkCommand {
-    /// Forward, m, in the robot frame before the turn.
-    pub dx: f32,
-    /// To the left, m, in the robot frame before the turn.
-    pub dy: f32,
-    /// Counter-clockwise turn, radians.
-    pub dtheta: f32,
-}
-
-impl WalkCommand {
-    /// A command of these displacements: metres, metres and radians.
-    pub const fn new(dx: f32, dy: f32, dtheta: f32) -> Self {
-        Self { dx, dy, dtheta }
-    }
-
-    /// The displacement of one cycle at these velocities: forward and to the left, m/s, and counter-clockwise, rad/s. The same
-    /// walk however long the cycles are.
-    ///
-    /// ```
-    /// use bevy::prelude::*;
-    /// use naoisis::prelude::*;
-    ///
-    /// #[derive(Component, Default)]
-    /// struct Circler;
-    ///
-    /// fn circle(clock: Res<CycleClock>, mut robots: Query<&mut WalkCommand, With<Circler>>) {
-    ///     for mut walk in &mut robots {
-    ///         // Around a circle with a radius of 1 m.
-    ///         *walk = WalkCommand::at_velocity(0.15, 0.0, 0.15, &clock);
-    ///     }
-    /// }
-    /// ```
-    pub fn at_velocity(forward_mps: f32, left_mps: f32, turn_radps: f32, clock: &CycleClock) -> Self {
-        let period = clock.period();
-        Self::new(forward_mps * period, left_mps * period, turn_radps * period)
-    }
-
-    /// Whether it asks for no motion at all.
-    pub fn is_null(self) -> bool {
-        self == WalkCommand::default()
-    }
-
-    /// The translation, m, in the robot frame before the turn.
-    pub fn translation(self) -> Vec2 {
-        Vec2::new(self.dx, self.dy)
-    }
-}
-
-/// Standard deviations of the error that is added to every command that is not null.
-#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct MotionError {
-    /// Forward, m per cycle.
-    pub dx_m: f32,
-    /// To the left, m per cycle.
-    pub dy_m: f32,
-    /// Turn, radians per cycle (degrees in files).
-    #[serde(rename = "dtheta_deg", with = "file_units::degrees")]
-    pub dtheta: f32,
-}
-
-/// How fast a robot walks and turns, and how exactly.
-#[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
-#[reflect(Component, @Knowledge::Public)]
-#[serde(default, deny_unknown_fields)]
-pub struct MotionLimits {
-    /// Greatest speed of translation in any direction, m/s. Default 0.2: rUNSWift's FastWalk of 2010 reached 0.22.
-    pub max_linear_mps: f32,
-    /// Greatest turning speed, rad/s (degrees per second in files). Default 90 degrees per second.
-    #[serde(rename = "max_angular_degps", with = "file_units::degrees")]
-    pub max_angular: f32,
-    /// The spread of the error of each command. None by default.
-    pub error_sd: MotionError,
-}
-
-impl Default for MotionLimits {
-    fn default() -> Self {
-        Self { max_linear_mps: 0.2, max_angular: core::f32::consts::FRAC_PI_2, error_sd: MotionError::default() }
-    }
-}
-
 /// The displacement that the robot's legs made in the last cycle, m and radians, in the robot frame before the turn:
-/// the command after limits and error. A collision may have kept the robot from going all of it.
+/// the command after limits and error. The ground may have slipped ([`GroundStep`]), or a collision may have kept the robot from
+/// going all of it.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[require(GaitState, GroundStep)]
 #[reflect(Component, @Knowledge::Truth)]
 pub struct ExecutedStep(pub WalkCommand);
 
@@ -133,6 +57,8 @@ struct WalkingRobot {
     posture: &'static Posture,
     command: &'static mut WalkCommand,
     step: &'static mut ExecutedStep,
+    ground: &'static mut GroundStep,
+    gait: &'static mut GaitState,
     streams: &'static mut RandomStreams,
 }
 
@@ -156,15 +82,22 @@ fn take_walk_commands(
             }
         };
         let is_free = *robot.kick_phase == KickPhase::Ready && robot.posture.is_upright() && !robot.penalty.is_active();
-        robot.step.0 = if may_walk && is_free {
-            executed_step(wanted, robot.limits, clock.period(), &mut robot.streams.motion)
-        } else {
-            WalkCommand::default()
+        let may_step = may_walk && is_free;
+        [robot.step.0, robot.ground.0] = match &robot.limits.gait {
+            None if may_step => [executed_step(wanted, robot.limits, clock.period(), &mut robot.streams.motion); 2],
+            Some(gait) if may_step => {
+                let step = robot.gait.walk(wanted, gait, robot.limits, clock.period());
+                [step, robot.gait.slip(step, &gait.slip, &mut robot.streams.slip)]
+            }
+            _ => {
+                robot.gait.stand();
+                [WalkCommand::default(); 2]
+            }
         };
     }
 }
 
-fn walk(mut robots: Query<(&ExecutedStep, &mut Pose)>) {
+fn walk(mut robots: Query<(&GroundStep, &mut Pose)>) {
     for (step, mut pose) in &mut robots {
         if !step.0.is_null() {
             *pose = after_step(*pose, step.0);

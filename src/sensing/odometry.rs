@@ -2,7 +2,7 @@
 //!
 //! **What it measures.** The pose relative to that at the start of the match, summed up from the steps that the robot's
 //! legs really made ([`ExecutedStep`]: after limits and the error of the motion), each with an error of its own. It does
-//! not know of slipping in a collision or of being carried by the referee, and nothing ever corrects it.
+//! not know of [slip](crate::robot::gait::Slip), of being shoved or of being carried by the referee, and nothing ever corrects it.
 //!
 //! **Units and rate.** Metres and radians, in the frame of the first pose; once a cycle, for the motion of the cycle
 //! before.
@@ -27,6 +27,7 @@ use crate::cycle::Cycle;
 use crate::geometry::{Pose, file_units, to_radians};
 use crate::knowledge::Knowledge;
 use crate::random::{RandomStream, RandomStreams};
+use crate::robot::gait::StepError;
 use crate::robot::motion::{ExecutedStep, WalkCommand};
 use crate::sensing::scene::{ScenePlugin, SensingSystems};
 
@@ -101,14 +102,12 @@ impl OdometryNoise {
         if step.is_null() {
             return Pose::default();
         }
-        let (way, turn) = (step.translation().length(), step.dtheta.abs());
-        let translation_sd = self.translation_sd_m * way.sqrt();
-        let heading_variance =
-            self.heading_per_metre_sd * self.heading_per_metre_sd * way + self.rotation_sd * self.rotation_sd * turn;
+        let Self { translation_sd_m, heading_per_metre_sd, rotation_sd, .. } = *self;
+        let error = StepError { translation_sd_m, heading_per_metre_sd, rotation_sd }.draw(step, stream);
         Pose::new(
-            self.translation_scale * step.dx + stream.gaussian(translation_sd),
-            self.translation_scale * step.dy + stream.gaussian(translation_sd),
-            self.rotation_scale * step.dtheta + stream.gaussian(heading_variance.sqrt()),
+            self.translation_scale * step.dx + error.dx,
+            self.translation_scale * step.dy + error.dy,
+            self.rotation_scale * step.dtheta + error.dtheta,
         )
     }
 }

@@ -1,78 +1,187 @@
 //! Trials of walking and of what robots know of it.
 
+use bevy::math::{Vec2, Vec3, ops};
 use serde_json::{Value, json};
 
 use super::{Laboratory, Quantity, TrialError, deviation_of, mean_of};
 use crate::geometry::{to_degrees, wrap_angle};
+use crate::robot::gait::Gait;
+use crate::robot::motion::ExecutedStep;
 use crate::scenario::RobotModel;
 use crate::sensing::odometry::Odometry;
 use crate::simulation::MatchApp;
 
+/// Farther and faster than any robot can within a cycle, m.
+const FASTEST: f32 = 1.0;
+/// Far more than any robot turns within a cycle, degrees.
+const MOST_TURN: f32 = 100.0;
+/// How long robots walk, s.
+const WALK_S: f64 = 5.0;
+/// How long they turn, s.
+const TURN_S: f64 = 2.0;
+
 /// A robot that is told to make such steps as long as a trial lasts.
 fn walker(step: [f32; 3], seed: u32) -> Value {
     let script = json!({ "script": [{ "from_s": 0, "until_s": 1000, "walk": step }] });
-    json!({ "seed": seed, "ball": null, "robots": [{ "team": "blue", "number": 1, "pose": [-4, 0, 0], "behaviour": script }] })
+    json!({ "seed": seed, "ball": null, "robots": [{ "team": "blue", "number": 1, "behaviour": script }] })
 }
 
-/// Speeds, and the errors of odometry.
+/// A walk as it was, as the legs did it, and as the robot counted it.
+struct Walk {
+    /// How far it got in the end, a second, m.
+    speed_mps: f64,
+    /// By how much it turned a second in the end, degrees.
+    turn_degps: f64,
+    /// When its legs had reached their full speed, or turn, s.
+    started_s: f64,
+    /// The way that it went, its legs did and it counted, m.
+    ways: [f64; 3],
+    /// By how much it turned, its legs did and it counted, degrees.
+    turns: [f64; 3],
+}
+
+/// Lets a robot walk.
+fn walk(laboratory: &mut Laboratory, step: [f32; 3], seed: u32) -> Result<Walk, TrialError> {
+    laboratory.begin(walker(step, seed))?;
+    let cycles = laboratory.cycles(if step[2] == 0.0 { WALK_S } else { TURN_S });
+    let period_s = laboratory.period_s();
+    let second = laboratory.cycles(1.0);
+    let [mut ways, mut turns] = [[0.0; 3]; 2];
+    let mut after = vec![(0.0, 0.0)];
+    let mut legs_did = Vec::with_capacity(cycles);
+    for _ in 0..cycles {
+        let (pose, Odometry(counted)) = (laboratory.pose(), laboratory.reading());
+        laboratory.app.run_cycles(1);
+        // Odometry counts the steps of the cycle before.
+        let (moved, Odometry(counted_now)) = (pose.relative(laboratory.pose()), laboratory.reading());
+        let ExecutedStep(legs) = laboratory.reading();
+        let counted = counted.relative(counted_now);
+        legs_did.push(Vec3::new(legs.dx, legs.dy, legs.dtheta));
+        let steps =
+            [(moved.position, moved.heading), (legs.translation(), legs.dtheta), (counted.position, counted.heading)];
+        // What is counted errs sideways, too: of that the way along the commanded direction is none.
+        let along = Vec2::new(step[0], step[1]).normalize_or_zero();
+        for (index, (translation, turn)) in steps.into_iter().enumerate() {
+            ways[index] += f64::from(translation.dot(along));
+            turns[index] += f64::from(to_degrees(wrap_angle(turn)));
+        }
+        after.push((ways[0], turns[0]));
+    }
+    let rate = |from: usize, to: usize| {
+        let seconds = (to - from) as f64 * period_s;
+        ((after[to].0 - after[from].0) / seconds, (after[to].1 - after[from].1) / seconds)
+    };
+    let (speed_mps, turn_degps) = rate(cycles - second, cycles);
+    let last = legs_did.last().copied().unwrap_or_default();
+    let is_full = |step: &Vec3| step.length() >= 0.999 * last.length();
+    let started_s = legs_did.iter().position(is_full).unwrap_or_default() as f64 * period_s;
+    Ok(Walk { speed_mps, turn_degps, started_s, ways, turns })
+}
+
+/// Speeds, how soon they are reached, slip, and the errors of odometry.
 ///
 /// # Errors
 /// When the model makes no scenario.
 pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<Quantity>, TrialError> {
-    /// Farther and faster than any robot can within a cycle.
-    const FASTEST: f32 = 1.0;
-    const TIME_S: f64 = 5.0;
-
     let mut laboratory = Laboratory::new(model);
-    let mut speeds = Vec::new();
-    let [mut scales, mut headings] = [Vec::new(), Vec::new()];
-    for seed in 1..=repetitions.max(2) {
-        laboratory.begin(walker([FASTEST, 0.0, 0.0], seed))?;
-        let start = laboratory.pose();
-        let cycles = laboratory.cycles(TIME_S);
-        laboratory.app.run_cycles(cycles);
-        let way = f64::from(laboratory.pose().position.distance(start.position));
-        let Odometry(counted) = laboratory.reading();
-        speeds.push(way / (cycles as f64 * laboratory.period_s()));
-        scales.push(f64::from(counted.position.x) / way);
-        headings.push(f64::from(to_degrees(counted.heading)) / way.sqrt());
-    }
-    let mut turning_speeds = Vec::new();
-    let mut turns = Vec::new();
-    for seed in 1..=repetitions.max(2) {
-        // Far more than any robot turns, in degrees.
-        laboratory.begin(walker([0.0, 0.0, 100.0], seed))?;
-        let (mut turned, mut counted) = (0.0, 0.0);
-        let cycles = laboratory.cycles(1.0);
-        for _ in 0..cycles {
-            let before = (laboratory.pose().heading, laboratory.reading::<Odometry>().0.heading);
-            laboratory.app.run_cycles(1);
-            turned += f64::from(wrap_angle(laboratory.pose().heading - before.0));
-            counted += f64::from(wrap_angle(laboratory.reading::<Odometry>().0.heading - before.1));
-        }
-        turning_speeds.push(turned.to_degrees() / (cycles as f64 * laboratory.period_s()));
-        // The variance grows with the angle, so that what is divided by its root is that of a radian.
-        turns.push((counted - turned).to_degrees() / turned.sqrt());
-    }
+    let mut walks = |step: [f32; 3], repetitions: u32| -> Result<Vec<Walk>, TrialError> {
+        (1..=repetitions.max(2)).map(|seed| walk(&mut laboratory, step, seed)).collect()
+    };
+    // A mean is known sooner than a spread.
+    let some = repetitions / 8;
+    let [forward, backward, sideways, turn] = [
+        walks([FASTEST, 0.0, 0.0], repetitions)?,
+        walks([-FASTEST, 0.0, 0.0], some)?,
+        walks([0.0, FASTEST, 0.0], some)?,
+        walks([0.0, 0.0, MOST_TURN], repetitions)?,
+    ];
+    let of = |walks: &[Walk], value: fn(&Walk) -> f64| walks.iter().map(value).collect::<Vec<f64>>();
     let real = laboratory.scenario(json!({}))?;
     let (motion, noise) = (real.motion, real.odometry.noise);
-    // Of a straight way, the length is known to `translation_sd_m` times the root of it.
-    let way = mean_of(&speeds) * TIME_S;
+    let gait = motion.gait.unwrap_or(Gait {
+        backward_mps: motion.max_linear_mps,
+        sideways_mps: motion.max_linear_mps,
+        ..Gait::default()
+    });
+    let slip = gait.slip;
+    // Of a way L, the length spreads by a share and by the root of L, and so does the heading.
+    let way = mean_of(&of(&forward, |walk| walk.ways[1])) as f32;
+    let shares = of(&forward, |walk| walk.ways[0] / walk.ways[1]);
+    let drifts = of(&forward, |walk| walk.turns[0] / walk.ways[1]);
+    let counted = of(&forward, |walk| walk.ways[2] / walk.ways[1]);
+    let headings = of(&forward, |walk| (walk.turns[2] - walk.turns[1]) / walk.ways[1].sqrt());
+    // The variance grows with the angle, so that what is divided by its root is that of a radian.
+    let of_radian = |walk: &Walk, error: f64| error / walk.turns[1].abs().to_radians().sqrt();
+    let turned: Vec<f64> = turn.iter().map(|walk| of_radian(walk, walk.turns[0] - walk.turns[1])).collect();
+    let counted_turns: Vec<f64> = turn.iter().map(|walk| of_radian(walk, walk.turns[2] - walk.turns[1])).collect();
+    // How long the steps take that come before the first one at full speed.
+    let start_s = |full: f32, acceleration: f32| {
+        (ops::ceil(full / (acceleration * gait.step_s) - 1e-3).max(1.0) - 1.0) * gait.step_s
+    };
+    let mean = |walks: &[Walk], value: fn(&Walk) -> f64| mean_of(&of(walks, value));
+
     let quantity = |name, unit, measured, real: f32, path| laboratory.quantity(name, unit, measured, real.into(), path);
+    let speed = |name, walks, real: f32, path| {
+        quantity(name, "m/s", mean(walks, |walk| walk.speed_mps), slip.scale * real, path)
+    };
     Ok(vec![
-        quantity("speed forward", "m/s", mean_of(&speeds), motion.max_linear_mps, "motion.max_linear_mps"),
-        quantity("turn", "°/s", mean_of(&turning_speeds), to_degrees(motion.max_angular), "motion.max_angular_degps"),
+        speed("speed forward", &forward, motion.max_linear_mps, "motion.max_linear_mps"),
+        speed("speed backward", &backward, gait.backward_mps, "motion.gait.backward_mps"),
+        speed("speed sideways", &sideways, gait.sideways_mps, "motion.gait.sideways_mps"),
         quantity(
-            "odometry: way counted for a way walked",
+            "turn",
+            "°/s",
+            mean(&turn, |walk| walk.turn_degps),
+            to_degrees(motion.max_angular),
+            "motion.max_angular_degps",
+        ),
+        quantity(
+            "from standing to full speed",
+            "s",
+            mean(&forward, |walk| walk.started_s),
+            start_s(motion.max_linear_mps, gait.acceleration_mps2),
+            "motion.gait.acceleration_mps2",
+        ),
+        quantity(
+            "from standing to the full turn",
+            "s",
+            mean(&turn, |walk| walk.started_s),
+            start_s(motion.max_angular, gait.angular_acceleration),
+            "motion.gait.angular_acceleration_degps2",
+        ),
+        quantity("way walked for a way of the legs", "", mean_of(&shares), slip.scale, "motion.gait.slip.scale"),
+        quantity(
+            "spread of that over walks of a metre",
             "",
-            mean_of(&scales),
+            deviation_of(&shares),
+            ops::hypot(slip.scale_sd, slip.error.translation_sd_m / ops::sqrt(way)),
+            "motion.gait.slip.scale_sd",
+        ),
+        quantity(
+            "drift of the heading on a straight metre",
+            "°",
+            deviation_of(&drifts),
+            to_degrees(ops::hypot(slip.drift_sd, slip.error.heading_per_metre_sd / ops::sqrt(way))),
+            "motion.gait.slip.drift_sd_degpm",
+        ),
+        quantity(
+            "spread of a turn by a radian",
+            "°",
+            deviation_of(&turned),
+            to_degrees(slip.error.rotation_sd),
+            "motion.gait.slip.error",
+        ),
+        quantity(
+            "odometry: way counted for a way of the legs",
+            "",
+            mean_of(&counted),
             noise.translation_scale,
             "odometry.noise.translation_scale",
         ),
         quantity(
             "odometry: spread after a metre",
             "m",
-            deviation_of(&scales) * way.sqrt(),
+            deviation_of(&counted) * f64::from(ops::sqrt(way)),
             noise.translation_sd_m,
             "odometry.noise.translation_sd_m",
         ),
@@ -86,7 +195,7 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<Quantity>, Tr
         quantity(
             "odometry: spread after a turn of a radian",
             "°",
-            deviation_of(&turns),
+            deviation_of(&counted_turns),
             to_degrees(noise.rotation_sd),
             "odometry.noise.rotation_sd_deg",
         ),

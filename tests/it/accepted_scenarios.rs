@@ -17,6 +17,7 @@ use naoisis::geometry::to_radians;
 use naoisis::kick_geometry::Side;
 use naoisis::prelude::*;
 use naoisis::record::read::TraceReader;
+use naoisis::robot::gait::{Gait, Slip, StepError};
 use naoisis::robot::head::HeadLimits;
 use naoisis::robot::kick::{KickRange, KickSettings};
 use naoisis::robot::motion::{MotionError, MotionLimits};
@@ -96,12 +97,45 @@ fn ball() -> impl Strategy<Value = Option<BallSpec>> {
 fn motion() -> impl Strategy<Value = MotionLimits> {
     let error_sd = (within(0.0..=10.0), within(0.0..=10.0), within(0.0..=360.0))
         .prop_map(|(dx_m, dy_m, degrees)| MotionError { dx_m, dy_m, dtheta: to_radians(degrees) });
-    (mostly(0.2, within(0.0..=5.0)), mostly(90.0, within(0.0..=1080.0)), mostly(MotionError::default(), error_sd))
-        .prop_map(|(max_linear_mps, degrees, error_sd)| MotionLimits {
+    (
+        mostly(0.2, within(0.0..=5.0)),
+        mostly(90.0, within(0.0..=1080.0)),
+        mostly(MotionError::default(), error_sd),
+        mostly(None, gait().prop_map(Some)).boxed(),
+    )
+        .prop_map(|(max_linear_mps, degrees, error_sd, gait)| MotionLimits {
             max_linear_mps,
             max_angular: to_radians(degrees),
             error_sd,
+            gait,
         })
+}
+
+fn gait() -> impl Strategy<Value = Gait> {
+    let limits = (within(0.05..=5.0), within(0.001..=5.0), within(0.001..=5.0), within(0.0..=1.0), within(0.0..=180.0));
+    let acceleration = (within(0.01..=1000.0), within(1.0..=100_000.0));
+    let slip = (within(0.1..=2.0), within(0.0..=0.3), within(0.0..=90.0));
+    let error = (within(0.0..=1.0), within(0.0..=180.0), within(0.0..=180.0));
+    let gait = (limits, acceleration, slip, error).prop_map(|(limits, acceleration, slip, error)| Gait {
+        step_s: limits.0,
+        backward_mps: limits.1,
+        sideways_mps: limits.2,
+        acceleration_mps2: acceleration.0,
+        angular_acceleration: to_radians(acceleration.1),
+        least_mps: limits.3,
+        least_angular: to_radians(limits.4),
+        slip: Slip {
+            scale: slip.0,
+            scale_sd: slip.1,
+            drift_sd: to_radians(slip.2),
+            error: StepError {
+                translation_sd_m: error.0,
+                heading_per_metre_sd: to_radians(error.1),
+                rotation_sd: to_radians(error.2),
+            },
+        },
+    });
+    gait.boxed()
 }
 
 /// A number as a message may have it.

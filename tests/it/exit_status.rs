@@ -193,7 +193,11 @@ fn a_million_variants_are_made_as_they_are_played_and_gone_on_with() {
         let output = child.wait_with_output().unwrap();
         assert_eq!(output.status.code(), Some(130));
         let said = text(&output.stdout);
-        assert!(said.contains(" of 1000000 matches") && said.contains("messages.delay_cycles = 2\n"), "{said}");
+        assert!(
+            said.contains(" of 1000000 matches")
+                && said.contains("messages.delay_cycles = 2; realism paper but for messages\n"),
+            "{said}"
+        );
         let after = fs::read_to_string(&table).unwrap();
         assert!(after.starts_with(&before) && after.lines().count() >= wanted);
         before = after;

@@ -7,6 +7,7 @@ use crate::ball::{FASTEST_MPS, Rolling};
 use crate::communication::MessageSettings;
 use crate::game::Rules;
 use crate::geometry::to_degrees;
+use crate::robot::gait::{Gait, StepError};
 use crate::robot::head::HeadLimits;
 use crate::robot::kick::KickSettings;
 use crate::robot::motion::MotionLimits;
@@ -53,6 +54,29 @@ impl Checks {
         self.range(error.field("dx_m"), motion.error_sd.dx_m, 0.0..=10.0, " m");
         self.range(error.field("dy_m"), motion.error_sd.dy_m, 0.0..=10.0, " m");
         self.degrees(error.field("dtheta_deg"), motion.error_sd.dtheta, 0.0..=360.0, " degrees");
+        if let Some(gait) = &motion.gait {
+            self.gait(&path.field("gait"), gait);
+        }
+    }
+
+    fn gait(&mut self, path: &FieldPath, gait: &Gait) {
+        self.range(path.field("step_s"), gait.step_s, 0.05..=5.0, " s");
+        self.range(path.field("backward_mps"), gait.backward_mps, 0.001..=5.0, " m/s");
+        self.range(path.field("sideways_mps"), gait.sideways_mps, 0.001..=5.0, " m/s");
+        self.range(path.field("acceleration_mps2"), gait.acceleration_mps2, 0.01..=1000.0, " m/s²");
+        let turning = path.field("angular_acceleration_degps2");
+        self.degrees(turning, gait.angular_acceleration, 1.0..=100_000.0, " degrees/s²");
+        self.range(path.field("least_mps"), gait.least_mps, 0.0..=1.0, " m/s");
+        self.degrees(path.field("least_degps"), gait.least_angular, 0.0..=180.0, " degrees/s");
+        let slip = path.field("slip");
+        self.range(slip.field("scale"), gait.slip.scale, 0.1..=2.0, "");
+        self.range(slip.field("scale_sd"), gait.slip.scale_sd, 0.0..=0.3, "");
+        self.degrees(slip.field("drift_sd_degpm"), gait.slip.drift_sd, 0.0..=90.0, " degrees/m");
+        let StepError { translation_sd_m, heading_per_metre_sd, rotation_sd } = gait.slip.error;
+        let error = slip.field("error");
+        self.range(error.field("translation_sd_m"), translation_sd_m, 0.0..=1.0, " m");
+        self.degrees(error.field("heading_per_metre_sd_deg"), heading_per_metre_sd, 0.0..=180.0, " degrees");
+        self.degrees(error.field("rotation_sd_deg"), rotation_sd, 0.0..=180.0, " degrees");
     }
 
     pub(super) fn kicks(&mut self, path: &FieldPath, kicks: &KickSettings) {
