@@ -1,4 +1,4 @@
-//! Who is where on the pitch.
+//! Who is where on the pitch, and who goes to the ball.
 
 use bevy::prelude::*;
 
@@ -7,6 +7,9 @@ use crate::pitch::{AreaDimensions, End, Pitch};
 
 /// Where the feet are, m to the left and right of a robot's origin (paper, caption of Table 2).
 const FOOT_Y: f32 = 0.05;
+
+/// A robot goes to the ball when it walks within 60 degrees of straight towards it: the cosine.
+const TO_BALL_COSINE: f32 = 0.5;
 
 /// The places of a robot's feet, m, pitch frame.
 pub fn feet(robot: &RobotSnapshot) -> [Vec2; 2] {
@@ -59,4 +62,16 @@ pub fn in_goal(pitch: &Pitch, end: End, point: Vec2) -> bool {
 /// The same place as the team that defends `own_end` sees it: its own goal at -x.
 pub fn in_team_frame(own_end: End, point: Vec2) -> Vec2 {
     point * -own_end.sign()
+}
+
+/// Where the ball was at the start of the cycle, m, pitch frame: by its end it may have been squeezed out.
+pub fn place_of_ball(snapshot: &MatchSnapshot) -> Option<Vec2> {
+    snapshot.ball.map(|ball| *ball.path.first().unwrap_or(&ball.position))
+}
+
+/// Whether a robot walks to the ball.
+pub fn goes_to_ball(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
+    let Some(place) = place_of_ball(snapshot) else { return false };
+    let direction = (place - robot.previous.position).normalize_or_zero();
+    robot.wanted_velocity.normalize_or_zero().dot(direction) > TO_BALL_COSINE
 }

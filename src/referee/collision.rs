@@ -11,7 +11,7 @@
 
 use bevy::prelude::*;
 
-use super::areas::is_keeper_at_home;
+use super::areas::{goes_to_ball, is_keeper_at_home, place_of_ball};
 use super::obstruction::steps_into_way;
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use crate::game::{Evidence, SideContacts};
@@ -20,8 +20,6 @@ use crate::game::{Evidence, SideContacts};
 const EQUAL_SPEEDS_MPS: f32 = 1e-3;
 /// Two robots face each other when each has the other within 60 degrees of straight ahead: the cosine.
 const FACING_COSINE: f32 = 0.5;
-/// A robot goes to the ball when it walks within 60 degrees of straight towards it: the cosine.
-const TO_BALL_COSINE: f32 = 0.5;
 /// The ball is between two robots when it is no farther than this from the line between their origins, m: half the
 /// width of a robot and a hand's breadth.
 const BETWEEN_M: f32 = 0.25;
@@ -62,18 +60,6 @@ fn may_touch(snapshot: &MatchSnapshot, robot: &RobotSnapshot, other: &RobotSnaps
 fn has_at_its_side(robot: &RobotSnapshot, other: &RobotSnapshot) -> bool {
     let direction = (other.previous.position - robot.previous.position).normalize_or_zero();
     robot.previous.forward().dot(direction).abs() < FACING_COSINE
-}
-
-/// Whether a robot walks within 60 degrees of straight to the ball.
-pub fn goes_to_ball(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
-    let Some(place) = place_of_ball(snapshot) else { return false };
-    let direction = (place - robot.previous.position).normalize_or_zero();
-    robot.wanted_velocity.normalize_or_zero().dot(direction) > TO_BALL_COSINE
-}
-
-/// Where the ball was at the start of the cycle: by its end it may have been squeezed out.
-fn place_of_ball(snapshot: &MatchSnapshot) -> Option<Vec2> {
-    snapshot.ball.map(|ball| *ball.path.first().unwrap_or(&ball.position))
 }
 
 /// The speed at which `robot` wants to come nearer to `other`, along the line between where the two were

@@ -55,7 +55,7 @@ pub fn decide(snapshot: &MatchSnapshot, own_rules: &OwnRules, memory: &mut Refer
     }
     referee.intervene();
     referee.note_robots();
-    memory.announcement.follow(snapshot, decisions);
+    memory.announcement.follow(snapshot, &decisions.game, &decisions.events);
 }
 
 /// The referee at work in one cycle.

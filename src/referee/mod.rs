@@ -67,6 +67,7 @@ pub mod obstruction;
 pub mod own_rules;
 mod penalise;
 pub mod penalty_kick;
+mod penalty_restart;
 pub mod placing;
 pub mod positions;
 pub mod removal;

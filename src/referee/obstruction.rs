@@ -2,8 +2,7 @@
 //! 4.14). Standing in the way is none; stepping aside with the opponent when that walks around it is. The referee's eye for
 //! intentions is a time here: for so long it has to do so.
 
-use super::areas::is_keeper_at_home;
-use super::collision::goes_to_ball;
+use super::areas::{goes_to_ball, is_keeper_at_home};
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use crate::game::Evidence;
 

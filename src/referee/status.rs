@@ -11,7 +11,6 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::decide::Decisions;
 use super::snapshot::MatchSnapshot;
 use crate::cycle::CycleClock;
 use crate::events::MatchEvent;
@@ -100,11 +99,11 @@ impl Announcement {
         self.instead.as_ref().unwrap_or(truth)
     }
 
-    /// After a cycle that was so, and of which this was decided.
-    pub fn follow(&mut self, seen: &MatchSnapshot, decisions: &Decisions) {
-        let (before, after) = (seen.game, &decisions.game);
+    /// After a cycle that was so, which led to such a game and such events.
+    pub fn follow(&mut self, seen: &MatchSnapshot, after: &Game, events: &[MatchEvent]) {
+        let before = seen.game;
         let delay_cycles = seen.cycles(seen.rules.status_delay_s);
-        let goal = decisions.events.iter().any(|event| matches!(event, MatchEvent::Goal { .. }));
+        let goal = events.iter().any(|event| matches!(event, MatchEvent::Goal { .. }));
         let begins = (before.state, after.state) == (GameState::Set, GameState::Playing);
         let ends = after.state == GameState::Finished || after.half != before.half;
         if (goal || begins) && !ends && delay_cycles > 0 {
