@@ -106,6 +106,12 @@ pub struct RandomStreams {
     pub kick: RandomStream,
     /// Noise, misses and false detections of the geometric vision.
     pub vision: RandomStream,
+    /// How the cameras look elsewhere than the robot thinks, for longer than a cycle.
+    pub gaze: RandomStream,
+    /// What the geometric vision recognises of what is far or hidden.
+    pub recognition: RandomStream,
+    /// Places that look like a ball or a robot.
+    pub false_places: RandomStream,
     /// Noise and missed echoes of the sonars.
     pub sonar: RandomStream,
     /// Error of the measured steps.
@@ -131,6 +137,9 @@ impl RandomStreams {
             motion: stream("motion"),
             kick: stream("kick"),
             vision: stream("vision"),
+            gaze: stream("gaze"),
+            recognition: stream("recognition"),
+            false_places: stream("false places"),
             sonar: stream("sonar"),
             odometry: stream("odometry"),
             messages: stream("messages"),

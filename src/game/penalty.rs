@@ -107,7 +107,7 @@ impl PenaltyReason {
         }
     }
 
-    /// Whether it makes the team's later penalties longer (2025 rule book, "Standard Removal Penalty").
+    /// Whether it makes the team's later penalties longer (2025 rule book, section 4.2).
     pub fn is_infraction(self) -> bool {
         match self {
             PenaltyReason::Pushing

@@ -1,4 +1,5 @@
-//! Free kicks, and the kick-off as long as the ball is one team's own (2025 rule book, "Free Kick"). How they go on is the
+//! Free kicks, and the kick-off as long as the ball is one team's own (2025 rule book,
+//! section 3.9). How they go on is the
 //! referee's: [`referee::set_play`](crate::referee::set_play).
 
 use bevy::prelude::*;

@@ -1,6 +1,6 @@
-//! Ball holding: a robot must leave enough open space around the ball (2010 rule book, section 4.5). It holds the
-//! ball when the convex hull of its body on the ground covers more than half of it, which is when the ball's centre
-//! is within the hull.
+//! Ball holding: a robot must leave enough open space around the ball (2010 rule book, section 4.6; 2025 rule book,
+//! section 4.8). It holds the ball when the convex hull of its body on the ground covers more than half of it, which is when the
+//! ball's centre is within the hull. The ball is then put back where it was.
 
 use bevy::prelude::*;
 

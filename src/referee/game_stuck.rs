@@ -1,4 +1,4 @@
-//! Game stuck: nothing substantial happens for a time (2010 rule book, section 3.10; 2025 rule book, "Game Stuck").
+//! Game stuck: nothing substantial happens for a time (2010 rule book, section 3.10; 2025 rule book, section 3.11).
 //!
 //! Substantial is that the ball moves, and by the rules of 2025 that a robot comes nearer to it or explores the pitch; walking
 //! around it is not. If a robot is at the ball, the nearest one is taken away; otherwise play is

@@ -1,5 +1,5 @@
-//! Illegal defenders: who may be where in front of the own goal (2010 rule book, section 4.11; 2025 rule book, "Own
-//! Goal Area").
+//! Illegal defenders: who may be where in front of the own goal (2010 rule book, section 4.13; 2025 rule book,
+//! section 4.4.2).
 
 use super::areas::{feet, in_area, touches_area};
 use super::memory::RobotMemory;

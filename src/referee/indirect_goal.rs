@@ -1,5 +1,5 @@
 //! Indirect goals: a goal counts only if two robots of the team have played the ball since the last restart (2025
-//! rule book, "Indirect Kick"). Own goals always count, and so does a first shot of the team that had to keep away
+//! rule book, section 3.4). Own goals always count, and so does a first shot of the team that had to keep away
 //! from a free kick which was not taken in time.
 
 use bevy::prelude::*;

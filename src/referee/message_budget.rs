@@ -1,4 +1,4 @@
-//! How many messages a team may send: the goals of one that sends more do not count (2025 rule book, section 2.6). What is
+//! How many messages a team may send: the goals of one that sends more do not count (2025 rule book, section 2.4.2). What is
 //! sent in `ready`, `set` and play counts, but not in a shoot-out.
 
 use super::decide::Referee;

@@ -9,7 +9,7 @@ use crate::events::MatchEvent;
 use crate::game::{ActivePenalty, Evidence, GameState, Penalty, PenaltyReason, SetPlayKind};
 use crate::team::Team;
 
-/// A push so near to the ball gives the other team a free kick, m (2025 rule book, "Player Pushing").
+/// A push so near to the ball gives the other team a free kick, m (2025 rule book, section 4.10).
 const PUSHING_FREE_KICK_M: f32 = 0.5;
 
 impl Referee<'_, '_> {

@@ -1,4 +1,4 @@
-//! Where robots may stand at a kick-off (2010 rule book, section 3.6; 2025 rule book, "Kick-off").
+//! Where robots may stand at a kick-off (2010 rule book, section 3.5; 2025 rule book, section 3.7).
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};

@@ -1,4 +1,4 @@
-//! Free kicks: kick-in, goal kick, corner kick, pushing free kick (2025 rule book, "Free Kick"), and the kick-off as
+//! Free kicks: kick-in, goal kick, corner kick, pushing free kick (2025 rule book, sections 3.8 and 3.9), and the kick-off as
 //! long as the ball is the kicking team's own.
 //!
 //! Play runs on, but for a time the ball belongs to one team, and the other has to keep away from it. The free kick is

@@ -10,6 +10,7 @@ use super::camera::software::{Detail, PreparedScene, Renderer};
 use super::camera::{CameraImages, CameraRendering, CameraSettings};
 use super::jobs::{self, SensingThreads};
 use super::scene::SensingSystems;
+use super::vision::gaze::GazeError;
 use super::vision::{VisionSettings, VisionSource};
 use crate::appearance::robot::RobotDesign;
 use crate::appearance::scene::Scene;
@@ -82,7 +83,7 @@ fn take_images(
     mut robots: Query<(
         Entity,
         &RobotId,
-        &HeadAngles,
+        (&HeadAngles, Option<&GazeError>),
         &CameraSettings,
         Option<&VisionSettings>,
         &mut CameraImages,
@@ -97,7 +98,7 @@ fn take_images(
         return;
     }
     let mut is_wanted = [false; 2];
-    for (entity, id, head, settings, vision, mut images, mut streams) in &mut robots {
+    for (entity, id, (head, gaze), settings, vision, mut images, mut streams) in &mut robots {
         let Some(renderer) = is_due(settings, vision) else { continue };
         let is_gpu = renderer == CameraRendering::Gpu;
         // Robots that are not on the pitch, and those that lie, have no images.
@@ -107,7 +108,8 @@ fn take_images(
         };
         is_wanted[settings.design as usize] |= !is_gpu;
         images.cycle = Some(clock.cycle);
-        let views = CameraView::both(settings.into(), *head);
+        let looks = gaze.map_or(*head, |gaze| gaze.actual(*head));
+        let views = CameraView::both(settings.into(), looks);
         for (side, camera) in CameraSide::BOTH.into_iter().zip(views) {
             if !settings.which.includes(side) {
                 images.side_mut(side).clear();

@@ -1,10 +1,10 @@
 //! Trials of sonars, vision and messages.
 
-use bevy::math::ops;
-use serde_json::json;
+use bevy::math::{Vec2, ops};
+use serde_json::{Value, json};
 
 use super::{Laboratory, Quantity, TrialError, deviation_of, mean_of};
-use crate::camera_model::CameraIntrinsics;
+use crate::camera_model::{CameraIntrinsics, CameraSide};
 use crate::communication::MessageStatistics;
 use crate::geometry::{to_degrees, unit};
 use crate::scenario::RobotModel;
@@ -37,17 +37,14 @@ fn sonar(
         .collect())
 }
 
+/// Where the tried robot stands who looks along the pitch, m: at one end of it.
+const LOOKS_FROM_M: f32 = -4.4;
+
 /// Where the ball seems to be that lies straight ahead, in each of so many cycles.
-fn look(
-    laboratory: &mut Laboratory,
-    distance_m: f32,
-    cycles: u32,
-) -> Result<Vec<Option<bevy::math::Vec2>>, TrialError> {
-    /// At one end of the pitch.
-    const AT_M: f32 = -4.4;
+fn look(laboratory: &mut Laboratory, distance_m: f32, cycles: u32) -> Result<Vec<Option<Vec2>>, TrialError> {
     laboratory.begin(json!({
-        "ball": { "position_m": [AT_M + distance_m, 0] },
-        "robots": [{ "team": "blue", "number": 1, "pose": [AT_M, 0, 0] }],
+        "ball": { "position_m": [LOOKS_FROM_M + distance_m, 0] },
+        "robots": [{ "team": "blue", "number": 1, "pose": [LOOKS_FROM_M, 0, 0] }],
     }))?;
     Ok((0..cycles)
         .map(|_| {
@@ -58,6 +55,104 @@ fn look(
         })
         .collect())
 }
+
+/// The angles to a ball on the ground as the upper camera sees it: to the left, and down; degrees.
+fn angles_to(place: Vec2, radius_m: f32) -> [f64; 2] {
+    let lens = CameraSide::Top.lens();
+    let from_lens = place - lens.truncate();
+    [ops::atan2(place.y, place.x), ops::atan2(lens.z - radius_m, from_lens.length())].map(to_degrees).map(f64::from)
+}
+
+/// By how much the angles to a ball ahead err when the ball is next seen, degrees, in each of so many matches: at the start, when
+/// the robot stands, and after so many seconds, in which it does what it is told.
+fn angle_errors(
+    laboratory: &mut Laboratory,
+    radius_m: f32,
+    behaviour: Value,
+    later_s: f64,
+    matches: u32,
+) -> Result<Vec<[[f64; 2]; 2]>, TrialError> {
+    const BALL_M: f32 = 2.2;
+    /// A ball in view is seen after so many cycles at the latest.
+    const PATIENCE: usize = 100;
+
+    let mut errors = Vec::new();
+    for seed in 1..=matches {
+        laboratory.begin(json!({
+            "seed": seed, "ball": { "position_m": [LOOKS_FROM_M + BALL_M, 0] },
+            "robots": [{ "team": "blue", "number": 1, "pose": [LOOKS_FROM_M, 0, 0], "behaviour": behaviour }],
+        }))?;
+        let ball = laboratory.app.ball().unwrap_or_default().position;
+        let error_when_seen = |laboratory: &mut Laboratory| {
+            (0..PATIENCE).find_map(|_| {
+                let pose = laboratory.pose();
+                laboratory.app.run_cycles(1);
+                let seen = laboratory.reading::<Percepts>().ball?.position_m;
+                let [seen, real] = [seen, pose.inverse_transform_point(ball)].map(|place| angles_to(place, radius_m));
+                let error = [seen[0] - real[0], seen[1] - real[1]];
+                error.iter().all(|error| error.abs() < 12.0).then_some(error)
+            })
+        };
+        let first = error_when_seen(laboratory);
+        let cycles = laboratory.cycles(later_s);
+        laboratory.app.run_cycles(cycles);
+        errors.extend(first.zip(error_when_seen(laboratory)).map(|(first, then)| [first, then]));
+    }
+    Ok(errors)
+}
+
+/// How long places that look like a ball are taken for one, s: of as many as a robot sees in so many cycles that looks along an
+/// empty pitch, and has no other errors.
+fn false_balls(laboratory: &mut Laboratory, life_s: f32, cycles: u32) -> Result<Vec<f64>, TrialError> {
+    const CYCLE_S: f64 = 0.1;
+    /// More than there are, as it is not their number that is measured.
+    const PER_MINUTE: f32 = 20.0;
+    /// What is no nearer to each other is not the same, m.
+    const SAME_PLACE_M: f32 = 0.1;
+
+    let often = json!({ "per_minute": PER_MINUTE, "life_s": life_s });
+    laboratory.begin(json!({
+        "ball": null, "cycle_s": CYCLE_S, "vision": { "noise": { "preset": "none", "false_balls": often } },
+        "robots": [{ "team": "blue", "number": 1, "pose": [LOOKS_FROM_M, 0, 0] }],
+    }))?;
+    let mut lives = Vec::new();
+    let mut current: Option<(Vec2, f64)> = None;
+    for _ in 0..cycles {
+        laboratory.app.run_cycles(1);
+        let seen = laboratory.reading::<Percepts>().ball.map(|ball| ball.position_m);
+        match (&mut current, seen) {
+            (Some((place, life_s)), Some(seen)) if place.distance(seen) < SAME_PLACE_M => *life_s += CYCLE_S,
+            (_, seen) => {
+                lives.extend(current.map(|(_, life_s)| life_s));
+                current = seen.map(|place| (place, CYCLE_S));
+            }
+        }
+    }
+    Ok(lives)
+}
+
+/// By which share of its distance a robot seems too far away whose feet are between the two images, in so many cycles.
+fn without_feet(laboratory: &mut Laboratory, cycles: u32) -> Result<f64, TrialError> {
+    let still = json!({ "bias_sd_deg": 0, "standing_sd_deg": 0 });
+    laboratory.begin(json!({
+        "ball": null, "vision": { "noise": { "gaze": still } },
+        "robots": [
+            { "team": "blue", "number": 1, "pose": [LOOKS_FROM_M, 0, 0] },
+            { "team": "pink", "number": 1, "pose": [LOOKS_FROM_M + FEET_HIDDEN_M, 0, 180] },
+        ],
+    }))?;
+    let mut errors = Vec::new();
+    for _ in 0..cycles {
+        laboratory.app.run_cycles(1);
+        let robots = laboratory.reading::<Percepts>().robots;
+        let seen = robots.iter().map(|robot| robot.position_m).find(|place| place.y.abs() < 0.3 && place.x < 2.0);
+        errors.extend(seen.map(|place| f64::from(place.x / FEET_HIDDEN_M) - 1.0));
+    }
+    Ok(mean_of(&errors))
+}
+
+/// Where a robot's feet are between the two images of a level head, m, and the lowest of its legs is seen at 15 cm of 30.
+const FEET_HIDDEN_M: f32 = 1.3;
 
 /// The last of the distances, in steps, at which something is there at all.
 fn farthest<E>(
@@ -83,8 +178,10 @@ fn farthest<E>(
 pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<Quantity>, TrialError> {
     /// Well within the range of every sonar.
     const SONAR_M: f32 = 0.5;
-    /// In view of a camera that looks straight ahead.
-    const BALL_M: f32 = 2.5;
+    /// In view of a camera that looks straight ahead, and near.
+    const BALL_M: f32 = 2.0;
+    /// Cycles in which some hundred places look like a ball, for each repetition.
+    const FALSE_BALL_CYCLES: u32 = 80;
 
     let mut laboratory = Laboratory::new(model);
     let real = laboratory.scenario(json!({}))?;
@@ -95,12 +192,16 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<Quantity>, Tr
     let range_m = farthest(0.1, 3.0, 0.025, |distance| {
         Ok::<_, TrialError>(sonar(&mut laboratory, distance, heading, 4)?.iter().any(Option::is_some))
     })?;
-    let balls = look(&mut laboratory, BALL_M, cycles)?;
-    let angles: Vec<f64> =
-        balls.iter().flatten().map(|place| f64::from(to_degrees(ops::atan2(place.y, place.x)))).collect();
-    let sight_m = farthest(2.0, 9.0, 0.25, |distance| {
-        Ok::<_, TrialError>(look(&mut laboratory, distance, 8)?.iter().any(Option::is_some))
-    })?;
+    let noise = real.vision.noise;
+    let near = look(&mut laboratory, BALL_M, cycles)?;
+    let half_distance_m = noise.ball.falloff.map_or(BALL_M, |falloff| falloff.half_distance_m);
+    let far = look(&mut laboratory, half_distance_m, cycles)?;
+    let radius_m = real.ball.map_or(0.0, |ball| ball.radius_m);
+    let standing = angle_errors(&mut laboratory, radius_m, json!("idle"), 1.6, repetitions)?;
+    let walk = json!({ "script": [{ "from_s": 0.2, "until_s": 100, "walk": [0.005, 0, 0] }] });
+    let walking = angle_errors(&mut laboratory, radius_m, walk, 1.8, repetitions)?;
+    let lives = false_balls(&mut laboratory, noise.false_balls.life_s, FALSE_BALL_CYCLES * repetitions)?;
+    let feet = without_feet(&mut laboratory, cycles)?;
     let say = json!({ "script": [{ "from_s": 0, "until_s": 1000, "say": { "intention": "talk" } }] });
     laboratory.begin(json!({
         "ball": null, "messages": { "max_messages": null },
@@ -111,16 +212,30 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<Quantity>, Tr
 
     let share = |part: usize, whole: usize| part as f64 / (whole as f64).max(1.0);
     let quantity = |name, unit, measured, real: f32, path| laboratory.quantity(name, unit, measured, real.into(), path);
-    let noise = real.vision.noise;
     let sonar_sd_m = match real.sonar.noise {
         SonarNoise::Gaussian { sd_m } | SonarNoise::Outliers { sd_m, .. } => sd_m,
         SonarNoise::Uniform { half_width_m } => half_width_m / 3.0_f32.sqrt(),
         SonarNoise::None => 0.0,
     };
-    // The head's error and that of the pixel add up.
+    // The errors of the gaze and that of the pixel add up.
     let focal_length_px = CameraIntrinsics::from(&real.cameras).focal_length;
-    let pixel_angle = to_degrees(noise.ball.pixel_sd / focal_length_px);
-    let angle_sd = ops::hypot(to_degrees(noise.head_angle_sd), pixel_angle);
+    let pixel_angle = noise.ball.pixel_sd / focal_length_px;
+    let angle_sd = |moving_sd: f32| {
+        let constant = ops::hypot(noise.gaze.bias_sd, ops::hypot(noise.head_angle_sd, pixel_angle));
+        to_degrees(ops::hypot(constant, moving_sd))
+    };
+    let spread = |errors: &[[[f64; 2]; 2]], when: usize| {
+        let errors: Vec<f64> = errors.iter().flat_map(|match_errors| match_errors[when]).collect();
+        deviation_of(&errors)
+    };
+    // What two looks in a match have in common, seconds apart, is what never changes in it.
+    let common: Vec<f64> = standing.iter().flat_map(|[first, then]| [first[0] * then[0], first[1] * then[1]]).collect();
+    let recognised_at = |distance_m: f32| {
+        let falloff = noise.ball.falloff;
+        let share = falloff.map_or(1.0, |falloff| falloff.share_at(distance_m));
+        (1.0 - noise.ball.miss_probability) * share
+    };
+    let seen = |looks: &[Option<Vec2>]| share(looks.iter().flatten().count(), looks.len());
     Ok(vec![
         quantity("sonar: farthest echo", "m", range_m, real.sonar.max_m, "sonar.max_m"),
         quantity("sonar: spread", "m", deviation_of(&heard), sonar_sd_m, "sonar.noise"),
@@ -132,26 +247,42 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<Quantity>, Tr
             real.sonar.miss_probability,
             "sonar.miss_probability",
         ),
+        quantity("ball in view recognised at 2 m", "", seen(&near), recognised_at(BALL_M), "vision.noise.ball"),
         quantity(
-            "ball in view recognised at 2.5 m",
+            "ball recognised where it is half as often",
             "",
-            share(angles.len(), balls.len()),
-            1.0 - noise.ball.miss_probability,
+            seen(&far),
+            recognised_at(half_distance_m),
             "vision.noise.ball",
         ),
         quantity(
-            "ball recognised up to",
-            "m",
-            sight_m,
-            noise.ball.max_distance_m.unwrap_or(f32::INFINITY),
-            "vision.noise.ball",
-        ),
-        quantity(
-            "spread of the angle to a ball",
+            "angles to a ball, standing: spread",
             "°",
-            deviation_of(&angles),
-            angle_sd,
-            "vision.noise.head_angle_sd_deg",
+            spread(&standing, 0),
+            angle_sd(noise.gaze.standing_sd),
+            "vision.noise.gaze.standing_sd_deg",
+        ),
+        quantity(
+            "angles to a ball, walking: spread",
+            "°",
+            spread(&walking, 1),
+            angle_sd(noise.gaze.walking_sd),
+            "vision.noise.gaze.walking_sd_deg",
+        ),
+        quantity(
+            "angles to a ball: bias of a match",
+            "°",
+            mean_of(&common).max(0.0).sqrt(),
+            to_degrees(noise.gaze.bias_sd),
+            "vision.noise.gaze.bias_sd_deg",
+        ),
+        quantity("a false ball stands for", "s", mean_of(&lives), noise.false_balls.life_s, "vision.noise.false_balls"),
+        quantity(
+            "robot without feet seems further away by",
+            "",
+            feet,
+            noise.hidden_feet.bias / 2.0,
+            "vision.noise.hidden_feet",
         ),
         quantity(
             "messages lost",

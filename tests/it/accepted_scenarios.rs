@@ -25,7 +25,7 @@ use naoisis::robot::posture::PostureRequest;
 use naoisis::scenario::{BallSpec, BehaviourSpec, PostSpec, RULES_PRESETS, RobotSpec, TeamsSpec};
 use naoisis::sensing::odometry::{OdometryNoise, OdometrySettings};
 use naoisis::sensing::sonar::{SonarNoise, SonarSettings};
-use naoisis::sensing::vision::{ClassNoise, VisionNoise, VisionSettings};
+use naoisis::sensing::vision::{ClassNoise, Falloff, FalsePlaces, GazeNoise, HiddenFeet, VisionNoise, VisionSettings};
 use proptest::collection::vec;
 use proptest::option;
 use proptest::prelude::*;
@@ -296,18 +296,38 @@ fn abilities() -> impl Strategy<Value = Abilities> {
                 ..OdometrySettings::default()
             }
         });
-    let class = || {
-        (within(0.0..=1000.0), within(0.0..=1.0), within(0.0..=1.0), option::of(within(0.0..=1000.0)))
-            .prop_map(|(pixel_sd, miss_probability, false_positive_probability, max_distance_m)| ClassNoise {
-                pixel_sd,
-                miss_probability,
-                false_positive_probability,
-                max_distance_m,
-            })
-            .boxed()
+    let class =
+        || {
+            let falloff = (within(0.01..=1000.0), within(0.5..=100.0))
+                .prop_map(|(half_distance_m, exponent)| Falloff { half_distance_m, exponent });
+            (
+                within(0.0..=1000.0),
+                within(0.0..=1.0),
+                within(0.0..=1.0),
+                option::of(within(0.0..=1000.0)),
+                option::of(falloff),
+            )
+                .prop_map(|(pixel_sd, miss_probability, false_positive_probability, max_distance_m, falloff)| {
+                    ClassNoise { pixel_sd, miss_probability, false_positive_probability, max_distance_m, falloff }
+                })
+                .boxed()
+        };
+    let gaze = (degrees(0.0..=180.0), degrees(0.0..=180.0), degrees(0.0..=180.0), within(0.0..=3600.0)).prop_map(
+        |(bias_sd, standing_sd, walking_sd, correlation_s)| GazeNoise {
+            bias_sd,
+            standing_sd,
+            walking_sd,
+            correlation_s,
+        },
+    );
+    let places = || {
+        (within(0.0..=600.0), within(0.0..=3600.0)).prop_map(|(per_minute, life_s)| FalsePlaces { per_minute, life_s })
     };
-    let vision = ([class(), class(), class(), class(), class(), class(), class()], degrees(0.0..=180.0)).prop_map(
-        |([ball, goal_posts, robots, lines, junctions, penalty_crosses, centre_circle], head_angle_sd)| {
+    let feet = (within(-1.0..=10.0), within(0.0..=10.0)).prop_map(|(bias, sd)| HiddenFeet { bias, sd });
+    let lasting = (degrees(0.0..=180.0), gaze, places(), places(), feet);
+    let vision = ([class(), class(), class(), class(), class(), class(), class()], lasting).prop_map(
+        |([ball, goal_posts, robots, lines, junctions, penalty_crosses, centre_circle], lasting)| {
+            let (head_angle_sd, gaze, false_balls, false_robots, hidden_feet) = lasting;
             VisionSettings {
                 noise: VisionNoise {
                     ball,
@@ -318,6 +338,10 @@ fn abilities() -> impl Strategy<Value = Abilities> {
                     penalty_crosses,
                     centre_circle,
                     head_angle_sd,
+                    gaze,
+                    false_balls,
+                    false_robots,
+                    hidden_feet,
                 },
                 ..VisionSettings::default()
             }

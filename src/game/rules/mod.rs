@@ -21,7 +21,7 @@ pub enum BallOutRestart {
     KickOff,
     /// Play runs on; the ball is thrown in (2010 rule book, section 3.9).
     ThrowIn,
-    /// A kick-in, a goal kick or a corner kick (2025 rule book, "Kick-in").
+    /// A kick-in, a goal kick or a corner kick (2025 rule book, section 3.8).
     FreeKick,
 }
 
@@ -42,10 +42,10 @@ pub enum KickOffProcedure {
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum KickOffPositions {
-    /// 2010 rule book, section 3.6.
+    /// 2010 rule book, section 3.5.
     #[default]
     Spl2010,
-    /// 2025 rule book, "Kick-off".
+    /// 2025 rule book, section 3.7.
     Spl2025,
 }
 
@@ -81,9 +81,9 @@ pub enum SideContacts {
     /// It is responsible as for any collision.
     #[default]
     Count,
-    /// It may if the other goes to the ball, too (2010 rule book, "Player Pushing").
+    /// It may if the other goes to the ball, too (2010 rule book, section 4.9.1).
     FreeIfBothGoToBall,
-    /// It may, whatever the other does (2025 rule book, "Player Pushing").
+    /// It may, whatever the other does (2025 rule book, section 4.10).
     FreeOnTheWayToBall,
 }
 
@@ -126,22 +126,22 @@ pub struct Rules {
     /// Whether a half goes on after its time as long as an attacker's ball rolls towards the opponents' goal (2025 rule book,
     /// section 3.18).
     pub half_ends_when_ball_stops: bool,
-    /// The match is over when a team leads by so many goals (2025 rule book, "Mercy Rule": 10).
+    /// The match is over when a team leads by so many goals (2025 rule book, section 3.16: 10).
     pub mercy_goals: Option<u32>,
     /// Robots of a team when a scenario lines up whole teams.
     pub team_size: u8,
 
     /// How many messages a team may send in a match, shoot-outs apart; none for any number. The goals of one that sends more
-    /// do not count (2025 rule book, section 2.6: 1200).
+    /// do not count (2025 rule book, section 2.4.2: 1200).
     pub message_budget: Option<u32>,
 
     /// Whether goals count and are followed by a kick-off.
     pub goals: bool,
     /// Whether a goal of the team that kicked off counts only if one of its robots has played the ball outside the
-    /// centre circle (2010 rule book, section 4.4).
+    /// centre circle (2010 rule book, section 4.5).
     pub no_kick_off_shots: bool,
     /// Whether a goal counts only if two robots of the team have played the ball since the last restart (2025 rule
-    /// book, "Indirect Kick").
+    /// book, section 3.4).
     pub indirect_goals: bool,
 
     /// Whether a ball outside the lines is out.
@@ -217,19 +217,19 @@ pub struct Rules {
     /// How near is near, m, from the robot's origin to the ball's centre.
     pub stall_radius_m: f32,
 
-    /// Whether a robot that covers the ball for too long is penalised (2010 rule book, section 4.5).
+    /// Whether a robot that covers the ball for too long is penalised (2010 rule book, section 4.6).
     pub ball_holding: bool,
     /// For how long it may, s (2010 and 2025: 3).
     pub ball_holding_s: f32,
     /// For how long the keeper may with a foot in its own penalty area, s (2010: 5; 2025: 10).
     pub keeper_ball_holding_s: f32,
 
-    /// Whether a robot that leaves the carpet, or stays in a goal, is penalised (2010 rule book, section 4.10).
+    /// Whether a robot that leaves the carpet, or stays in a goal, is penalised (2010 rule book, section 4.12).
     pub leaving_field: bool,
     /// For how long it may be in a goal, s (2010 and 2025: 5).
     pub in_goal_s: f32,
 
-    /// Whether robots that defend where they may not are penalised (2010 rule book, section 4.11).
+    /// Whether robots that defend where they may not are penalised (2010 rule book, section 4.13).
     pub illegal_defender: bool,
     /// Who may be where.
     pub defender_limit: DefenderLimit,
@@ -241,7 +241,7 @@ pub struct Rules {
     /// For how long it may step into an opponent's way, s.
     pub obstruction_s: f32,
 
-    /// Whether a robot that does nothing is penalised (2010 rule book, section 4.6).
+    /// Whether a robot that does nothing is penalised (2010 rule book, section 4.7).
     pub inactive: bool,
     /// For how long it may, s (2010 and 2025: 10).
     pub inactive_s: f32,
@@ -264,7 +264,7 @@ pub struct Rules {
     pub fall_certain_mps: f32,
     /// How long a robot takes to get up, s of any state of the game.
     pub get_up_s: f32,
-    /// Whether a robot that lies for too long is penalised (2010 rule book, section 4.6).
+    /// Whether a robot that lies for too long is penalised (2010 rule book, section 4.7).
     pub fallen: bool,
     /// Within this time it must begin to get up, s (2010: 5).
     pub fallen_s: f32,

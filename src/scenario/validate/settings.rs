@@ -166,8 +166,26 @@ impl Checks {
             if let Some(distance) = class.max_distance_m {
                 self.range(path.field("max_distance_m"), distance, 0.0..=1000.0, " m");
             }
+            if let Some(falloff) = class.falloff {
+                let path = path.field("falloff");
+                self.positive(path.field("half_distance_m"), falloff.half_distance_m, 1000.0, " m");
+                self.range(path.field("exponent"), falloff.exponent, 0.5..=100.0, "");
+            }
         }
         self.degrees(path.field("head_angle_sd_deg"), noise.head_angle_sd, 0.0..=180.0, " degrees");
+        let gaze = path.field("gaze");
+        self.degrees(gaze.field("bias_sd_deg"), noise.gaze.bias_sd, 0.0..=180.0, " degrees");
+        self.degrees(gaze.field("standing_sd_deg"), noise.gaze.standing_sd, 0.0..=180.0, " degrees");
+        self.degrees(gaze.field("walking_sd_deg"), noise.gaze.walking_sd, 0.0..=180.0, " degrees");
+        self.range(gaze.field("correlation_s"), noise.gaze.correlation_s, 0.0..=3600.0, " s");
+        for (name, class) in [("false_balls", noise.false_balls), ("false_robots", noise.false_robots)] {
+            let path = path.field(name);
+            self.range(path.field("per_minute"), class.per_minute, 0.0..=600.0, " a minute");
+            self.range(path.field("life_s"), class.life_s, 0.0..=3600.0, " s");
+        }
+        let feet = path.field("hidden_feet");
+        self.range(feet.field("bias"), noise.hidden_feet.bias, -1.0..=10.0, ", a share of the distance");
+        self.range(feet.field("sd"), noise.hidden_feet.sd, 0.0..=10.0, ", a share of the distance");
     }
 
     pub(super) fn cameras(&mut self, path: &FieldPath, cameras: &CameraSettings) {

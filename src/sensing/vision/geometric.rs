@@ -2,6 +2,8 @@
 
 use bevy::prelude::*;
 
+use super::gaze::GazeError;
+use super::noise::HiddenFeet;
 use super::occlusion::{Occluders, Target};
 use super::{BallPercept, ClassNoise, GoalPostPercept, Percepts, RobotPercept, VisionNoise};
 use crate::appearance::scene::{Scene, SceneBall, ScenePost, SceneRobot};
@@ -14,6 +16,9 @@ use crate::team::Team;
 
 /// Heights on the waistband at which a robot is looked for, m: the band is 10 cm high, above the hips.
 const WAISTBAND_HEIGHTS_M: [f32; 3] = [0.30, 0.25, 0.35];
+
+/// Heights from the foot up to the waistband at which a robot whose foot is not seen may be seen, m.
+const LEG_HEIGHTS_M: [f32; 5] = [0.05, 0.10, 0.15, 0.20, 0.25];
 
 /// Where across the line of sight the waistband is looked at, m: the trunk without the arms is 12 cm wide.
 const WAISTBAND_OFFSETS_M: [f32; 3] = [0.0, -0.04, 0.04];
@@ -56,6 +61,8 @@ pub(super) struct Observer<'a> {
     pub(super) noise: &'a VisionNoise,
     occluders: &'a Occluders,
     pub(super) stream: &'a mut RandomStream,
+    /// For what depends on distance and on what is hidden.
+    recognition: &'a mut RandomStream,
 }
 
 /// What of a thing that stands on the ground its place is told by, best first.
@@ -72,22 +79,25 @@ enum Cue {
 impl<'a> Observer<'a> {
     pub(super) fn new(
         camera: &CameraSettings,
-        measured: HeadAngles,
+        (measured, gaze): (HeadAngles, &GazeError),
         pose: Pose,
         noise: &'a VisionNoise,
         occluders: &'a Occluders,
-        stream: &'a mut RandomStream,
+        [stream, recognition]: [&'a mut RandomStream; 2],
     ) -> Self {
         let intrinsics = CameraIntrinsics::from(camera);
         let believed = CameraView::both(intrinsics, measured);
-        let actual = if noise.head_angle_sd == 0.0 {
-            believed
-        } else {
-            let yaw = measured.yaw + stream.gaussian(noise.head_angle_sd);
-            let pitch = measured.pitch + stream.gaussian(noise.head_angle_sd);
-            CameraView::both(intrinsics, HeadAngles { yaw, pitch })
-        };
-        Self { pose, forward: pose.forward(), actual, believed, noise, occluders, stream }
+        let HeadAngles { yaw, pitch } = gaze.actual(measured);
+        let yaw = yaw + stream.gaussian(noise.head_angle_sd);
+        let pitch = pitch + stream.gaussian(noise.head_angle_sd);
+        let looks_there = measured == HeadAngles { yaw, pitch };
+        let actual = if looks_there { believed } else { CameraView::both(intrinsics, HeadAngles { yaw, pitch }) };
+        Self { pose, forward: pose.forward(), actual, believed, noise, occluders, stream, recognition }
+    }
+
+    /// The same robot in the same cycle, whose noise is drawn from another stream.
+    pub(super) fn with_stream<'b>(&'b mut self, stream: &'b mut RandomStream) -> Observer<'b> {
+        Observer { stream, recognition: self.recognition, ..*self }
     }
 
     pub(super) fn recognise_everything(&mut self, percepts: &mut Percepts, scene: &Scene, own_index: Option<usize>) {
@@ -104,7 +114,28 @@ impl<'a> Observer<'a> {
         self.imagine(percepts, scene);
     }
 
-    fn see_ball(&mut self, ball: SceneBall) -> Option<BallPercept> {
+    /// How much further away than it is a thing seems, by its size in the image, of which this many of so many points
+    /// are visible.
+    fn seems_further_by(visible: usize, of: usize) -> f32 {
+        (of as f32 / visible as f32).sqrt()
+    }
+
+    /// Whether a thing at this distance, m, by its size in the image, is near enough to be recognised this time.
+    pub(super) fn is_noticed(&mut self, class: &ClassNoise, distance: impl FnOnce(&Self) -> f32) -> bool {
+        match class.falloff {
+            None => true,
+            Some(falloff) => falloff.draw_reach(self.recognition) >= distance(self),
+        }
+    }
+
+    /// How far things of a class are recognised this time, m.
+    pub(super) fn draw_reach(&mut self, class: &ClassNoise) -> Option<f32> {
+        let Some(falloff) = class.falloff else { return class.max_distance_m };
+        let reach = falloff.draw_reach(self.recognition);
+        Some(class.max_distance_m.map_or(reach, |distance| reach.min(distance)))
+    }
+
+    pub(super) fn see_ball(&mut self, ball: SceneBall) -> Option<BallPercept> {
         let class = self.noise.ball;
         let place = self.in_robot_frame(ball.position);
         if class.is_too_far(place) || self.side_of(place) != ViewSide::Inside {
@@ -115,15 +146,25 @@ impl<'a> Observer<'a> {
         }
         let centre = place.extend(ball.radius);
         let target = self.judge(Target::Other, place, ball.radius);
+        let points = |view: &CameraView| {
+            let across = across_sight(view, place) * ball.radius;
+            BALL_OFFSETS.map(|[right, up]| centre + (right * across).extend(up * ball.radius))
+        };
         let side = self.best_camera(|observer, side| {
             let view = &observer.actual[side];
             let pixel = view.may_see(centre, ball.radius).then(|| view.project(centre))??;
-            let across = across_sight(view, place) * ball.radius;
-            let points = BALL_OFFSETS.map(|[right, up]| centre + (right * across).extend(up * ball.radius));
             observer
-                .sees_enough(side, &points, target, BALL_POINTS_NEEDED)
+                .sees_enough(side, &points(view), target, BALL_POINTS_NEEDED)
                 .then(|| view.offset_from_centre_squared(pixel))
         })?;
+        let is_noticed = self.is_noticed(&class, |observer| {
+            let points = points(&observer.actual[side]);
+            let visible = points.iter().filter(|&&point| observer.is_visible(side, point, target)).count();
+            place.length() * Self::seems_further_by(visible, points.len())
+        });
+        if !is_noticed {
+            return None;
+        }
         let pixel = self.measured_pixel_in_image(side, centre, class.pixel_sd)?;
         let position_m = on_pitch(self.believed[side].point_at_height(pixel, ball.radius))?;
         Some(BallPercept { camera: CameraSide::BOTH[side], pixel, position_m })
@@ -159,23 +200,63 @@ impl<'a> Observer<'a> {
                 _ => Cue::Width(POST_HEIGHTS[lowest] * height),
             })
         })?;
+        let is_noticed = self.is_noticed(&class, |observer| {
+            let is_visible = |share: f32| observer.is_visible(side, place.extend(share * height), target);
+            let visible = POST_HEIGHTS.into_iter().filter(|&share| is_visible(share)).count();
+            place.length() * Self::seems_further_by(visible, POST_HEIGHTS.len())
+        });
+        if !is_noticed {
+            return None;
+        }
         let (pixel, position_m) = self.measured_standing_point(side, place, post.post.radius, cue, class.pixel_sd)?;
         Some(GoalPostPercept { camera: CameraSide::BOTH[side], colour, pixel, position_m })
     }
 
     fn see_robot(&mut self, index: usize, robot: &SceneRobot) -> Option<RobotPercept> {
+        self.see_waistband(robot.pose.position, robot.id.team, Target::Robot(index))
+    }
+
+    /// Something at a place on the pitch that looks like a robot of this team.
+    pub(super) fn see_like_robot(&mut self, position: Vec2, team: Team) -> Option<RobotPercept> {
+        self.see_waistband(position, team, Target::Other)
+    }
+
+    fn see_waistband(&mut self, position: Vec2, team: Team, target: Target) -> Option<RobotPercept> {
         let class = self.noise.robots;
-        let place = self.in_robot_frame(robot.pose.position);
+        let place = self.in_robot_frame(position);
         if class.is_too_far(place) || self.side_of(place) != ViewSide::Inside {
             return None;
         }
         if self.stream.chance(class.miss_probability) {
             return None;
         }
-        let target = self.judge(Target::Robot(index), place, WAISTBAND_RADIUS_M);
+        let target = self.judge(target, place, WAISTBAND_RADIUS_M);
         let (side, cue) = self.best_cue(place, target, |observer, side| observer.robot_cue(side, place, target))?;
-        let (pixel, position_m) = self.measured_standing_point(side, place, 0.0, cue, class.pixel_sd)?;
-        Some(RobotPercept { camera: CameraSide::BOTH[side], team: robot.id.team, pixel, position_m })
+        let is_noticed = self.is_noticed(&class, |observer| {
+            let points = waistband(&observer.actual[side], place);
+            let points = points.as_flattened();
+            let visible = points.iter().filter(|&&point| observer.is_visible(side, point, target)).count();
+            // Of a robot whose foot alone is in this image, the waistband is in the other.
+            place.length() * Self::seems_further_by(visible.max(WAISTBAND_POINTS_NEEDED), points.len())
+        });
+        if !is_noticed {
+            return None;
+        }
+        let (mut pixel, mut position_m) = self.measured_standing_point(side, place, 0.0, cue, class.pixel_sd)?;
+        if cue != Cue::Foot && self.noise.hidden_feet != HiddenFeet::default() {
+            position_m = on_pitch(Some(position_m * self.error_without_feet(side, place, target)))?;
+            pixel = self.believed[side].project_anywhere(position_m.extend(0.0));
+        }
+        Some(RobotPercept { camera: CameraSide::BOTH[side], team, pixel, position_m })
+    }
+
+    /// By which factor a robot seems further away whose foot is not seen: the more, the higher it is hidden.
+    fn error_without_feet(&mut self, side: usize, place: Vec2, target: Target) -> f32 {
+        let HiddenFeet { bias, sd } = self.noise.hidden_feet;
+        let is_visible = |height: &f32| self.is_visible(side, place.extend(*height), target);
+        let hidden_m = LEG_HEIGHTS_M.into_iter().find(is_visible).unwrap_or(WAISTBAND_HEIGHTS_M[0]);
+        let share = hidden_m / WAISTBAND_HEIGHTS_M[0];
+        (1.0 + share * (bias + self.recognition.gaussian(sd))).max(0.1)
     }
 
     /// By what one camera sees a robot, if it sees enough of its waistband.
@@ -184,9 +265,7 @@ impl<'a> Observer<'a> {
         if !view.may_see(place.extend(WAISTBAND_HEIGHTS_M[0]), WAISTBAND_RADIUS_M) {
             return None;
         }
-        let across = across_sight(view, place);
-        let points = WAISTBAND_HEIGHTS_M
-            .map(|height| WAISTBAND_OFFSETS_M.map(|offset| (place + offset * across).extend(height)));
+        let points = waistband(view, place);
         let mut visible =
             points.as_flattened().iter().filter(|&&point| self.is_visible(side, point, target)).map(|point| point.z);
         let height = visible.next()?;
@@ -363,6 +442,12 @@ impl<'a> Observer<'a> {
         let position = on_pitch(position)?;
         Some((self.believed[side].project_anywhere(position.extend(0.0)), position))
     }
+}
+
+/// Where the waistband of a robot at `place` is looked at.
+fn waistband(view: &CameraView, place: Vec2) -> [[Vec3; 3]; 3] {
+    let across = across_sight(view, place);
+    WAISTBAND_HEIGHTS_M.map(|height| WAISTBAND_OFFSETS_M.map(|offset| (place + offset * across).extend(height)))
 }
 
 /// The horizontal unit vector across the line of sight to `place`, to the left.

@@ -43,7 +43,8 @@ impl Observer<'_> {
         if sides[0] == sides[1] && sides[0] != ViewSide::Inside {
             return;
         }
-        let Some([start, end]) = within_distance(ends, class.max_distance_m) else { return };
+        let reach = self.draw_reach(class);
+        let Some([start, end]) = within_distance(ends, reach) else { return };
         for side in [0, 1] {
             landmarks.extend(self.see_stretch(side, [start.extend(0.0), end.extend(0.0)], class));
         }
@@ -87,6 +88,9 @@ impl Observer<'_> {
         let side = self.best_camera(|observer, side| {
             observer.is_visible(side, place, Target::Other).then(|| observer.offset_in_image(side, place))
         })?;
+        if !self.is_noticed(class, |_| place.truncate().length()) {
+            return None;
+        }
         let pixel = self.measured_pixel_in_image(side, place, class.pixel_sd)?;
         self.landmark(side, kind, pixel)
     }
@@ -104,6 +108,9 @@ impl Observer<'_> {
                 && observer.sees_enough(side, &points, Target::Other, CIRCLE_POINTS_NEEDED);
             is_seen.then(|| observer.offset_in_image(side, centre))
         })?;
+        if !self.is_noticed(class, |_| centre.truncate().length()) {
+            return None;
+        }
         let pixel = self.measured_pixel(side, centre, class.pixel_sd)?;
         self.landmark(side, LandmarkKind::CentreCircle, pixel)
     }

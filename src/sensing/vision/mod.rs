@@ -25,7 +25,12 @@
 //! **Noise** lives in the image ([`VisionNoise`]): the pixel's spread, misses, false detections and a greatest distance
 //! for each class, and an error of the head angles, which puts the cameras elsewhere than the robot thinks. So the
 //! error of a place grows with the square of its distance, as it does on the robot. The preset `default` has the
-//! figures of B-Human's simulator of its own vision.
+//! figures of B-Human's simulator of its own vision: in it, one image knows nothing of the one before.
+//!
+//! A real vision errs for longer than an image, and so do robots that are `realistic`: the [`gaze`] errs alike for a step, the more
+//! while walking, and by a bias for a whole match ([`GazeNoise`]); what is far or half hidden is recognised less often, without a
+//! distance at which all ends ([`Falloff`]); a crossing of lines looks like a ball for seconds, from wherever the robot
+//! looks at it ([`FalsePlaces`]); and a robot whose feet are hidden seems further away ([`HiddenFeet`]).
 //!
 //! **By images** ([`VisionSource::Image`]), everything is recognised in the [rendered images](crate::sensing::camera)
 //! alone: see [`image`]. The noise is then that of the images. A vision of a program's own works on the images in
@@ -42,17 +47,20 @@ use serde::{Deserialize, Serialize};
 
 use crate::appearance::scene::Scene;
 use crate::camera_model::CameraSide;
-use crate::cycle::Cycle;
+use crate::cycle::{Cycle, CycleClock};
 use crate::geometry::{Pose, angle_of};
 use crate::knowledge::Knowledge;
 use crate::pitch::{GoalColour, JunctionShape};
 use crate::random::RandomStreams;
 use crate::robot::head::HeadAngles;
+use crate::robot::motion::ExecutedStep;
 use crate::sensing::camera::CameraSettings;
 use crate::sensing::jobs::SensingThreads;
 use crate::sensing::scene::{ScenePlugin, SensingSystems};
 use crate::team::{RobotId, Team};
 
+mod false_places;
+pub mod gaze;
 mod geometric;
 pub mod image;
 mod landmarks;
@@ -60,8 +68,10 @@ mod noise;
 mod occlusion;
 mod truth;
 
+pub use false_places::MistakenPlaces;
+use gaze::GazeError;
 use geometric::Observer;
-pub use noise::{ClassNoise, VisionNoise};
+pub use noise::{ClassNoise, Falloff, FalsePlaces, GazeNoise, HiddenFeet, VisionNoise};
 use occlusion::Occluders;
 
 /// Fills every robot's [`Percepts`].
@@ -74,7 +84,10 @@ impl Plugin for VisionPlugin {
         }
         app.register_type::<VisionSettings>()
             .register_type::<Percepts>()
+            .register_type::<GazeError>()
+            .register_type::<MistakenPlaces>()
             .init_resource::<SensingThreads>()
+            .add_systems(Cycle, gaze::move_cameras.in_set(SensingSystems::Scene))
             .add_systems(Cycle, (recognise, image::seeing::look_through_images).chain().in_set(SensingSystems::Vision));
     }
 }
@@ -248,7 +261,7 @@ pub enum VisionSource {
 
 /// What a robot recognises in its images, and how well.
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[require(Percepts, CameraSettings)]
+#[require(Percepts, CameraSettings, GazeError, MistakenPlaces, ExecutedStep)]
 #[reflect(Component, @Knowledge::Public)]
 #[serde(default, deny_unknown_fields)]
 pub struct VisionSettings {
@@ -260,20 +273,22 @@ pub struct VisionSettings {
 
 fn recognise(
     scene: Res<Scene>,
+    clock: Res<CycleClock>,
     mut occluders: Local<Occluders>,
     mut robots: Query<(
         &RobotId,
         &Pose,
-        &HeadAngles,
+        (&HeadAngles, &GazeError),
         &CameraSettings,
         &VisionSettings,
+        &mut MistakenPlaces,
         &mut Percepts,
         &mut RandomStreams,
     )>,
 ) {
-    for (&id, &pose, &head, camera, settings, mut percepts, mut streams) in &mut robots {
+    for (&id, &pose, (&head, gaze), camera, settings, mut mistaken, mut percepts, mut streams) in &mut robots {
         percepts.clear();
-        let stream = &mut streams.vision;
+        let RandomStreams { vision, recognition, false_places, .. } = &mut *streams;
         let own_index = scene.robots.iter().position(|robot| robot.id == id);
         match settings.source {
             VisionSource::Truth => truth::know_everything(&mut percepts, &scene, own_index, pose, camera, head),
@@ -281,8 +296,11 @@ fn recognise(
             VisionSource::Image => {}
             VisionSource::Geometric => {
                 occluders.gather(&scene, own_index, pose);
-                let mut observer = Observer::new(camera, head, pose, &settings.noise, &occluders, stream);
+                let streams = [vision, recognition];
+                let mut observer = Observer::new(camera, (head, gaze), pose, &settings.noise, &occluders, streams);
                 observer.recognise_everything(&mut percepts, &scene, own_index);
+                mistaken.bypass_change_detection().advance(&settings.noise, &scene, clock.period(), false_places);
+                mistaken.see(&mut observer.with_stream(false_places), &mut percepts, &scene);
             }
         }
         percepts.sort();

@@ -1,9 +1,11 @@
 //! Errors of the geometric vision, class by class, and their presets.
 
+use bevy::math::ops;
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::{file_units, to_radians};
+use crate::random::RandomStream;
 
 /// How well one class of things is recognised.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
@@ -13,16 +15,91 @@ pub struct ClassNoise {
     pub pixel_sd: f32,
     /// Probability that a thing in view is not recognised in a cycle.
     pub miss_probability: f32,
-    /// Probability that in a cycle one is recognised where there is none. Only things that have a place of their own
-    /// are taken for granted falsely: balls, goal posts and robots.
+    /// Probability that in a cycle one is recognised where there is none, somewhere else each time. Only things that have
+    /// a place of their own are taken for granted falsely: balls, goal posts and robots.
     pub false_positive_probability: f32,
     /// Greatest distance at which it is recognised, m; none for unlimited.
     pub max_distance_m: Option<f32>,
+    /// How it is recognised less often the further away and the smaller it seems; none for equally often.
+    #[serde(default)]
+    pub falloff: Option<Falloff>,
+}
+
+/// How recognition falls off with distance: at a distance d with probability 1 / (1 + (d / `half_distance_m`)^`exponent`), the
+/// [misses](ClassNoise::miss_probability) aside. A thing of which only a share of the area is visible seems as small as a
+/// whole one that is further away by one over the root of that share, and is recognised as often as that.
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Falloff {
+    /// Where it is recognised half as often as from near by, m.
+    pub half_distance_m: f32,
+    /// How steeply it falls off: from twice that distance it is recognised 2 to the power of this times less often than not.
+    pub exponent: f32,
+}
+
+impl Falloff {
+    /// The share of those at this distance, m, that is recognised of what would be from near by.
+    pub fn share_at(&self, distance_m: f32) -> f32 {
+        (1.0 + ops::powf(distance_m / self.half_distance_m, self.exponent)).recip()
+    }
+
+    /// How far it is recognised this time, m: at least as far as d with the probability that a thing at d is recognised.
+    pub fn draw_reach(&self, stream: &mut RandomStream) -> f32 {
+        // From (0, 1].
+        let share = 1.0 - stream.uniform();
+        self.half_distance_m * ops::powf((1.0 - share) / share, self.exponent.recip())
+    }
+}
+
+/// How the cameras look elsewhere than the robot thinks by its joints and its upright body: as it rocks, as its joints have
+/// play, and as it was never exactly calibrated. In yaw and pitch each; independent of how long cycles are.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct GazeNoise {
+    /// Standard deviation of what never changes in a match, radians (degrees in files).
+    #[serde(rename = "bias_sd_deg", with = "file_units::degrees")]
+    pub bias_sd: f32,
+    /// Standard deviation of what changes while the robot stands, radians (degrees in files).
+    #[serde(rename = "standing_sd_deg", with = "file_units::degrees")]
+    pub standing_sd: f32,
+    /// Standard deviation of what changes while it walks, radians (degrees in files).
+    #[serde(rename = "walking_sd_deg", with = "file_units::degrees")]
+    pub walking_sd: f32,
+    /// How long what changes stays alike, s: after this time the correlation is 1/e (a Gauss-Markov process of first order).
+    /// Zero for an error of its own in each cycle.
+    pub correlation_s: f32,
+}
+
+/// Places on the pitch that look like something else, to one robot: for many images, from wherever it looks at them.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct FalsePlaces {
+    /// How many appear in a minute, on the whole pitch; most of them out of view.
+    pub per_minute: f32,
+    /// How long one lasts on average, s; the times are distributed exponentially.
+    pub life_s: f32,
+}
+
+/// The error of the distance to a robot whose feet are hidden, or below the image. As shares of the distance, if it is
+/// hidden up to its waistband; proportionally less if less of it is.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct HiddenFeet {
+    /// On average: positive if it seems further away than it is.
+    pub bias: f32,
+    /// Standard deviation, a draw in each cycle.
+    pub sd: f32,
 }
 
 impl ClassNoise {
     const fn new(pixel_sd: f32, miss_probability: f32, false_positive_probability: f32, max_distance_m: f32) -> Self {
-        Self { pixel_sd, miss_probability, false_positive_probability, max_distance_m: Some(max_distance_m) }
+        Self {
+            pixel_sd,
+            miss_probability,
+            false_positive_probability,
+            max_distance_m: Some(max_distance_m),
+            falloff: None,
+        }
     }
 
     /// Whether a thing at this place, m, robot frame, is too far away.
@@ -54,6 +131,14 @@ pub struct VisionNoise {
     /// and pitch each, radians (degrees in files). Drawn in every cycle.
     #[serde(rename = "head_angle_sd_deg", with = "file_units::degrees")]
     pub head_angle_sd: f32,
+    /// The part of that difference that lasts. Rendered images have it, too.
+    pub gaze: GazeNoise,
+    /// Line crossings and penalty crosses that look like a ball.
+    pub false_balls: FalsePlaces,
+    /// Places on the carpet, or beside the pitch, where something looks like a robot.
+    pub false_robots: FalsePlaces,
+    /// How far away robots without feet seem.
+    pub hidden_feet: HiddenFeet,
 }
 
 impl Default for VisionNoise {
@@ -78,13 +163,17 @@ impl VisionNoise {
             penalty_crosses: exact,
             centre_circle: exact,
             head_angle_sd: 0.0,
+            gaze: GazeNoise::default(),
+            false_balls: FalsePlaces::default(),
+            false_robots: FalsePlaces::default(),
+            hidden_feet: HiddenFeet::default(),
         }
     }
 
     /// The preset `default`: what B-Human's simulator assumes of B-Human's vision (`oracledPerceptsProvider.cfg`,
     /// 2025). There, line crossings are computed from lines and have no figures: here they are missed as often as
     /// lines, with the spread of the penalty mark and the range of the centre circle. The head's error is that of
-    /// SimSpark's restricted vision perceptor (0.12° and 0.15°).
+    /// SimSpark's restricted vision perceptor (0.12° and 0.15°). Nothing of it lasts from one image to the next.
     pub fn standard() -> Self {
         Self {
             ball: ClassNoise::new(1.0, 0.1, 0.0005, 5.0),
@@ -95,6 +184,7 @@ impl VisionNoise {
             penalty_crosses: ClassNoise::new(1.0, 0.2, 0.0, 2.5),
             centre_circle: ClassNoise::new(3.0, 0.8, 0.0, 3.5),
             head_angle_sd: to_radians(0.15),
+            ..Self::none()
         }
     }
 }
@@ -102,6 +192,19 @@ impl VisionNoise {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn recognition_falls_off_as_a_function_of_the_distance() {
+        let falloff = Falloff { half_distance_m: 4.0, exponent: 3.0 };
+        let mut stream = RandomStream::for_match(3, "falloff");
+        let reaches: Vec<f32> = (0..20_000).map(|_| falloff.draw_reach(&mut stream)).collect();
+        // 1 / (1 + (d / 4)³): 8/9 at 2 m, a half at 4 m, 1/9 at 8 m. Binomial: four standard errors are at most 0.0141.
+        for (distance, expected) in [(2.0, 8.0 / 9.0), (4.0, 0.5), (8.0, 1.0 / 9.0)] {
+            let share = reaches.iter().filter(|&&reach| reach >= distance).count() as f32 / 20_000.0;
+            assert!((share - expected).abs() < 0.0141, "{share} at {distance} m");
+        }
+        assert!(reaches.iter().all(|reach| *reach >= 0.0 && reach.is_finite()));
+    }
 
     #[test]
     fn noise_written_by_a_program_reads_back() {
