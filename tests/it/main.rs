@@ -25,6 +25,7 @@ mod outputs;
 mod own_program;
 mod own_rules;
 mod pairs;
+mod realism;
 mod referee_properties;
 #[cfg(feature = "gpu")]
 mod renderers;
