@@ -136,6 +136,10 @@ impl Checks {
             }
         }
         self.probability(path.field("miss_probability"), sonar.miss_probability);
+        if let Some(rate_hz) = sonar.rate_hz {
+            self.range(path.field("rate_hz"), rate_hz, 0.1..=1000.0, " Hz");
+        }
+        self.probability(path.field("crosstalk_probability"), sonar.crosstalk_probability);
     }
 
     pub(super) fn odometry(&mut self, path: &FieldPath, odometry: &OdometrySettings) {
