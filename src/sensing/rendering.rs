@@ -116,6 +116,7 @@ fn take_images(
                 continue;
             }
             let mut view = View::of_robot(&camera, body.world_from_robot(), *id);
+            view.antialiasing = settings.antialiasing;
             view.shadows = settings.shadows;
             buffers.jobs.push(Job {
                 robot: entity,

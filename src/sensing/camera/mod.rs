@@ -175,6 +175,8 @@ pub struct CameraSettings {
     pub design: RobotDesign,
     /// Light and noise.
     pub noise: ImageNoise,
+    /// Whether pixels integrate the light over all of their area, as a sensor's do: far lines stay lines instead of dashes.
+    pub antialiasing: bool,
     /// Whether bodies cast shadows on the ground.
     pub shadows: bool,
     /// Whether images say of each pixel what it is: ground truth, for learning.
@@ -194,6 +196,7 @@ impl Default for CameraSettings {
             every_cycles: 1,
             design: RobotDesign::default(),
             noise: ImageNoise::default(),
+            antialiasing: true,
             shadows: false,
             labels: false,
             depth: false,
