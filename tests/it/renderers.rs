@@ -124,10 +124,10 @@ fn light_along(image: &Image, [first, end]: [u32; 2], row: u32) -> Vec<f32> {
 #[test]
 fn far_lines_are_lines_in_both_and_dashes_in_none() {
     let Some(mut gpu) = renderer() else { return };
-    // Across the pitch from behind one goal line, turned a little: the halfway line is 4 m away, less than a pixel wide.
+    // Along the pitch from beside one goal, turned a little: the halfway line is 4 m away, half a pixel wide.
     let scene = Scene::empty(Pitch { length_m: 9.0, width_m: 6.0, ..Pitch::default() });
     let camera = CameraView::both(CameraIntrinsics::from(&CameraSettings::default()), HeadAngles::default())[0];
-    let place = Pose::new(-4.6, -0.7, 0.06);
+    let place = Pose::new(-4.2, 1.0, 0.06);
     let looker = SceneRobot::standing(RobotId::new(Team::Blue, 1), place, BodyBounds::default());
     let mut unevenness = Vec::new();
     for antialiasing in [true, false] {
@@ -138,8 +138,8 @@ fn far_lines_are_lines_in_both_and_dashes_in_none() {
         prepared.prepare(&scene, Detail::default());
         let mut image = Image::default();
         Renderer::default().draw(&prepared, &view, Layers::ALL, &mut image);
-        // From one end of the line to the other in the image, but for the circle's crossings.
-        let [left, right] = [2.0, -2.2].map(|y| view.project(Vec3::new(0.0, y, 0.0)).expect("a place ahead"));
+        // Along the line in the image, before the circle crosses it.
+        let [left, right] = [2.6, 0.8].map(|y| view.project(Vec3::new(0.0, y, 0.0)).expect("a place ahead"));
         let of = |image: &Image| {
             (left.x as u32..right.x as u32)
                 .flat_map(|u| {
@@ -151,7 +151,7 @@ fn far_lines_are_lines_in_both_and_dashes_in_none() {
         let lights = [of(&image), of(&shot.image)];
         let apart: f32 = lights[0].iter().zip(&lights[1]).map(|(one, other)| (one - other).abs()).sum();
         let apart = apart / lights[0].len() as f32;
-        assert!(apart < if antialiasing { 4.0 } else { 12.0 }, "{apart}");
+        assert!(apart < if antialiasing { 6.0 } else { 12.0 }, "{apart}");
         // From one pixel to the next, the light of a line changes little.
         unevenness.push(
             lights
