@@ -161,6 +161,8 @@ pub enum DisallowedGoal {
     KickOffShot,
     /// Only one robot of the team had played the ball since the last restart.
     NotIndirect,
+    /// The team has sent more messages than it may.
+    TooManyMessages,
 }
 
 #[cfg(test)]

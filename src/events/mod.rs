@@ -243,6 +243,13 @@ pub enum MatchEvent {
         /// Why it cannot be done.
         message: String,
     },
+    /// A team has sent more messages than it may: its goals do not count.
+    TooManyMessages {
+        /// Which team.
+        team: Team,
+        /// What was measured, and which rule says so.
+        evidence: Evidence,
+    },
     /// A robot was penalised and removed from the pitch.
     Penalty {
         /// Which robot.

@@ -48,7 +48,8 @@ pub enum Intervention {
         /// The reason that is given.
         #[serde(default)]
         reason: PenaltyReason,
-        /// For how long, s of play; without it as long as the rules say.
+        /// For how long, s of play. Without it as long as the rules say for this reason, and it counts as the referee's own
+        /// penalties do; with it, it counts for nothing else.
         #[serde(default)]
         duration_s: Option<f32>,
     },

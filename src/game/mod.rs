@@ -15,10 +15,11 @@ pub use evidence::{Evidence, Measurement, RobotEvidence};
 pub use intervention::{Intervention, Interventions, TimedIntervention};
 pub use penalty::{ActivePenalty, Penalty, PenaltyReason, RuleName};
 pub use rules::{
-    BallOutRestart, DefenderLimit, KickOffPositions, KickOffProcedure, ReturnPlace, Rules, RulesError, SideContacts,
+    BallOutRestart, DefenderLimit, KickOffPositions, KickOffProcedure, ReturnPlace, Rules, RulesError,
+    ShootOutProcedure, SideContacts,
 };
 pub use set_play::{SetPlay, SetPlayKind};
-pub use shoot_out::{ShootOut, Shot, Standing};
+pub use shoot_out::{ShootOut, Shot, ShotRank, Standing};
 
 use crate::cycle::CycleClock;
 use crate::knowledge::Knowledge;
@@ -81,6 +82,10 @@ pub struct Game {
     pub drop_ball: bool,
     /// The free kick, or the kick-off that is one team's own, that is under way.
     pub set_play: Option<SetPlay>,
+    /// How many messages each team may still send; none where it is not limited.
+    pub messages_left: Option<PerTeam<u32>>,
+    /// Whether each team has sent more than it may: its goals do not count.
+    pub goals_void: PerTeam<bool>,
     /// The penalty shoot-out under way, or that decided the match.
     pub shoot_out: Option<ShootOut>,
     /// How often the robots were placed for a restart.
@@ -97,6 +102,7 @@ impl Game {
             state: if rules.clock { GameState::Initial } else { GameState::Playing },
             half: 1,
             cycles_left: rules.clock.then(|| rules.half_cycles(clock)),
+            messages_left: rules.message_budget.map(|budget| PerTeam { blue: budget, pink: budget }),
             ..Self::default()
         }
     }
@@ -129,14 +135,41 @@ impl Game {
         self.cycles_left.map(|cycles| (cycles as f64 * clock.period_s) as f32)
     }
 
+    /// Whether this half has been kicked off.
+    fn half_has_begun(&self, rules: &Rules, clock: &CycleClock) -> bool {
+        self.cycles_left.is_some_and(|left| left < rules.half_cycles(clock))
+    }
+
+    /// Whether the half's clock runs now: in play, and where the rules say so in `ready` and `set`, but for those before its
+    /// first kick-off, from which a half is counted.
+    pub fn clock_runs(&self, rules: &Rules, clock: &CycleClock) -> bool {
+        match self.state {
+            GameState::Playing => self.shoot_out.is_none(),
+            GameState::Ready | GameState::Set => {
+                rules.clock_runs_in_stoppages && self.shoot_out.is_none() && self.half_has_begun(rules, clock)
+            }
+            GameState::Initial | GameState::Finished => false,
+        }
+    }
+
+    /// Longest duration of `ready`, s: of a kick-off's or a penalty kick's.
+    pub fn ready_s(&self, rules: &Rules) -> f32 {
+        if self.penalty_kick().is_some() { rules.penalty_kick_ready_s } else { rules.ready_s }
+    }
+
+    /// The penalty kick under way, or being prepared.
+    pub fn penalty_kick(&self) -> Option<SetPlay> {
+        self.set_play.filter(|set_play| set_play.kind == SetPlayKind::PenaltyKick)
+    }
+
     /// Cycles left of what the game waits for: of `ready` and `set`, of a free kick, of a shot in a shoot-out.
     pub fn secondary_cycles_left(&self, rules: &Rules, clock: &CycleClock) -> Option<u64> {
         let left = |duration_s: f32, cycles: u64| u64::from(clock.cycles_in(duration_s)).saturating_sub(cycles);
         match (self.state, &self.set_play, &self.shoot_out) {
-            (GameState::Ready, ..) => Some(left(rules.ready_s, self.state_cycles)),
+            (GameState::Ready, ..) => Some(left(self.ready_s(rules), self.state_cycles)),
             (GameState::Set, ..) => Some(left(rules.set_s, self.state_cycles)),
             (GameState::Playing, Some(set_play), _) => Some(set_play.cycles_left),
-            (GameState::Playing, None, Some(shoot_out)) => Some(left(rules.shoot_out_s, shoot_out.shot.cycles)),
+            (GameState::Playing, None, Some(shoot_out)) => Some(left(shoot_out.shot_s(rules), shoot_out.shot.cycles)),
             (GameState::Initial | GameState::Playing | GameState::Finished, ..) => None,
         }
     }

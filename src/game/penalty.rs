@@ -54,6 +54,8 @@ pub enum PenaltyReason {
     IllegalDefender,
     /// It was at an illegal place at a kick-off or free kick.
     IllegalPosition,
+    /// It kept an opponent from the ball without going to it.
+    Obstruction,
     /// It did nothing for too long.
     Inactive,
     /// It lay on the ground for too long.
@@ -71,13 +73,14 @@ pub enum PenaltyReason {
 
 impl PenaltyReason {
     /// All but those of a program's own.
-    pub const BUILT_IN: [PenaltyReason; 11] = [
+    pub const BUILT_IN: [PenaltyReason; 12] = [
         PenaltyReason::Pushing,
         PenaltyReason::Stalling,
         PenaltyReason::BallHolding,
         PenaltyReason::LeavingField,
         PenaltyReason::IllegalDefender,
         PenaltyReason::IllegalPosition,
+        PenaltyReason::Obstruction,
         PenaltyReason::Inactive,
         PenaltyReason::Fallen,
         PenaltyReason::ShootOut,
@@ -94,6 +97,7 @@ impl PenaltyReason {
             PenaltyReason::LeavingField => "leaving_field",
             PenaltyReason::IllegalDefender => "illegal_defender",
             PenaltyReason::IllegalPosition => "illegal_position",
+            PenaltyReason::Obstruction => "obstruction",
             PenaltyReason::Inactive => "inactive",
             PenaltyReason::Fallen => "fallen",
             PenaltyReason::ShootOut => "shoot_out",
@@ -103,7 +107,7 @@ impl PenaltyReason {
         }
     }
 
-    /// Whether it makes the team's later penalties longer (2025 rule book, "Standard Removal Penalty").
+    /// Whether it makes the team's later penalties longer (2025 rule book, section 4.2).
     pub fn is_infraction(self) -> bool {
         match self {
             PenaltyReason::Pushing
@@ -112,12 +116,12 @@ impl PenaltyReason {
             | PenaltyReason::LeavingField
             | PenaltyReason::IllegalDefender
             | PenaltyReason::IllegalPosition
+            | PenaltyReason::Obstruction
+            | PenaltyReason::Manual
             | PenaltyReason::Own(_) => true,
-            PenaltyReason::Inactive
-            | PenaltyReason::Fallen
-            | PenaltyReason::ShootOut
-            | PenaltyReason::GameStuck
-            | PenaltyReason::Manual => false,
+            PenaltyReason::Inactive | PenaltyReason::Fallen | PenaltyReason::ShootOut | PenaltyReason::GameStuck => {
+                false
+            }
         }
     }
 
@@ -131,6 +135,7 @@ impl PenaltyReason {
             PenaltyReason::LeavingField => "leaving the field",
             PenaltyReason::IllegalDefender => "illegal defending",
             PenaltyReason::IllegalPosition => "an illegal position",
+            PenaltyReason::Obstruction => "obstruction",
             PenaltyReason::Inactive => "inactivity",
             PenaltyReason::Fallen => "lying on the ground",
             PenaltyReason::ShootOut => "the shoot-out",

@@ -1,4 +1,5 @@
-//! Free kicks, and the kick-off as long as the ball is one team's own (2025 rule book, "Free Kick"). How they go on is the
+//! Free kicks, and the kick-off as long as the ball is one team's own (2025 rule book,
+//! section 3.9). How they go on is the
 //! referee's: [`referee::set_play`](crate::referee::set_play).
 
 use bevy::prelude::*;
@@ -21,6 +22,8 @@ pub enum SetPlayKind {
     CornerKick,
     /// An opponent pushed near the ball.
     PushingFreeKick,
+    /// An opponent pushed near the ball in its own penalty area. It has a `ready` and a `set` of its own.
+    PenaltyKick,
 }
 
 impl SetPlayKind {
@@ -32,6 +35,7 @@ impl SetPlayKind {
             SetPlayKind::GoalKick => "Goal kick",
             SetPlayKind::CornerKick => "Corner kick",
             SetPlayKind::PushingFreeKick => "Pushing free kick",
+            SetPlayKind::PenaltyKick => "Penalty kick",
         }
     }
 }
@@ -57,5 +61,11 @@ impl SetPlay {
     /// A free kick that begins now.
     pub fn new(kind: SetPlayKind, team: Team, ball_m: Vec2, cycles_left: u64) -> Self {
         Self { kind, team, ball_m, cycles: 0, cycles_left, touched: false }
+    }
+
+    /// The same a cycle later: its time runs while the ball is in play.
+    #[must_use]
+    pub fn later(self, in_play: bool) -> Self {
+        Self { cycles: self.cycles + 1, cycles_left: self.cycles_left.saturating_sub(u64::from(in_play)), ..self }
     }
 }

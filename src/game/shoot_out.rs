@@ -1,14 +1,12 @@
-//! The state of a penalty shoot-out, and when it is decided (2010 rule book, section 3.8.1). How a shot is judged is the
-//! referee's: [`referee::shoot_out`](crate::referee::shoot_out).
+//! The state of a penalty shoot-out, and when it is decided (2010 rule book, section 3.8; 2025 rule book, section 3.19). How a
+//! shot is judged is the referee's: [`referee::shoot_out`](crate::referee::shoot_out).
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::Score;
+use super::{Rules, Score, ShootOutProcedure};
 use crate::team::Team;
 
-/// Shots of a team in sudden death before a coin decides.
-const MOST_SUDDEN_DEATH: u32 = 5;
 /// In sudden death, of two goals the one that came this much faster wins, s.
 const FASTER_S: f32 = 2.0;
 /// In sudden death without goals, the ball that came this much nearer wins, m.
@@ -29,11 +27,32 @@ pub struct ShootOut {
     pub last: [Shot; 2],
 }
 
+/// How good a shot was, the worst first (2025 rule book, section 3.19.2).
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ShotRank {
+    /// The attacker did not play the ball.
+    #[default]
+    NoKick,
+    /// It did.
+    Kick,
+    /// The ball crossed the goal line beside the goal.
+    BesideGoal,
+    /// It hit a post.
+    Post,
+    /// The keeper kept it out.
+    Blocked,
+    /// It scored.
+    Goal,
+}
+
 /// A shot of the shoot-out, until now or until it was over.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 pub struct Shot {
     /// Whether it scored.
     pub scored: bool,
+    /// How good it was.
+    pub rank: ShotRank,
     /// For how many cycles it went on.
     pub cycles: u64,
     /// How near to the goal the ball came, m, from its centre to the line between the posts.
@@ -43,7 +62,7 @@ pub struct Shot {
 impl Default for Shot {
     fn default() -> Self {
         // No ball is farther away than this, and every number in a trace is finite.
-        Self { scored: false, cycles: 0, nearest_m: 1000.0 }
+        Self { scored: false, rank: ShotRank::NoKick, cycles: 0, nearest_m: 1000.0 }
     }
 }
 
@@ -59,8 +78,15 @@ pub enum Standing {
 }
 
 impl ShootOut {
-    /// How it stands after a shot, with `shots` a team before sudden death and cycles of `period_s`.
-    pub fn standing(&self, shots: u32, period_s: f64) -> Standing {
+    /// Longest duration of the shot under way, s.
+    pub fn shot_s(&self, rules: &Rules) -> f32 {
+        let sudden_death = self.taken.blue.min(self.taken.pink) >= rules.shoot_out_shots;
+        rules.sudden_death_s.filter(|_| sudden_death).unwrap_or(rules.shoot_out_s)
+    }
+
+    /// How it stands after a shot, with cycles of `period_s`.
+    pub fn standing(&self, rules: &Rules, period_s: f64) -> Standing {
+        let shots = rules.shoot_out_shots;
         let (blue, pink) = (self.goals.blue, self.goals.pink);
         if self.taken.blue.min(self.taken.pink) < shots {
             // Over as soon as one cannot be reached any more.
@@ -78,17 +104,19 @@ impl ShootOut {
             return Standing::Open;
         }
         let [first, second] = self.last;
-        let lead = if first.scored {
-            let seconds = |shot: Shot| (shot.cycles as f64 * period_s) as f32;
-            (seconds(second) - seconds(first)) / FASTER_S
-        } else {
-            (second.nearest_m - first.nearest_m) / NEARER_M
+        let lead = match rules.shoot_out_procedure {
+            ShootOutProcedure::Spl2025 => f32::from(first.rank as i8 - second.rank as i8),
+            ShootOutProcedure::Spl2010 if first.scored => {
+                let seconds = |shot: Shot| (shot.cycles as f64 * period_s) as f32;
+                (seconds(second) - seconds(first)) / FASTER_S
+            }
+            ShootOutProcedure::Spl2010 => (second.nearest_m - first.nearest_m) / NEARER_M,
         };
         if lead >= 1.0 {
             Standing::Won(Team::Blue)
         } else if lead <= -1.0 {
             Standing::Won(Team::Pink)
-        } else if self.taken.blue >= shots + MOST_SUDDEN_DEATH {
+        } else if self.taken.blue >= shots + rules.sudden_death_shots {
             Standing::Coin
         } else {
             Standing::Open
@@ -109,7 +137,7 @@ mod tests {
 
     #[test]
     fn it_is_decided_when_one_team_cannot_be_reached() {
-        let standing = |taken, goals| after(taken, goals).standing(5, PERIOD_S);
+        let standing = |taken, goals| after(taken, goals).standing(&Rules::default(), PERIOD_S);
         assert_eq!(standing([3, 3], [3, 0]), Standing::Won(Team::Blue));
         assert_eq!(standing([3, 3], [2, 0]), Standing::Open);
         assert_eq!(standing([3, 2], [0, 2]), Standing::Open);
@@ -121,10 +149,10 @@ mod tests {
 
     #[test]
     fn sudden_death_is_decided_by_time_then_by_distance_then_by_a_coin() {
-        let shot = |scored, cycles, nearest_m| Shot { scored, cycles, nearest_m };
+        let shot = |scored, cycles, nearest_m| Shot { scored, cycles, nearest_m, ..Shot::default() };
         let standing = |taken, blue, pink| {
             let goals = if taken == 6 { [3, 3] } else { [5, 5] };
-            ShootOut { last: [blue, pink], ..after([taken; 2], goals) }.standing(5, PERIOD_S)
+            ShootOut { last: [blue, pink], ..after([taken; 2], goals) }.standing(&Rules::default(), PERIOD_S)
         };
         // 2 s are 60 cycles.
         assert_eq!(standing(6, shot(true, 300, 0.0), shot(true, 361, 0.0)), Standing::Won(Team::Blue));
@@ -132,5 +160,26 @@ mod tests {
         assert_eq!(standing(6, shot(false, 9, 0.4), shot(false, 9, 0.34)), Standing::Won(Team::Pink));
         assert_eq!(standing(6, shot(false, 9, 0.4), shot(false, 9, 0.36)), Standing::Open);
         assert_eq!(standing(10, shot(false, 9, 0.4), shot(false, 9, 0.4)), Standing::Coin);
+    }
+
+    #[test]
+    fn by_the_rules_of_2025_the_better_of_two_shots_decides_sudden_death() {
+        let rules = Rules {
+            shoot_out_procedure: ShootOutProcedure::Spl2025,
+            shoot_out_shots: 3,
+            sudden_death_shots: 3,
+            sudden_death_s: Some(20.0),
+            ..Rules::default()
+        };
+        let standing = |taken, ranks: [ShotRank; 2]| {
+            let last = ranks.map(|rank| Shot { rank, ..Shot::default() });
+            ShootOut { last, ..after([taken; 2], [1, 1]) }.standing(&rules, PERIOD_S)
+        };
+        assert_eq!(standing(3, [ShotRank::Post, ShotRank::NoKick]), Standing::Open);
+        assert_eq!(standing(4, [ShotRank::Post, ShotRank::BesideGoal]), Standing::Won(Team::Blue));
+        assert_eq!(standing(4, [ShotRank::Kick, ShotRank::Blocked]), Standing::Won(Team::Pink));
+        assert_eq!(standing(5, [ShotRank::Goal, ShotRank::Goal]), Standing::Open);
+        assert_eq!(standing(6, [ShotRank::Goal, ShotRank::Goal]), Standing::Coin);
+        assert_eq!([after([3, 2], [0, 0]).shot_s(&rules), after([3, 3], [0, 0]).shot_s(&rules)], [60.0, 20.0]);
     }
 }

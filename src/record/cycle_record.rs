@@ -24,7 +24,7 @@ use crate::robot::posture::Posture;
 use crate::sensing::sonar::SonarReading;
 use crate::sensing::status::BodyStatus;
 use crate::sensing::vision::Percepts;
-use crate::team::{RobotId, Team};
+use crate::team::{PerTeam, RobotId, Team};
 
 /// The world after a cycle.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
@@ -198,6 +198,9 @@ pub struct GameRecord {
     /// Time left of what the game waits for, s: of `ready` and `set`, of a free kick, of a shot in a shoot-out.
     #[serde(default)]
     pub secondary_time_left_s: Option<f64>,
+    /// How many messages each team may still send; none where it is not limited.
+    #[serde(default)]
+    pub messages_left: Option<PerTeam<u32>>,
     /// How often the referee has whistled.
     #[serde(default)]
     pub whistles: u32,
@@ -225,8 +228,9 @@ impl GameRecord {
             time_left_s: game.cycles_left.map(seconds),
             blue_end: game.blue_end,
             kicking_team: game.set_play.map(|set_play| set_play.team).or(game.kick_off()),
-            set_play: game.set_play.map(|set_play| SetPlayStatus { kind: set_play.kind, team: set_play.team }),
+            set_play: game.set_play.map(|set_play| SetPlayStatus { kind: set_play.kind, team: Some(set_play.team) }),
             secondary_time_left_s: game.secondary_cycles_left(rules, clock).map(seconds),
+            messages_left: game.messages_left,
             whistles: game.whistles,
             shoot_out: game.shoot_out.map(|shoot_out| ShootOutRecord {
                 team: shoot_out.team,

@@ -1,12 +1,15 @@
-//! Who is where on the pitch.
+//! Who is where on the pitch, and who goes to the ball.
 
 use bevy::prelude::*;
 
-use super::snapshot::RobotSnapshot;
+use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use crate::pitch::{AreaDimensions, End, Pitch};
 
 /// Where the feet are, m to the left and right of a robot's origin (paper, caption of Table 2).
 const FOOT_Y: f32 = 0.05;
+
+/// A robot goes to the ball when it walks within 60 degrees of straight towards it: the cosine.
+const TO_BALL_COSINE: f32 = 0.5;
 
 /// The places of a robot's feet, m, pitch frame.
 pub fn feet(robot: &RobotSnapshot) -> [Vec2; 2] {
@@ -25,6 +28,29 @@ pub fn in_area(pitch: &Pitch, area: AreaDimensions, end: End, point: Vec2) -> bo
     (0.0..=area.depth_m + pitch.line_width_m).contains(&depth) && point.y.abs() <= area.width_m / 2.0 + half_line
 }
 
+/// Whether any part of a robot's base touches the area in front of the goal at `end`.
+pub fn touches_area(pitch: &Pitch, area: AreaDimensions, end: End, robot: &RobotSnapshot) -> bool {
+    base_corners(robot).iter().any(|corner| in_area(pitch, area, end, *corner))
+}
+
+/// Whether any part of a robot's base touches the goal line at `end`.
+pub fn touches_goal_line(pitch: &Pitch, end: End, robot: &RobotSnapshot) -> bool {
+    let beyond = base_corners(robot).map(|corner| end.sign() * corner.x - pitch.half_length());
+    let half_line = pitch.line_width_m / 2.0;
+    beyond.iter().any(|distance| *distance >= -half_line) && beyond.iter().any(|distance| *distance <= half_line)
+}
+
+/// The penalty mark in front of the goal at `end`, m, pitch frame.
+pub fn penalty_mark(pitch: &Pitch, end: End) -> Vec2 {
+    Vec2::new(end.sign() * (pitch.half_length() - pitch.penalty_mark_distance_m), 0.0)
+}
+
+/// Whether a robot is its team's keeper, and in its own penalty area.
+pub fn is_keeper_at_home(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
+    snapshot.is_keeper(robot)
+        && snapshot.pitch.in_penalty_area(snapshot.game.own_end(robot.id.team), robot.pose.position)
+}
+
 /// Whether a place is inside the goal at `end`, behind the goal line.
 pub fn in_goal(pitch: &Pitch, end: End, point: Vec2) -> bool {
     let behind = end.sign() * point.x - pitch.outer_half_extents().x;
@@ -36,4 +62,16 @@ pub fn in_goal(pitch: &Pitch, end: End, point: Vec2) -> bool {
 /// The same place as the team that defends `own_end` sees it: its own goal at -x.
 pub fn in_team_frame(own_end: End, point: Vec2) -> Vec2 {
     point * -own_end.sign()
+}
+
+/// Where the ball was at the start of the cycle, m, pitch frame: by its end it may have been squeezed out.
+pub fn place_of_ball(snapshot: &MatchSnapshot) -> Option<Vec2> {
+    snapshot.ball.map(|ball| *ball.path.first().unwrap_or(&ball.position))
+}
+
+/// Whether a robot walks to the ball.
+pub fn goes_to_ball(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
+    let Some(place) = place_of_ball(snapshot) else { return false };
+    let direction = (place - robot.previous.position).normalize_or_zero();
+    robot.wanted_velocity.normalize_or_zero().dot(direction) > TO_BALL_COSINE
 }

@@ -1,6 +1,6 @@
-//! Ball holding: a robot must leave enough open space around the ball (2010 rule book, section 4.5). It holds the
-//! ball when the convex hull of its body on the ground covers more than half of it, which is when the ball's centre
-//! is within the hull.
+//! Ball holding: a robot must leave enough open space around the ball (2010 rule book, section 4.6; 2025 rule book,
+//! section 4.8). It holds the ball when the convex hull of its body on the ground covers more than half of it, which is when the
+//! ball's centre is within the hull. The ball is then put back where it was.
 
 use bevy::prelude::*;
 
@@ -52,4 +52,30 @@ pub fn judge(cycles: u64, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> Op
             .with_measurement("s of holding", snapshot.seconds(cycles), limit)
             .otherwise("It had to release the ball in time.")
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::MatchFixture;
+    use super::*;
+    use crate::events::MatchEvent;
+    use crate::geometry::Pose;
+    use crate::team::{RobotId, Team};
+
+    #[test]
+    fn a_ball_that_was_held_is_put_back_even_from_the_goal() {
+        let blue2 = RobotId::new(Team::Blue, 2);
+        let mut situation = MatchFixture::three_a_side()
+            .robot_at(blue2, Pose::new(2.86, 0.0, 0.0))
+            .ball_rolled([2.9, 0.0], [2.9, 0.0])
+            .touched_by(blue2);
+        (situation.rules.ball_holding, situation.rules.ball_holding_s) = (true, 1.0);
+        let penalised = (0..60).find_map(|_| {
+            let decided = situation.pass();
+            let goal = decided.events.iter().any(|event| matches!(event, MatchEvent::Goal { .. }));
+            assert!(!goal);
+            decided.robots[1].penalty.is_active().then_some(decided.ball)
+        });
+        assert_eq!(penalised, Some(Some(Vec2::new(2.9, 0.0))));
+    }
 }

@@ -1,4 +1,4 @@
-//! Where the ball leaves the pitch: the whole ball past the outer edge of a line (2010 rule book, section 3.5; a
+//! Where the ball leaves the pitch: the whole ball past the outer edge of a line (2010 rule book, sections 3.3 and 3.9; a
 //! line is part of the pitch).
 //!
 //! The ball's whole way through the cycle is looked at: a fast one may be far beyond the line at the end of it, or

@@ -11,6 +11,8 @@
 
 use bevy::prelude::*;
 
+use super::areas::{goes_to_ball, is_keeper_at_home, place_of_ball};
+use super::obstruction::steps_into_way;
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use crate::game::{Evidence, SideContacts};
 
@@ -18,8 +20,6 @@ use crate::game::{Evidence, SideContacts};
 const EQUAL_SPEEDS_MPS: f32 = 1e-3;
 /// Two robots face each other when each has the other within 60 degrees of straight ahead: the cosine.
 const FACING_COSINE: f32 = 0.5;
-/// A robot goes to the ball when it walks within 60 degrees of straight towards it: the cosine.
-const TO_BALL_COSINE: f32 = 0.5;
 /// The ball is between two robots when it is no farther than this from the line between their origins, m: half the
 /// width of a robot and a hand's breadth.
 const BETWEEN_M: f32 = 0.25;
@@ -33,12 +33,15 @@ pub fn responsible(snapshot: &MatchSnapshot, pair: [usize; 2]) -> [bool; 2] {
     if fight_for_ball(snapshot, a, b) {
         return [false; 2];
     }
+    let rules = snapshot.rules;
+    let both = rules.chest_to_chest_penalises_both && face_each_other(a, b);
     let speeds = [approach_speed(a, b), approach_speed(b, a)];
     let is_responsible = |[own, others]: [f32; 2], robot: &RobotSnapshot, other: &RobotSnapshot| {
-        own > snapshot.rules.collision_speed_mps
-            && own >= others - EQUAL_SPEEDS_MPS
-            && !(snapshot.rules.keeper_may_push && is_keeper_at_home(snapshot, robot))
+        own > rules.collision_speed_mps
+            && (both || own >= others - EQUAL_SPEEDS_MPS)
+            && !(rules.keeper_may_push && is_keeper_at_home(snapshot, robot))
             && !may_touch(snapshot, robot, other)
+            && !(rules.obstruction && steps_into_way(snapshot, other, robot))
     };
     [is_responsible(speeds, a, b), is_responsible([speeds[1], speeds[0]], b, a)]
 }
@@ -59,17 +62,6 @@ fn has_at_its_side(robot: &RobotSnapshot, other: &RobotSnapshot) -> bool {
     robot.previous.forward().dot(direction).abs() < FACING_COSINE
 }
 
-fn goes_to_ball(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
-    let Some(place) = place_of_ball(snapshot) else { return false };
-    let direction = (place - robot.previous.position).normalize_or_zero();
-    robot.wanted_velocity.normalize_or_zero().dot(direction) > TO_BALL_COSINE
-}
-
-/// Where the ball was at the start of the cycle: by its end it may have been squeezed out.
-fn place_of_ball(snapshot: &MatchSnapshot) -> Option<Vec2> {
-    snapshot.ball.map(|ball| *ball.path.first().unwrap_or(&ball.position))
-}
-
 /// The speed at which `robot` wants to come nearer to `other`, along the line between where the two were
 /// at the start of the cycle, m/s.
 pub fn approach_speed(robot: &RobotSnapshot, other: &RobotSnapshot) -> f32 {
@@ -83,14 +75,14 @@ fn fight_for_ball(snapshot: &MatchSnapshot, a: &RobotSnapshot, b: &RobotSnapshot
     let Some(place) = place_of_ball(snapshot) else { return false };
     let (start, line) = (a.previous.position, b.previous.position - a.previous.position);
     let Some(direction) = line.try_normalize() else { return false };
-    let facing =
-        a.previous.forward().dot(direction) > FACING_COSINE && b.previous.forward().dot(-direction) > FACING_COSINE;
     let along = (place - start).dot(direction).clamp(0.0, line.length());
-    facing && place.distance(start + direction * along) <= BETWEEN_M
+    face_each_other(a, b) && place.distance(start + direction * along) <= BETWEEN_M
 }
 
-fn is_keeper_at_home(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
-    robot.id.number == 1 && snapshot.pitch.in_penalty_area(snapshot.game.own_end(robot.id.team), robot.pose.position)
+/// Whether each of two robots had the other ahead of itself at the start of the cycle.
+fn face_each_other(a: &RobotSnapshot, b: &RobotSnapshot) -> bool {
+    let direction = (b.previous.position - a.previous.position).normalize_or_zero();
+    a.previous.forward().dot(direction) > FACING_COSINE && b.previous.forward().dot(-direction) > FACING_COSINE
 }
 
 /// The case against the robot of index `robot` for a collision with that of index `other`.

@@ -51,6 +51,11 @@ impl Referee<'_, '_> {
             self.begin_free_kick(SetPlayKind::GoalKick, opponent, place);
             return None;
         }
+        if self.decisions.game.goals_void[goal.team] {
+            let (reason, evidence) = (DisallowedGoal::TooManyMessages, goal::evidence(self.seen, goal, crossing));
+            self.decisions.events.push(MatchEvent::GoalDisallowed { team: goal.team, reason, evidence });
+            return Some(Stoppage::KickOff(Some(opponent)));
+        }
         let score = &mut self.decisions.game.score;
         score[goal.team] += 1;
         self.decisions.events.push(MatchEvent::Goal {

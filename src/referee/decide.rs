@@ -2,15 +2,17 @@
 
 use bevy::prelude::*;
 
-use super::game_stuck::Remedy;
+use super::ball_stop::attack_goes_on;
+use super::game_stuck::{Progress, Remedy};
 use super::memory::RefereeMemory;
 use super::own_rules::OwnRules;
+use super::positions::is_off_pitch;
 use super::robot_rules::{self, RobotCase};
 use super::set_play;
 use super::snapshot::{BallSnapshot, MatchSnapshot, RobotSnapshot};
-use super::{ball_holding, collision, game_stuck, illegal_defender, inactive, leaving_field, stalling};
+use super::{ball_holding, collision, game_stuck, illegal_defender, inactive, leaving_field, obstruction, stalling};
 use crate::events::MatchEvent;
-use crate::game::{Game, GameState};
+use crate::game::{Game, GameState, PenaltyReason};
 use crate::team::Team;
 
 /// What the referee decided in a cycle.
@@ -41,6 +43,7 @@ pub fn decide(snapshot: &MatchSnapshot, own_rules: &OwnRules, memory: &mut Refer
     decisions.game.state_cycles += 1;
     let seen = MatchSnapshot { last_touch: memory.last_touch, ..*snapshot };
     let mut referee = Referee { seen: &seen, own_rules, memory, decisions };
+    referee.count_messages();
     match snapshot.game.state {
         GameState::Initial | GameState::Finished => {}
         GameState::Ready => referee.judge_ready(),
@@ -51,9 +54,8 @@ pub fn decide(snapshot: &MatchSnapshot, own_rules: &OwnRules, memory: &mut Refer
         },
     }
     referee.intervene();
-    referee.note_heads();
-    let delay = snapshot.cycles(snapshot.rules.status_delay_s);
-    memory.announcement.follow(&decisions.game, delay);
+    referee.note_robots();
+    memory.announcement.follow(snapshot, &decisions.game, &decisions.events);
 }
 
 /// The referee at work in one cycle.
@@ -92,7 +94,8 @@ impl Referee<'_, '_> {
         self.judge_collisions();
         self.judge_robots();
         let stoppage = self.judge_ball().or_else(|| self.judge_stuck());
-        let half_is_over = self.run_clock();
+        let stopped = stoppage.is_some() || self.decisions.ball.is_some();
+        let half_is_over = self.run_clock() && (stopped || !attack_goes_on(self.seen));
         match stoppage {
             Some(Stoppage::Mercy) => self.end_match(),
             _ if half_is_over => self.end_half(),
@@ -126,6 +129,7 @@ impl Referee<'_, '_> {
             record.cycles_holding = ball_holding::advance(record.cycles_holding, self.seen, robot);
             record.cycles_in_goal = leaving_field::advance(record.cycles_in_goal, self.seen, robot);
             record.cycles_in_area = illegal_defender::advance(record.cycles_in_area, self.seen, robot);
+            record.cycles_obstructing = obstruction::advance(record.cycles_obstructing, self.seen, robot);
             record.cycles_inactive = inactive::advance(record.cycles_inactive, record.head, self.seen, robot);
             record.cycles_encroaching = match &self.seen.game.set_play {
                 Some(set_play) => set_play::advance_encroachment(record.cycles_encroaching, set_play, self.seen, robot),
@@ -141,6 +145,9 @@ impl Referee<'_, '_> {
                 && let Some((reason, evidence)) = robot_rules::judge(&case).or_else(own_rules)
             {
                 self.penalise(index, reason, evidence);
+                if let (PenaltyReason::BallHolding, Some(ball)) = (reason, self.seen.ball) {
+                    self.put_ball(ball.position);
+                }
             }
         }
     }
@@ -150,6 +157,14 @@ impl Referee<'_, '_> {
             return None;
         }
         self.memory.stuck = game_stuck::advance(self.memory.stuck, self.seen);
+        if self.seen.rules.walking_is_progress {
+            self.note_progress();
+        }
+        // A ball that has just been put down, or that is one team's own for a time, is not stuck.
+        if self.decisions.ball.is_some() || self.decisions.game.set_play.is_some() {
+            self.memory.stuck.cycles = 0;
+            return None;
+        }
         match game_stuck::judge(&self.memory.stuck, self.seen)? {
             Remedy::Local(index, evidence) => {
                 self.memory.stuck.cycles = 0;
@@ -169,10 +184,23 @@ impl Referee<'_, '_> {
         }
     }
 
-    /// Remembers where the heads point.
-    fn note_heads(&mut self) {
+    /// While the ball lies, robots that get on begin the time anew.
+    fn note_progress(&mut self) {
+        for (record, robot) in self.memory.robots.iter_mut().zip(self.seen.robots) {
+            let before = record.progress.filter(|_| self.memory.stuck.cycles > 1);
+            let (progress, gets_on) = Progress::advance(before, self.seen, robot);
+            record.progress = progress;
+            if gets_on {
+                self.memory.stuck.cycles = 1;
+            }
+        }
+    }
+
+    /// Remembers where the heads point, and who is on its way back to the pitch.
+    fn note_robots(&mut self) {
         for (record, robot) in self.memory.robots.iter_mut().zip(self.seen.robots) {
             record.head = robot.head;
+            record.returns &= is_off_pitch(self.seen, robot) || !robot.is_present();
         }
     }
 }

@@ -1,4 +1,5 @@
-//! Fallen robots: they begin to get up soon, and stand before long, or they are removed (2010 rule book, section 4.6).
+//! Fallen robots: they begin to get up soon, and stand before long, or they are removed (2010 rule book, section 4.7;
+//! 2025 rule book, section 4.6, which counts attempts instead of the 20 s).
 
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use crate::game::Evidence;

@@ -1,6 +1,6 @@
 //! Where robots stand for a kick-off.
 //!
-//! The places are legal by the rule books of 2010 (section 3.3: everyone in the own half, field players outside the
+//! The places are legal by the rule books of 2010 (section 3.5: everyone in the own half, field players outside the
 //! own penalty area, the defending ones behind their penalty mark, the keeper in it) and of 2025, on both pitches.
 
 use bevy::prelude::*;

@@ -1,18 +1,22 @@
-//! Game stuck: nothing substantial happens for a time (2010 rule book, section 3.10; 2025 rule book, "Game Stuck").
+//! Game stuck: nothing substantial happens for a time (2010 rule book, section 3.10; 2025 rule book, section 3.11).
 //!
-//! Substantial is that the ball moves. If a robot is at the ball, the nearest one is taken away; otherwise play is
+//! Substantial is that the ball moves, and by the rules of 2025 that a robot comes nearer to it or explores the pitch; walking
+//! around it is not. If a robot is at the ball, the nearest one is taken away; otherwise play is
 //! stopped, which asks for a touch of the ball since the last kick-off.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::snapshot::MatchSnapshot;
+use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use crate::game::Evidence;
 
 /// A ball that is farther than this from where it was has moved, m.
 const MOVED_M: f32 = 0.1;
 /// A robot this near is at the ball, m.
 const AT_BALL_M: f32 = 0.5;
+
+/// A robot that is farther than this from where it was, and not at the ball, explores the pitch, m.
+const EXPLORED_M: f32 = 0.5;
 
 /// A ball that does not move.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
@@ -42,6 +46,28 @@ pub fn advance(stuck: Stuck, snapshot: &MatchSnapshot) -> Stuck {
         Stuck { cycles: stuck.cycles + 1, touched, ..stuck }
     } else {
         Stuck { ball: ball.position, cycles: 1, touched }
+    }
+}
+
+/// Where a robot was that has made no progress since.
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+pub struct Progress {
+    /// Its place, m, pitch frame.
+    pub from: Vec2,
+    /// Its least distance from the ball, m.
+    pub nearest_m: f32,
+}
+
+impl Progress {
+    /// How a robot stands now, and whether that is progress.
+    pub fn advance(before: Option<Progress>, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> (Option<Self>, bool) {
+        let Some(ball) = snapshot.ball.filter(|_| robot.is_present()) else { return (None, false) };
+        let place = robot.pose.position;
+        let now = Progress { from: place, nearest_m: place.distance(ball.position) };
+        let Some(before) = before else { return (Some(now), false) };
+        let comes_nearer = now.nearest_m < before.nearest_m - MOVED_M;
+        let explores = now.nearest_m > AT_BALL_M && place.distance(before.from) > EXPLORED_M;
+        if comes_nearer || explores { (Some(now), true) } else { (Some(before), false) }
     }
 }
 

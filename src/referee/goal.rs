@@ -1,4 +1,4 @@
-//! Goals (2010 rule book, section 3.5).
+//! Goals (2010 and 2025 rule books, section 3.3).
 
 use super::boundary::{Boundary, Crossing};
 use super::snapshot::MatchSnapshot;

@@ -1,7 +1,7 @@
-//! Illegal defenders: who may be where in front of the own goal (2010 rule book, section 4.11; 2025 rule book, "Own
-//! Goal Area").
+//! Illegal defenders: who may be where in front of the own goal (2010 rule book, section 4.13; 2025 rule book,
+//! section 4.4.2).
 
-use super::areas::{base_corners, feet, in_area};
+use super::areas::{feet, in_area, touches_area};
 use super::memory::RobotMemory;
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use crate::game::{DefenderLimit, Evidence};
@@ -21,7 +21,7 @@ pub fn is_in_area(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
 pub fn is_in_goal_area(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
     let area = snapshot.pitch.goal_area.unwrap_or(snapshot.pitch.penalty_area);
     let own_end = snapshot.game.own_end(robot.id.team);
-    base_corners(robot).iter().any(|corner| in_area(snapshot.pitch, area, own_end, *corner))
+    touches_area(snapshot.pitch, area, own_end, robot)
 }
 
 /// For how many cycles the robot has been in the area, this one included.

@@ -1,4 +1,4 @@
-//! Inactive robots: a robot that has ceased activity is removed (2010 rule book, section 4.6). Active is who walks,
+//! Inactive robots: a robot that has ceased activity is removed (2010 rule book, section 4.7; 2025 rule book, section 4.6). Active is who walks,
 //! turns, kicks, moves the head, or looks at the ball; who lies is the subject of another rule.
 
 use bevy::prelude::*;

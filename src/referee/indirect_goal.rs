@@ -1,10 +1,11 @@
 //! Indirect goals: a goal counts only if two robots of the team have played the ball since the last restart (2025
-//! rule book, "Indirect Kick"). Own goals always count, and so does a first shot of the team that had to keep away
+//! rule book, section 3.4). Own goals always count, and so does a first shot of the team that had to keep away
 //! from a free kick which was not taken in time.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::areas::is_keeper_at_home;
 use super::boundary::Crossing;
 use super::snapshot::MatchSnapshot;
 use crate::game::Evidence;
@@ -12,6 +13,9 @@ use crate::team::{RobotId, Team};
 
 /// A ball slower than this has come to a stop, m/s.
 const STOPPED_MPS: f32 = 0.05;
+
+/// A robot that walks into the ball faster than this plays it, m/s.
+const DRIBBLE_MPS: f32 = 0.03;
 
 /// Who has played the ball since the last restart.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
@@ -45,9 +49,11 @@ impl Plays {
     pub fn advance(&mut self, snapshot: &MatchSnapshot) {
         for &(robot, kick) in snapshot.touches {
             let team = robot.team as usize;
-            match self.first[team] {
-                None => self.first[team] = Some(robot),
-                Some(first) => self.second[team] |= first != robot,
+            if is_deliberate(snapshot, robot, kick) {
+                match self.first[team] {
+                    None => self.first[team] = Some(robot),
+                    Some(first) => self.second[team] |= first != robot,
+                }
             }
             if kick {
                 self.shot = Some(robot);
@@ -59,6 +65,20 @@ impl Plays {
             self.direct = self.direct.filter(|direct| direct.robot.is_none());
         }
     }
+}
+
+/// Whether a robot that touched the ball played it: it kicked it, walked into it rather than the ball into it, or is a keeper
+/// that dives for it in its own penalty area.
+fn is_deliberate(snapshot: &MatchSnapshot, robot: RobotId, kick: bool) -> bool {
+    let (Some(ball), Some(index)) = (&snapshot.ball, snapshot.robot_index(robot)) else { return kick };
+    let robot = &snapshot.robots[index];
+    let [start, next] = [0, 1].map(|corner| *ball.path.get(corner).unwrap_or(&ball.position));
+    let towards = (start - robot.previous.position).normalize_or_zero();
+    let way_m: f32 = ball.path.windows(2).map(|way| way[0].distance(way[1])).sum();
+    let ball_mps = -(next - start).normalize_or_zero().dot(towards) * way_m / snapshot.clock.period();
+    let own_mps = robot.wanted_velocity.dot(towards);
+    let dribbles = own_mps > DRIBBLE_MPS && own_mps > ball_mps;
+    kick || dribbles || (!robot.posture.is_upright() && is_keeper_at_home(snapshot, robot))
 }
 
 impl Direct {

@@ -55,14 +55,16 @@ impl Referee<'_, '_> {
                 if !self.decisions.robots[index].is_present() {
                     return Err(format!("{robot} serves a penalty already"));
                 }
-                let seconds = duration_s.unwrap_or(self.seen.rules.penalty_s);
-                if !(seconds.is_finite() && seconds >= 0.0) {
-                    return Err(format!("a penalty cannot last {seconds} s"));
-                }
                 let evidence = self
                     .seen
                     .evidence_against("Whoever runs the match can penalise a robot.", &self.seen.robots[index]);
-                self.remove(index, reason, self.seen.cycles(seconds), evidence);
+                match duration_s {
+                    None => self.penalise(index, reason, evidence),
+                    Some(seconds) if seconds.is_finite() && seconds >= 0.0 => {
+                        self.remove(index, reason, self.seen.cycles(seconds), evidence);
+                    }
+                    Some(seconds) => return Err(format!("a penalty cannot last {seconds} s")),
+                }
             }
             Intervention::Return { robot } => {
                 let index = self.find(robot)?;

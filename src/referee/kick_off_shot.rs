@@ -1,4 +1,4 @@
-//! A shot straight from the kick-off cannot score (2010 rule book, section 4.4): no goal of the team that kicked off
+//! A shot straight from the kick-off cannot score (2010 rule book, section 4.5): no goal of the team that kicked off
 //! counts before one of its robots has played the ball when it had wholly left the centre circle. A ball that
 //! opponents only deflected is still that shot; one that they kicked is not.
 

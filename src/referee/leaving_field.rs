@@ -1,4 +1,4 @@
-//! Leaving the field: robots stay on the carpet and out of the goals (2010 rule book, section 4.10).
+//! Leaving the field: robots stay on the carpet and out of the goals (2010 and 2025 rule books, section 4.12).
 
 use super::areas::{base_corners, in_goal};
 use super::snapshot::{MatchSnapshot, RobotSnapshot};

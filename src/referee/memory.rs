@@ -3,7 +3,7 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::game_stuck::Stuck;
+use super::game_stuck::{Progress, Stuck};
 use super::indirect_goal::Plays;
 use super::kick_off_shot::KickOffPlay;
 use super::own_rules::MOST_OWN_RULES;
@@ -24,6 +24,10 @@ pub struct RefereeMemory {
     pub last_touch: Option<Touch>,
     /// The kick-off that play comes from, if its shot has not been followed by another.
     pub kick_off: Option<KickOffPlay>,
+    /// Who must take the kick-off under way: the robot that began it outside its own half.
+    pub kick_off_player: Option<RobotId>,
+    /// Messages of each team in the match, up to the last cycle.
+    pub messages_sent: PerTeam<u32>,
     /// Who has played the ball since the last restart.
     pub plays: Plays,
     /// How long the ball has not moved.
@@ -61,6 +65,12 @@ pub struct RobotMemory {
     pub cycles_in_area: u64,
     /// Cycles for which it has been where it must not during a free kick.
     pub cycles_encroaching: u64,
+    /// Cycles for which it has stepped into an opponent's way to the ball.
+    pub cycles_obstructing: u64,
+    /// From where it may make progress while the ball lies.
+    pub progress: Option<Progress>,
+    /// Whether it has come back from a penalty, and has not been on the pitch since.
+    pub returns: bool,
     /// Cycles for which it has done nothing.
     pub cycles_inactive: u64,
     /// Cycles for which it has done what rules of the program's own are about.
@@ -81,6 +91,9 @@ impl RobotMemory {
             cycles_in_goal: 0,
             cycles_in_area: 0,
             cycles_encroaching: 0,
+            cycles_obstructing: 0,
+            progress: None,
+            returns: false,
             cycles_inactive: 0,
             own_cycles: [0; MOST_OWN_RULES],
             head: HeadAngles::default(),
@@ -89,8 +102,8 @@ impl RobotMemory {
 
     /// Forgets whatever was held against it: it was placed, or play was stopped.
     pub(super) fn forgive(&mut self) {
-        let RobotMemory { id, restarts, hand_placements, head, .. } = *self;
-        *self = RobotMemory { restarts, hand_placements, head, ..RobotMemory::clean(id) };
+        let RobotMemory { id, restarts, hand_placements, head, returns, .. } = *self;
+        *self = RobotMemory { restarts, hand_placements, head, returns, ..RobotMemory::clean(id) };
     }
 }
 

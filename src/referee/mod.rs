@@ -10,26 +10,40 @@
 //! [`Rules`] has a switch and the figures of each rule. Presets are files in `assets/rules`; a scenario names one, or
 //! changes some of its fields: `rules: (preset: "spl2010", half_s: 300, pushing_limit: None)`.
 //!
+//! Sections are those of the rule books of the Standard Platform League of 2010 and 2025.
+//!
 //! | rule | source | `naoisis` | `spl2010` | `spl2025` | `extended` | `free` |
 //! |---|---|---|---|---|---|---|
-//! | [goals](goal), own goals | 2010: 3.5 | yes | yes | yes | yes | |
-//! | [no goal straight from the kick-off](kick_off_shot) | 2010: 4.4 | | yes | | | |
-//! | [indirect goals](indirect_goal) | 2025: Indirect Kick | | | yes | | |
-//! | a lead of ten goals ends the match | 2025: Mercy Rule | | | yes | | |
-//! | [ball out](ball_out) leads to | 2010: 3.9; 2025: Ball Leaving the Field | kick-off | throw-in | [free kick](set_play) | kick-off | |
-//! | `ready` and `set` before a kick-off, [legal places](positions) | 2010: 3.6; 2025: Kick-off | placed | yes | yes | placed | |
-//! | an illegal place in `set` | 2010: 3.6; 2025: Illegal Position | | by hand | 15 s | | |
-//! | [pushing](collision) | paper: 3.4; 2010: 4.8 | 30 s | 30 s, the 4th for the half | 45 s + 10 s, free kick | 30 s | |
+//! | [goals](goal), own goals | 2010: 3.3; 2025: 3.3 | yes | yes | yes | yes | |
+//! | [no goal straight from the kick-off](kick_off_shot) | 2010: 4.5 | | yes | | | |
+//! | [indirect goals](indirect_goal) | 2025: 3.4 | | | yes | | |
+//! | a lead of ten goals ends the match | 2025: 3.16 | | | yes | | |
+//! | [message budget](crate::game::Rules::message_budget) | 2025: 2.4.2 | | | 1200 | | |
+//! | [ball out](ball_out) leads to | 2010: 3.9; 2025: 3.8 | kick-off | throw-in | [free kick](set_play) | kick-off | |
+//! | `ready` and `set` before a kick-off, [legal places](positions) | 2010: 3.5; 2025: 3.7 | placed | yes | yes | placed | |
+//! | an illegal place in `set` | 2010: 3.5; 2025: 4.4.1 | | by hand | 15 s | | |
+//! | who begins outside its half takes the kick-off | 2025: 3.7 | | | yes | | |
+//! | [pushing](collision) | paper: 3.4; 2010: 4.9; 2025: 4.10 | 30 s | 30 s, the 4th for the half | 45 s + 10 s, free kick | 30 s | |
+//! | [penalty kick](penalty_kick) | 2025: 3.10 | | | yes | | |
+//! | [obstruction] | 2010: 4.14 | | yes | | | |
 //! | [stalling] | paper: 3.4 | yes | | | yes | |
-//! | [ball holding](ball_holding) | 2010: 4.5 | | yes | yes | | |
-//! | [leaving the field](leaving_field), staying in a goal | 2010: 4.10 | | yes | yes | | |
-//! | [illegal defender](illegal_defender) | 2010: 4.11; 2025: Own Goal Area | | all but the keeper | the 4th | | |
-//! | [inactive robots](inactive) | 2010: 4.6 | | yes | yes | | |
-//! | [game stuck](game_stuck) | 2010: 3.10; 2025: Game Stuck | | 15 s | 30 s | | |
-//! | falls, getting up, [lying for too long](fallen) | 2010: 4.6; paper: 4 | | | | yes | |
+//! | [ball holding](ball_holding), the ball is put back | 2010: 4.6; 2025: 4.8 | | yes | yes | | |
+//! | [leaving the field](leaving_field), staying in a goal | 2010: 4.12; 2025: 4.12 | | yes | yes | | |
+//! | [illegal defender](illegal_defender) | 2010: 4.13; 2025: 4.4.2 | | all but the keeper | the 4th | | |
+//! | [inactive robots](inactive) | 2010: 4.7; 2025: 4.6 | | yes | yes | | |
+//! | [game stuck](game_stuck) | 2010: 3.10; 2025: 3.11 | | 15 s | 30 s, walking counts | | |
+//! | falls, getting up | paper: 4 | | | | yes | |
+//! | [lying for too long](fallen) | 2010: 4.7; 2025: 4.6 | | yes | yes | yes | |
 //! | dives | paper: 4 | | | | yes | |
-//! | [penalty shoot-out](shoot_out) | 2010: 3.8.1; paper: 4 | | | | yes | |
-//! | halves, change of sides, clock | 2010: 3.2 | 2 x 600 s | 2 x 600 s | 2 x 600 s, runs on | 2 x 600 s | |
+//! | [penalty shoot-out](shoot_out) | 2010: 3.8; 2025: 3.19; paper: 4 | | 5 x 60 s | 3 x 30 s | 5 x 60 s | |
+//! | halves, change of sides, clock | 2010: 3.1; 2025: 3.1 | 2 x 600 s | 2 x 600 s | 2 x 600 s, runs on | 2 x 600 s | |
+//! | [a half ends when a shot has come to rest](ball_stop) | 2025: 3.18 | | | yes | | |
+//! | [goals and kick-offs are told](GameStatus) | 2025: 3.2, 3.3 | at once | at once | 15 s late | at once | at once |
+//!
+//! What the books have and these rules have not: hands and arms (no robot moves them), wide stances (a dive is the only one,
+//! and ends by itself), pick-ups, time-outs, extra time, the break at half time, and `standby` before a half's first `ready`, in
+//! which robots stand and nothing can happen. A foul in `ready` is not judged. The referee is sure of what it saw, and decides at
+//! once.
 //!
 //! A robot that is [removed](removal) waits beside the pitch, cannot act, is no obstacle, and reads of it in its
 //! [`GameStatus`]. It comes back on the halfway line at the side away from the ball (2010), or from where it waited
@@ -46,6 +60,7 @@ use bevy::prelude::*;
 pub mod areas;
 pub mod ball_holding;
 pub mod ball_out;
+pub mod ball_stop;
 pub mod boundary;
 pub mod collision;
 mod crossings;
@@ -61,8 +76,12 @@ mod intervention;
 pub mod kick_off_shot;
 pub mod leaving_field;
 pub mod memory;
+mod message_budget;
+pub mod obstruction;
 pub mod own_rules;
 mod penalise;
+pub mod penalty_kick;
+mod penalty_restart;
 pub mod placing;
 pub mod positions;
 pub mod removal;
@@ -124,11 +143,7 @@ impl Plugin for RefereePlugin {
 /// Prepares the referee for a match by these rules, with this seed, in which it is made to do so much.
 pub fn start(world: &mut World, clock: &CycleClock, rules: &Rules, seed: u64, interventions: &[TimedIntervention]) {
     let game = Game::at_start(rules, clock);
-    world.insert_resource(RefereeMemory {
-        announcement: Announcement::of(&game),
-        coin: Some(RandomStream::for_match(seed, "coin")),
-        ..default()
-    });
+    world.insert_resource(RefereeMemory { coin: Some(RandomStream::for_match(seed, "coin")), ..default() });
     world.insert_resource(Interventions::scheduled(interventions));
     world.insert_resource(game);
 }

@@ -9,7 +9,7 @@ use crate::events::MatchEvent;
 use crate::game::{ActivePenalty, Evidence, GameState, Penalty, PenaltyReason, SetPlayKind};
 use crate::team::Team;
 
-/// A push so near to the ball gives the other team a free kick, m (2025 rule book, "Player Pushing").
+/// A push so near to the ball gives the other team a free kick, m (2025 rule book, section 4.10).
 const PUSHING_FREE_KICK_M: f32 = 0.5;
 
 impl Referee<'_, '_> {
@@ -30,11 +30,17 @@ impl Referee<'_, '_> {
             return;
         }
         let RobotSnapshot { id, pose, .. } = self.seen.robots[robot];
-        self.memory.pushes[id.team] += 1;
         self.penalise(robot, PenaltyReason::Pushing, collision::evidence(self.seen, robot, other));
         let Some(ball) = self.seen.ball else { return };
         let near_ball = pose.position.distance(ball.position) <= PUSHING_FREE_KICK_M;
-        if self.seen.rules.pushing_free_kick && near_ball && self.decisions.game.set_play.is_none() {
+        let (rules, game) = (self.seen.rules, &self.decisions.game);
+        if !near_ball || game.set_play.is_some() || game.state != GameState::Playing {
+            return;
+        }
+        let place = self.seen.robots[other].pose.position;
+        if rules.penalty_kicks && self.seen.pitch.in_penalty_area(self.seen.game.own_end(id.team), place) {
+            self.begin_penalty_kick(id.team.opponent());
+        } else if rules.pushing_free_kick {
             self.begin_free_kick(SetPlayKind::PushingFreeKick, id.team.opponent(), ball.position);
         }
     }
@@ -42,11 +48,12 @@ impl Referee<'_, '_> {
     /// For how many cycles of play a robot of `team` is removed, and counts the offence.
     fn penalty_cycles(&mut self, reason: PenaltyReason, team: Team) -> u64 {
         let rules = self.seen.rules;
-        if reason == PenaltyReason::IllegalPosition && self.seen.game.state != GameState::Playing {
+        if reason == PenaltyReason::IllegalPosition && self.decisions.game.state == GameState::Set {
             return self.seen.cycles(rules.illegal_position_s.unwrap_or(rules.penalty_s));
         }
-        let for_the_half = reason == PenaltyReason::Pushing
-            && rules.pushing_limit.is_some_and(|limit| self.memory.pushes[team] >= limit);
+        let is_push = reason == PenaltyReason::Pushing;
+        self.memory.pushes[team] += u32::from(is_push);
+        let for_the_half = is_push && rules.pushing_limit.is_some_and(|limit| self.memory.pushes[team] >= limit);
         let mut seconds = rules.penalty_s;
         if reason.is_infraction() {
             let earlier = &mut self.memory.infractions[team];
@@ -86,6 +93,7 @@ impl Referee<'_, '_> {
         let robot = &mut self.decisions.robots[index];
         robot.pose = pose;
         robot.penalty = Penalty(None);
+        self.memory.robots[index].returns = true;
         self.decisions.events.push(MatchEvent::PenaltyOver { robot: id, position_m: pose.position });
     }
 

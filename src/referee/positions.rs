@@ -1,4 +1,4 @@
-//! Where robots may stand at a kick-off (2010 rule book, section 3.6; 2025 rule book, "Kick-off").
+//! Where robots may stand at a kick-off (2010 rule book, section 3.5; 2025 rule book, section 3.7).
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::areas::{base_corners, feet, in_area, in_goal, in_team_frame};
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use crate::game::{DefenderLimit, Evidence, KickOffPositions};
-use crate::team::Team;
+use crate::team::{RobotId, Team};
 
 /// What is wrong with a robot's place at a kick-off.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
@@ -29,6 +29,10 @@ pub enum IllegalPosition {
     InGoalArea,
     /// It stands where the ball goes.
     OnCentreMark,
+    /// It stands where the ball goes at a penalty kick (2025).
+    OnPenaltyMark,
+    /// It is in the penalty area at a penalty kick, and neither the keeper nor the one who kicks (2025).
+    InPenaltyAreaAtKick,
 }
 
 impl IllegalPosition {
@@ -47,6 +51,10 @@ impl IllegalPosition {
             IllegalPosition::KeeperAway => "At a kick-off the keeper has both feet in its own penalty area.",
             IllegalPosition::InGoalArea => "Only so many robots of a team may be in their own goal area.",
             IllegalPosition::OnCentreMark => "At a kick-off nobody may stand on the centre mark.",
+            IllegalPosition::OnPenaltyMark => "At a penalty kick no attacker may stand on the penalty mark.",
+            IllegalPosition::InPenaltyAreaAtKick => {
+                "At a penalty kick only the keeper and one attacker may be in the penalty area."
+            }
         }
     }
 }
@@ -57,8 +65,11 @@ pub fn illegal_positions(
     snapshot: &MatchSnapshot,
     kick_off_team: Option<Team>,
 ) -> impl Iterator<Item = Option<IllegalPosition>> {
-    let nearest = kick_off_team.and_then(|team| nearest_in_circle(snapshot, team));
     let positions = snapshot.rules.kick_off_positions;
+    let nearest = kick_off_team.and_then(|team| match positions {
+        KickOffPositions::Spl2010 => nearest_in_circle(snapshot, team),
+        KickOffPositions::Spl2025 => snapshot.robot_index(kick_off_player(snapshot, team)?),
+    });
     snapshot.robots.iter().enumerate().map(move |(index, robot)| {
         if !robot.is_present() {
             return None;
@@ -72,7 +83,7 @@ pub fn illegal_positions(
         }
         match positions {
             KickOffPositions::Spl2010 => illegal_in_2010(snapshot, robot, attacks, may_be_in_circle),
-            KickOffPositions::Spl2025 => illegal_in_2025(snapshot, index, may_be_in_circle),
+            KickOffPositions::Spl2025 => illegal_in_2025(snapshot, index, nearest == Some(index)),
         }
     })
 }
@@ -89,6 +100,18 @@ fn nearest_in_circle(snapshot: &MatchSnapshot, team: Team) -> Option<usize> {
         .map(|(index, _)| index)
 }
 
+/// The robot of a team that is outside its own half, the nearest to the centre mark if there are more: it must take the
+/// kick-off (2025).
+pub fn kick_off_player(snapshot: &MatchSnapshot, team: Team) -> Option<RobotId> {
+    let outside = snapshot
+        .robots
+        .iter()
+        .filter(|robot| robot.is_present() && robot.id.team == team && leaves_own_half(snapshot, robot));
+    outside
+        .min_by(|a, b| a.pose.position.length_squared().total_cmp(&b.pose.position.length_squared()))
+        .map(|robot| robot.id)
+}
+
 fn touches_circle(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
     let radius = snapshot.pitch.centre_circle_diameter_m / 2.0 + snapshot.pitch.line_width_m / 2.0;
     robot.bounds.base.footprint(robot.pose).overlap_disc(Vec2::ZERO, radius).is_some()
@@ -100,7 +123,8 @@ fn leaves_own_half(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
     base_corners(robot).iter().any(|corner| in_team_frame(own_end, *corner).x > -snapshot.pitch.line_width_m / 2.0)
 }
 
-fn is_off_pitch(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
+/// Whether a robot is outside the lines.
+pub fn is_off_pitch(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
     let limits = snapshot.pitch.outer_half_extents();
     let place = robot.pose.position.abs();
     place.x > limits.x || place.y > limits.y
@@ -133,13 +157,13 @@ fn illegal_in_2010(
     }
 }
 
-fn illegal_in_2025(snapshot: &MatchSnapshot, index: usize, may_be_in_circle: bool) -> Option<IllegalPosition> {
+fn illegal_in_2025(snapshot: &MatchSnapshot, index: usize, is_kick_off_player: bool) -> Option<IllegalPosition> {
     let robot = &snapshot.robots[index];
     let own_end = snapshot.game.own_end(robot.id.team);
     if is_off_pitch(snapshot, robot) && !in_goal(snapshot.pitch, own_end, robot.pose.position) {
         return Some(IllegalPosition::OffPitch);
     }
-    if may_be_in_circle {
+    if is_kick_off_player {
         // Anywhere in the circle, its other half included, but wholly in it if not in the own half.
         let radius = snapshot.pitch.centre_circle_diameter_m / 2.0 + snapshot.pitch.line_width_m / 2.0;
         let inside = base_corners(robot).iter().all(|corner| corner.length() <= radius);

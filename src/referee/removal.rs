@@ -4,12 +4,12 @@ use core::f32::consts::{FRAC_PI_2, PI};
 
 use bevy::prelude::*;
 
-use super::areas::{feet, in_area};
+use super::areas::{feet, in_area, penalty_mark};
 use super::placing::Occupied;
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use crate::game::ReturnPlace;
 use crate::geometry::Pose;
-use crate::pitch::{End, Pitch};
+use crate::pitch::End;
 use crate::robot::body::BodyBounds;
 
 /// Distance of a waiting robot from the side line, m (rule book of 2025).
@@ -33,7 +33,7 @@ pub fn waiting_pose(
     let faces_pitch = snapshot.rules.return_place == ReturnPlace::PenaltyMark;
     let heading = if faces_pitch { -side } else { side } * FRAC_PI_2;
     let y = side * (pitch.half_width() + WAITING_DISTANCE.min(pitch.border_m));
-    let mark = penalty_mark_x(pitch, own_end);
+    let mark = penalty_mark(pitch, own_end).x;
     // Towards the halfway line, then beyond the mark: always in its own half.
     let inwards = (mark.abs() / PLACE_DISTANCE) as u32;
     let steps = (0..=inwards).map(|step| mark - own_end.sign() * step as f32 * PLACE_DISTANCE);
@@ -46,11 +46,6 @@ pub fn waiting_pose(
         })
         .find(|pose| waiting.admits_robot(*pose, bounds))
         .unwrap_or(Pose::new(mark, y, heading))
-}
-
-/// The x coordinate of the penalty mark in the own half, m.
-fn penalty_mark_x(pitch: &Pitch, own_end: End) -> f32 {
-    own_end.sign() * (pitch.half_length() - pitch.penalty_mark_distance_m)
 }
 
 /// Where a robot comes back: at the halfway line, or by the rules of 2025 where it waited.
@@ -94,7 +89,8 @@ pub fn stuck_keeper_pose(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> Opt
     let area = snapshot.pitch.penalty_area;
     let at_home = feet(robot).iter().all(|foot| in_area(snapshot.pitch, area, own_end, *foot));
     let heading = if own_end == End::PositiveX { 0.0 } else { PI };
-    (snapshot.is_keeper(robot) && at_home).then(|| Pose::new(penalty_mark_x(snapshot.pitch, own_end), 0.0, heading))
+    let position = penalty_mark(snapshot.pitch, own_end);
+    (snapshot.is_keeper(robot) && at_home).then_some(Pose { position, heading })
 }
 
 /// The side of the pitch on which a place is: -1 or +1, the sign of y.

@@ -47,6 +47,7 @@ fn sentence(event: &MatchEvent) -> Option<(String, Option<&Evidence>)> {
             let why = match reason {
                 DisallowedGoal::KickOffShot => "it was shot straight from the kick-off",
                 DisallowedGoal::NotIndirect => "only one robot of the team had played the ball",
+                DisallowedGoal::TooManyMessages => "the team has sent more messages than it may",
             };
             (format!("No goal for {team}: {why}."), Some(evidence))
         }
@@ -82,6 +83,9 @@ fn sentence(event: &MatchEvent) -> Option<(String, Option<&Evidence>)> {
         MatchEvent::Penalty { robot, reason, until_s, evidence } => {
             let until = minutes(f64::from(*until_s));
             (format!("{robot} is penalised for {} until {until}.", reason.words()), Some(evidence))
+        }
+        MatchEvent::TooManyMessages { team, evidence } => {
+            (format!("{team} has sent more messages than it may: its goals do not count."), Some(evidence))
         }
         MatchEvent::PenaltyOver { robot, position_m } => {
             (format!("{robot} is back at ({:.2}, {:.2}).", position_m.x, position_m.y), None)

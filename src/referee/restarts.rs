@@ -5,8 +5,9 @@ use bevy::prelude::*;
 use super::decide::Referee;
 use super::indirect_goal::Plays;
 use super::kick_off_shot::KickOffPlay;
+use super::penalty_kick;
 use super::placing::{LineUp, Occupied};
-use super::positions::{self, illegal_positions};
+use super::positions::{self, IllegalPosition, illegal_positions};
 use super::set_play::{self, Course};
 use super::snapshot::Disc;
 use crate::events::MatchEvent;
@@ -39,8 +40,11 @@ impl Referee<'_, '_> {
         place
     }
 
-    /// Counts the cycle. Returns whether the half is over.
+    /// Counts the cycle, if the clock runs. Returns whether the half is over.
     pub(super) fn run_clock(&mut self) -> bool {
+        if !self.seen.game.clock_runs(self.seen.rules, &self.seen.clock) {
+            return false;
+        }
         let Some(cycles_left) = &mut self.decisions.game.cycles_left else { return false };
         *cycles_left = cycles_left.saturating_sub(1);
         *cycles_left == 0
@@ -147,6 +151,8 @@ impl Referee<'_, '_> {
         self.memory.kick_off = team.map(KickOffPlay::new);
         self.memory.plays = Plays::default();
         self.memory.stuck = default();
+        let must_kick = team.filter(|_| self.seen.rules.kick_off_player);
+        self.memory.kick_off_player = must_kick.and_then(|team| positions::kick_off_player(&self.now(), team));
         let own_time = team.zip(self.seen.rules.kick_off_free_s);
         self.decisions.game.set_play = own_time
             .map(|(team, free_s)| SetPlay::new(SetPlayKind::KickOff, team, Vec2::ZERO, self.seen.cycles(free_s)));
@@ -154,37 +160,66 @@ impl Referee<'_, '_> {
 
     /// A cycle of `ready`.
     pub(super) fn judge_ready(&mut self) {
-        if self.seen.rules.clock_runs_in_stoppages && self.run_clock() {
+        if self.seen.rules.penalties_run_in_ready {
+            self.count_penalties();
+        }
+        if self.run_clock() {
             self.end_half();
             return;
         }
-        let kick_off = self.seen.game.kick_off();
-        let legal = illegal_positions(self.seen, kick_off).all(|illegal| illegal.is_none());
+        self.count_set_play();
+        let legal = self.illegal_positions().iter().all(Option::is_none);
         let standing = self.seen.robots.iter().all(|robot| !robot.is_present() || robot.pose == robot.previous);
         self.memory.cycles_lined_up = if legal && standing { self.memory.cycles_lined_up + 1 } else { 0 };
         let early = self.seen.rules.end_ready_early && self.memory.cycles_lined_up >= self.seen.cycles(LINED_UP_S);
-        if early || self.decisions.game.state_cycles >= self.seen.cycles(self.seen.rules.ready_s) {
+        if early || self.decisions.game.state_cycles >= self.seen.cycles(self.seen.game.ready_s(self.seen.rules)) {
             self.begin_set();
         }
     }
 
-    /// Whoever is at an illegal place is placed by hand, or removed; the ball is put on the centre mark.
+    /// What is wrong with the place of each robot, if anything is. Who is on its way back to the pitch after a penalty may be
+    /// beside it (2025 rule book, section 3.7).
+    fn illegal_positions(&self) -> Vec<Option<IllegalPosition>> {
+        let mut illegal: Vec<_> = match self.seen.game.penalty_kick() {
+            Some(penalty_kick) => penalty_kick::illegal_positions(self.seen, penalty_kick.team).collect(),
+            None => illegal_positions(self.seen, self.seen.game.kick_off()).collect(),
+        };
+        let robots = self.seen.robots.iter().zip(&self.memory.robots);
+        for (illegal, (robot, record)) in illegal.iter_mut().zip(robots) {
+            let returns = record.returns && robot.wanted_velocity != Vec2::ZERO;
+            illegal.take_if(|illegal| *illegal == IllegalPosition::OffPitch && returns);
+        }
+        illegal
+    }
+
+    /// A set play that is being prepared is a cycle older.
+    fn count_set_play(&mut self) {
+        let set_play = &mut self.decisions.game.set_play;
+        *set_play = set_play.map(|set_play| set_play.later(false));
+    }
+
+    /// Whoever is at an illegal place is placed by hand, or removed; the ball is put on its mark.
     pub(super) fn begin_set(&mut self) {
-        let kick_off = self.seen.game.kick_off();
-        let illegal: Vec<_> = illegal_positions(self.seen, kick_off).collect();
-        for (index, illegal) in illegal.into_iter().enumerate() {
+        for (index, illegal) in self.illegal_positions().into_iter().enumerate() {
             let Some(illegal) = illegal else { continue };
             let evidence = positions::evidence(self.seen, &self.seen.robots[index], illegal);
-            if self.seen.rules.illegal_position_s.is_some() {
-                self.penalise(index, PenaltyReason::IllegalPosition, evidence);
-            } else {
-                self.place_by_hand(index, evidence);
+            match self.seen.rules.illegal_position_s {
+                Some(seconds) => {
+                    self.remove(index, PenaltyReason::IllegalPosition, self.seen.cycles(seconds), evidence);
+                }
+                None => self.place_by_hand(index, evidence),
             }
         }
         for record in &mut self.memory.robots {
             record.forgive();
         }
-        self.put_ball(Vec2::ZERO);
+        if let Some(penalty_kick) = self.decisions.game.penalty_kick() {
+            self.put_keeper_on_its_line(penalty_kick.team);
+            let ball_m = self.put_ball(penalty_kick.ball_m);
+            self.decisions.game.set_play = Some(SetPlay { ball_m, ..penalty_kick });
+        } else {
+            self.put_ball(Vec2::ZERO);
+        }
         self.enter(GameState::Set);
     }
 
@@ -204,11 +239,11 @@ impl Referee<'_, '_> {
 
     /// A cycle of `set`.
     pub(super) fn judge_set(&mut self) {
-        let in_match = self.seen.game.shoot_out.is_none();
-        if in_match && self.seen.rules.clock_runs_in_stoppages && self.run_clock() {
+        if self.run_clock() {
             self.end_half();
             return;
         }
+        self.count_set_play();
         if self.decisions.game.state_cycles >= self.seen.cycles(self.seen.rules.set_s) {
             self.begin_play();
         }
@@ -218,6 +253,8 @@ impl Referee<'_, '_> {
     pub(super) fn begin_play(&mut self) {
         if self.decisions.game.shoot_out.is_some() {
             self.whistle();
+        } else if let Some(penalty_kick) = self.decisions.game.penalty_kick() {
+            self.begin_penalty_shot(penalty_kick);
         } else {
             self.bring_ball_into_play();
         }
@@ -244,9 +281,30 @@ impl Referee<'_, '_> {
         self.decisions.events.push(MatchEvent::FreeKick { set_play: kind, team, position_m: place });
     }
 
+    /// Penalises a robot that takes the kick-off in place of the one who must; the ball is put back. Whether it was so.
+    fn judge_kick_off_player(&mut self, set_play: &SetPlay) -> bool {
+        let Some(player) = self.memory.kick_off_player.filter(|_| !set_play.touched) else { return false };
+        let mut touches = self.seen.touches.iter().map(|(robot, _)| *robot);
+        let Some(toucher) = touches.find(|robot| robot.team == set_play.team) else { return false };
+        let is_there = |id| self.seen.robot_index(id).filter(|index| self.decisions.robots[*index].is_present());
+        let (Some(index), Some(_)) = (is_there(toucher), is_there(player)) else { return false };
+        if toucher == player {
+            return false;
+        }
+        let rule = "A robot that begins a kick-off outside its own half must take it itself.";
+        let evidence = self.seen.evidence_against(rule, &self.seen.robots[index]);
+        self.penalise(index, PenaltyReason::IllegalPosition, evidence.otherwise(format!("{player} had to take it.")));
+        self.put_ball(set_play.ball_m);
+        self.decisions.game.set_play = Some(set_play.later(true));
+        true
+    }
+
     /// The free kick under way goes on.
     pub(super) fn follow_set_play(&mut self) {
         let Some(set_play) = self.seen.game.set_play else { return };
+        if set_play.kind == SetPlayKind::KickOff && self.judge_kick_off_player(&set_play) {
+            return;
+        }
         let course = set_play::advance(set_play, self.seen);
         self.decisions.game.set_play = match course {
             Course::Waiting(next) | Course::BallBack(next) => Some(next),
@@ -259,8 +317,10 @@ impl Referee<'_, '_> {
             }
             Course::Taken => self.decisions.events.push(MatchEvent::FreeKickOver { team: set_play.team, taken: true }),
             Course::TimeOver => {
-                if set_play.kind != SetPlayKind::KickOff {
-                    self.memory.plays = Plays::direct_for(set_play.team.opponent());
+                match set_play.kind {
+                    SetPlayKind::KickOff => {}
+                    SetPlayKind::PenaltyKick => self.memory.plays = Plays::default(),
+                    _ => self.memory.plays = Plays::direct_for(set_play.team.opponent()),
                 }
                 self.decisions.events.push(MatchEvent::FreeKickOver { team: set_play.team, taken: false });
             }

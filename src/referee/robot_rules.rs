@@ -2,7 +2,7 @@
 
 use super::memory::RobotMemory;
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
-use super::{ball_holding, fallen, illegal_defender, inactive, leaving_field, set_play, stalling};
+use super::{ball_holding, fallen, illegal_defender, inactive, leaving_field, obstruction, set_play, stalling};
 use crate::game::{Evidence, PenaltyReason, Rules};
 
 /// A robot before the referee.
@@ -68,6 +68,11 @@ pub const ROBOT_RULES: &[RobotRule] = &[
         reason: PenaltyReason::IllegalDefender,
         is_on: |rules| rules.illegal_defender,
         judge: |case| illegal_defender::judge(case.records, case.seen, case.index),
+    },
+    RobotRule {
+        reason: PenaltyReason::Obstruction,
+        is_on: |rules| rules.obstruction,
+        judge: |case| obstruction::judge(case.record().cycles_obstructing, case.seen, case.robot()),
     },
     RobotRule {
         reason: PenaltyReason::Fallen,

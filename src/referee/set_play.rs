@@ -1,4 +1,4 @@
-//! Free kicks: kick-in, goal kick, corner kick, pushing free kick (2025 rule book, "Free Kick"), and the kick-off as
+//! Free kicks: kick-in, goal kick, corner kick, pushing free kick (2025 rule book, sections 3.8 and 3.9), and the kick-off as
 //! long as the ball is the kicking team's own.
 //!
 //! Play runs on, but for a time the ball belongs to one team, and the other has to keep away from it. The free kick is
@@ -8,13 +8,14 @@ use bevy::prelude::*;
 
 use super::areas::in_team_frame;
 use super::ball_out::BallOut;
+use super::penalty_kick;
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use crate::events::BoundaryLine;
 use crate::game::{Evidence, SetPlay, SetPlayKind};
 use crate::team::Team;
 
 /// A ball that is farther than this from where it was put has been moved clearly, m.
-const MOVED_CLEARLY_M: f32 = 0.05;
+pub(super) const MOVED_CLEARLY_M: f32 = 0.05;
 /// A defender may be where it must not for so long, s: the referee does not look for exact distances.
 const TOLERANCE_S: f32 = 1.0;
 
@@ -34,12 +35,12 @@ pub enum Course {
 /// A free kick a cycle later.
 pub fn advance(set_play: SetPlay, snapshot: &MatchSnapshot) -> Course {
     let touched = set_play.touched || snapshot.touches.iter().any(|(robot, _)| robot.team == set_play.team);
-    let cycles_left = set_play.cycles_left.saturating_sub(1);
-    let next = SetPlay { cycles: set_play.cycles + 1, cycles_left, touched, ..set_play };
+    let next = SetPlay { touched, ..set_play.later(true) };
     let moved = snapshot.ball.is_some_and(|ball| ball.position.distance(set_play.ball_m) > MOVED_CLEARLY_M);
-    if moved && touched {
+    // A penalty kick is over with the first touch, even if the ball does not move clearly.
+    if touched && (moved || set_play.kind == SetPlayKind::PenaltyKick) {
         Course::Taken
-    } else if cycles_left == 0 {
+    } else if next.cycles_left == 0 {
         Course::TimeOver
     } else if moved {
         Course::BallBack(next)
@@ -79,7 +80,7 @@ pub fn goal_kick_place(snapshot: &MatchSnapshot, team: Team, y: f32) -> Vec2 {
 /// While the time to leave runs, nothing counts.
 pub fn advance_encroachment(cycles: u64, set_play: &SetPlay, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> u64 {
     let leave_s = match set_play.kind {
-        SetPlayKind::KickOff => 0.0,
+        SetPlayKind::KickOff | SetPlayKind::PenaltyKick => 0.0,
         _ => snapshot.rules.free_kick_leave_s,
     };
     let counts = set_play.cycles >= snapshot.cycles(leave_s) && encroaches(set_play, snapshot, robot);
@@ -88,6 +89,9 @@ pub fn advance_encroachment(cycles: u64, set_play: &SetPlay, snapshot: &MatchSna
 
 /// Whether a robot is where it must not be: near the ball, or at a kick-off in the circle or the other half.
 fn encroaches(set_play: &SetPlay, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
+    if set_play.kind == SetPlayKind::PenaltyKick {
+        return penalty_kick::encroaches(set_play, snapshot, robot);
+    }
     if robot.id.team == set_play.team {
         return false;
     }
@@ -103,14 +107,19 @@ fn encroaches(set_play: &SetPlay, snapshot: &MatchSnapshot, robot: &RobotSnapsho
 
 /// The case against a robot that was where it must not be for too long, or that touched the other team's ball.
 pub fn judge(cycles: u64, set_play: &SetPlay, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> Option<Evidence> {
-    if robot.id.team == set_play.team {
+    let is_theirs = robot.id.team == set_play.team;
+    if is_theirs && set_play.kind != SetPlayKind::PenaltyKick {
         return None;
     }
-    let touched = snapshot.touches.iter().any(|(toucher, _)| *toucher == robot.id);
+    let touched = !is_theirs && snapshot.touches.iter().any(|(toucher, _)| *toucher == robot.id);
     let too_long = cycles > snapshot.cycles(TOLERANCE_S);
     (touched || too_long).then(|| {
-        let rule =
-            "During a free kick and before the ball is in play at a kick-off, the other team keeps away from it.";
+        let rule = match set_play.kind {
+            SetPlayKind::PenaltyKick => {
+                "During a penalty kick only one attacker, and the keeper on its line, may be in the penalty area."
+            }
+            _ => "During a free kick and before the ball is in play at a kick-off, the other team keeps away from it.",
+        };
         let distance = robot.pose.position.distance(set_play.ball_m);
         snapshot
             .evidence_against(rule, robot)

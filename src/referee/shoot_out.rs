@@ -1,35 +1,44 @@
-//! The penalty shoot-out that decides a drawn match (2010 rule book, section 3.8.1): alternate shots from the penalty
-//! mark, one attacker against one keeper, all at the goal at -x; then sudden death.
+//! The penalty shoot-out that decides a drawn match (2010 rule book, sections 3.7 and 3.8; 2025 rule book, section 3.19):
+//! alternate shots from the penalty mark, one attacker against one keeper, all at the goal at -x; then sudden death.
 
 use core::f32::consts::PI;
 
 use bevy::prelude::*;
 
+use super::areas::{penalty_mark, touches_goal_line};
 use super::boundary::{Boundary, crossing};
 use super::decide::Referee;
 use super::placing::Occupied;
 use super::removal::waiting_pose;
-use super::snapshot::MatchSnapshot;
+use super::set_play::MOVED_CLEARLY_M;
+use super::snapshot::{BallSnapshot, MatchSnapshot};
 use crate::events::MatchEvent;
-use crate::game::{ActivePenalty, Evidence, GameState, Penalty, PenaltyReason, ShootOut, Shot, Standing};
+use crate::game::{
+    ActivePenalty, Evidence, GameState, Penalty, PenaltyReason, ShootOut, ShootOutProcedure, Shot, ShotRank, Standing,
+};
 use crate::geometry::Pose;
 use crate::pitch::End;
 use crate::team::Team;
 
 /// The goal that all shots are at.
 const GOAL: End = End::NegativeX;
+/// How far behind the ball an attacker begins where the penalty area does not reach beyond it, m.
+const BEHIND_BALL_M: f32 = 0.35;
+/// A ball slower than this has come to a stop, m/s.
+const STOPPED_MPS: f32 = 0.05;
+/// A ball that turns no farther than this from a post's surface hits it, m.
+const AT_POST_M: f32 = 0.01;
+
 /// What has become of a shot in a cycle: scored or failed and why; none while it goes on.
 pub fn judge_shot(snapshot: &MatchSnapshot, shoot_out: &ShootOut) -> Option<(bool, Evidence)> {
     let ball = snapshot.ball.as_ref()?;
     let case = |scored: bool, rule: &'static str| Some((scored, snapshot.evidence(rule, ball.position)));
-    for (robot, _) in snapshot.touches {
-        let shoots = robot.team == shoot_out.team;
-        if !shoots && is_outside_area(snapshot, ball.position, ball.radius) {
-            return case(true, "The keeper may not touch a ball that is wholly outside the penalty area.");
-        }
-        if shoots && is_inside_area(snapshot, ball.path.first().copied().unwrap_or(ball.position), ball.radius) {
-            return case(false, "The attacker may not touch a ball that is wholly inside the penalty area.");
-        }
+    let fault = match snapshot.rules.shoot_out_procedure {
+        ShootOutProcedure::Spl2010 => fault_of_2010(snapshot, shoot_out, ball),
+        ShootOutProcedure::Spl2025 => fault_of_2025(snapshot, shoot_out, ball),
+    };
+    if let Some((scored, rule)) = fault {
+        return case(scored, rule);
     }
     if let Some(crossing) = crossing(ball, snapshot.pitch) {
         return match crossing.boundary {
@@ -37,10 +46,72 @@ pub fn judge_shot(snapshot: &MatchSnapshot, shoot_out: &ShootOut) -> Option<(boo
             _ => case(false, "The shot is over when the ball leaves the pitch."),
         };
     }
-    if shoot_out.shot.cycles >= snapshot.cycles(snapshot.rules.shoot_out_s) {
+    if shoot_out.shot.cycles >= snapshot.cycles(shoot_out.shot_s(snapshot.rules)) {
         return case(false, "The shot is over when its time is.");
     }
+    let over_at_rest = snapshot.rules.shoot_out_procedure == ShootOutProcedure::Spl2025
+        && shoot_out.shot.rank > ShotRank::NoKick
+        && snapshot.touches.is_empty()
+        && ball.velocity.length() < STOPPED_MPS;
+    if over_at_rest {
+        return case(false, "The shot is over when the ball has come to a stop after the attacker has played it.");
+    }
     None
+}
+
+/// What the attacker or the keeper did that they may not: whether the shot counts as scored then, and the rule.
+fn fault_of_2010(snapshot: &MatchSnapshot, shoot_out: &ShootOut, ball: &BallSnapshot) -> Option<(bool, &'static str)> {
+    snapshot.touches.iter().find_map(|(robot, _)| {
+        let shoots = robot.team == shoot_out.team;
+        if !shoots && is_outside_area(snapshot, ball.position, ball.radius) {
+            return Some((true, "The keeper may not touch a ball that is wholly outside the penalty area."));
+        }
+        let start = ball.path.first().copied().unwrap_or(ball.position);
+        (shoots && is_inside_area(snapshot, start, ball.radius))
+            .then_some((false, "The attacker may not touch a ball that is wholly inside the penalty area."))
+    })
+}
+
+/// The same by the rules of 2025.
+fn fault_of_2025(snapshot: &MatchSnapshot, shoot_out: &ShootOut, ball: &BallSnapshot) -> Option<(bool, &'static str)> {
+    let start = ball.path.first().copied().unwrap_or(ball.position);
+    let plays = snapshot.touches.iter().any(|(robot, _)| robot.team == shoot_out.team);
+    if plays && start.distance(penalty_mark(snapshot.pitch, GOAL)) > MOVED_CLEARLY_M {
+        return Some((false, "The attacker may not play the ball a second time after it has moved clearly."));
+    }
+    let keeper = snapshot.robots.iter().find(|robot| robot.is_present() && robot.id.team != shoot_out.team)?;
+    (shoot_out.shot.rank == ShotRank::NoKick
+        && !(keeper.posture.is_upright() && touches_goal_line(snapshot.pitch, GOAL, keeper)))
+    .then_some((
+        true,
+        "Until the attacker has touched the ball, the keeper stays on its feet and in contact with the goal line.",
+    ))
+}
+
+/// How good a shot has been so far, this cycle included.
+fn rank(snapshot: &MatchSnapshot, shoot_out: &ShootOut) -> ShotRank {
+    let before = shoot_out.shot.rank;
+    let Some(ball) = &snapshot.ball else { return before };
+    let touched =
+        |by_attacker: bool| snapshot.touches.iter().any(|(robot, _)| (robot.team == shoot_out.team) == by_attacker);
+    if before == ShotRank::NoKick && !touched(true) {
+        return before;
+    }
+    let turns = ball.path.get(1..ball.path.len().saturating_sub(1)).unwrap_or(&[]);
+    let hits = |turn: &Vec2| {
+        snapshot.posts.iter().any(|post| post.centre.distance(*turn) <= post.radius + ball.radius + AT_POST_M)
+    };
+    let beside = crossing(ball, snapshot.pitch).is_some_and(|crossing| crossing.boundary == Boundary::GoalLine(GOAL));
+    let now = if touched(false) {
+        ShotRank::Blocked
+    } else if turns.iter().any(hits) {
+        ShotRank::Post
+    } else if beside {
+        ShotRank::BesideGoal
+    } else {
+        ShotRank::Kick
+    };
+    before.max(now)
 }
 
 fn is_inside_area(snapshot: &MatchSnapshot, ball: Vec2, radius: f32) -> bool {
@@ -70,8 +141,8 @@ impl Referee<'_, '_> {
         self.prepare_shot();
     }
 
-    /// The attacker is put behind the ball on the penalty mark, in the centre of the pitch, the keeper on its goal
-    /// line; all others wait beside the pitch.
+    /// The ball is put on the penalty mark, the attacker behind it, the keeper on its goal line; all others wait beside the
+    /// pitch.
     fn prepare_shot(&mut self) {
         let Some(shoot_out) = &mut self.decisions.game.shoot_out else { return };
         shoot_out.shot = Shot::default();
@@ -84,8 +155,14 @@ impl Referee<'_, '_> {
         let attacker = self.first_of(team, 2);
         let keeper = self.first_of(team.opponent(), 1);
         let pitch = self.seen.pitch;
-        let mark = GOAL.sign() * (pitch.half_length() - pitch.penalty_mark_distance_m);
-        let poses = [Pose::new(0.0, 0.0, PI), Pose::new(GOAL.sign() * pitch.half_length(), 0.0, 0.0)];
+        let attacker_x = match self.seen.rules.shoot_out_procedure {
+            ShootOutProcedure::Spl2010 => 0.0,
+            ShootOutProcedure::Spl2025 => {
+                let from_goal = pitch.penalty_area.depth_m.max(pitch.penalty_mark_distance_m + BEHIND_BALL_M);
+                GOAL.sign() * (pitch.half_length() - from_goal)
+            }
+        };
+        let poses = [Pose::new(attacker_x, 0.0, PI), Pose::new(GOAL.sign() * pitch.half_length(), 0.0, 0.0)];
         for robot in &mut self.decisions.robots {
             let penalty = ActivePenalty { reason: PenaltyReason::ShootOut, cycles_left: u64::from(u32::MAX) };
             robot.penalty = Penalty(Some(penalty));
@@ -104,7 +181,7 @@ impl Referee<'_, '_> {
         for record in &mut self.memory.robots {
             record.forgive();
         }
-        self.put_ball(Vec2::new(mark, 0.0));
+        self.put_ball(penalty_mark(self.seen.pitch, GOAL));
         self.enter(GameState::Set);
     }
 
@@ -134,8 +211,10 @@ impl Referee<'_, '_> {
             let line = Vec2::new(GOAL.sign() * self.seen.pitch.half_length(), ball.position.y.clamp(-post, post));
             shoot_out.shot.nearest_m = shoot_out.shot.nearest_m.min(ball.position.distance(line));
         }
+        let verdict = judge_shot(self.seen, &shoot_out);
+        shoot_out.shot.rank = rank(self.seen, &shoot_out);
         self.decisions.game.shoot_out = Some(shoot_out);
-        if let Some((scored, evidence)) = judge_shot(self.seen, &shoot_out) {
+        if let Some((scored, evidence)) = verdict {
             self.end_shot(shoot_out, scored, evidence);
         }
     }
@@ -143,6 +222,9 @@ impl Referee<'_, '_> {
     fn end_shot(&mut self, mut shoot_out: ShootOut, scored: bool, evidence: Evidence) {
         let team = shoot_out.team;
         shoot_out.shot.scored = scored;
+        if scored {
+            shoot_out.shot.rank = ShotRank::Goal;
+        }
         shoot_out.last[team as usize] = shoot_out.shot;
         shoot_out.taken[team] += 1;
         shoot_out.goals[team] += u32::from(scored);
@@ -150,7 +232,7 @@ impl Referee<'_, '_> {
         self.whistle();
         self.decisions.events.push(MatchEvent::Shot { team, scored, goals: shoot_out.goals, evidence });
         self.decisions.game.shoot_out = Some(shoot_out);
-        let winner = match shoot_out.standing(self.seen.rules.shoot_out_shots, self.seen.clock.period_s) {
+        let winner = match shoot_out.standing(self.seen.rules, self.seen.clock.period_s) {
             Standing::Open => return self.prepare_shot(),
             Standing::Won(winner) => winner,
             Standing::Coin => {
@@ -235,5 +317,57 @@ mod tests {
         assert_eq!(shot([-2.41, 0.0], attacker), Some(false));
         assert_eq!(shot([-2.35, 0.0], keeper), None);
         assert_eq!(shot([-2.34, 0.0], keeper), Some(true));
+    }
+
+    /// By the rules of 2025, the shot under way.
+    fn drawn_2025() -> MatchFixture {
+        let mut situation = MatchFixture::three_a_side();
+        situation.rules.shoot_out = true;
+        situation.rules.shoot_out_procedure = ShootOutProcedure::Spl2025;
+        situation.game.half = 2;
+        situation.game.cycles_left = Some(1);
+        situation.pass();
+        whistled(situation)
+    }
+
+    fn shot(situation: &mut MatchFixture) -> Option<(bool, ShotRank)> {
+        let events = situation.pass().events;
+        let scored = events
+            .iter()
+            .find_map(|event| if let MatchEvent::Shot { scored, .. } = event { Some(*scored) } else { None })?;
+        Some((scored, situation.game.shoot_out.unwrap().last[0].rank))
+    }
+
+    #[test]
+    fn by_the_rules_of_2025_the_attacker_plays_the_ball_once_and_the_shot_ends_when_it_stops() {
+        let attacker = RobotId::new(Team::Blue, 2);
+        let touched = |situation: MatchFixture, from: f32, to: f32| {
+            let mut situation = situation.ball_rolled([from, 0.0], [to, 0.0]);
+            situation.touches = vec![(attacker, true)];
+            situation
+        };
+        // The mark is at x = -1.2; from there on it rolls, and stops.
+        let mut kicked = touched(drawn_2025(), -1.2, -1.25);
+        assert_eq!(shot(&mut kicked), None);
+        assert_eq!(shot(&mut kicked.clone().ball_rolled([-1.25, 0.0], [-1.25, 0.0])), Some((false, ShotRank::Kick)));
+        let mut rolls = kicked.clone().ball_rolled([-1.25, 0.0], [-1.3, 0.0]);
+        assert_eq!(shot(&mut rolls), None);
+        assert_eq!(shot(&mut touched(rolls, -1.26, -1.3)), Some((false, ShotRank::Kick)));
+        assert_eq!(
+            shot(&mut kicked.clone().ball_rolled([-2.9, 1.0], [-3.2, 1.0])),
+            Some((false, ShotRank::BesideGoal))
+        );
+        assert_eq!(shot(&mut kicked.clone().ball_rolled([-2.9, 0.0], [-3.2, 0.0])), Some((true, ShotRank::Goal)));
+        let mut blocked = kicked.ball_rolled([-2.8, 0.0], [-2.8, 0.0]);
+        blocked.touches = vec![(RobotId::new(Team::Pink, 1), false)];
+        assert_eq!(shot(&mut blocked), None);
+        assert_eq!(shot(&mut blocked), Some((false, ShotRank::Blocked)));
+    }
+
+    #[test]
+    fn by_the_rules_of_2025_the_attacker_begins_behind_the_ball() {
+        let situation = drawn_2025();
+        let attacker = situation.robots[1].pose;
+        assert!(attacker.position.distance(Vec2::new(-1.2 + BEHIND_BALL_M, 0.0)) < 1e-5, "{attacker:?}");
     }
 }

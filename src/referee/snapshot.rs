@@ -11,7 +11,7 @@ use crate::pitch::Pitch;
 use crate::robot::body::BodyBounds;
 use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
-use crate::team::RobotId;
+use crate::team::{PerTeam, RobotId};
 
 /// Everything that the rules judge by.
 #[derive(Clone, Copy, Debug)]
@@ -34,6 +34,8 @@ pub struct MatchSnapshot<'a> {
     pub touches: &'a [(RobotId, bool)],
     /// Who touched the ball last before this cycle; while the referee judges, those of this cycle included.
     pub last_touch: Option<Touch>,
+    /// Messages that each team has sent in the match, this cycle included.
+    pub messages_sent: PerTeam<u32>,
     /// What the referee is made to do at the end of this cycle.
     pub interventions: &'a [Intervention],
     /// Robots that touched each other in this cycle, by their indices.

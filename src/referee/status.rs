@@ -1,22 +1,30 @@
 //! What the robots are told of the game.
 //!
-//! They hear at once of penalties, of `set`, and of every whistle. What a whistle means, a goal or the start of play,
-//! they are told [`Rules::status_delay_s`](super::Rules::status_delay_s) later, as by the real GameController (2025: 15
-//! s): until then, whoever wants to know sooner goes by [`GameStatus::whistles`].
+//! They hear of nearly everything at once, and of every whistle. Of a goal, and that play begins after `set`, they are told
+//! [`Rules::status_delay_s`](crate::game::Rules::status_delay_s) later, as by the real GameController (2025 rule book, sections 3.2
+//! and 3.3: 15 s): until then, whoever wants to know sooner goes by [`GameStatus::whistles`]. Meanwhile they are told of the game
+//! as it would be without that change, its clocks running on. What else happens to the game ends the wait.
+//!
+//! Whose a free kick is may come [later](crate::game::Rules::free_kick_signal_s) than which it is (2025 rule book, section
+//! 3.9.1: the referee points for 5 s at least). That every robot has seen it by then is a simplification.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::game::{Game, GameState, PenaltyReason, Score, SetPlay, SetPlayKind};
+use super::snapshot::MatchSnapshot;
+use crate::cycle::CycleClock;
+use crate::events::MatchEvent;
+use crate::game::{Game, GameState, PenaltyReason, Rules, Score, SetPlay, SetPlayKind};
 use crate::knowledge::Knowledge;
 use crate::pitch::End;
 use crate::team::Team;
 
 /// What a robot is told of the game at the start of a cycle, as by a GameController (2010 rule book, section 3.2). It is
-/// a sensor: every robot has its own, and behaviours read nothing else of the match. `state`, `score`, `kick_off_team`,
-/// `drop_ball` and `set_play` may come [late](crate::game::Rules::status_delay_s).
+/// a sensor: every robot has its own, and behaviours read nothing else of the match. All but the penalties and placements
+/// of the robot and the whistles may come [late](crate::game::Rules::status_delay_s).
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Sensor)]
+#[serde(default)]
 #[non_exhaustive]
 pub struct GameStatus {
     /// The state of the game.
@@ -27,6 +35,8 @@ pub struct GameStatus {
     pub half: u32,
     /// Seconds left in this half; none where the rules have no clock.
     pub time_left_s: Option<f32>,
+    /// Seconds left of what the game waits for: of `ready` and `set`, of a free kick, of a shot in a shoot-out.
+    pub secondary_time_left_s: Option<f32>,
     /// Seconds since the start of the match.
     pub time_s: f32,
     /// The end of the pitch that this robot's team defends.
@@ -37,6 +47,8 @@ pub struct GameStatus {
     pub drop_ball: bool,
     /// The free kick, or the kick-off that is one team's own, that is under way.
     pub set_play: Option<SetPlayStatus>,
+    /// How many messages this robot's team may still send; none where it is not limited.
+    pub messages_left: Option<u32>,
     /// The team that shoots, in a penalty shoot-out.
     pub shoot_out: Option<Team>,
     /// Whether this robot is penalised.
@@ -59,81 +71,140 @@ pub struct GameStatus {
 pub struct SetPlayStatus {
     /// What it is given for.
     pub kind: SetPlayKind,
-    /// The team that the ball belongs to.
-    pub team: Team,
+    /// The team that the ball belongs to; none as long as they do not know.
+    pub team: Option<Team>,
 }
 
-/// The part of the game's state of which robots may hear late.
-#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+impl SetPlayStatus {
+    /// What they are told of this one. Whose a kick-off is they know from the start.
+    pub fn told_of(set_play: &SetPlay, rules: &Rules, clock: &CycleClock) -> Self {
+        let is_known = set_play.kind == SetPlayKind::KickOff
+            || set_play.cycles >= u64::from(clock.cycles_in(rules.free_kick_signal_s));
+        Self { kind: set_play.kind, team: is_known.then_some(set_play.team) }
+    }
+}
+
+/// What is withheld from the robots.
+#[derive(Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 pub struct Announcement {
-    /// The state of play.
-    pub state: GameState,
-    /// Goals of both teams so far.
-    pub score: Score,
-    /// The team that has the kick-off; none at a drop ball.
-    pub kick_off: Option<Team>,
-    /// The free kick under way.
-    pub set_play: Option<SetPlayStatus>,
-    /// Cycles for which a change has been withheld.
-    pub withheld_cycles: u64,
+    /// The game that they are told of instead; none as long as that is the true one.
+    pub instead: Option<Game>,
+    /// Cycles for which it goes on.
+    pub cycles_left: u64,
 }
 
 impl Announcement {
-    /// The whole truth.
-    pub fn of(game: &Game) -> Self {
-        let set_play = game.set_play.map(|SetPlay { kind, team, .. }| SetPlayStatus { kind, team });
-        Self { state: game.state, score: game.score, kick_off: game.kick_off(), set_play, withheld_cycles: 0 }
+    /// The game that they are told of, when this is the true one.
+    pub fn told<'a>(&'a self, truth: &'a Game) -> &'a Game {
+        self.instead.as_ref().unwrap_or(truth)
     }
 
-    /// After a cycle: a change that the referee whistles (a goal, and the end of `set`) is withheld for so many
-    /// cycles, as robots have to hear the whistle; any other is told at once.
-    pub fn follow(&mut self, game: &Game, delay_cycles: u64) {
-        let truth = Self::of(game);
-        let whistled = truth.score != self.score
-            || matches!(
-                (self.state, truth.state),
-                (GameState::Set, GameState::Playing) | (GameState::Playing, GameState::Ready)
-            );
-        if whistled && self.withheld_cycles < delay_cycles {
-            self.withheld_cycles += 1;
-        } else {
-            *self = truth;
+    /// After a cycle that was so, which led to such a game and such events.
+    pub fn follow(&mut self, seen: &MatchSnapshot, after: &Game, events: &[MatchEvent]) {
+        let before = seen.game;
+        let delay_cycles = seen.cycles(seen.rules.status_delay_s);
+        let goal = events.iter().any(|event| matches!(event, MatchEvent::Goal { .. }));
+        let begins = (before.state, after.state) == (GameState::Set, GameState::Playing);
+        let ends = after.state == GameState::Finished || after.half != before.half;
+        if (goal || begins) && !ends && delay_cycles > 0 {
+            *self = Self { instead: Some(before.clone()), cycles_left: delay_cycles };
+        } else if self.cycles_left == 0 || is_told_at_once(before, after) {
+            *self = Self::default();
+        }
+        if let Some(game) = &mut self.instead {
+            self.cycles_left -= 1;
+            go_on(game, seen.rules, &seen.clock);
         }
     }
+}
+
+/// Whether anything has happened to the game but that a clock ran, or that a set play is over.
+fn is_told_at_once(before: &Game, after: &Game) -> bool {
+    let begun = |game: &Game| game.set_play.map(|set_play| (set_play.kind, set_play.team));
+    let begins_set_play = after.set_play.is_some() && begun(before) != begun(after);
+    let rest =
+        |game: &Game| (game.state, game.half, game.score, game.kick_off(), game.shoot_out.map(|shot| shot.taken));
+    begins_set_play || rest(before) != rest(after)
+}
+
+/// A game in which nothing happens, a cycle later.
+fn go_on(game: &mut Game, rules: &Rules, clock: &CycleClock) {
+    if game.clock_runs(rules, clock) {
+        game.cycles_left = game.cycles_left.map(|left| left.saturating_sub(1));
+    }
+    game.state_cycles += 1;
+    let in_play = game.state == GameState::Playing;
+    let set_play = game.set_play.map(|set_play| set_play.later(in_play));
+    game.set_play = set_play.filter(|set_play| set_play.cycles_left > 0);
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::testing::MatchFixture;
     use super::*;
+    use crate::game::Intervention;
+    use crate::team::RobotId;
 
-    #[test]
-    fn a_whistled_change_is_withheld_for_its_time_and_others_are_not() {
-        let mut game = Game { state: GameState::Set, ..Game::default() };
-        let mut told = Announcement::of(&game);
-        game.state = GameState::Playing;
-        let heard = (0..10).find(|_| {
-            told.follow(&game, 5);
-            told.state == GameState::Playing
-        });
-        assert_eq!(heard, Some(5));
-        game.score.blue = 1;
-        told.follow(&game, 5);
-        assert_eq!(told.score.blue, 0);
-        let mut told = Announcement::of(&Game { state: GameState::Ready, ..Game::default() });
-        told.follow(&Game { state: GameState::Set, ..Game::default() }, 5);
-        assert_eq!(told.state, GameState::Set);
+    const BLUE2: RobotId = RobotId::new(Team::Blue, 2);
+
+    /// A match in which goals and the start of play are told five cycles late.
+    fn delayed() -> MatchFixture {
+        let mut situation = MatchFixture::three_a_side();
+        situation.rules.status_delay_s = 5.0 * situation.clock.period();
+        situation.rules.kick_off = crate::game::KickOffProcedure::ReadyAndSet;
+        situation
+    }
+
+    /// In how many cycles from now on they are told of this state.
+    fn told_in(situation: &mut MatchFixture, state: GameState) -> Option<usize> {
+        (1..20).find(|_| {
+            situation.pass();
+            situation.memory.announcement.told(&situation.game).state == state
+        })
     }
 
     #[test]
-    fn a_goal_becomes_known_together_with_what_follows() {
-        let mut game = Game { state: GameState::Playing, ..Game::default() };
-        let mut told = Announcement::of(&game);
-        (game.state, game.score.pink, game.kick_off_team) = (GameState::Ready, 1, Team::Blue);
-        for _ in 0..3 {
-            told.follow(&game, 3);
-            assert_eq!((told.state, told.score.pink), (GameState::Playing, 0));
-        }
-        told.follow(&game, 3);
-        assert_eq!((told.state, told.score.pink), (GameState::Ready, 1));
+    fn that_play_begins_is_told_late_and_that_it_stops_at_once() {
+        let mut situation = delayed();
+        situation.game.state = GameState::Set;
+        situation.interventions = vec![Intervention::Whistle];
+        assert_eq!(told_in(&mut situation, GameState::Playing), Some(6));
+        situation.interventions = vec![Intervention::KickOff { team: Team::Pink }];
+        assert_eq!(told_in(&mut situation, GameState::Ready), Some(1));
+        situation.interventions = vec![Intervention::Whistle];
+        assert_eq!(told_in(&mut situation, GameState::Set), Some(1));
+    }
+
+    #[test]
+    fn a_goal_is_told_late_with_what_follows_and_the_clock_that_they_see_runs_on() {
+        let mut situation = delayed().touched_by(BLUE2).ball_rolled([2.9, 0.0], [3.2, 0.0]);
+        situation.game.cycles_left = Some(1000);
+        situation.pass();
+        let told = situation.memory.announcement.told(&situation.game);
+        assert_eq!((told.state, told.score.blue, told.cycles_left), (GameState::Playing, 0, Some(999)));
+        assert_eq!(told_in(&mut situation, GameState::Ready), Some(5));
+        assert_eq!(situation.memory.announcement.told(&situation.game).score.blue, 1);
+    }
+
+    #[test]
+    fn what_happens_in_the_meantime_is_told_with_the_rest() {
+        let mut situation = delayed();
+        situation.game.state = GameState::Set;
+        situation.interventions = vec![Intervention::Whistle];
+        situation.pass();
+        situation.interventions = vec![Intervention::DropBall { position_m: Vec2::ZERO }];
+        assert_eq!(told_in(&mut situation, GameState::Playing), Some(1));
+    }
+
+    #[test]
+    fn whose_a_free_kick_is_comes_later_than_which_it_is() {
+        let (rules, clock) = (Rules { free_kick_signal_s: 0.1, ..Rules::default() }, CycleClock::default());
+        let told = |kind, cycles| {
+            let set_play = SetPlay { cycles, ..SetPlay::new(kind, Team::Pink, Vec2::ZERO, 100) };
+            SetPlayStatus::told_of(&set_play, &rules, &clock)
+        };
+        assert_eq!(told(SetPlayKind::KickIn, 2), SetPlayStatus { kind: SetPlayKind::KickIn, team: None });
+        assert_eq!(told(SetPlayKind::KickIn, 3).team, Some(Team::Pink));
+        assert_eq!(told(SetPlayKind::KickOff, 0).team, Some(Team::Pink));
     }
 }

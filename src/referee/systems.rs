@@ -8,10 +8,11 @@ use super::kick_off_shot::KickOffPlay;
 use super::memory::RefereeMemory;
 use super::own_rules::OwnRules;
 use super::snapshot::{BallSnapshot, Disc, MatchSnapshot, RobotSnapshot};
-use super::status::{Announcement, GameStatus};
+use super::status::{GameStatus, SetPlayStatus};
 use super::touch::touches_of_cycle;
 use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity};
 use crate::collision::Contacts;
+use crate::communication::MessageStatistics;
 use crate::cycle::CycleClock;
 use crate::events::{CycleEvents, MatchEvent};
 use crate::game::{Game, GameState, Interventions, KickOffProcedure, Penalty, Rules, SetPlay, SetPlayKind};
@@ -23,7 +24,7 @@ use crate::robot::kick::{KickCommand, KickPhase};
 use crate::robot::motion::{ExecutedStep, WalkCommand};
 use crate::robot::posture::Posture;
 use crate::robot::{PreviousPose, Roster, Velocity};
-use crate::team::RobotId;
+use crate::team::{PerTeam, RobotId};
 
 /// The match begins: in the first cycle, before anybody senses or acts, the robots may walk to their places, or the
 /// ball comes into play.
@@ -50,7 +51,6 @@ pub(super) fn begin_match(
         game.set_play =
             rules.kick_off_free_s.map(|free_s| SetPlay::new(SetPlayKind::KickOff, team, Vec2::ZERO, cycles_in(free_s)));
     }
-    memory.announcement = Announcement::of(&game);
 }
 
 /// What [`officiate`] works with, kept between cycles so that a steady match allocates nothing.
@@ -89,6 +89,7 @@ pub(super) fn officiate(
     pitch: Res<Pitch>,
     roster: Res<Roster>,
     contacts: Res<Contacts>,
+    messages: Res<MessageStatistics>,
     mut events: ResMut<CycleEvents>,
     mut game: ResMut<Game>,
     mut memory: ResMut<RefereeMemory>,
@@ -142,6 +143,7 @@ pub(super) fn officiate(
         posts: discs,
         touches,
         last_touch: memory.last_touch,
+        messages_sent: PerTeam { blue: messages.blue.sent, pink: messages.pink.sent },
         interventions: &interventions.queue,
         contacts: pairs,
     };
@@ -181,24 +183,29 @@ pub(super) fn officiate(
 /// Tells the robots the state of the game, as far as they may know it yet.
 pub(super) fn tell_status(
     clock: Res<CycleClock>,
+    rules: Res<Rules>,
     game: Res<Game>,
     memory: Res<RefereeMemory>,
     mut robots: Query<(&RobotId, &Penalty, &mut GameStatus)>,
 ) {
-    let told = &memory.announcement;
+    let told = memory.announcement.told(&game);
+    let set_play = told.set_play.map(|set_play| SetPlayStatus::told_of(&set_play, &rules, &clock));
+    let secondary = told.secondary_cycles_left(&rules, &clock);
     for (id, penalty, mut status) in &mut robots {
         let record = memory.record(*id);
         *status = GameStatus {
             state: told.state,
             score: told.score,
-            half: game.half,
-            time_left_s: game.time_left_s(&clock),
+            half: told.half,
+            time_left_s: told.time_left_s(&clock),
+            secondary_time_left_s: secondary.map(|cycles| (cycles as f64 * clock.period_s) as f32),
             time_s: clock.start_time_s() as f32,
-            own_end: game.own_end(id.team),
-            kick_off_team: told.kick_off.unwrap_or(game.kick_off_team),
-            drop_ball: told.kick_off.is_none(),
-            set_play: told.set_play,
-            shoot_out: game.shoot_out.map(|shoot_out| shoot_out.team),
+            own_end: told.own_end(id.team),
+            kick_off_team: told.kick_off_team,
+            drop_ball: told.drop_ball,
+            set_play,
+            messages_left: game.messages_left.map(|left| left[id.team]),
+            shoot_out: told.shoot_out.map(|shoot_out| shoot_out.team),
             penalised: penalty.is_active(),
             penalty: penalty.0.map(|penalty| penalty.reason),
             restarts: record.map_or(0, |record| record.restarts),

@@ -15,7 +15,7 @@ use crate::pitch::Pitch;
 use crate::robot::body::BodyBounds;
 use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
-use crate::team::{RobotId, Team};
+use crate::team::{PerTeam, RobotId, Team};
 
 /// Everything that a [`MatchSnapshot`] borrows.
 #[derive(Clone, Debug)]
@@ -31,6 +31,7 @@ pub struct MatchFixture {
     pub contacts: Vec<[usize; 2]>,
     pub touches: Vec<(RobotId, bool)>,
     pub interventions: Vec<Intervention>,
+    pub messages_sent: PerTeam<u32>,
 }
 
 impl MatchFixture {
@@ -70,6 +71,7 @@ impl MatchFixture {
             contacts: vec![],
             touches: vec![],
             interventions: vec![],
+            messages_sent: PerTeam::default(),
         }
     }
 
@@ -105,6 +107,7 @@ impl MatchFixture {
             contacts: &self.contacts,
             touches: &self.touches,
             interventions: &self.interventions,
+            messages_sent: self.messages_sent,
         }
     }
 

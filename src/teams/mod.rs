@@ -12,16 +12,19 @@ use std::borrow::Cow;
 pub mod aiming;
 pub mod attack;
 pub mod chaser;
+pub mod hearing;
 pub mod keeper;
 pub mod kicking;
 pub mod looking;
 pub mod obeying;
 pub mod passer;
 pub mod passing;
+pub mod penalty_kicks;
 pub mod player;
 pub mod roles;
 pub mod striker;
 pub mod supporter;
+pub mod talking;
 pub mod walking;
 
 pub use player::{Decision, Player, PlayerMemory};
@@ -188,11 +191,12 @@ fn play<R: Role>(
     mut robots: Query<PlayerQuery, With<R>>,
 ) {
     for mut robot in &mut robots {
+        let status = hearing::as_heard(robot.status, &rules, &mut robot.memory.whistles);
         let player = Player {
             id: *robot.id,
             belief: robot.belief,
             heard: &robot.inbox.0,
-            status: robot.status,
+            status: &status,
             body: *robot.body,
             sonar: *robot.sonar,
             sonar_settings: robot.sonar_settings,
@@ -210,7 +214,8 @@ fn play<R: Role>(
         robot.kick.0 = decision.kick;
         robot.posture.0 = decision.posture.or_else(|| obeying::posture(&player));
         draw(&mut robot.drawings, &player, memory, &decision);
-        robot.outbox.0 = (!player.status.penalised).then(|| message(&player, &decision));
+        let speaks = !player.status.penalised && talking::may_speak(&player, memory, decision.pass.is_some());
+        robot.outbox.0 = speaks.then(|| message(&player, &decision));
     }
 }
 
@@ -244,7 +249,7 @@ fn decide_in_game(
             let decision = decide(player, memory);
             obeying::obey(player, memory, decision)
         }
-        GameState::Ready => obeying::take_kick_off_place(player),
+        GameState::Ready => obeying::take_place(player),
         GameState::Initial | GameState::Set | GameState::Finished => Decision { intention: "wait", ..default() },
     }
 }

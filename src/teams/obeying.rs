@@ -3,6 +3,7 @@
 
 use bevy::prelude::*;
 
+use super::penalty_kicks;
 use super::player::{Decision, Player, PlayerMemory};
 use crate::game::{DefenderLimit, GameState};
 use crate::geometry::{Pose, angle_of, unrotate};
@@ -26,7 +27,7 @@ const IN_PLACE: (f32, f32) = (0.05, 0.15);
 pub fn obey(player: &Player, memory: &PlayerMemory, decision: Decision) -> Decision {
     let decision =
         if keeps_off_the_kick_off(player, memory) { stay_off_the_circle(player, decision) } else { decision };
-    let decision = keep_off_the_free_kick(player, decision);
+    let decision = penalty_kicks::obey(player, keep_off_the_free_kick(player, decision));
     stay_out_of_the_own_area(player, decision)
 }
 
@@ -35,9 +36,9 @@ pub fn posture(player: &Player) -> Option<PostureRequest> {
     (player.body == BodyStatus::Fallen).then_some(PostureRequest::GetUp)
 }
 
-/// Walks to its place for the kick-off, and stands there.
-pub fn take_kick_off_place(player: &Player) -> Decision {
-    let place = kick_off_place(player);
+/// Walks to its place for the kick-off, or the penalty kick, and stands there.
+pub fn take_place(player: &Player) -> Decision {
+    let place = penalty_kicks::place(player).unwrap_or_else(|| kick_off_place(player));
     let (near_m, turned) = IN_PLACE;
     let off = angle_of(unrotate(player.forward, place.forward())).abs();
     let stands = place.position.distance_squared(player.position()) < near_m * near_m && off < turned;
@@ -74,6 +75,8 @@ pub fn note_kick_off(player: &Player, memory: &mut PlayerMemory) {
     if placed || begins {
         *memory = PlayerMemory {
             restarts: memory.restarts,
+            whistles: memory.whistles,
+            spoke_at_s: memory.spoke_at_s,
             waited_for_kick_off: waits,
             kick_off_since_s: (!player.status.drop_ball).then_some(now),
             last_glance_s: now,
@@ -109,11 +112,12 @@ fn stay_off_the_circle(player: &Player, decision: Decision) -> Decision {
 
 /// While the ball belongs to the opponents, nobody goes near it, and whoever is near it leaves.
 fn keep_off_the_free_kick(player: &Player, decision: Decision) -> Decision {
-    let is_theirs = player.status.set_play.is_some_and(|set_play| set_play.team != player.id.team);
-    let Some(ball) = player.ball().filter(|_| is_theirs) else { return decision };
+    let not_ours = player.status.set_play.filter(|set_play| set_play.team != Some(player.id.team));
+    let (Some(set_play), Some(ball)) = (not_ours, player.ball()) else { return decision };
     let (away, distance) = (player.position() - ball.position_m, player.rules.free_kick_distance_m + DISTANCE_MARGIN_M);
     let decision = Decision { kick: None, ..decision };
-    if away.length_squared() < (distance - 0.1) * (distance - 0.1) {
+    // As long as nobody knows whose it is, it is enough not to come nearer.
+    if set_play.team.is_some() && away.length_squared() < (distance - 0.1) * (distance - 0.1) {
         // Towards the own goal, if need be past the ball: the way is free there more often than at the side line.
         let home = player.own_goal() - ball.position_m;
         let outwards = (away.normalize_or(-Vec2::X) + 0.5 * home.normalize_or(-Vec2::X)).normalize_or(-Vec2::X);
@@ -184,7 +188,7 @@ mod tests {
     #[test]
     fn nobody_goes_near_the_opponents_free_kick_and_whoever_is_near_leaves() {
         let mut situation = PlayerFixture::new(Pose::new(-1.2, 0.0, 0.0), Vec2::ZERO);
-        situation.status.set_play = Some(SetPlayStatus { kind: SetPlayKind::KickIn, team: Team::Pink });
+        situation.status.set_play = Some(SetPlayStatus { kind: SetPlayKind::KickIn, team: Some(Team::Pink) });
         // 0.75 m and the margin of 0.35 m: at 1.2 m a step may still lead nearer, at 1.1 m none may.
         assert!(moved(&situation, walking(0.006, 0.0)).x > -1.2);
         situation.belief.pose.position.x = -1.1;
@@ -193,7 +197,7 @@ mod tests {
         situation.belief.pose.position.x = -0.5;
         assert!(moved(&situation, walking(0.006, 0.0)).x < -0.5);
         // The own free kick is there to be taken.
-        situation.status.set_play = Some(SetPlayStatus { kind: SetPlayKind::KickIn, team: Team::Blue });
+        situation.status.set_play = Some(SetPlayStatus { kind: SetPlayKind::KickIn, team: Some(Team::Blue) });
         assert!(moved(&situation, walking(0.006, 0.0)).x > -0.5);
     }
 
@@ -217,11 +221,11 @@ mod tests {
         let mut situation = PlayerFixture::new(Pose::default(), Vec2::ZERO);
         situation.status.state = GameState::Ready;
         let place = kick_off_place(&situation.player());
-        assert!(!take_kick_off_place(&situation.player()).walk.is_null());
+        assert!(!take_place(&situation.player()).walk.is_null());
         situation.belief.pose = Pose { position: place.position + Vec2::new(0.03, 0.03), ..place };
-        assert!(take_kick_off_place(&situation.player()).walk.is_null());
+        assert!(take_place(&situation.player()).walk.is_null());
         situation.belief.pose.heading += 0.3;
-        assert!(!take_kick_off_place(&situation.player()).walk.is_null());
+        assert!(!take_place(&situation.player()).walk.is_null());
     }
 
     #[test]

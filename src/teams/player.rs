@@ -3,6 +3,7 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::hearing::Whistles;
 use super::passing::Pass;
 use super::walking::{OBSTACLE_RANGE_M, Obstacles, POST_CLEARANCE_M, ROBOT_CLEARANCE_M, step_towards, way_around};
 use crate::belief::{BallBelief, Belief};
@@ -79,6 +80,10 @@ pub struct Decision {
 pub struct PlayerMemory {
     /// How often the robots had been placed.
     pub restarts: Option<u32>,
+    /// What it makes of the referee's whistles.
+    pub whistles: Whistles,
+    /// When it said something last, if messages are limited, s.
+    pub spoke_at_s: Option<f32>,
     /// Whether the game was in `ready` or `set`.
     pub waited_for_kick_off: bool,
     /// When the kick-off was given that is not over yet, s.

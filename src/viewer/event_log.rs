@@ -121,7 +121,9 @@ fn circumstances(event: &MatchEvent) -> (Option<RobotId>, Option<Vec2>, Option<&
         MatchEvent::Goal { scorer, evidence, .. } => (*scorer, None, Some(evidence)),
         MatchEvent::GameStuck { robot, evidence } => (*robot, None, Some(evidence)),
         MatchEvent::BallOut { position_m, evidence, .. } => (None, Some(*position_m), Some(evidence)),
-        MatchEvent::GoalDisallowed { evidence, .. } | MatchEvent::Shot { evidence, .. } => (None, None, Some(evidence)),
+        MatchEvent::GoalDisallowed { evidence, .. }
+        | MatchEvent::Shot { evidence, .. }
+        | MatchEvent::TooManyMessages { evidence, .. } => (None, None, Some(evidence)),
         MatchEvent::ThrowIn { position_m, .. }
         | MatchEvent::DropBall { position_m }
         | MatchEvent::FreeKick { position_m, .. } => (None, Some(*position_m), None),
@@ -174,6 +176,9 @@ fn describe(event: &MatchEvent) -> Option<(Option<Team>, bool, String)> {
         MatchEvent::ThrowIn { team, .. } => (Some(*team), false, format!("Throw-in for {team}")),
         MatchEvent::Penalty { robot, reason, .. } => {
             (Some(robot.team), false, format!("{robot} penalised for {}", reason.words()))
+        }
+        MatchEvent::TooManyMessages { team, .. } => {
+            (Some(*team), true, format!("{team} has sent too many messages: its goals do not count"))
         }
         MatchEvent::PenaltyOver { robot, .. } => (Some(robot.team), false, format!("{robot} is back")),
         MatchEvent::HalfBegins { half } => (None, true, format!("Half {half} begins")),

@@ -44,19 +44,24 @@ impl Rules {
         limits.fall_certain(self);
         limits.range("dive_reach_m", self.dive_reach_m, 0.0..=2.0, " m");
         limits.range("shoot_out_shots", self.shoot_out_shots, 1..=100, " shots");
+        limits.range("sudden_death_shots", self.sudden_death_shots, 1..=100, " shots");
         limits.positive("stall_radius_m", self.stall_radius_m, 100.0, " m");
         let positive_durations = [
             ("half_s", self.half_s),
             ("stall_s", self.stall_s),
             ("free_kick_s", self.free_kick_s),
+            ("penalty_kick_ready_s", self.penalty_kick_ready_s),
+            ("penalty_kick_s", self.penalty_kick_s),
             ("ball_holding_s", self.ball_holding_s),
             ("keeper_ball_holding_s", self.keeper_ball_holding_s),
             ("in_goal_s", self.in_goal_s),
+            ("obstruction_s", self.obstruction_s),
             ("inactive_s", self.inactive_s),
             ("game_stuck_s", self.game_stuck_s),
             ("fallen_s", self.fallen_s),
             ("get_up_limit_s", self.get_up_limit_s),
             ("shoot_out_s", self.shoot_out_s),
+            ("sudden_death_s", self.sudden_death_s.unwrap_or(1.0)),
         ];
         for (field, value) in positive_durations {
             limits.positive(field, value, LONGEST_S, " s");
@@ -73,6 +78,7 @@ impl Rules {
             ("get_up_s", self.get_up_s),
             ("dive_s", self.dive_s),
             ("status_delay_s", self.status_delay_s),
+            ("free_kick_signal_s", self.free_kick_signal_s),
         ];
         for (field, value) in durations {
             limits.range(field, value, 0.0..=LONGEST_S, " s");

@@ -21,7 +21,7 @@ pub enum BallOutRestart {
     KickOff,
     /// Play runs on; the ball is thrown in (2010 rule book, section 3.9).
     ThrowIn,
-    /// A kick-in, a goal kick or a corner kick (2025 rule book, "Kick-in").
+    /// A kick-in, a goal kick or a corner kick (2025 rule book, section 3.8).
     FreeKick,
 }
 
@@ -42,10 +42,10 @@ pub enum KickOffProcedure {
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum KickOffPositions {
-    /// 2010 rule book, section 3.6.
+    /// 2010 rule book, section 3.5.
     #[default]
     Spl2010,
-    /// 2025 rule book, "Kick-off".
+    /// 2025 rule book, section 3.7.
     Spl2025,
 }
 
@@ -81,10 +81,24 @@ pub enum SideContacts {
     /// It is responsible as for any collision.
     #[default]
     Count,
-    /// It may if the other goes to the ball, too (2010 rule book, "Player Pushing").
+    /// It may if the other goes to the ball, too (2010 rule book, section 4.9.1).
     FreeIfBothGoToBall,
-    /// It may, whatever the other does (2025 rule book, "Player Pushing").
+    /// It may, whatever the other does (2025 rule book, section 4.10).
     FreeOnTheWayToBall,
+}
+
+/// How a penalty shoot-out goes.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum ShootOutProcedure {
+    /// The attacker begins in the centre of the pitch and may play the ball until it is in the penalty area; in sudden death the
+    /// faster goal wins, or the ball that came nearer (2010 rule book, sections 3.7 and 3.8).
+    #[default]
+    Spl2010,
+    /// The attacker begins at the edge of the penalty area and may play the ball once; in sudden death the better shot
+    /// wins (2025 rule book, section 3.19).
+    Spl2025,
 }
 
 /// The rules as data; presets are files in `assets/rules`. The default is the preset `naoisis`: the paper's match
@@ -106,20 +120,28 @@ pub struct Rules {
     pub half_s: f32,
     /// Number of halves.
     pub halves: u32,
-    /// Whether the clock runs on in `ready` and `set`.
+    /// Whether the clock runs on in `ready` and `set`; never before the first kick-off of a half (2025 rule book, section
+    /// 3.1).
     pub clock_runs_in_stoppages: bool,
-    /// The match is over when a team leads by so many goals (2025 rule book, "Mercy Rule": 10).
+    /// Whether a half goes on after its time as long as an attacker's ball rolls towards the opponents' goal (2025 rule book,
+    /// section 3.18).
+    pub half_ends_when_ball_stops: bool,
+    /// The match is over when a team leads by so many goals (2025 rule book, section 3.16: 10).
     pub mercy_goals: Option<u32>,
     /// Robots of a team when a scenario lines up whole teams.
     pub team_size: u8,
 
+    /// How many messages a team may send in a match, shoot-outs apart; none for any number. The goals of one that sends more
+    /// do not count (2025 rule book, section 2.4.2: 1200).
+    pub message_budget: Option<u32>,
+
     /// Whether goals count and are followed by a kick-off.
     pub goals: bool,
     /// Whether a goal of the team that kicked off counts only if one of its robots has played the ball outside the
-    /// centre circle (2010 rule book, section 4.4).
+    /// centre circle (2010 rule book, section 4.5).
     pub no_kick_off_shots: bool,
     /// Whether a goal counts only if two robots of the team have played the ball since the last restart (2025 rule
-    /// book, "Indirect Kick").
+    /// book, section 3.4).
     pub indirect_goals: bool,
 
     /// Whether a ball outside the lines is out.
@@ -132,6 +154,14 @@ pub struct Rules {
     pub free_kick_distance_m: f32,
     /// How long they have to get there, s (2025: 10 as a guideline).
     pub free_kick_leave_s: f32,
+
+    /// Whether a push at the ball by which a robot is pushed in the pusher's own penalty area gives a penalty kick instead
+    /// (2025 rule book, sections 3.10 and 4.10).
+    pub penalty_kicks: bool,
+    /// Longest duration of the `ready` before a penalty kick, s (2025: 30).
+    pub penalty_kick_ready_s: f32,
+    /// How long a penalty kick is the attackers' own, s (2025: 30).
+    pub penalty_kick_s: f32,
 
     /// How a kick-off comes about.
     pub kick_off: KickOffProcedure,
@@ -147,6 +177,8 @@ pub struct Rules {
     pub illegal_position_s: Option<f32>,
     /// For how long only the team that kicks off may approach the ball, s (2025: 10); none: everybody may at once.
     pub kick_off_free_s: Option<f32>,
+    /// Whether a robot that begins a kick-off outside its own half must take it itself (2025 rule book, section 3.7).
+    pub kick_off_player: bool,
 
     /// How long a penalised robot is off the pitch, s (2010 rule book, section 4.3: 30; 2025: 45).
     pub penalty_s: f32,
@@ -155,6 +187,8 @@ pub struct Rules {
     /// Whether penalties are over when play is stopped for a kick-off (2010 rule book, section 4). They always are
     /// at half time.
     pub penalties_end_at_kick_off: bool,
+    /// Whether penalties run on in `ready`, and stand still in `set` alone (2025 rule book, section 4.2).
+    pub penalties_run_in_ready: bool,
     /// Where robots come back.
     pub return_place: ReturnPlace,
 
@@ -168,6 +202,9 @@ pub struct Rules {
     pub keeper_may_push: bool,
     /// Whether it may touch another with its side on its way to the ball.
     pub side_contacts: SideContacts,
+    /// Whether both are responsible that walk into each other front to front without the ball between them (2010 rule book,
+    /// section 4.9.1), and not the faster one alone.
+    pub chest_to_chest_penalises_both: bool,
     /// From this collision of a team on in a half, the responsible robot is removed for the rest of the half (2010: 4).
     pub pushing_limit: Option<u32>,
     /// Whether a collision within half a metre of the ball gives the other team a free kick (2025).
@@ -180,26 +217,31 @@ pub struct Rules {
     /// How near is near, m, from the robot's origin to the ball's centre.
     pub stall_radius_m: f32,
 
-    /// Whether a robot that covers the ball for too long is penalised (2010 rule book, section 4.5).
+    /// Whether a robot that covers the ball for too long is penalised (2010 rule book, section 4.6).
     pub ball_holding: bool,
     /// For how long it may, s (2010 and 2025: 3).
     pub ball_holding_s: f32,
     /// For how long the keeper may with a foot in its own penalty area, s (2010: 5; 2025: 10).
     pub keeper_ball_holding_s: f32,
 
-    /// Whether a robot that leaves the carpet, or stays in a goal, is penalised (2010 rule book, section 4.10).
+    /// Whether a robot that leaves the carpet, or stays in a goal, is penalised (2010 rule book, section 4.12).
     pub leaving_field: bool,
     /// For how long it may be in a goal, s (2010 and 2025: 5).
     pub in_goal_s: f32,
 
-    /// Whether robots that defend where they may not are penalised (2010 rule book, section 4.11).
+    /// Whether robots that defend where they may not are penalised (2010 rule book, section 4.13).
     pub illegal_defender: bool,
     /// Who may be where.
     pub defender_limit: DefenderLimit,
     /// For how long a robot may be there too many, s: a referee's reaction.
     pub illegal_defender_s: f32,
 
-    /// Whether a robot that does nothing is penalised (2010 rule book, section 4.6).
+    /// Whether a robot that keeps an opponent from the ball and does not go to it is penalised (2010 rule book, section 4.14).
+    pub obstruction: bool,
+    /// For how long it may step into an opponent's way, s.
+    pub obstruction_s: f32,
+
+    /// Whether a robot that does nothing is penalised (2010 rule book, section 4.7).
     pub inactive: bool,
     /// For how long it may, s (2010 and 2025: 10).
     pub inactive_s: f32,
@@ -208,6 +250,9 @@ pub struct Rules {
     pub game_stuck: bool,
     /// After how long, s (2010: 15; 2025: 30).
     pub game_stuck_s: f32,
+    /// Whether robots that come nearer to the ball, or explore the pitch, keep play from being stuck (2025 rule book, section
+    /// 3.11), as does a ball that moves.
+    pub walking_is_progress: bool,
     /// Whether the robot nearest to the ball is then penalised (2025), rather than moved to the halfway line (2010).
     pub stuck_robot_is_penalised: bool,
 
@@ -219,7 +264,7 @@ pub struct Rules {
     pub fall_certain_mps: f32,
     /// How long a robot takes to get up, s of any state of the game.
     pub get_up_s: f32,
-    /// Whether a robot that lies for too long is penalised (2010 rule book, section 4.6).
+    /// Whether a robot that lies for too long is penalised (2010 rule book, section 4.7).
     pub fallen: bool,
     /// Within this time it must begin to get up, s (2010: 5).
     pub fallen_s: f32,
@@ -233,15 +278,24 @@ pub struct Rules {
     /// How far the strip reaches beyond the robot's base, m.
     pub dive_reach_m: f32,
 
-    /// Whether a drawn match is decided by a penalty shoot-out (2010 rule book, section 3.8.1).
+    /// Whether a drawn match is decided by a penalty shoot-out (2010 rule book, section 3.8; 2025 rule book, section 3.19).
     pub shoot_out: bool,
-    /// Shots of a team before sudden death (2010: 5).
+    /// How it goes.
+    pub shoot_out_procedure: ShootOutProcedure,
+    /// Shots of a team before sudden death (2010: 5, in preliminary rounds 3; 2025: 3).
     pub shoot_out_shots: u32,
-    /// Longest duration of a shot, s (2010: 60; 2025: 30).
+    /// Longest duration of such a shot, s (2010: 60; 2025: 30).
     pub shoot_out_s: f32,
+    /// Shots of a team in sudden death before a coin decides (2025: 3; in 2010 there is no number).
+    pub sudden_death_shots: u32,
+    /// Longest duration of such a shot, s (2010: 120); none: that of the others.
+    pub sudden_death_s: Option<f32>,
 
-    /// For how long robots are not told of a change that the referee whistles, s (2025: 15).
+    /// For how long robots are not told of a goal, or that play begins, s: the referee whistles both (2025: 15).
     pub status_delay_s: f32,
+    /// For how long robots are told only which free kick or penalty kick there is, and not whose, s: the referee points, and they
+    /// have to look (2025: 5, for as long as it points at least).
+    pub free_kick_signal_s: f32,
 }
 
 impl Default for Rules {
@@ -253,8 +307,10 @@ impl Default for Rules {
             half_s: 600.0,
             halves: 2,
             clock_runs_in_stoppages: false,
+            half_ends_when_ball_stops: false,
             mercy_goals: None,
             team_size: 3,
+            message_budget: None,
             goals: true,
             no_kick_off_shots: false,
             indirect_goals: false,
@@ -263,6 +319,9 @@ impl Default for Rules {
             free_kick_s: 30.0,
             free_kick_distance_m: 0.75,
             free_kick_leave_s: 10.0,
+            penalty_kicks: false,
+            penalty_kick_ready_s: 30.0,
+            penalty_kick_s: 30.0,
             kick_off: KickOffProcedure::Placed,
             ready_s: 45.0,
             end_ready_early: true,
@@ -270,15 +329,18 @@ impl Default for Rules {
             kick_off_positions: KickOffPositions::Spl2010,
             illegal_position_s: None,
             kick_off_free_s: None,
+            kick_off_player: false,
             penalty_s: 30.0,
             penalty_increase_s: 0.0,
             penalties_end_at_kick_off: false,
+            penalties_run_in_ready: false,
             return_place: ReturnPlace::HalfwayLine,
             collisions: true,
             collision_speed_mps: 0.05,
             collisions_between_team_mates: false,
             keeper_may_push: false,
             side_contacts: SideContacts::default(),
+            chest_to_chest_penalises_both: false,
             pushing_limit: None,
             pushing_free_kick: false,
             stalling: true,
@@ -292,10 +354,13 @@ impl Default for Rules {
             illegal_defender: false,
             defender_limit: DefenderLimit::KeeperOnly,
             illegal_defender_s: 1.0,
+            obstruction: false,
+            obstruction_s: 1.0,
             inactive: false,
             inactive_s: 10.0,
             game_stuck: false,
             game_stuck_s: 15.0,
+            walking_is_progress: false,
             stuck_robot_is_penalised: false,
             falls: false,
             fall_from_mps: 0.1,
@@ -308,9 +373,13 @@ impl Default for Rules {
             dive_s: 1.0,
             dive_reach_m: 0.5,
             shoot_out: false,
+            shoot_out_procedure: ShootOutProcedure::Spl2010,
             shoot_out_shots: 5,
             shoot_out_s: 60.0,
+            sudden_death_shots: 5,
+            sudden_death_s: None,
             status_delay_s: 0.0,
+            free_kick_signal_s: 0.0,
         }
     }
 }

@@ -129,9 +129,10 @@ fn kick(request: KickRequest) -> String {
 /// What a robot is told of the game.
 pub fn told(told: &GameStatus) -> String {
     let mut parts = vec![told.state.name().to_owned()];
-    parts.extend(
-        told.set_play.map(|set_play| format!("{} for {}", set_play.kind.words().to_lowercase(), set_play.team)),
-    );
+    parts.extend(told.set_play.map(|set_play| {
+        let whose = set_play.team.map_or("one team".to_owned(), |team| team.to_string());
+        format!("{} for {whose}", set_play.kind.words().to_lowercase())
+    }));
     parts.extend(told.penalty.map(|reason| format!("penalised for {}", reason.words())));
     parts.push(format!("{} : {}", told.score.blue, told.score.pink));
     parts.join(", ")

@@ -1,0 +1,52 @@
+//! Obstruction: a robot that does not go to the ball moves into the way of an opponent that does (2010 rule book, section
+//! 4.14). Standing in the way is none; stepping aside with the opponent when that walks around it is. The referee's eye for
+//! intentions is a time here: for so long it has to do so.
+
+use super::areas::{goes_to_ball, is_keeper_at_home};
+use super::snapshot::{MatchSnapshot, RobotSnapshot};
+use crate::game::Evidence;
+
+/// A robot this far ahead of an opponent, and this far beside its way to the ball, is in that way, m.
+const AHEAD_M: f32 = 0.8;
+/// See [`AHEAD_M`].
+const BESIDE_M: f32 = 0.35;
+/// Who walks around somebody walks aside at least so fast, and who steps into its way as well, m/s.
+const ASIDE_MPS: f32 = 0.03;
+
+/// Whether `robot` steps into the way to the ball of `other`.
+pub fn steps_into_way(snapshot: &MatchSnapshot, robot: &RobotSnapshot, other: &RobotSnapshot) -> bool {
+    let Some(ball) = &snapshot.ball else { return false };
+    let way = ball.position - other.pose.position;
+    let Some(direction) = way.try_normalize() else { return false };
+    let between = robot.pose.position - other.pose.position;
+    let (ahead, beside) = (between.dot(direction), between.perp_dot(direction));
+    let aside = |robot: &RobotSnapshot| direction.perp_dot(robot.wanted_velocity);
+    robot.id.team != other.id.team
+        && other.is_present()
+        && (0.0..AHEAD_M.min(way.length())).contains(&ahead)
+        && beside.abs() < BESIDE_M
+        && goes_to_ball(snapshot, other)
+        && !goes_to_ball(snapshot, robot)
+        && !is_keeper_at_home(snapshot, robot)
+        && aside(other).abs() > ASIDE_MPS
+        && aside(robot) * aside(other).signum() > ASIDE_MPS
+}
+
+/// For how many cycles the robot has stepped into somebody's way, this one included. Letting go counts back as fast.
+pub fn advance(cycles: u64, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> u64 {
+    let obstructs = snapshot.rules.obstruction
+        && robot.posture.is_upright()
+        && snapshot.robots.iter().any(|other| steps_into_way(snapshot, robot, other));
+    if obstructs { cycles + 1 } else { cycles.saturating_sub(1) }
+}
+
+/// The case against a robot that has done so for too long.
+pub fn judge(cycles: u64, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> Option<Evidence> {
+    let limit = snapshot.rules.obstruction_s;
+    (cycles >= snapshot.cycles(limit)).then(|| {
+        snapshot
+            .evidence_against("A robot that does not go to the ball may not move into the way of one that does.", robot)
+            .with_measurement("s of moving into the way", snapshot.seconds(cycles), limit)
+            .otherwise("It had to stand, to leave the way, or to go to the ball itself.")
+    })
+}

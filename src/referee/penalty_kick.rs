@@ -1,0 +1,83 @@
+//! The penalty kick (2025 rule book, section 3.10): for a push near the ball in the pusher's own penalty area. Robots have a time
+//! to get to their places (`ready`), wait there (`set`), and then one attacker plays the ball from the penalty mark against the
+//! keeper on its goal line; nobody else is in the penalty area. It is over as soon as the attackers have touched the ball, or
+//! their time is.
+
+use bevy::prelude::*;
+
+use super::areas::{in_goal, penalty_mark, touches_area, touches_goal_line};
+use super::positions::{IllegalPosition, is_off_pitch};
+use super::snapshot::{MatchSnapshot, RobotSnapshot};
+use crate::game::SetPlay;
+use crate::pitch::End;
+use crate::team::Team;
+
+/// The end whose goal a penalty kick of `team` is at.
+pub fn end(snapshot: &MatchSnapshot, team: Team) -> End {
+    snapshot.game.own_end(team.opponent())
+}
+
+/// Whether any part of a robot is in the penalty area of a penalty kick of `team`.
+pub fn is_in_area(snapshot: &MatchSnapshot, team: Team, robot: &RobotSnapshot) -> bool {
+    touches_area(snapshot.pitch, snapshot.pitch.penalty_area, end(snapshot, team), robot)
+}
+
+/// Whether the robot is its team's only one that may be in the penalty area: the one nearest to the mark that does not stand on
+/// it.
+fn is_kicker(snapshot: &MatchSnapshot, team: Team, robot: &RobotSnapshot) -> bool {
+    let mark = penalty_mark(snapshot.pitch, end(snapshot, team));
+    let others = snapshot.robots.iter().filter(|other| {
+        other.is_present()
+            && other.id.team == team
+            && is_in_area(snapshot, team, other)
+            && !blocks(snapshot, mark, other)
+    });
+    let nearest = others.min_by(|a, b| a.pose.position.distance(mark).total_cmp(&b.pose.position.distance(mark)));
+    nearest.is_some_and(|nearest| nearest.id == robot.id)
+}
+
+/// Whether the robot stands where the ball goes.
+fn blocks(snapshot: &MatchSnapshot, mark: Vec2, robot: &RobotSnapshot) -> bool {
+    let radius = snapshot.ball.map_or(0.0, |ball| ball.radius);
+    robot.bounds.base.footprint(robot.pose).overlap_disc(mark, radius).is_some()
+}
+
+/// What is wrong with the place of each robot when the `set` of a penalty kick of `team` begins: one entry a robot, none for a
+/// legal place or a penalised robot. A keeper that is ahead of its line is put back instead.
+pub fn illegal_positions(snapshot: &MatchSnapshot, team: Team) -> impl Iterator<Item = Option<IllegalPosition>> {
+    let mark = penalty_mark(snapshot.pitch, end(snapshot, team));
+    snapshot.robots.iter().map(move |robot| {
+        if !robot.is_present() {
+            return None;
+        }
+        let own_end = snapshot.game.own_end(robot.id.team);
+        if is_off_pitch(snapshot, robot) && !in_goal(snapshot.pitch, own_end, robot.pose.position) {
+            return Some(IllegalPosition::OffPitch);
+        }
+        let may_be_in_area = if robot.id.team == team {
+            if blocks(snapshot, mark, robot) {
+                return Some(IllegalPosition::OnPenaltyMark);
+            }
+            is_kicker(snapshot, team, robot)
+        } else {
+            snapshot.is_keeper(robot)
+        };
+        (is_in_area(snapshot, team, robot) && !may_be_in_area).then_some(IllegalPosition::InPenaltyAreaAtKick)
+    })
+}
+
+/// Whether a robot is where it must not be while the ball is the attackers' own.
+pub fn encroaches(set_play: &SetPlay, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
+    let team = set_play.team;
+    is_in_area(snapshot, team, robot)
+        && if robot.id.team == team {
+            !is_kicker(snapshot, team, robot) && !blocks(snapshot, set_play.ball_m, robot)
+        } else {
+            !(snapshot.is_keeper(robot) && keeps_its_line(snapshot, team, robot))
+        }
+}
+
+/// Whether the keeper is on its feet, and in contact with the goal line.
+pub fn keeps_its_line(snapshot: &MatchSnapshot, team: Team, keeper: &RobotSnapshot) -> bool {
+    keeper.posture.is_upright() && touches_goal_line(snapshot.pitch, end(snapshot, team), keeper)
+}

@@ -1,0 +1,63 @@
+//! The referee's course through a [penalty kick](super::penalty_kick).
+
+use bevy::prelude::*;
+
+use super::areas::penalty_mark;
+use super::decide::Referee;
+use super::indirect_goal::Plays;
+use super::penalty_kick::{end, is_in_area, keeps_its_line};
+use super::placing::Occupied;
+use super::snapshot::RobotSnapshot;
+use crate::events::MatchEvent;
+use crate::game::{GameState, SetPlay, SetPlayKind};
+use crate::geometry::Pose;
+use crate::team::Team;
+
+impl Referee<'_, '_> {
+    /// Play is stopped for a penalty kick of `team`: robots walk to their places.
+    pub(super) fn begin_penalty_kick(&mut self, team: Team) {
+        let mark = penalty_mark(self.seen.pitch, end(self.seen, team));
+        let place = self.put_ball(mark);
+        self.memory.kick_off = None;
+        self.memory.cycles_lined_up = 0;
+        let cycles = self.seen.cycles(self.seen.rules.penalty_kick_s);
+        self.decisions.game.set_play = Some(SetPlay::new(SetPlayKind::PenaltyKick, team, place, cycles));
+        for record in &mut self.memory.robots {
+            record.forgive();
+        }
+        let set_play = SetPlayKind::PenaltyKick;
+        self.decisions.events.push(MatchEvent::FreeKick { set_play, team, position_m: place });
+        self.enter(GameState::Ready);
+    }
+
+    /// A keeper that stands ahead of its line in its penalty area is put back onto it, without being turned.
+    pub(super) fn put_keeper_on_its_line(&mut self, team: Team) {
+        let snapshot = self.now();
+        let is_ahead = |robot: &RobotSnapshot| {
+            robot.is_present()
+                && robot.id.team != team
+                && snapshot.is_keeper(robot)
+                && is_in_area(&snapshot, team, robot)
+                && !keeps_its_line(&snapshot, team, robot)
+        };
+        let Some(index) = snapshot.robots.iter().position(is_ahead) else { return };
+        let robot = &snapshot.robots[index];
+        let line = end(&snapshot, team).sign() * snapshot.pitch.half_length();
+        let wanted = Pose { position: Vec2::new(line, robot.pose.position.y), ..robot.pose };
+        let pose = Occupied::by_others(&snapshot, Some(index)).free_pose(wanted, &robot.bounds);
+        let rule = "At a penalty kick the keeper is in contact with its goal line, or outside its penalty area.";
+        let evidence = snapshot.evidence_against(rule, robot).otherwise("It had to be there before `set` began.");
+        let robot = robot.id;
+        self.decisions.robots[index].pose = pose;
+        self.memory.robots[index].hand_placements += 1;
+        self.decisions.events.push(MatchEvent::PlacedByHand { robot, position_m: pose.position, evidence });
+    }
+
+    /// The whistle: the ball is the attackers' own, and a direct goal of theirs counts.
+    pub(super) fn begin_penalty_shot(&mut self, set_play: SetPlay) {
+        self.whistle();
+        self.memory.plays = Plays::direct_for(set_play.team);
+        self.memory.stuck = default();
+        self.decisions.game.set_play = Some(SetPlay { touched: false, ..set_play });
+    }
+}
