@@ -12,6 +12,7 @@ use std::borrow::Cow;
 pub mod aiming;
 pub mod attack;
 pub mod chaser;
+pub mod giving_way;
 pub mod hearing;
 pub mod keeper;
 pub mod kicking;
@@ -247,7 +248,13 @@ fn decide_in_game(
     match player.status.state {
         GameState::Playing => {
             let decision = decide(player, memory);
-            obeying::obey(player, memory, decision)
+            let decision = obeying::obey(player, memory, decision);
+            // Who walks step by step cannot stop when it touches.
+            let walk = match player.limits.gait {
+                Some(_) => giving_way::give_way(player, decision.walk, &player.belief.opponents),
+                None => decision.walk,
+            };
+            Decision { walk, ..decision }
         }
         GameState::Ready => obeying::take_place(player),
         GameState::Initial | GameState::Set | GameState::Finished => Decision { intention: "wait", ..default() },

@@ -10,12 +10,11 @@ use bevy::prelude::*;
 
 use super::aiming::Aim;
 use super::attack::{choose_aim, go_for, search};
+use super::giving_way::give_way;
 use super::obeying::is_for_the_keeper_only;
 use super::passing::{Pass, freedom, lane, meet, rolled, shot_value};
 use super::player::{Decision, Player, PlayerMemory};
 use crate::belief::{BallBelief, RobotBelief};
-use crate::geometry::unrotate;
-use crate::robot::motion::WalkCommand;
 
 /// The jersey number of the keeper, who has other things to do.
 const KEEPER: u8 = 1;
@@ -52,12 +51,6 @@ const OWN_THIRD: f32 = 0.33;
 const KEEPER_GUARD_M: f32 = 0.9;
 /// The keeper clears a ball nearer to the goal than this, m.
 const KEEPER_CLEAR_M: f32 = 1.5;
-/// Nearer to an opponent than this, a player does not walk at it, m: they touch at some 0.3 m.
-const GIVE_WAY_M: f32 = 0.45;
-/// What is not walking at an opponent, m/s: the referee overlooks less than 0.05.
-const GIVE_WAY_MPS: f32 = 0.03;
-/// Two who face each other with the ball so near to the line between them may fight for it, m.
-const FIGHT_M: f32 = 0.2;
 
 /// Decides for a passer.
 pub fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
@@ -74,7 +67,7 @@ pub fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
         memory.at_ball_since_s = None;
         wait_for_the_ball(player, memory, ball, &opponents)
     };
-    decision.walk = give_way(player, &decision.walk, ball.position_m, &opponents);
+    decision.walk = give_way(player, decision.walk, &opponents);
     Decision { reports_opponents: true, ..decision }
 }
 
@@ -87,35 +80,8 @@ pub fn keep(player: &Player, memory: &mut PlayerMemory) -> Decision {
         None => search(player, memory),
     };
     let mut decision = super::keeper::keep(player, memory, KEEPER_GUARD_M, KEEPER_CLEAR_M, clear);
-    if let Some(ball) = player.ball() {
-        decision.walk = give_way(player, &decision.walk, ball.position_m, &opponents);
-    }
+    decision.walk = give_way(player, decision.walk, &opponents);
     Decision { reports_opponents: true, ..decision }
-}
-
-/// The step without what would run into an opponent: who runs into another is sent off for a time, and who stands is not.
-fn give_way(player: &Player, walk: &WalkCommand, ball: Vec2, opponents: &[RobotBelief]) -> WalkCommand {
-    let mut step = player.forward.rotate(walk.translation());
-    let slow = GIVE_WAY_MPS * player.period;
-    for other in opponents.iter().filter(|other| other.age_s < 1.0) {
-        let way = other.position_m - player.position();
-        let distance = way.length();
-        let Some(line) = way.try_normalize() else { continue };
-        if distance > GIVE_WAY_M {
-            continue;
-        }
-        let along = line.dot(ball - player.position()).clamp(0.0, distance);
-        let between = ball.distance(player.position() + line * along) < FIGHT_M;
-        if between && player.forward.dot(line) > 0.5 {
-            continue;
-        }
-        let towards = step.dot(line);
-        if towards > slow {
-            step -= line * (towards - slow);
-        }
-    }
-    let step = unrotate(player.forward, step);
-    WalkCommand { dx: step.x, dy: step.y, dtheta: walk.dtheta }
 }
 
 /// Takes note of announced passes, and of opponents that team-mates see.
@@ -319,20 +285,6 @@ mod tests {
         // A pass for somebody else is not its business.
         situation.heard = vec![said(3, TeamMessage { payload: Some("pass 4 1.50 0.20".into()), ..default() })];
         assert_ne!(decide(&situation.player(), &mut PlayerMemory::default()).intention, "receive");
-    }
-
-    #[test]
-    fn nobody_walks_into_an_opponent_except_to_fight_for_the_ball() {
-        // The opponent is 0.4 m ahead and a little to the left; the ball far to the right, or between them.
-        let situation = PlayerFixture::new(Pose::default(), Vec2::new(0.5, -1.5));
-        let opponents = [opponent(0.4, 0.1)];
-        let wanted = WalkCommand { dx: 0.006, dy: 0.0, dtheta: 0.01 };
-        let given = give_way(&situation.player(), &wanted, Vec2::new(0.5, -1.5), &opponents);
-        let line = Vec2::new(0.4, 0.1).normalize();
-        assert!(given.translation().dot(line) < 0.05 / 30.0, "{given:?}");
-        assert!(given.dtheta == wanted.dtheta && given.dy < 0.0, "it slides past on the right: {given:?}");
-        assert_eq!(give_way(&situation.player(), &wanted, Vec2::new(0.2, 0.05), &opponents), wanted);
-        assert_eq!(give_way(&situation.player(), &wanted, Vec2::new(0.5, -1.5), &[opponent(0.6, 0.1)]), wanted);
     }
 
     #[test]

@@ -9,7 +9,7 @@ use crate::sensing::status::BodyStatus;
 use crate::simulation::MatchApp;
 
 /// Seconds of each trial, for each repetition.
-const TIME_S: u32 = 100;
+const TIME_S: u32 = 60;
 /// Falls are rare: robots are tried that fall so much more often.
 const OFTENER: f32 = 10.0;
 

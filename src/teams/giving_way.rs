@@ -1,0 +1,79 @@
+//! Not walking into opponents: who runs into another is sent off for a time, and who stands is not.
+
+use bevy::prelude::*;
+
+use super::player::Player;
+use crate::belief::RobotBelief;
+use crate::geometry::unrotate;
+use crate::robot::motion::WalkCommand;
+
+/// Nearer to an opponent than this, a player does not walk at it, m: they touch at some 0.3 m.
+const GIVE_WAY_M: f32 = 0.45;
+/// Who walks step by step comes no nearer to an opponent than this, m, and brakes in time.
+const STOP_M: f32 = 0.4;
+/// What is not walking at an opponent, m/s: the referee overlooks less than 0.05.
+const GIVE_WAY_MPS: f32 = 0.03;
+/// Two who face each other with the ball so near to the line between them may fight for it, m.
+const FIGHT_M: f32 = 0.2;
+
+/// The step without what would run into an opponent.
+pub fn give_way(player: &Player, walk: WalkCommand, opponents: &[RobotBelief]) -> WalkCommand {
+    let mut step = player.forward.rotate(walk.translation());
+    for other in opponents.iter().filter(|other| other.age_s < 1.0) {
+        let way = other.position_m - player.position();
+        let distance = way.length();
+        let Some(line) = way.try_normalize() else { continue };
+        let most_mps = match &player.limits.gait {
+            Some(gait) => gait.braking_speed(distance - STOP_M).max(GIVE_WAY_MPS),
+            None if distance > GIVE_WAY_M => continue,
+            None => GIVE_WAY_MPS,
+        };
+        let towards = step.dot(line);
+        let most = most_mps * player.period;
+        if towards <= most || fights(player, line, distance) {
+            continue;
+        }
+        step -= line * (towards - most);
+    }
+    let step = unrotate(player.forward, step);
+    WalkCommand { dx: step.x, dy: step.y, dtheta: walk.dtheta }
+}
+
+/// Whether the player faces an opponent in this direction and at this distance with the ball between them.
+fn fights(player: &Player, line: Vec2, distance: f32) -> bool {
+    let Some(ball) = player.ball() else { return false };
+    let along = line.dot(ball.position_m - player.position()).clamp(0.0, distance);
+    let between = ball.position_m.distance(player.position() + line * along) < FIGHT_M;
+    between && player.forward.dot(line) > 0.5
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Pose;
+    use crate::robot::gait::Gait;
+    use crate::teams::player::tests::PlayerFixture;
+
+    fn opponent(x: f32, y: f32) -> RobotBelief {
+        RobotBelief { id: None, position_m: Vec2::new(x, y), covariance: [0.0; 3], age_s: 0.0 }
+    }
+
+    #[test]
+    fn nobody_walks_at_an_opponent_unless_for_the_ball_between_them() {
+        let mut situation = PlayerFixture::new(Pose::default(), Vec2::new(0.0, 2.0));
+        let ahead = WalkCommand::new(0.006, 0.0, 0.0);
+        let dx = |situation: &PlayerFixture, x: f32| give_way(&situation.player(), ahead, &[opponent(x, 0.0)]).dx;
+        assert_eq!([dx(&situation, 0.5), dx(&situation, -0.35)], [0.006; 2]);
+        // 0.03 m/s are 1 mm a cycle.
+        assert!((dx(&situation, 0.35) - 0.001).abs() < 1e-6);
+        // Past it is free: what leads to it is taken from the step, and what leads past it stays.
+        let given = give_way(&situation.player(), ahead, &[opponent(0.35, 0.15)]);
+        assert!(given.dx < ahead.dx && given.dy < 0.0 && given.dtheta == ahead.dtheta, "{given:?}");
+        assert_eq!(give_way(&situation.player(), ahead, &[opponent(0.0, 0.35)]), ahead);
+        situation.limits.gait = Some(Gait::default());
+        // Who cannot stop at once brakes before.
+        assert!(dx(&situation, 0.45) < 0.004 && dx(&situation, 0.9) == 0.006);
+        situation.belief.ball.as_mut().unwrap().position_m = Vec2::new(0.2, 0.0);
+        assert_eq!(dx(&situation, 0.35), 0.006);
+    }
+}
