@@ -66,13 +66,19 @@ fn drawing_and_looking() {
     for design in RobotDesign::BOTH {
         let mut prepared = PreparedScene::default();
         prepared.prepare(&scene, Detail { design, ..Detail::default() });
-        let draw = || {
-            let (mut renderer, mut image) = (Renderer::default(), Image::default());
-            let (prepared, views) = (&prepared, &views);
-            move |index: usize| renderer.draw(prepared, &views[index % views.len()].2, Layers::default(), &mut image)
-        };
-        let (one, two) = (rate(1, draw), rate(2, draw));
-        println!("drawing, 3v3, {design:?} robots, 320 x 240: {one:.0} images/s on one core, {two:.0} on two");
+        for antialiasing in [true, false] {
+            let draw = || {
+                let (mut renderer, mut image) = (Renderer::default(), Image::default());
+                let (prepared, views) = (&prepared, &views);
+                move |index: usize| {
+                    let view = View { antialiasing, ..views[index % views.len()].2 };
+                    renderer.draw(prepared, &view, Layers::default(), &mut image);
+                }
+            };
+            let (one, two) = (rate(1, draw), rate(2, draw));
+            let how = if antialiasing { "" } else { ", aliased" };
+            println!("drawing, 3v3, {design:?} robots, 320 x 240{how}: {one:.0} images/s on one core, {two:.0} on two");
+        }
         let mut renderer = Renderer::default();
         let images: Vec<(CameraSide, CameraView, Image)> = views
             .iter()

@@ -114,6 +114,8 @@ pub struct RandomStreams {
     pub false_places: RandomStream,
     /// Noise and missed echoes of the sonars.
     pub sonar: RandomStream,
+    /// When the sonars ping, and what they make of the pings of others.
+    pub sonar_pings: RandomStream,
     /// Error of the measured steps.
     pub odometry: RandomStream,
     /// Loss and delay of the messages that this robot should receive.
@@ -141,6 +143,7 @@ impl RandomStreams {
             recognition: stream("recognition"),
             false_places: stream("false places"),
             sonar: stream("sonar"),
+            sonar_pings: stream("sonar pings"),
             odometry: stream("odometry"),
             messages: stream("messages"),
             camera: stream("camera"),

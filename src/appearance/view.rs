@@ -22,6 +22,9 @@ pub struct View {
     pub hidden: Option<RobotId>,
     /// Into how many samples each pixel's side is divided, at least 1; the more, the smoother the edges.
     pub supersampling: u32,
+    /// Whether, of a pixel of one sample, the light is integrated over all of it, as a sensor does: far lines stay lines. In
+    /// software on the ground, on a graphics card everywhere.
+    pub antialiasing: bool,
     /// Whether bodies cast shadows.
     pub shadows: bool,
 }
@@ -38,6 +41,7 @@ impl View {
             forward: turned(camera.forward),
             hidden: Some(robot),
             supersampling: 1,
+            antialiasing: true,
             shadows: false,
         }
     }
@@ -57,6 +61,7 @@ impl View {
             forward,
             hidden: None,
             supersampling: 3,
+            antialiasing: true,
             shadows: true,
         }
     }

@@ -25,6 +25,9 @@ pub struct VisionArguments {
     /// Let bodies cast shadows
     #[arg(long)]
     shadows: bool,
+    /// Let each pixel see what is at its middle, in place of integrating the light over its area
+    #[arg(long)]
+    no_antialiasing: bool,
 }
 
 /// How robots look.
@@ -51,7 +54,8 @@ pub fn vision(arguments: &VisionArguments) -> ExitCode {
     for &design in designs {
         // Both designs stand in the same scenes.
         let mut stream = RandomStream::for_match(arguments.seed, "accuracy of image vision");
-        let conditions = Conditions { design, shadows: arguments.shadows, ..Conditions::default() };
+        let VisionArguments { shadows, no_antialiasing, .. } = *arguments;
+        let conditions = Conditions { design, shadows, antialiasing: !no_antialiasing, ..Conditions::default() };
         let table = accuracy::measure(arguments.scenes as usize, conditions, &mut || stream.uniform());
         printer.print(format_args!("{design:?} robots: {table}\n"));
         if printer.is_closed() {

@@ -120,6 +120,7 @@ pub fn view_from_above(centre: Vec2, points_per_metre: f32, x_is_up: bool, size:
         forward: Vec3::NEG_Z,
         hidden: None,
         supersampling: supersampling(pixels),
+        antialiasing: true,
         shadows: false,
     }
 }

@@ -57,7 +57,7 @@ fn ideal() -> Map<String, Value> {
     let settings = [
         ("vision", json!({ "noise": "none" })),
         ("odometry", json!({ "noise": "none" })),
-        ("sonar", json!({ "noise": "none", "miss_probability": 0.0 })),
+        ("sonar", json!({ "noise": "none", "miss_probability": 0.0, "crosstalk_probability": 0.0 })),
     ];
     settings.into_iter().map(|(part, value)| (part.to_owned(), value)).collect()
 }

@@ -109,6 +109,7 @@ impl SensorFidelity for SonarSettings {
             Fidelity::Truth | Fidelity::Ideal => {
                 self.noise = SonarNoise::None;
                 self.miss_probability = 0.0;
+                self.crosstalk_probability = 0.0;
             }
             Fidelity::Noisy | Fidelity::Image => {
                 if self.noise == SonarNoise::None {

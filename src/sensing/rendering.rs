@@ -5,6 +5,7 @@
 use bevy::prelude::*;
 
 use super::camera::image::{ImageRequest, Layers};
+use super::camera::lens::{LastLook, LensBuffer, LensEffect};
 use super::camera::noise::{DrawnNoise, NoiseBuffer};
 use super::camera::software::{Detail, PreparedScene, Renderer};
 use super::camera::{CameraImages, CameraRendering, CameraSettings};
@@ -43,6 +44,7 @@ struct RenderBuffers {
 struct Job {
     robot: Entity,
     side: CameraSide,
+    lens: LensEffect,
     noise: DrawnNoise,
     is_gpu: bool,
     request: ImageRequest,
@@ -51,6 +53,7 @@ struct Job {
 #[derive(Default)]
 struct Worker {
     renderer: Renderer,
+    lens_buffer: LensBuffer,
     noise_buffer: NoiseBuffer,
 }
 
@@ -86,7 +89,7 @@ fn take_images(
         (&HeadAngles, Option<&GazeError>),
         &CameraSettings,
         Option<&VisionSettings>,
-        &mut CameraImages,
+        (&mut CameraImages, &mut LastLook),
         &mut RandomStreams,
     )>,
 ) {
@@ -98,7 +101,7 @@ fn take_images(
         return;
     }
     let mut is_wanted = [false; 2];
-    for (entity, id, (head, gaze), settings, vision, mut images, mut streams) in &mut robots {
+    for (entity, id, (head, gaze), settings, vision, (mut images, mut last_look), mut streams) in &mut robots {
         let Some(renderer) = is_due(settings, vision) else { continue };
         let is_gpu = renderer == CameraRendering::Gpu;
         // Robots that are not on the pitch, and those that lie, have no images.
@@ -110,16 +113,26 @@ fn take_images(
         images.cycle = Some(clock.cycle);
         let looks = gaze.map_or(*head, |gaze| gaze.actual(*head));
         let views = CameraView::both(settings.into(), looks);
+        let turn = if settings.lens.exposure_s > 0.0 {
+            let angles = Vec2::new(body.pose.heading + looks.yaw, looks.pitch);
+            last_look.turn(clock.cycle, angles, clock.period())
+        } else {
+            Vec2::ZERO
+        };
+        let lens = settings.lens.effect(settings.into(), turn);
         for (side, camera) in CameraSide::BOTH.into_iter().zip(views) {
             if !settings.which.includes(side) {
                 images.side_mut(side).clear();
                 continue;
             }
             let mut view = View::of_robot(&camera, body.world_from_robot(), *id);
+            view.intrinsics = lens.drawn();
+            view.antialiasing = settings.antialiasing;
             view.shadows = settings.shadows;
             buffers.jobs.push(Job {
                 robot: entity,
                 side,
+                lens,
                 noise: settings.noise.draw(&mut streams.camera),
                 is_gpu,
                 request: ImageRequest {
@@ -153,10 +166,11 @@ fn take_images(
         if !job.is_gpu {
             worker.renderer.draw(&prepared[request.design as usize], &request.view, request.layers, &mut request.image);
         }
+        job.lens.apply(&mut request.image, &mut worker.lens_buffer);
         job.noise.apply(&mut request.image, &mut worker.noise_buffer);
     });
     for job in buffers.jobs.drain(..) {
-        if let Ok((.., mut images, _)) = robots.get_mut(job.robot) {
+        if let Ok((.., (mut images, _), _)) = robots.get_mut(job.robot) {
             *images.side_mut(job.side) = job.request.image;
         }
     }

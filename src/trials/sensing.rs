@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use super::{Laboratory, Quantity, TrialError, deviation_of, mean_of};
 use crate::camera_model::{CameraIntrinsics, CameraSide};
 use crate::communication::MessageStatistics;
-use crate::geometry::{to_degrees, unit};
+use crate::geometry::{to_degrees, to_radians, unit};
 use crate::scenario::RobotModel;
 use crate::sensing::sonar::{SonarNoise, SonarReading};
 use crate::sensing::vision::Percepts;
@@ -16,18 +16,20 @@ use crate::team::Team;
 /// Cycles of a trial, for each repetition.
 const CYCLES: u32 = 10;
 
-/// What the left sonar hears of a post along its axis, in each of so many cycles.
+/// The radius of what the sonars hear, m.
+const POLE_RADIUS_M: f32 = 0.02;
+
+/// What the left sonar hears of a pole at this distance and bearing, in each of so many cycles of this duration, s.
 fn sonar(
     laboratory: &mut Laboratory,
-    distance_m: f32,
-    heading: f32,
+    [distance_m, bearing]: [f32; 2],
+    cycle_s: f64,
     cycles: u32,
 ) -> Result<Vec<Option<f32>>, TrialError> {
-    const RADIUS_M: f32 = 0.05;
-    let place = unit(heading) * (distance_m + RADIUS_M);
+    let place = unit(bearing) * (distance_m + POLE_RADIUS_M);
     laboratory.begin(json!({
-        "ball": null, "robots": [{ "team": "blue", "number": 1 }],
-        "posts": [{ "position_m": [place.x, place.y], "radius_m": RADIUS_M }],
+        "ball": null, "cycle_s": cycle_s, "robots": [{ "team": "blue", "number": 1 }],
+        "posts": [{ "position_m": [place.x, place.y], "radius_m": POLE_RADIUS_M }],
     }))?;
     Ok((0..cycles)
         .map(|_| {
@@ -36,6 +38,27 @@ fn sonar(
         })
         .collect())
 }
+
+/// Of how many readings of both sonars, and how often in them, there is an echo of nothing but another robot's pings: one that
+/// looks at this one from out of range.
+fn crosstalk(laboratory: &mut Laboratory, range_m: f32, cycles: u32) -> Result<f64, TrialError> {
+    laboratory.begin(json!({
+        "ball": null, "cycle_s": PING_S,
+        "robots": [
+            { "team": "blue", "number": 1 },
+            { "team": "pink", "number": 1, "pose": [1.5 * range_m, 0, 180] },
+        ],
+    }))?;
+    let heard = (0..cycles).map(|_| {
+        laboratory.app.run_cycles(1);
+        let reading = laboratory.reading::<SonarReading>();
+        u32::from(reading.left.is_some()) + u32::from(reading.right.is_some())
+    });
+    Ok(f64::from(heard.sum::<u32>()) / f64::from(2 * cycles))
+}
+
+/// Cycles of which each has a ping, s.
+const PING_S: f64 = 0.1;
 
 /// Where the tried robot stands who looks along the pitch, m: at one end of it.
 const LOOKS_FROM_M: f32 = -4.4;
@@ -187,11 +210,22 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<Quantity>, Tr
     let real = laboratory.scenario(json!({}))?;
     let cycles = CYCLES * repetitions.max(2);
     let heading = real.sonar.heading;
-    let echoes = sonar(&mut laboratory, SONAR_M, heading, cycles)?;
+    let echoes = sonar(&mut laboratory, [SONAR_M, heading], PING_S, cycles)?;
+    let often = sonar(&mut laboratory, [SONAR_M, heading], real.cycle_s, cycles)?;
+    // A reading that differs is a new one.
+    let pings = often.windows(2).filter(|pair| pair[0] != pair[1]).count();
+    let pings_hz = pings as f64 / (f64::from(cycles) * real.cycle_s);
     let heard: Vec<f64> = echoes.iter().flatten().map(|&distance| f64::from(distance)).collect();
     let range_m = farthest(0.1, 3.0, 0.025, |distance| {
-        Ok::<_, TrialError>(sonar(&mut laboratory, distance, heading, 4)?.iter().any(Option::is_some))
+        Ok::<_, TrialError>(sonar(&mut laboratory, [distance, heading], PING_S, 4)?.iter().any(Option::is_some))
     })?;
+    let widest_deg = farthest(0.0, 90.0, 1.0, |beside_deg| {
+        let bearing = heading + to_radians(beside_deg);
+        Ok::<_, TrialError>(sonar(&mut laboratory, [SONAR_M, bearing], PING_S, 4)?.iter().any(Option::is_some))
+    })?;
+    // As soon as its edge is in the cone, a pole is heard.
+    let edge_deg = to_degrees(ops::asin(POLE_RADIUS_M / (SONAR_M + POLE_RADIUS_M)));
+    let false_echoes = crosstalk(&mut laboratory, real.sonar.max_m, cycles)?;
     let noise = real.vision.noise;
     let near = look(&mut laboratory, BALL_M, cycles)?;
     let half_distance_m = noise.ball.falloff.map_or(BALL_M, |falloff| falloff.half_distance_m);
@@ -246,6 +280,27 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<Quantity>, Tr
             share(echoes.len() - heard.len(), echoes.len()),
             real.sonar.miss_probability,
             "sonar.miss_probability",
+        ),
+        quantity(
+            "sonar: half of its cone",
+            "°",
+            widest_deg - f64::from(edge_deg),
+            to_degrees(real.sonar.half_angle),
+            "sonar.half_angle_deg",
+        ),
+        quantity(
+            "sonar: readings",
+            "Hz",
+            pings_hz,
+            real.sonar.rate_hz.unwrap_or(real.cycle_s.recip() as f32),
+            "sonar.rate_hz",
+        ),
+        quantity(
+            "sonar: false echoes of a robot that faces it",
+            "",
+            false_echoes,
+            real.sonar.crosstalk_probability,
+            "sonar.crosstalk_probability",
         ),
         quantity("ball in view recognised at 2 m", "", seen(&near), recognised_at(BALL_M), "vision.noise.ball"),
         quantity(

@@ -273,14 +273,17 @@ fn abilities() -> impl Strategy<Value = Abilities> {
         degrees(0.1..=90.0),
         0.0f32..=2.0,
         sonar_noise,
+        (option::of(within(0.1..=1000.0)), within(0.0..=1.0)),
     )
-        .prop_map(|(min_m, length_m, heading, half_angle, height_m, noise)| SonarSettings {
+        .prop_map(|(min_m, length_m, heading, half_angle, height_m, noise, (rate_hz, crosstalk))| SonarSettings {
             min_m,
             max_m: (min_m + length_m).min(10.0),
             heading,
             half_angle,
             height_m,
             noise,
+            rate_hz,
+            crosstalk_probability: crosstalk,
             ..SonarSettings::default()
         });
     let odometry = [within(0.0..=10.0), within(0.0..=6.2), within(0.0..=6.2), within(0.0..=10.0), within(0.0..=10.0)]

@@ -115,6 +115,54 @@ fn both_renderers_show_the_same() {
     assert!(share(farther) < 0.01, "distances differ in {:.4} of the pixels", share(farther));
 }
 
+/// The light of a row of pixels about a place: less than a line is wide, and long enough to see dashes.
+fn light_along(image: &Image, [first, end]: [u32; 2], row: u32) -> Vec<f32> {
+    let light = |u: u32, v: u32| image.colour(u, v).map_or(0.0, |colour| f32::from(colour[0]));
+    (first..end).map(|u| (row - 3..=row + 3).map(|v| light(u, v)).sum::<f32>() / 7.0).collect()
+}
+
+#[test]
+fn far_lines_are_lines_in_both_and_dashes_in_none() {
+    let Some(mut gpu) = renderer() else { return };
+    // Along the pitch from beside one goal, turned a little: the halfway line is 4 m away, half a pixel wide.
+    let scene = Scene::empty(Pitch { length_m: 9.0, width_m: 6.0, ..Pitch::default() });
+    let camera = CameraView::both(CameraIntrinsics::from(&CameraSettings::default()), HeadAngles::default())[0];
+    let place = Pose::new(-4.2, 1.0, 0.06);
+    let looker = SceneRobot::standing(RobotId::new(Team::Blue, 1), place, BodyBounds::default());
+    let mut unevenness = Vec::new();
+    for antialiasing in [true, false] {
+        let view = View { antialiasing, ..View::of_robot(&camera, looker.world_from_robot(), looker.id) };
+        let mut shot = ImageRequest { view, design: RobotDesign::Simple, layers: Layers::ALL, image: Image::default() };
+        gpu.draw(&scene, &mut [&mut shot]).expect("a picture");
+        let mut prepared = PreparedScene::default();
+        prepared.prepare(&scene, Detail::default());
+        let mut image = Image::default();
+        Renderer::default().draw(&prepared, &view, Layers::ALL, &mut image);
+        // Along the line in the image, before the circle crosses it.
+        let [left, right] = [2.6, 0.8].map(|y| view.project(Vec3::new(0.0, y, 0.0)).expect("a place ahead"));
+        let of = |image: &Image| {
+            (left.x as u32..right.x as u32)
+                .flat_map(|u| {
+                    let along = (u as f32 - left.x) / (right.x - left.x);
+                    light_along(image, [u, u + 1], left.lerp(right, along).y as u32)
+                })
+                .collect::<Vec<f32>>()
+        };
+        let lights = [of(&image), of(&shot.image)];
+        let apart: f32 = lights[0].iter().zip(&lights[1]).map(|(one, other)| (one - other).abs()).sum();
+        let apart = apart / lights[0].len() as f32;
+        assert!(apart < if antialiasing { 6.0 } else { 12.0 }, "{apart}");
+        // From one pixel to the next, the light of a line changes little.
+        unevenness.push(
+            lights
+                .map(|light| light.windows(2).map(|pair| (pair[0] - pair[1]).abs()).sum::<f32>() / light.len() as f32),
+        );
+    }
+    for (smooth, jagged) in unevenness[0].iter().zip(unevenness[1]) {
+        assert!(*smooth < 0.5 * jagged, "{unevenness:?}");
+    }
+}
+
 #[test]
 fn the_pixel_of_a_point_shows_what_is_there() {
     let Some(mut gpu) = renderer() else { return };

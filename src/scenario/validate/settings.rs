@@ -136,6 +136,10 @@ impl Checks {
             }
         }
         self.probability(path.field("miss_probability"), sonar.miss_probability);
+        if let Some(rate_hz) = sonar.rate_hz {
+            self.range(path.field("rate_hz"), rate_hz, 0.1..=1000.0, " Hz");
+        }
+        self.probability(path.field("crosstalk_probability"), sonar.crosstalk_probability);
     }
 
     pub(super) fn odometry(&mut self, path: &FieldPath, odometry: &OdometrySettings) {
@@ -197,6 +201,12 @@ impl Checks {
         self.range(path.field("height"), cameras.height, 1..=4096, " pixels");
         self.degrees(path.field("diagonal_fov_deg"), cameras.diagonal_fov, 1.0..=170.0, " degrees");
         self.range(path.field("every_cycles"), cameras.every_cycles, 1..=100_000, " cycles");
+        let lens = path.field("lens");
+        for (index, factor) in cameras.lens.distortion.into_iter().enumerate() {
+            self.range(lens.field("distortion").index(index), factor, -1.0..=1.0, "");
+        }
+        self.range(lens.field("vignetting"), cameras.lens.vignetting, 0.0..=1.0, ", a share of the light");
+        self.range(lens.field("exposure_s"), cameras.lens.exposure_s, 0.0..=1.0, " s");
         let (path, noise) = (path.field("noise"), &cameras.noise);
         self.range(path.field("brightness"), noise.brightness, 0.0..=10.0, "");
         self.range(path.field("brightness_sd"), noise.brightness_sd, 0.0..=10.0, "");

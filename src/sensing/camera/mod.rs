@@ -7,8 +7,8 @@
 //!
 //! **Images** ([`CameraImages`]) are rendered on request (`"render": "software"` or `"gpu"`), and for robots that see by them
 //! (`"source": "image"`): of either design of robots, in every cycle or every few, with changing light, noise and blur
-//! ([`noise`]), and for learning with what each pixel is and how far away. A robot does not see itself. One that is off the
-//! pitch or lies has no images.
+//! ([`noise`]), a lens that distorts and an exposure that smears ([`lens`]), and for learning with what each pixel is and how far away. A robot does not see itself. One that is off the
+//! pitch or lies has no images. Pixels integrate the light over their area: far lines are faint lines, not dashes.
 //!
 //! **Units and rate.** Pixels, u to the right and v down, from the outer corner of the top-left pixel; 30 images per
 //! second, which is the cycle.
@@ -30,10 +30,12 @@ use crate::pitch::Pitch;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod image;
+pub mod lens;
 pub mod noise;
 pub mod software;
 
 use image::Image;
+use lens::{LastLook, Lens};
 use noise::ImageNoise;
 
 /// Robots with cameras. Their images are the [rendering](crate::sensing::rendering)'s matter.
@@ -44,7 +46,10 @@ impl Plugin for CameraPlugin {
         if !app.is_plugin_added::<GaitPlugin>() {
             app.add_plugins(GaitPlugin);
         }
-        app.register_type::<CameraSettings>().register_type::<CameraImages>().init_resource::<Pitch>();
+        app.register_type::<CameraSettings>()
+            .register_type::<CameraImages>()
+            .register_type::<LastLook>()
+            .init_resource::<Pitch>();
     }
 }
 
@@ -155,7 +160,7 @@ impl CameraImages {
 /// The lens and the image of both cameras.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Public)]
-#[require(CameraImages)]
+#[require(CameraImages, LastLook)]
 #[serde(default, deny_unknown_fields)]
 pub struct CameraSettings {
     /// Whether images are rendered.
@@ -175,6 +180,10 @@ pub struct CameraSettings {
     pub design: RobotDesign,
     /// Light and noise.
     pub noise: ImageNoise,
+    /// Distortion, dark corners and exposure.
+    pub lens: Lens,
+    /// Whether pixels integrate the light over all of their area, as a sensor's do: far lines stay lines instead of dashes.
+    pub antialiasing: bool,
     /// Whether bodies cast shadows on the ground.
     pub shadows: bool,
     /// Whether images say of each pixel what it is: ground truth, for learning.
@@ -194,6 +203,8 @@ impl Default for CameraSettings {
             every_cycles: 1,
             design: RobotDesign::default(),
             noise: ImageNoise::default(),
+            lens: Lens::default(),
+            antialiasing: true,
             shadows: false,
             labels: false,
             depth: false,

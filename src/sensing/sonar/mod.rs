@@ -7,15 +7,21 @@
 //!
 //! **Units, range and rate.** Metres, from 0.15 to 0.75. Without an echo in that range there is no reading. A thing
 //! nearer than the minimum gives no reading either, and hides what is behind it: the manual of 2010 says that "under
-//! 15 cm there is no distance information". One reading a cycle.
+//! 15 cm there is no distance information". A new reading in each cycle, or as often as the sonars ping
+//! ([`SonarSettings::rate_hz`]): in between the last one stays.
 //!
 //! **Noise.** [`SonarNoise`] is added to the distance of an echo, and the sum is held within the range; a missed echo
 //! ([`SonarSettings::miss_probability`]) is no reading. The default is a normal distribution with 1 cm standard deviation
 //! and no misses: the sensor's resolution is 1 cm, and NaoDevils' simulator has ±1 cm too, and misses 10 % of the echoes.
+//!
+//! **Crosstalk** ([`SonarSettings::crosstalk_probability`]): a robot with sonars that faces this one, and is faced by it, is heard
+//! straight. Its pings arrive at any time, and seem to be an echo from anywhere in the range, if nothing nearer is heard. As
+//! such a ping has gone one way only, it is heard from twice as far as an echo.
+//!
 //! Noise of your own: set [`SonarNoise::None`] and change the [`SonarReading`] in a system in
 //! [`SensingSystems::Custom`], with its random numbers from a [`RandomStream`] of its own.
 //!
-//! **The real NAO** measures every 100 ms, both sonars hear each other's pulses, and the effective cone is given as 60°.
+//! **The real NAO** measures every 100 ms, hears the pulses of others, and the effective cone is given as 60°.
 //! rUNSWift's report of 2010 found spikes ([`SonarNoise::Outliers`]) and readings beyond 1 m unreliable.
 //!
 //! ```
@@ -41,7 +47,7 @@ use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::appearance::scene::{Scene, ScenePost, SceneRobot};
-use crate::cycle::Cycle;
+use crate::cycle::{Cycle, CycleClock};
 use crate::geometry::{Pose, file_units, to_radians, unit, unrotate};
 use crate::knowledge::Knowledge;
 use crate::random::{RandomStream, RandomStreams};
@@ -55,6 +61,9 @@ use sector::{Sector, nearer};
 /// The ends of the range belong to it, give or take what single precision makes of a distance, m.
 const EDGE_M: f32 = 1e-6;
 
+/// A ping is due in a cycle, give or take what single precision makes of a time, s.
+const EDGE_S: f32 = 1e-5;
+
 /// Fills every robot's [`SonarReading`].
 pub struct SonarPlugin;
 
@@ -65,6 +74,7 @@ impl Plugin for SonarPlugin {
         }
         app.register_type::<SonarSettings>()
             .register_type::<SonarReading>()
+            .register_type::<SonarPings>()
             .add_systems(Cycle, measure_distances.in_set(SensingSystems::Sonar));
     }
 }
@@ -77,6 +87,26 @@ pub struct SonarReading {
     pub left: Option<f32>,
     /// The right sonar's distance, m.
     pub right: Option<f32>,
+}
+
+/// When a robot's sonars ping.
+#[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[reflect(Component, @Knowledge::Truth)]
+pub struct SonarPings {
+    /// Until the next ping, s. Drawn when there first is a rate: no two robots ping in step.
+    until_next_s: Option<f32>,
+}
+
+impl SonarPings {
+    /// Whether there is a ping in this cycle of `period` seconds, of so many in a second.
+    fn advance(&mut self, rate_hz: f32, period: f32, stream: &mut RandomStream) -> bool {
+        let gap_s = rate_hz.recip();
+        let until_next_s = self.until_next_s.unwrap_or_else(|| gap_s * stream.uniform()) - period;
+        let is_due = until_next_s <= EDGE_S;
+        // Cycles that are longer have one ping each.
+        self.until_next_s = Some(if is_due { (until_next_s + gap_s).max(0.0) } else { until_next_s });
+        is_due
+    }
 }
 
 /// Where a robot's sonar readings come from.
@@ -164,7 +194,7 @@ impl SonarNoise {
 
 /// Geometry and noise of a robot's sonars.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
-#[require(SonarReading)]
+#[require(SonarReading, SonarPings)]
 #[reflect(Component, @Knowledge::Public)]
 #[serde(default, deny_unknown_fields)]
 pub struct SonarSettings {
@@ -186,6 +216,10 @@ pub struct SonarSettings {
     pub noise: SonarNoise,
     /// Probability that an echo is missed.
     pub miss_probability: f32,
+    /// How often the sonars ping, Hz; none for once in each cycle.
+    pub rate_hz: Option<f32>,
+    /// Probability that one of a pair of sonars takes a ping of another robot, which faces it, for an echo.
+    pub crosstalk_probability: f32,
 }
 
 impl Default for SonarSettings {
@@ -199,16 +233,31 @@ impl Default for SonarSettings {
             height_m: 0.40,
             noise: SonarNoise::DEFAULT,
             miss_probability: 0.0,
+            rate_hz: None,
+            crosstalk_probability: 0.0,
         }
     }
 }
 
 fn measure_distances(
     scene: Res<Scene>,
-    mut robots: Query<(&RobotId, &Pose, &SonarSettings, &mut SonarReading, &mut RandomStreams)>,
+    clock: Res<CycleClock>,
+    sonars: Query<(&RobotId, &SonarSettings)>,
+    mut robots: Query<(&RobotId, &Pose, &SonarSettings, &mut SonarPings, &mut SonarReading, &mut RandomStreams)>,
 ) {
-    for (&id, &pose, settings, mut reading, mut streams) in &mut robots {
+    for (&id, &pose, settings, mut pings, mut reading, mut streams) in &mut robots {
+        if settings.source == SonarSource::Echo
+            && let Some(rate_hz) = settings.rate_hz
+            && !pings.advance(rate_hz, clock.period(), &mut streams.sonar_pings)
+        {
+            continue;
+        }
         *reading = measure(settings, echoes(settings, id, pose, &scene), &mut streams.sonar);
+        if settings.source == SonarSource::Echo && settings.crosstalk_probability > 0.0 {
+            let sonar_of = |other: RobotId| sonars.iter().find(|(id, _)| **id == other).map(|(_, sonar)| *sonar);
+            let hears = hears_pings(settings, id, pose, &scene, sonar_of);
+            *reading = with_crosstalk(settings, *reading, hears, &mut streams.sonar_pings);
+        }
     }
 }
 
@@ -243,6 +292,54 @@ pub fn echoes(settings: &SonarSettings, own_id: RobotId, own_pose: Pose, scene: 
         }
     }
     nearest.map(|distance| distance.filter(|&distance| distance <= range + EDGE_M))
+}
+
+/// Which sonars, left and right, hear pings straight from another robot: one that each has in a sector of its own.
+fn hears_pings(
+    settings: &SonarSettings,
+    own_id: RobotId,
+    own_pose: Pose,
+    scene: &Scene,
+    sonar_of: impl Fn(RobotId) -> Option<SonarSettings>,
+) -> [bool; 2] {
+    let own_forward = own_pose.forward();
+    let mut hears = [false; 2];
+    for robot in scene.robots.iter().filter(|robot| robot.id != own_id) {
+        let offset = robot.pose.position - own_pose.position;
+        let Some(sender) = sonar_of(robot.id) else { continue };
+        let reaches = sender.source == SonarSource::Echo && is_near(offset, 2.0 * sender.max_m);
+        if !reaches || !sender.has_in_sector(unrotate(robot.forward, -offset)).contains(&true) {
+            continue;
+        }
+        let heard = settings.has_in_sector(unrotate(own_forward, offset));
+        hears = [hears[0] || heard[0], hears[1] || heard[1]];
+    }
+    hears
+}
+
+/// What the sonars make of pings that they hear straight from others: now and then an echo from anywhere in the range. The
+/// nearer one counts.
+fn with_crosstalk(
+    settings: &SonarSettings,
+    reading: SonarReading,
+    [left, right]: [bool; 2],
+    stream: &mut RandomStream,
+) -> SonarReading {
+    let mut listen = |measured: Option<f32>, hears: bool| {
+        let false_echo = (hears && stream.chance(settings.crosstalk_probability))
+            .then(|| settings.min_m + (settings.max_m - settings.min_m) * stream.uniform());
+        nearer(measured, false_echo)
+    };
+    SonarReading { left: listen(reading.left, left), right: listen(reading.right, right) }
+}
+
+impl SonarSettings {
+    /// Whether a place, m, robot frame, is in the sector of the left sonar, and of the right one.
+    fn has_in_sector(&self, place: Vec2) -> [bool; 2] {
+        let sector = Sector::new(self.half_angle);
+        let left_axis = unit(self.heading);
+        [left_axis, Vec2::new(left_axis.x, -left_axis.y)].map(|axis| sector.contains(unrotate(axis, place)))
+    }
 }
 
 fn is_near(offset: Vec2, distance: f32) -> bool {

@@ -26,7 +26,8 @@ impl Sector {
         [-self.left_edge.perp_dot(point), -self.left_edge.perp_dot(mirrored)]
     }
 
-    fn contains(self, point: Vec2) -> bool {
+    /// Whether a point is in it.
+    pub fn contains(self, point: Vec2) -> bool {
         self.margins(point).into_iter().all(|margin| margin >= 0.0)
     }
 

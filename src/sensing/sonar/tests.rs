@@ -182,6 +182,54 @@ fn echoes_are_missed_as_often_as_asked_for() {
 }
 
 #[test]
+fn a_reading_stays_until_the_next_ping_however_long_cycles_are() {
+    let noise = SonarNoise::Gaussian { sd_m: 0.01 };
+    for (cycles_per_second, pings_per_second) in [(30, 10), (83, 10), (5, 5)] {
+        let mut app = sensing_app();
+        app.insert_resource(CycleClock { period_s: 1.0 / f64::from(cycles_per_second), ..default() });
+        let robot = spawn_robot(&mut app, Team::Blue, 1, [0.0, 0.0, 0.0], [0.0, 0.0]);
+        set(&mut app, robot, SonarSettings { noise, rate_hz: Some(10.0), ..default() });
+        spawn_post(&mut app, 0.42, 0.15, None);
+        let readings: Vec<SonarReading> =
+            (0..20 * cycles_per_second).map(|_| sense::<SonarReading>(&mut app, robot)).collect();
+        let changes = readings.windows(2).filter(|pair| pair[0] != pair[1]).count() as i32;
+        assert!((changes - 20 * pings_per_second).abs() <= 2, "{changes}");
+        assert!(readings.last().unwrap().left.is_some());
+    }
+}
+
+#[test]
+fn robots_that_face_each_other_hear_echoes_of_nothing() {
+    let settings = SonarSettings { noise: SonarNoise::None, crosstalk_probability: 0.2, ..default() };
+    let share = |x: f32, y: f32, heading_deg: f32, others: SonarSettings| {
+        let mut app = sensing_app();
+        let robot = spawn_robot(&mut app, Team::Blue, 1, [0.0, 0.0, 0.0], [0.0, 0.0]);
+        let other = spawn_robot(&mut app, Team::Pink, 1, [x, y, heading_deg], [0.0, 0.0]);
+        set(&mut app, robot, settings);
+        set(&mut app, other, others);
+        let readings: Vec<SonarReading> = (0..3000).map(|_| sense::<SonarReading>(&mut app, robot)).collect();
+        let heard = |ear: fn(&SonarReading) -> Option<f32>| readings.iter().filter_map(ear).collect::<Vec<_>>();
+        [heard(|reading| reading.left), heard(|reading| reading.right)]
+    };
+    // In the left sector only, and it looks 7° past this one, in one of its own; 1.2 m away: too far for an echo. Binomial: 600 ± 22, four of them.
+    let [left, right] = share(1.15, 0.35, 190.0, settings);
+    assert!(left.len().abs_diff(600) < 88 && right.is_empty(), "{}", left.len());
+    assert!(left.iter().all(|distance| (0.15..=0.75).contains(distance)));
+    assert!(left.iter().any(|distance| *distance < 0.25) && left.iter().any(|distance| *distance > 0.65));
+    // Not from one that looks away, is further away than twice the range, or whose sonars are out of use.
+    for [left, right] in [
+        share(1.15, 0.35, 10.0, settings),
+        share(1.5, 0.45, 190.0, settings),
+        share(1.15, 0.35, 190.0, SonarSettings { source: SonarSource::Truth, ..settings }),
+    ] {
+        assert!(left.is_empty() && right.is_empty());
+    }
+    // An echo that is nearer counts.
+    let [left, _] = share(0.5, 0.17, 190.0, settings);
+    assert!(left.len() == 3000 && left.iter().all(|distance| *distance < 0.5));
+}
+
+#[test]
 fn noise_stays_within_the_range() {
     let noise = SonarNoise::Gaussian { sd_m: 1.0 };
     let measured = readings(SonarSettings { noise, ..default() }, 1000);

@@ -33,7 +33,7 @@ use crate::appearance::scene::Scene;
 use crate::appearance::view::View;
 use crate::appearance::{Label, colours};
 use material::SceneMaterialPlugin;
-use read_back::{read_back, take_colours, take_depth, texture};
+use read_back::{read_back, take_colours, take_depth, take_labels, texture};
 use render_scene::{RenderScene, SceneVariant};
 
 /// The camera does not look further than this, m.
@@ -105,7 +105,29 @@ struct Camera3 {
     entity: Entity,
     target: Handle<Image>,
     size: UVec2,
+    msaa: Msaa,
     buffer: Option<Buffer>,
+}
+
+/// One drawing of a picture.
+struct Pass {
+    /// Of which of the pictures that were asked for.
+    index: usize,
+    variant: SceneVariant,
+    msaa: Msaa,
+    takes: Takes,
+}
+
+/// What is taken of it.
+#[derive(Clone, Copy)]
+enum Takes {
+    /// Colours, and with them labels, if they are not mixed.
+    Colours {
+        /// Whether they are there, and wanted.
+        labels: bool,
+    },
+    Labels,
+    Depth,
 }
 
 impl GpuRenderer {
@@ -171,20 +193,26 @@ impl GpuRenderer {
     /// # Errors
     /// When one is too large, or the adapter fails. The pictures are not to be used then.
     pub fn draw(&mut self, scene: &Scene, requests: &mut [&mut ImageRequest]) -> Result<(), GpuError> {
-        // Distances are a picture of their own.
-        let mut passes: Vec<(usize, SceneVariant)> = Vec::new();
+        // Distances are a picture of their own, and so are labels where the samples of a pixel are mixed.
+        let mut passes: Vec<Pass> = Vec::new();
         for (index, request) in requests.iter().enumerate() {
             let variant = SceneVariant { design: request.design, shadows: request.view.shadows, depth: false };
-            passes.push((index, variant));
+            let is_smooth = request.view.antialiasing && request.view.supersampling <= 1;
+            let (msaa, labels) = if is_smooth { (Msaa::Sample4, false) } else { (Msaa::Off, request.layers.labels) };
+            passes.push(Pass { index, variant, msaa, takes: Takes::Colours { labels } });
+            if request.layers.labels && is_smooth {
+                passes.push(Pass { index, variant, msaa: Msaa::Off, takes: Takes::Labels });
+            }
             if request.layers.depth {
-                passes.push((index, SceneVariant { depth: true, ..variant }));
+                let variant = SceneVariant { depth: true, ..variant };
+                passes.push(Pass { index, variant, msaa: Msaa::Off, takes: Takes::Depth });
             }
         }
-        let variants: Vec<SceneVariant> = passes.iter().map(|(_, variant)| *variant).collect();
+        let variants: Vec<SceneVariant> = passes.iter().map(|pass| pass.variant).collect();
         let world = self.apps.main.world_mut();
         let mut is_new = self.render_scene.set(world, scene, &variants)?;
-        for (number, (index, variant)) in passes.iter().enumerate() {
-            is_new |= self.aim(number, &requests[*index].view, *variant)?;
+        for (number, pass) in passes.iter().enumerate() {
+            is_new |= self.aim(number, &requests[pass.index].view, pass)?;
         }
         for camera in &self.cameras[passes.len()..] {
             if let Some(mut unused) = self.apps.main.world_mut().get_mut::<Camera>(camera.entity) {
@@ -196,20 +224,27 @@ impl GpuRenderer {
             self.warm_up()?;
         }
         let samples = read_back(render_world(&mut self.apps)?, &mut self.cameras[..passes.len()])?;
-        for ((index, variant), samples) in passes.iter().zip(&samples) {
-            let request = &mut requests[*index];
-            if variant.depth {
-                request.image.depth_m.clear();
-                take_depth(samples, &request.view, &mut request.image);
-            } else {
-                take_colours(samples, &request.view, request.layers, &mut request.image);
+        for (pass, samples) in passes.iter().zip(&samples) {
+            let ImageRequest { view, image, .. } = &mut *requests[pass.index];
+            match pass.takes {
+                Takes::Colours { labels } => {
+                    take_colours(samples, view, image);
+                    image.labels.clear();
+                    image.depth_m.clear();
+                    if labels {
+                        take_labels(samples, view, image);
+                    }
+                }
+                Takes::Labels => take_labels(samples, view, image),
+                Takes::Depth => take_depth(samples, view, image),
             }
         }
         Ok(())
     }
 
     /// Points a camera, which is made if there are not enough. Whether it is new.
-    fn aim(&mut self, number: usize, view: &View, variant: SceneVariant) -> Result<bool, GpuError> {
+    fn aim(&mut self, number: usize, view: &View, pass: &Pass) -> Result<bool, GpuError> {
+        let Pass { variant, msaa, .. } = *pass;
         let [width, height] = view.size();
         let samples = view.supersampling.max(1);
         let size = UVec2::new(width as u32, height as u32) * samples;
@@ -217,13 +252,12 @@ impl GpuRenderer {
             return Err(GpuError::TooLarge { width: size.x, height: size.y, most: self.most_samples });
         }
         let world = self.apps.main.world_mut();
-        let is_new = self.cameras.get(number).is_none_or(|camera| camera.size != size);
+        let is_new = self.cameras.get(number).is_none_or(|camera| (camera.size, camera.msaa) != (size, msaa));
         if is_new {
             let target = world.resource_mut::<Assets<Image>>().add(texture(size));
-            let entity = world
-                .spawn((Camera3d::default(), RenderTarget::from(target.clone()), Tonemapping::None, Msaa::Off))
-                .id();
-            let camera = Camera3 { entity, target, size, buffer: None };
+            let entity =
+                world.spawn((Camera3d::default(), RenderTarget::from(target.clone()), Tonemapping::None, msaa)).id();
+            let camera = Camera3 { entity, target, size, msaa, buffer: None };
             match self.cameras.get_mut(number) {
                 None => self.cameras.push(camera),
                 Some(old) => {

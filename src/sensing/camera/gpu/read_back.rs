@@ -13,7 +13,7 @@ use bevy::render::texture::GpuImage;
 use super::material::MOST_DEPTH_M;
 use super::{Camera3, GpuError};
 use crate::appearance::view::View;
-use crate::sensing::camera::image::{Image, Layers};
+use crate::sensing::camera::image::Image;
 
 /// A texture to draw into, of so many samples.
 pub(super) fn texture(size: UVec2) -> bevy::image::Image {
@@ -83,14 +83,12 @@ pub(super) fn read_back(render: &World, cameras: &mut [Camera3]) -> Result<Vec<V
     Ok(pictures)
 }
 
-/// Fills an image's colours and, if wanted, labels.
-pub(super) fn take_colours(samples: &[u8], view: &View, layers: Layers, image: &mut Image) {
+/// Fills an image's colours.
+pub(super) fn take_colours(samples: &[u8], view: &View, image: &mut Image) {
     let [width, height] = view.size();
     let count = view.supersampling.max(1) as usize;
     (image.width, image.height) = (width as u32, height as u32);
     image.rgb.clear();
-    image.labels.clear();
-    image.depth_m.clear();
     let sample = |column: usize, row: usize| {
         let first = 4 * (row * width * count + column);
         &samples[first..first + 4]
@@ -107,10 +105,20 @@ pub(super) fn take_colours(samples: &[u8], view: &View, layers: Layers, image: &
                 }
             }
             image.rgb.extend(sums.map(|sum| (sum / (count * count) as u32) as u8));
-            if layers.labels {
-                // Of several samples, the middle one.
-                image.labels.push(sample(column * count + count / 2, row * count + count / 2)[3]);
-            }
+        }
+    }
+}
+
+/// Fills an image's labels.
+pub(super) fn take_labels(samples: &[u8], view: &View, image: &mut Image) {
+    let [width, height] = view.size();
+    let count = view.supersampling.max(1) as usize;
+    image.labels.clear();
+    for row in 0..height {
+        for column in 0..width {
+            // Of several samples, the middle one.
+            let [column, row] = [column, row].map(|place| place * count + count / 2);
+            image.labels.push(samples[4 * (row * width * count + column) + 3]);
         }
     }
 }
@@ -119,6 +127,7 @@ pub(super) fn take_colours(samples: &[u8], view: &View, layers: Layers, image: &
 pub(super) fn take_depth(samples: &[u8], view: &View, image: &mut Image) {
     let [width, height] = view.size();
     let count = view.supersampling.max(1) as usize;
+    image.depth_m.clear();
     for row in 0..height {
         for column in 0..width {
             let first = 4 * ((row * count + count / 2) * width * count + column * count + count / 2);

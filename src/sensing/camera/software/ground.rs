@@ -3,6 +3,7 @@
 use bevy::math::Vec3;
 
 use super::conic::Conic;
+use super::coverage::{self, Levels, NOTHING, SUB_ROWS, Span};
 use super::frame::{Frame, first_sample};
 use super::light::Paint;
 use super::polygon::Outline;
@@ -27,10 +28,17 @@ pub(super) fn draw(frame: &mut Frame, outline: &mut Outline, scene: &PreparedSce
         pixels[from..to].fill(floor);
         pixels[to..].fill(sky);
     }
+    // Of several samples a pixel, the mean is taken later.
+    let is_smooth = view.antialiasing && view.supersampling <= 1;
+    let levels = Levels::get();
     for (mark, paint) in &scene.ground {
         match mark.shape {
             GroundShape::Quadrilateral(corners) => {
                 if !outline.project(frame, corners.iter().map(|corner| (corner.extend(0.0), 0.0))) {
+                    continue;
+                }
+                if is_smooth {
+                    draw_smoothly(frame, outline, *paint, levels);
                     continue;
                 }
                 let (first, end) = outline.scan(width, height, &(0..height));
@@ -43,23 +51,50 @@ pub(super) fn draw(frame: &mut Frame, outline: &mut Outline, scene: &PreparedSce
             }
             GroundShape::Ring { centre, inner, outer } => {
                 let circles = [outer, inner].map(|radius| circle(view, centre.extend(0.0), radius));
-                draw_ring(frame, view, circles, *paint);
+                if is_smooth {
+                    draw_ring_smoothly(frame, view, circles, *paint, levels);
+                } else {
+                    draw_ring(frame, view, circles, *paint);
+                }
             }
         }
+    }
+}
+
+/// Fills the quadrilateral that was projected, by the share of each pixel that it covers.
+#[inline(always)]
+fn draw_smoothly(frame: &mut Frame, outline: &mut Outline, paint: u32, levels: &Levels) {
+    let (width, height) = (frame.width, frame.height);
+    outline.divide_rows(SUB_ROWS);
+    let (first, end) = outline.scan(width, height * SUB_ROWS, &(0..height * SUB_ROWS));
+    for row in first / SUB_ROWS..end.div_ceil(SUB_ROWS) {
+        let spans = core::array::from_fn(|part| {
+            let part = row * SUB_ROWS + part;
+            if first <= part && part < end { outline.ends(part, width) } else { [0.0; 2] }
+        });
+        coverage::paint(&mut frame.pixels[row * width..(row + 1) * width], &spans, &[], paint, levels);
     }
 }
 
 /// The samples of a row that look at the ground.
 #[inline(always)]
 fn below_horizon(frame: &Frame, view: &View, row: usize) -> [usize; 2] {
-    // A ray looks down where forward.z + u right.z + v down.z is negative.
-    let constant = view.forward.z + frame.slope(row, 1) * view.down.z;
     let width = frame.width;
+    ground_in_row(frame, view, frame.slope(row, 1)).map(|end| first_sample(end, width))
+}
+
+/// From where to where a row looks at the ground whose rays have this slope.
+#[inline(always)]
+fn ground_in_row(frame: &Frame, view: &View, slope: f32) -> Span {
+    // A ray looks down where forward.z + u right.z + v down.z is negative.
+    let constant = view.forward.z + slope * view.down.z;
+    let width = frame.width as f32;
     if view.right.z == 0.0 {
-        return if constant < 0.0 { [0, width] } else { [0, 0] };
+        return if constant < 0.0 { [0.0, width] } else { [0.0; 2] };
     }
-    let crossing = first_sample(frame.centre[0] - constant / view.right.z * frame.focal_length, width);
-    if view.right.z < 0.0 { [crossing, width] } else { [0, crossing] }
+    let crossing = frame.centre[0] - constant / view.right.z * frame.focal_length;
+    let crossing = if crossing > 0.0 { if crossing < width { crossing } else { width } } else { 0.0 };
+    if view.right.z < 0.0 { [crossing, width] } else { [0.0, crossing] }
 }
 
 /// The rays that meet the ground within a circle.
@@ -104,6 +139,44 @@ fn draw_ring(frame: &mut Frame, view: &View, [outer, inner]: [Conic; 2], paint: 
             if from < to {
                 pixels[from..to].fill(paint);
             }
+        }
+    }
+}
+
+/// Fills what is within the first circle and not within the second, by the share of each pixel that it covers.
+#[inline(always)]
+fn draw_ring_smoothly(frame: &mut Frame, view: &View, [outer, inner]: [Conic; 2], paint: u32, levels: &Levels) {
+    let (width, height) = (frame.width, frame.height);
+    let focal_length = f64::from(frame.focal_length);
+    let [centre_u, centre_v] = frame.centre.map(f64::from);
+    let [top, bottom] = outer.rows().map(|slope| (slope * focal_length + centre_v) as f32);
+    // A part of a row more on either side.
+    let (top, bottom) = (first_sample(top - 0.5, height), first_sample(bottom + 1.5, height));
+    for row in top..bottom {
+        let mut areas = [NOTHING; 2];
+        let mut holes = [[NOTHING; 2]; 2];
+        let mut are_holes = false;
+        for part in 0..SUB_ROWS {
+            let down = (row as f32 + (part as f32 + 0.5) / SUB_ROWS as f32 - frame.centre[1]) / frame.focal_length;
+            let ground = ground_in_row(frame, view, down);
+            let within = |span: Option<[f64; 2]>, [least, most]: Span| {
+                let [from, to] = span.unwrap_or([0.0; 2]).map(|slope| (slope * focal_length + centre_u) as f32);
+                let (from, to) = (if from > least { from } else { least }, if to < most { to } else { most });
+                if from < to { [from, to] } else { [0.0; 2] }
+            };
+            let spans = outer.spans(f64::from(down)).map(|span| within(span, ground));
+            for (index, span) in spans.into_iter().enumerate() {
+                areas[index][part] = span;
+                for (hole, inside) in inner.spans(f64::from(down)).into_iter().enumerate() {
+                    let hole_span = within(inside, span);
+                    holes[index][hole][part] = hole_span;
+                    are_holes |= hole_span[0] < hole_span[1];
+                }
+            }
+        }
+        let pixels = &mut frame.pixels[row * width..(row + 1) * width];
+        for (area, holes) in areas.iter().zip(&holes) {
+            coverage::paint(pixels, area, if are_holes { holes } else { &[] }, paint, levels);
         }
     }
 }

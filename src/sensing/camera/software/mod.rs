@@ -1,7 +1,7 @@
 //! The software renderer: pictures of a [scene](crate::appearance::scene::Scene) without a graphics card.
 //!
 //! The ground and everything painted on it is drawn analytically: each mark is an area of the image with straight or conic
-//! edges, whose span is computed in each row and filled. Bodies are drawn by a rasteriser with a depth buffer: flat and
+//! edges, whose span is computed in each row and filled; a pixel that it covers in part has a part of its light. Bodies are drawn by a rasteriser with a depth buffer: flat and
 //! smoothly shaded faces, and ellipsoids, of which every pixel's ray is intersected. Light comes from one sun and from
 //! everywhere; shadows on the ground are optional.
 //!
@@ -28,6 +28,7 @@
 use pulp::Arch;
 
 mod conic;
+mod coverage;
 mod frame;
 mod ground;
 pub(super) mod light;

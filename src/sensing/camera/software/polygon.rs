@@ -119,6 +119,22 @@ impl Outline {
         (first, end)
     }
 
+    /// Divides the rows of what was projected into so many each.
+    #[inline(always)]
+    pub(super) fn divide_rows(&mut self, parts: usize) {
+        for point in &mut self.points {
+            point[1] *= parts as f32;
+        }
+    }
+
+    /// From where to where the polygon covers a row, once it was scanned.
+    #[inline(always)]
+    pub(super) fn ends(&self, row: usize, width: usize) -> [f32; 2] {
+        let [[left, _], [right, _]] = self.rows[row];
+        let width = width as f32;
+        [left, right].map(|end| if end > 0.0 { if end < width { end } else { width } } else { 0.0 })
+    }
+
     /// The samples of a row that the polygon covers, once it was scanned.
     #[inline(always)]
     pub(super) fn span(&self, row: usize, width: usize) -> (usize, usize) {

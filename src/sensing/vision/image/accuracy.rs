@@ -48,11 +48,13 @@ pub struct Conditions {
     pub ball_radius: f32,
     /// Whether bodies cast shadows.
     pub shadows: bool,
+    /// Whether pixels integrate the light over all of their area.
+    pub antialiasing: bool,
 }
 
 impl Default for Conditions {
     fn default() -> Self {
-        Self { design: RobotDesign::Simple, ball_radius: 0.03, shadows: false }
+        Self { design: RobotDesign::Simple, ball_radius: 0.03, shadows: false, antialiasing: true }
     }
 }
 
@@ -194,6 +196,7 @@ pub fn measure(scenes: usize, conditions: Conditions, uniform: &mut dyn FnMut() 
         for (side, camera) in CameraSide::BOTH.into_iter().zip(CameraView::both(intrinsics, head)) {
             let mut view = View::of_robot(&camera, own.world_from_robot(), own.id);
             view.shadows = conditions.shadows;
+            view.antialiasing = conditions.antialiasing;
             renderer.draw(&prepared, &view, Layers::ALL, &mut image);
             let started = Instant::now();
             vision.recognise(&image, side, &camera, &known, &mut findings);

@@ -8,7 +8,7 @@ use super::line_point::{GOAL_M, Point};
 use crate::sensing::vision::{GoalPostPercept, LandmarkKind, LandmarkPercept, RobotPercept};
 
 /// Fewer pixels are no cross.
-const LEAST_PIXELS: usize = 10;
+const LEAST_PIXELS: f32 = 10.0;
 /// The pixels of a cross are so many times those that one there has.
 const AREA: core::ops::Range<f32> = 0.6..1.5;
 /// The squares of its widths in all directions are so many times those that a cross there has.
@@ -25,17 +25,30 @@ const BESIDE_ROBOT_M: f32 = 0.18;
 pub(super) struct Spot {
     /// The part of the image that may be a cross's: left and top, width and height.
     frame: [usize; 4],
-    /// Which pixels of it are known to be the spot's.
+    /// Which pixels of it are known to be the spot's, or its edge's.
     is_in: Vec<bool>,
-    /// Those whose neighbours have not been looked at.
+    /// White ones whose neighbours have not been looked at.
     next: Vec<[usize; 2]>,
-    count: usize,
+    /// How many pixels it has. One of its edge, which is neither white nor green, counts half.
+    count: f32,
     sum: Vec2,
     /// Sums of the squares and of the product of their columns and rows, from the middle of the frame.
     squares: [f32; 3],
     /// What is around it, and how much of that is carpet.
     around: usize,
     green: usize,
+}
+
+impl Spot {
+    /// Adds a pixel of the frame that counts so much.
+    fn add(&mut self, [u, v]: [usize; 2], share: f32) {
+        let place = Vec2::new(u as f32 + 0.5, v as f32 + 0.5);
+        self.count += share;
+        self.sum += share * place;
+        for (sum, product) in self.squares.iter_mut().zip([place.x * place.x, place.x * place.y, place.y * place.y]) {
+            *sum += share * product;
+        }
+    }
 }
 
 impl Look<'_> {
@@ -88,7 +101,7 @@ impl Look<'_> {
         if spot.count < LEAST_PIXELS || (spot.green as f32) < LEAST_GREEN * spot.around as f32 {
             return None;
         }
-        let count = spot.count as f32;
+        let count = spot.count;
         let mean = spot.sum / count;
         let middle = Vec2::new(spot.frame[0] as f32, spot.frame[1] as f32) + mean;
         // Two bars that share a square.
@@ -145,7 +158,7 @@ impl Look<'_> {
         spot.frame = [left, top, width, height];
         spot.is_in.clear();
         spot.is_in.resize(width * height, false);
-        (spot.count, spot.sum, spot.squares) = (0, Vec2::ZERO, [0.0; 3]);
+        (spot.count, spot.sum, spot.squares) = (0.0, Vec2::ZERO, [0.0; 3]);
         (spot.around, spot.green) = (0, 0);
         spot.next.clear();
         let first = [point.pixel.x as usize - left, (point.pixel.y as usize - top).min(height - 1)];
@@ -158,28 +171,36 @@ impl Look<'_> {
             if u == 0 || v == 0 || u + 1 == width || v + 1 == height {
                 return false;
             }
-            let place = Vec2::new(u as f32 + 0.5, v as f32 + 0.5);
-            spot.count += 1;
-            spot.sum += place;
-            for (sum, product) in spot.squares.iter_mut().zip([place.x * place.x, place.x * place.y, place.y * place.y])
-            {
-                *sum += product;
-            }
+            spot.add([u, v], 1.0);
             for (u, v) in (v - 1..=v + 1).flat_map(|v| (u - 1..=u + 1).map(move |u| (u, v))) {
-                match self.class(left + u, top + v) {
-                    ColourClass::White => {
-                        if !core::mem::replace(&mut spot.is_in[v * width + u], true) {
-                            spot.next.push([u, v]);
+                let class = self.class(left + u, top + v);
+                let is_known = core::mem::replace(&mut spot.is_in[v * width + u], class != ColourClass::Green);
+                match class {
+                    ColourClass::White if is_known => {}
+                    ColourClass::White => spot.next.push([u, v]),
+                    ColourClass::Green => {
+                        spot.around += 1;
+                        spot.green += 1;
+                    }
+                    // The light of both is mixed on its edge: there is green next to it.
+                    _ if self.is_beside_green(left + u, top + v) => {
+                        if !is_known {
+                            spot.add([u, v], 0.5);
                         }
                     }
-                    class => {
-                        spot.around += 1;
-                        spot.green += usize::from(class == ColourClass::Green);
-                    }
+                    _ => spot.around += 1,
                 }
             }
         }
         true
+    }
+
+    /// Whether one of the four neighbours of a pixel is green.
+    fn is_beside_green(&self, column: usize, row: usize) -> bool {
+        let [right, below] = [(column + 1).min(self.width() - 1), (row + 1).min(self.height() - 1)];
+        let [left, above] = [column.saturating_sub(1), row.saturating_sub(1)];
+        let neighbours = [(left, row), (right, row), (column, above), (column, below)];
+        neighbours.into_iter().any(|(column, row)| self.class(column, row) == ColourClass::Green)
     }
 }
 
