@@ -10,9 +10,11 @@
 //! **Loss.** With probability `loss`, and always beyond `range_m` where there is one. None by default.
 //!
 //! **Size.** Texts of more than `max_text_bytes`, by default 128 as for today's messages as a whole, are refused at the
-//! sender; so is a message with a number that is not finite, or with a place more than a kilometre away. A team may have a budget of messages and of bytes for the match: the rules
-//! of 2010 have none (500 Kbit/s for everything that a team sends), today's 1200 messages. What a message counts for is
-//! [`TeamMessage::size_bytes`].
+//! sender; so is a message with a number that is not finite, or with a place more than a kilometre away. A scenario may give a
+//! team a budget of messages and of bytes for the match, beyond which nothing is sent: what a message counts for is
+//! [`TeamMessage::size_bytes`]. A league's budget is another matter: what is beyond is sent, and
+//! [the rules](crate::game::Rules::message_budget) say what follows. Those of 2010 have none (500 Kbit/s for everything that a
+//! team sends), those of 2025 have 1200 messages.
 //!
 //! **The real NAO** broadcasts UDP packets in the wireless network of the venue, where losing most of them for a while is
 //! nothing unusual.
@@ -93,7 +95,8 @@ pub struct MessageSettings {
     pub range_m: Option<f32>,
     /// Greatest length of the texts in a message, bytes.
     pub max_text_bytes: u32,
-    /// Messages that a team may send in a match; none for any number.
+    /// Messages that a team can send in a match: what is beyond is refused; none for any number. What a league allows is a
+    /// matter of its [rules](crate::game::Rules::message_budget).
     pub max_messages: Option<u32>,
     /// Bytes that a team may send in a match; none for any number.
     pub max_bytes: Option<u64>,

@@ -6,9 +6,10 @@
 //! 4. [Images and pictures](pictures): cameras, renderers, frames, videos.
 //! 5. [Experiments](experiments): batches, sweeps, saved matches, learning.
 //! 6. [Traces](traces): every field of them.
-//! 7. [Architecture](architecture): the cycle, who knows what, determinism.
-//! 8. [The paper](paper): what each of its sentences has become, and which test shows it.
-//! 9. [Adding to it](extending): a sensor, a rule, a team, a log format, a command.
+//! 7. [Rules](rules): what the referee judges, and what robots are told.
+//! 8. [Architecture](architecture): the cycle, who knows what, determinism.
+//! 9. [The paper](paper): what each of its sentences has become, and which test shows it.
+//! 10. [Adding to it](extending): a sensor, a rule, a team, a log format, a command.
 //!
 //! The programs in `examples/` are one idea each, and run headless:
 //!
@@ -48,6 +49,9 @@ pub mod experiments {}
 
 #[doc = include_str!("traces.md")]
 pub mod traces {}
+
+#[doc = include_str!("rules.md")]
+pub mod rules {}
 
 #[doc = include_str!("architecture.md")]
 pub mod architecture {}

@@ -7,11 +7,13 @@ use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use crate::game::Evidence;
 
 /// A robot this far ahead of an opponent, and this far beside its way to the ball, is in that way, m.
-const AHEAD_M: f32 = 0.8;
+const AHEAD_M: f32 = 0.6;
 /// See [`AHEAD_M`].
 const BESIDE_M: f32 = 0.35;
 /// Who walks around somebody walks aside at least so fast, and who steps into its way as well, m/s.
 const ASIDE_MPS: f32 = 0.03;
+/// Who walks within 30 degrees of straight across an opponent's way steps into it, and does not just pass: the cosine.
+const ACROSS_COSINE: f32 = 0.866;
 
 /// Whether `robot` steps into the way to the ball of `other`.
 pub fn steps_into_way(snapshot: &MatchSnapshot, robot: &RobotSnapshot, other: &RobotSnapshot) -> bool {
@@ -29,7 +31,7 @@ pub fn steps_into_way(snapshot: &MatchSnapshot, robot: &RobotSnapshot, other: &R
         && !goes_to_ball(snapshot, robot)
         && !is_keeper_at_home(snapshot, robot)
         && aside(other).abs() > ASIDE_MPS
-        && aside(robot) * aside(other).signum() > ASIDE_MPS
+        && aside(robot) * aside(other).signum() > ASIDE_MPS.max(ACROSS_COSINE * robot.wanted_velocity.length())
 }
 
 /// For how many cycles the robot has stepped into somebody's way, this one included. Letting go counts back as fast.

@@ -47,7 +47,8 @@ pub struct GameStatus {
     pub drop_ball: bool,
     /// The free kick, or the kick-off that is one team's own, that is under way.
     pub set_play: Option<SetPlayStatus>,
-    /// How many messages this robot's team may still send; none where it is not limited.
+    /// How many messages this robot's team may still send, by the rules and by the scenario's settings; none where neither
+    /// limits them.
     pub messages_left: Option<u32>,
     /// The team that shoots, in a penalty shoot-out.
     pub shoot_out: Option<Team>,

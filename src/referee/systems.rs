@@ -12,7 +12,7 @@ use super::status::{GameStatus, SetPlayStatus};
 use super::touch::touches_of_cycle;
 use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity};
 use crate::collision::Contacts;
-use crate::communication::MessageStatistics;
+use crate::communication::{MessageSettings, MessageStatistics};
 use crate::cycle::CycleClock;
 use crate::events::{CycleEvents, MatchEvent};
 use crate::game::{Game, GameState, Interventions, KickOffProcedure, Penalty, Rules, SetPlay, SetPlayKind};
@@ -24,7 +24,7 @@ use crate::robot::kick::{KickCommand, KickPhase};
 use crate::robot::motion::{ExecutedStep, WalkCommand};
 use crate::robot::posture::Posture;
 use crate::robot::{PreviousPose, Roster, Velocity};
-use crate::team::{PerTeam, RobotId};
+use crate::team::{PerTeam, RobotId, Team};
 
 /// The match begins: in the first cycle, before anybody senses or acts, the robots may walk to their places, or the
 /// ball comes into play.
@@ -186,10 +186,17 @@ pub(super) fn tell_status(
     rules: Res<Rules>,
     game: Res<Game>,
     memory: Res<RefereeMemory>,
+    radio: Res<MessageSettings>,
+    messages: Res<MessageStatistics>,
     mut robots: Query<(&RobotId, &Penalty, &mut GameStatus)>,
 ) {
     let told = memory.announcement.told(&game);
     let set_play = told.set_play.map(|set_play| SetPlayStatus::told_of(&set_play, &rules, &clock));
+    let messages_left = |team: Team| {
+        let by_the_rules = game.messages_left.map(|left| left[team]);
+        let by_radio = radio.max_messages.map(|most| most.saturating_sub(messages[team].sent));
+        by_the_rules.into_iter().chain(by_radio).min()
+    };
     let secondary = told.secondary_cycles_left(&rules, &clock);
     for (id, penalty, mut status) in &mut robots {
         let record = memory.record(*id);
@@ -204,7 +211,7 @@ pub(super) fn tell_status(
             kick_off_team: told.kick_off_team,
             drop_ball: told.drop_ball,
             set_play,
-            messages_left: game.messages_left.map(|left| left[id.team]),
+            messages_left: messages_left(id.team),
             shoot_out: told.shoot_out.map(|shoot_out| shoot_out.team),
             penalised: penalty.is_active(),
             penalty: penalty.0.map(|penalty| penalty.reason),

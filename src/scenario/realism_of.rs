@@ -95,7 +95,7 @@ mod tests {
         }));
         let ball = real.ball.unwrap();
         assert_eq!((ball.radius_m, ball.rolling), (0.05, Rolling::ExponentialPerS(1.0)));
-        assert_eq!((real.motion.max_linear_mps, real.messages.max_messages), (0.242, Some(1200)));
+        assert_eq!((real.motion.max_linear_mps, real.messages.loss), (0.242, 0.1));
         assert_eq!((real.vision.noise.ball.pixel_sd, real.vision.noise.ball.miss_probability), (2.0, 0.1));
         let own = real.robots[0].vision.as_ref().unwrap().noise;
         assert_eq!((own.ball, own.head_angle_sd), (real.vision.noise.ball, 0.0));

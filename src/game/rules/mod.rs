@@ -355,7 +355,7 @@ impl Default for Rules {
             defender_limit: DefenderLimit::KeeperOnly,
             illegal_defender_s: 1.0,
             obstruction: false,
-            obstruction_s: 1.0,
+            obstruction_s: 2.0,
             inactive: false,
             inactive_s: 10.0,
             game_stuck: false,
