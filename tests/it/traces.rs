@@ -201,6 +201,7 @@ fn examples() -> Vec<MatchEvent> {
                 until_s: 30.5,
                 evidence: evidence.clone(),
             },
+            MatchEvent::TooManyMessages { team, evidence: evidence.clone() },
             MatchEvent::Shot { team, scored: present, goals: score, evidence },
         ]);
     }

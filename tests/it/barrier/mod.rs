@@ -324,7 +324,10 @@ fn the_error_reads_well() {
     assert!(message.starts_with("behaviour `under test` is refused: its system `"), "{message}");
     assert!(message.contains("peeks") && message.contains("reads `naoisis::geometry::Pose`, which is ground truth"));
     let message = register(|_: Query<&mut WalkCommand>| {}).unwrap_err().to_string();
-    assert!(message.contains("finds `naoisis::robot::motion::WalkCommand` of entities that need not be"), "{message}");
+    assert!(
+        message.contains("finds `naoisis::robot::walk_command::WalkCommand` of entities that need not be"),
+        "{message}"
+    );
     assert!(message.contains("add `With<it::barrier::Mine>` to the query's filter"), "{message}");
     let message = register(|_: Query<Entity>| {}).unwrap_err().to_string();
     assert!(message.contains("finds something of entities that need not be its own robots"), "{message}");
