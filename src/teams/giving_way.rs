@@ -72,7 +72,7 @@ mod tests {
         assert_eq!(give_way(&situation.player(), ahead, &[opponent(0.0, 0.35)]), ahead);
         situation.limits.gait = Some(Gait::default());
         // Who cannot stop at once brakes before.
-        assert!(dx(&situation, 0.45) < 0.004 && dx(&situation, 0.9) == 0.006);
+        assert!(dx(&situation, 0.45) < 0.005 && dx(&situation, 0.9) == 0.006);
         situation.belief.ball.as_mut().unwrap().position_m = Vec2::new(0.2, 0.0);
         assert_eq!(dx(&situation, 0.35), 0.006);
     }

@@ -71,7 +71,7 @@ pub struct SensedScene {
     cycle: Option<u64>,
     scene: Scene,
     /// How their legs go in what was recorded, where nobody kept it.
-    gaits: BTreeMap<RobotId, Stride>,
+    strides: BTreeMap<RobotId, Stride>,
 }
 
 /// What the cameras saw that someone looks at.
@@ -145,7 +145,7 @@ impl SensedScene {
         let on_pitch = record.robots.iter().filter(|robot| robot.penalised.is_none());
         self.scene.robots.clear();
         self.scene.robots.extend(on_pitch.map(|robot| {
-            let stride = self.gaits.entry(robot.id).or_default();
+            let stride = self.strides.entry(robot.id).or_default();
             stride.kick = history.last_kick(robot.id, record.cycle).map(|kick| kick.struck(period_s));
             stride.follow(robot.pose, robot.velocity, record.time_s);
             let standing = SceneRobot::standing(robot.id, robot.pose, body(robot.id));

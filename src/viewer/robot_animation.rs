@@ -21,22 +21,22 @@ pub struct RobotAnimationPlugin;
 
 impl Plugin for RobotAnimationPlugin {
     fn build(&self, app: &mut App) {
-        app.add_observer(start_gait).add_systems(Update, move_limbs);
+        app.add_observer(start_stride).add_systems(Update, move_limbs);
     }
 }
 
 /// The stride at the time that is shown. The robot's own is that of the cycles.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default)]
-struct DisplayedGait(Stride);
+struct DisplayedStride(Stride);
 
-fn start_gait(added: On<Add, RobotId>, mut commands: Commands) {
-    commands.entity(added.entity).insert(DisplayedGait::default());
+fn start_stride(added: On<Add, RobotId>, mut commands: Commands) {
+    commands.entity(added.entity).insert(DisplayedStride::default());
 }
 
 fn move_limbs(
     clock: Res<CycleClock>,
     fraction: Res<DisplayFraction>,
-    mut robots: Query<(&RobotId, &Pose, &Velocity, &HeadAngles, &Posture, &Stride, &RobotLimbs, &mut DisplayedGait)>,
+    mut robots: Query<(&RobotId, &Pose, &Velocity, &HeadAngles, &Posture, &Stride, &RobotLimbs, &mut DisplayedStride)>,
     mut transforms: Query<&mut Transform>,
 ) {
     let now_s = clock.start_time_s() + f64::from(fraction.0) * clock.period_s;
