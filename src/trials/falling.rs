@@ -57,7 +57,7 @@ fn fall(
         for event in laboratory.app.events() {
             match event {
                 MatchEvent::Fall { cause: FallCause::GettingUp, .. } => {
-                    (result.fell_back, down_s) = (result.fell_back + 1.0, 0.0)
+                    (result.fell_back, down_s) = (result.fell_back + 1.0, 0.0);
                 }
                 MatchEvent::Fall { cause: of, .. } => {
                     result.falls += f64::from(u8::from(*of == cause));
