@@ -203,7 +203,16 @@ impl<'a> Player<'a> {
         /// Walking, it goes on until it is within so many.
         const THERE: (f32, f32) = (0.04, 0.1);
 
-        let (near_m, turned) = if self.body == BodyStatus::Walking { THERE } else { STAYS };
+        /// The same where commands are followed at once.
+        const STAYS_EXACTLY: (f32, f32) = (0.04, 0.05);
+        const THERE_EXACTLY: (f32, f32) = (0.01, 0.02);
+
+        let (near_m, turned) = match (self.body == BodyStatus::Walking, &self.limits.gait) {
+            (true, Some(_)) => THERE,
+            (false, Some(_)) => STAYS,
+            (true, None) => THERE_EXACTLY,
+            (false, None) => STAYS_EXACTLY,
+        };
         let is_there = place.distance_squared(self.position()) < near_m * near_m;
         if !is_there {
             return self.travel_to(place, facing, obstacles);
