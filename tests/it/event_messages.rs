@@ -17,7 +17,7 @@ fn read(mut events: MessageReader<MatchEvent>, mut read: ResMut<Read>) {
 fn played(app: &mut App, cycles: usize) -> Vec<MatchEvent> {
     app.start_match(&Scenario::named("match3v3").unwrap()).unwrap();
     let events = collect_events(app, cycles);
-    assert!(events.len() > 10, "{}", events.len());
+    assert!(events.len() > 3, "{}", events.len());
     events.into_iter().map(|(_, event)| event).collect()
 }
 
@@ -51,7 +51,7 @@ fn a_system_of_frames_reads_the_events_of_all_cycles_since_its_last() {
         events.extend(collect_events(&mut app, frame % 7 * 10).into_iter().map(|(_, event)| event));
         app.update();
     }
-    assert!(events.len() > 10);
+    assert!(events.len() > 3);
     assert_eq!(app.world().resource::<Read>().0, events);
 }
 
