@@ -18,7 +18,6 @@ use super::robots::{RobotTrack, SonarModel, TrackModel, advance_tracks, hear_rob
 use super::sighting::Sighting;
 use super::team_ball::{HeardBall, TeamBallModel, team_ball};
 use super::{BallBelief, Belief, RobotBelief, place_covariance, pose_covariance};
-use crate::ball::BallPhysics;
 use crate::behaviour::{DecideSystems, barrier, behaviour};
 use crate::belief::localisation_method::LocalisationMethod;
 use crate::communication::{Inbox, ReceivedMessage};
@@ -107,14 +106,9 @@ impl Default for SimpleBelief {
 }
 
 impl SimpleBelief {
-    /// The same for a robot that knows how it walks and how the ball rolls.
-    fn with_known(self, (limits, odometry): (&MotionLimits, &OdometrySettings), ball: Option<&BallPhysics>) -> Self {
-        let rolling = ball.map_or(self.ball.rolling, |ball| ball.rolling);
-        Self {
-            step_error: self.step_error.with_known(limits.gait.as_ref(), &odometry.noise),
-            ball: BallModel { rolling, ..self.ball },
-            ..self
-        }
+    /// The same for a robot that knows how it walks.
+    fn with_known(self, (limits, odometry): (&MotionLimits, &OdometrySettings)) -> Self {
+        Self { step_error: self.step_error.with_known(limits.gait.as_ref(), &odometry.noise), ..self }
     }
 }
 
@@ -191,7 +185,6 @@ fn estimate(
     clock: Res<CycleClock>,
     pitch: Res<Pitch>,
     rules: Res<Rules>,
-    balls: Query<&BallPhysics>,
     mut robots: Query<BelievingRobot>,
 ) {
     if pitch.is_changed() {
@@ -201,7 +194,7 @@ fn estimate(
     let period = clock.period();
     for robot in &mut robots {
         let BelievingRobotItem { status, odometry, camera, percepts, mut memory, mut belief, .. } = robot;
-        let settings = &robot.settings.with_known(robot.steps, balls.iter().next());
+        let settings = &robot.settings.with_known(robot.steps);
         let motion = CameraMotion {
             noise: robot.vision.noise.gaze,
             is_walking: odometry.0 != memory.odometry,

@@ -5,7 +5,7 @@ use bevy::prelude::*;
 use super::names;
 use super::sensors::{SensorRecord, SensorRegistry};
 use super::settings::RobotSettings;
-use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity};
+use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity, Rolling};
 use crate::behaviour::BehaviourRegistry;
 use crate::behaviour::drawings::Drawings;
 use crate::behaviour::script::Script;
@@ -206,6 +206,8 @@ fn spawn_robot<'w>(world: &'w mut World, scenario: &Scenario, robot: &RobotSpec)
             }
             if let Some(mut belief) = entity.get_mut::<SimpleBelief>() {
                 belief.localisation = robot.localisation.unwrap_or(scenario.localisation);
+                // How balls roll is known; where this one is, is not.
+                belief.ball.rolling = scenario.ball.as_ref().map_or_else(Rolling::default, |ball| ball.rolling);
             }
         }
     }
