@@ -38,13 +38,9 @@ impl Innovations {
     pub(super) fn of_point(&self, place: Vec2, sighting: &Sighting) -> Innovation {
         let measured = match &self.points {
             None => self.estimate.measured_point(self.forward, place, sighting),
-            Some(points) => {
-                points.measured(|pose| sighting.residual(unrotate(pose.forward(), place - pose.position)))
-            }
+            Some(points) => points.measured(|pose| sighting.residual(unrotate(pose.forward(), place - pose.position))),
         };
-        self.weighed(measured, |motion| {
-            motion.slopes(unrotate(self.forward, place - self.estimate.pose.position))
-        })
+        self.weighed(measured, |motion| motion.slopes(unrotate(self.forward, place - self.estimate.pose.position)))
     }
 
     /// What a stretch of a line says if it is of this line.

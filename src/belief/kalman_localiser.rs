@@ -205,7 +205,9 @@ impl KalmanLocaliser {
         let near = |place: &Vec2| place.distance_squared(seen) < CANDIDATE_RANGE_M * CANDIDATE_RANGE_M;
         let sighting = sighting_of_mark(mark, model);
         let association = match mark.kind {
-            LandmarkKind::Junction { shape } => self.associate(&sighting, landmarks.junctions(shape).filter(near), observation),
+            LandmarkKind::Junction { shape } => {
+                self.associate(&sighting, landmarks.junctions(shape).filter(near), observation)
+            }
             LandmarkKind::PenaltyCross => self.associate(&sighting, landmarks.crosses().filter(near), observation),
             LandmarkKind::CentreCircle => self.associate(&sighting, [Vec2::ZERO], observation),
             LandmarkKind::Line { .. } => None,

@@ -124,7 +124,8 @@ impl Localiser {
             return self.correct_by(robot, observation);
         }
         // Particles have no room for the error of the cameras: what they see is less certain.
-        let model = observation.camera.map_or(*observation.model, |camera| observation.model.with_camera_error(&camera));
+        let model =
+            observation.camera.map_or(*observation.model, |camera| observation.model.with_camera_error(&camera));
         self.correct_by(robot, &PitchObservation { model: &model, ..*observation });
     }
 

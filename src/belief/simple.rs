@@ -413,7 +413,8 @@ impl SimpleBeliefMemory {
         // Nor does who does not know where its cameras look, however often it looks.
         let camera = self.own.camera().zip(motion);
         let in_team = |place: Vec2, covariance: Mat2| {
-            let covariance = covariance + camera.map_or(Mat2::ZERO, |(error, motion)| error.covariance_at(place, motion));
+            let covariance =
+                covariance + camera.map_or(Mat2::ZERO, |(error, motion)| error.covariance_at(place, motion));
             place_covariance(turned(covariance) + estimate.covariance_at(forward.rotate(place)))
         };
         belief.pose = pose;
