@@ -4,7 +4,8 @@
 //! another in the same cycle. The schedule runs on one thread, and two systems whose order matters but is not
 //! declared are an error, so that the same scenario and seed always give the same match.
 //!
-//! Whoever owns the app drives the cycle: a loop, a test by hand ([`run_cycle`]), or `FixedUpdate`.
+//! Whoever owns the app drives the cycle: a loop, a test by hand ([`run_cycle`]), or `FixedUpdate`. Whoever decides for robots
+//! from outside the app stops it between its [halves](CycleHalf): [`perceive`] runs the first, and [`run_cycle`] the rest.
 
 use bevy::ecs::schedule::{LogLevel, ScheduleBuildSettings, ScheduleLabel, SingleThreadedExecutor};
 use bevy::prelude::*;
@@ -28,7 +29,10 @@ impl Default for CyclePlugin {
 
 impl Plugin for CyclePlugin {
     fn build(&self, app: &mut App) {
-        app.insert_resource(CycleClock { period_s: self.period_s, ..default() }).register_type::<CycleClock>();
+        app.insert_resource(CycleClock { period_s: self.period_s, ..default() })
+            .init_resource::<CyclePart>()
+            .register_type::<CycleClock>()
+            .register_type::<CyclePart>();
         app.init_schedule(Cycle).edit_schedule(Cycle, |schedule| {
             schedule.set_executor(SingleThreadedExecutor::new());
             schedule.set_build_settings(ScheduleBuildSettings { ambiguity_detection: LogLevel::Error, ..default() });
@@ -50,6 +54,23 @@ impl Plugin for CyclePlugin {
                 )
                     .chain(),
             );
+            schedule.configure_sets((
+                (CycleSystems::First, CycleSystems::Sense, CycleSystems::Communicate).in_set(CycleHalf::Perceive),
+                (
+                    CycleSystems::Act,
+                    CycleSystems::Move,
+                    CycleSystems::Kick,
+                    CycleSystems::RollBall,
+                    CycleSystems::Collide,
+                    CycleSystems::Officiate,
+                    CycleSystems::CheckInvariants,
+                    CycleSystems::Record,
+                    CycleSystems::Last,
+                )
+                    .in_set(CycleHalf::Act),
+                CycleHalf::Perceive.run_if(|part: Res<CyclePart>| *part != CyclePart::Act),
+                CycleHalf::Act.run_if(|part: Res<CyclePart>| *part != CyclePart::Perceive),
+            ));
             // Refusals are reported in one list, in this order.
             schedule.configure_sets(
                 (ActSystems::Say, ActSystems::Body, ActSystems::Head, ActSystems::Kick, ActSystems::Walk)
@@ -95,6 +116,29 @@ pub enum CycleSystems {
     Record,
     /// A place for whatever must come after everything.
     Last,
+}
+
+/// The halves of a cycle, between which [`perceive`] stops. Beliefs belong to the first, behaviours to the second. A system
+/// between two of the [`CycleSystems`] says which half it is of; one that does not runs with both.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum CycleHalf {
+    /// From the beginning to what robots believe.
+    Perceive,
+    /// From what behaviours decide to the end.
+    Act,
+}
+
+/// What of a cycle runs next.
+#[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[reflect(Resource, @Knowledge::Truth)]
+pub enum CyclePart {
+    /// All of it.
+    #[default]
+    Whole,
+    /// The first half.
+    Perceive,
+    /// The second half: the robots have perceived already.
+    Act,
 }
 
 /// The commands that are taken over in [`CycleSystems::Act`], in the order in which they are.
@@ -154,12 +198,26 @@ impl CycleClock {
     }
 }
 
-/// Runs one cycle of the match in `world`.
+/// Runs one cycle of the match in `world`, or the rest of the one that [`perceive`] has begun.
 ///
 /// # Panics
 /// When the [`CyclePlugin`] was not added, or when two systems of the schedule are ambiguous.
 pub fn run_cycle(world: &mut World) {
     world.run_schedule(Cycle);
+    world.insert_resource(CyclePart::Whole);
+}
+
+/// Begins a cycle: the clock advances, all robots sense, hear and update what they believe. What is decided for them until
+/// [`run_cycle`] ends the cycle is decided in it. Does nothing if they have perceived already.
+///
+/// # Panics
+/// As [`run_cycle`].
+pub fn perceive(world: &mut World) {
+    if *world.resource::<CyclePart>() != CyclePart::Act {
+        world.insert_resource(CyclePart::Perceive);
+        world.run_schedule(Cycle);
+        world.insert_resource(CyclePart::Act);
+    }
 }
 
 /// A system panicked in the middle of a cycle: the match is in no state to go on.
@@ -183,7 +241,9 @@ pub fn try_run_cycle(world: &mut World) -> Result<(), CyclePanic> {
             CyclePanic { message: words_of(&*payload) }
         })
     };
-    world.try_schedule_scope(Cycle, run).unwrap_or_else(|error| Err(CyclePanic { message: error.to_string() }))
+    let result = world.try_schedule_scope(Cycle, run);
+    world.insert_resource(CyclePart::Whole);
+    result.unwrap_or_else(|error| Err(CyclePanic { message: error.to_string() }))
 }
 
 fn words_of(panic: &(dyn Any + Send)) -> String {

@@ -34,6 +34,7 @@
 //! | have a sensor of your own | [`simulation::sensors`] |
 //! | have a rule of your own | [`simulation::rules`] |
 //! | add anything else | [`guide::extending`] |
+//! | decide for robots from outside the app | [`agents`] |
 //! | have all commands in a program of your own | [`cli::run`] |
 //! | know what happens, in a system of your own | [`events`] |
 //! | play thousands of matches | [`batch`] |
@@ -70,6 +71,7 @@
 //! | `scenario` `teams` | files, presets, validation; the built-in teams |
 //! | `simulation` | a match: its start, settings, saved state |
 //! | `record` | what is written of a match: traces, pictures, films |
+//! | `agents` | robots that programs outside decide for |
 //! | `batch` | many matches |
 //! | `trials` `figures` `viewer` | robots measured beside real ones; pictures of the paper; the window |
 //! | `cli` | the commands |
@@ -89,6 +91,7 @@
     )
 )]
 
+pub mod agents;
 pub mod appearance;
 pub mod ball;
 pub mod batch;

@@ -43,7 +43,7 @@ mod function;
 pub mod parameters;
 pub mod script;
 
-use crate::cycle::{Cycle, CycleSystems};
+use crate::cycle::{Cycle, CycleHalf, CycleSystems};
 use crate::knowledge::Knowledge;
 use barrier::{BarrierError, Breach};
 pub use function::{Behaviour, IntoBehaviour, behaviour};
@@ -57,13 +57,28 @@ impl Plugin for BehaviourPlugin {
         app.init_resource::<BehaviourRegistry>()
             .register_type::<script::Script>()
             .register_type::<Idle>()
+            .register_type::<Remote>()
             .add_plugins(drawings::DrawingsPlugin)
-            .configure_sets(Cycle, (DecideSystems::Believe, DecideSystems::Behave).chain().in_set(CycleSystems::Decide))
-            .add_systems(Cycle, script::run_scripts.in_set(CycleSystems::Decide).before(DecideSystems::Believe));
+            .configure_sets(
+                Cycle,
+                (
+                    DecideSystems::Believe.in_set(CycleHalf::Perceive),
+                    DecideSystems::Script.in_set(CycleHalf::Act),
+                    DecideSystems::Ask.in_set(CycleHalf::Act),
+                    DecideSystems::Behave.in_set(CycleHalf::Act),
+                )
+                    .chain()
+                    .in_set(CycleSystems::Decide),
+            )
+            .add_systems(Cycle, script::run_scripts.in_set(DecideSystems::Script));
         let mut registry = app.world_mut().resource_mut::<BehaviourRegistry>();
         registry.markers.insert(TypeId::of::<Idle>(), "idle".to_owned());
+        registry.markers.insert(TypeId::of::<Remote>(), REMOTE.to_owned());
         registry.behaviours.insert("idle".to_owned(), |robot| {
             robot.insert(Idle);
+        });
+        registry.behaviours.insert(REMOTE.to_owned(), |robot| {
+            robot.insert(Remote);
         });
     }
 }
@@ -73,6 +88,10 @@ impl Plugin for BehaviourPlugin {
 pub enum DecideSystems {
     /// Beliefs are updated from the sensors.
     Believe,
+    /// Scripts decide.
+    Script,
+    /// Programs decide, for robots that are [`Remote`].
+    Ask,
     /// Behaviours decide.
     Behave,
 }
@@ -85,6 +104,14 @@ struct BehaviourTurn(usize);
 #[derive(Component, Clone, Copy, Default, Debug, Reflect)]
 #[reflect(Component, @Knowledge::Belief)]
 pub struct Idle;
+
+/// The name of the behaviour of robots that are [`Remote`].
+pub const REMOTE: &str = "remote";
+
+/// Marks a robot for which somebody outside the app decides: a program, or whoever runs the cycles.
+#[derive(Component, Clone, Copy, Default, Debug, Reflect)]
+#[reflect(Component, @Knowledge::Belief)]
+pub struct Remote;
 
 /// A team that a scenario can line up by name.
 #[derive(Clone)]

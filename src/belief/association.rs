@@ -3,8 +3,9 @@
 use bevy::prelude::*;
 
 use super::camera_error::{CameraError, CameraMotion};
+use super::innovation::{Innovation, Measured};
 use super::line_sighting::SeenLine;
-use super::pose_estimate::{Innovation, Measured, PoseEstimate};
+use super::pose_estimate::PoseEstimate;
 use super::sighting::Sighting;
 use super::unscented::SigmaPoints;
 use crate::belief::localisation_method::KalmanFilter;

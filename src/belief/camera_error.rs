@@ -9,7 +9,7 @@ use bevy::math::ops;
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::pose_estimate::{CameraShare, Innovation, Measured};
+use super::innovation::{CameraShare, Innovation, Measured};
 use super::sighting::{LENS_HEIGHT_M, Sighting};
 use crate::geometry::unit;
 use crate::sensing::vision::GazeNoise;

@@ -5,13 +5,14 @@ use serde::{Deserialize, Serialize};
 
 use super::association::{Innovations, clearly_nearest};
 use super::camera_error::CameraError;
+use super::innovation::Innovation;
 use super::landmarks::{
     LandmarkModel, Landmarks, PitchObservation, halfway_pose, seen_goal, sighting_of_mark, sighting_of_post,
     waiting_pose,
 };
 use super::line_sighting::SeenLine;
 use super::localisation_method::KalmanFilter;
-use super::pose_estimate::{Innovation, PoseEstimate, StepError, pose_from_two};
+use super::pose_estimate::{PoseEstimate, StepError, pose_from_two};
 use super::sighting::Sighting;
 use super::unscented;
 use crate::geometry::Pose;

@@ -19,6 +19,7 @@ pub mod ball;
 pub mod camera_error;
 mod covariance;
 pub mod error;
+pub mod innovation;
 pub mod kalman_localiser;
 pub mod landmarks;
 pub mod line_sighting;

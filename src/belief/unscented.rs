@@ -8,7 +8,8 @@
 use bevy::math::{DMat3, DVec3, Mat3};
 use bevy::prelude::*;
 
-use super::pose_estimate::{Measured, PoseEstimate, StepError};
+use super::innovation::Measured;
+use super::pose_estimate::{PoseEstimate, StepError};
 use super::sighting::Residual;
 use crate::geometry::{Pose, wrap_angle};
 

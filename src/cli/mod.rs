@@ -27,6 +27,8 @@
 
 use bevy::app::{App, Plugins};
 use clap::{Parser, Subcommand};
+use std::env;
+use std::ffi::OsString;
 use std::io;
 use std::process::ExitCode;
 
@@ -93,8 +95,16 @@ enum Command {
 /// # Panics
 /// When `extend` does, such as for a behaviour that the barrier refuses.
 pub fn run(extend: impl Fn(&mut App) + Sync) -> ExitCode {
+    run_with(env::args_os(), extend)
+}
+
+/// As [`run`], with a command line of one's own; its first word is the program's name.
+///
+/// # Panics
+/// When `extend` does.
+pub fn run_with(words: impl IntoIterator<Item = OsString>, extend: impl Fn(&mut App) + Sync) -> ExitCode {
     let program = Program { extend: &extend };
-    let command_line = match CommandLine::try_parse() {
+    let command_line = match CommandLine::try_parse_from(words) {
         Ok(command_line) => command_line,
         Err(error) => return said_by_clap(&error),
     };

@@ -38,8 +38,10 @@ pub struct CurrentRecord {
     pub record: CycleRecord,
     /// What robots want in the cycle under way.
     commands: BTreeMap<RobotId, RobotCommand>,
-    /// When the record was gathered: a head's command that was given since then is a new one.
+    /// When the record was gathered, or could have been: a head's command that was given since then is a new one.
     gathered: Tick,
+    /// Whether it is gathered only when [`record_now`] asks for it: for whoever looks at a few cycles of a match.
+    is_on_demand: bool,
 }
 
 /// What is recorded of a robot, beside what it perceives.
@@ -120,10 +122,32 @@ impl RecordedMatch<'_, '_> {
 
 /// Gathers the record of the start, in place of any that is there.
 pub fn gather_start(world: &mut World) {
-    world.init_resource::<CurrentRecord>();
-    world.resource_mut::<CurrentRecord>().commands.clear();
+    world.insert_resource(CurrentRecord::default());
     // It fails only where there is no match.
     let _ = world.run_system_cached(gather_record);
+}
+
+/// From now on the record is gathered when somebody asks for it with [`record_now`], rather than in each cycle.
+pub fn gather_on_demand(world: &mut World) {
+    gather_start(world);
+    world.resource_mut::<CurrentRecord>().is_on_demand = true;
+}
+
+/// The record of the cycle that ended last, where it is gathered on demand.
+pub fn record_now(world: &mut World) -> &CycleRecord {
+    let is_stale = world.get_resource_or_init::<CurrentRecord>().is_on_demand;
+    if is_stale {
+        // It fails only where there is no match.
+        let _ = world.run_system_cached(gather_again);
+    }
+    &world.resource::<CurrentRecord>().record
+}
+
+/// Gathers the record once more, with the commands that were noted in its cycle.
+fn gather_again(mut current: ResMut<CurrentRecord>, recorded: RecordedMatch) {
+    let (commands, gathered) = (current.commands.clone(), current.gathered);
+    recorded.gather(&mut current);
+    (current.commands, current.gathered) = (commands, gathered);
 }
 
 pub(super) fn note_commands(
@@ -137,5 +161,9 @@ pub(super) fn note_commands(
 }
 
 pub(super) fn gather_record(mut current: ResMut<CurrentRecord>, recorded: RecordedMatch) {
-    recorded.gather(&mut current);
+    if current.is_on_demand {
+        current.gathered = recorded.ticks.this_run();
+    } else {
+        recorded.gather(&mut current);
+    }
 }

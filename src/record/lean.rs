@@ -17,6 +17,28 @@ const LEAST_DIGITS: usize = 3;
 const LARGEST: f64 = 1e10;
 /// A small number has at most so many places: what is smaller is nothing.
 const MOST_PLACES: usize = 12;
+/// Long enough for the largest number with all its places, a point and a sign.
+const LONGEST: usize = 32;
+
+/// The number that a trace has of one in single precision.
+pub fn lean_single(number: f32) -> f64 {
+    parsed(number.into(), |text| LeanNumbers.write_f32(text, number))
+}
+
+/// The number that a trace has of one in double precision.
+pub fn lean_double(number: f64) -> f64 {
+    parsed(number, |text| LeanNumbers.write_f64(text, number))
+}
+
+/// What is read of what is written; the number itself where that is nothing.
+fn parsed(number: f64, write: impl FnOnce(&mut &mut [u8]) -> io::Result<()>) -> f64 {
+    let mut text = [0; LONGEST];
+    let mut rest = &mut text[..];
+    let written = write(&mut rest);
+    let left = rest.len();
+    let text = core::str::from_utf8(&text[..LONGEST - left]).ok().filter(|_| written.is_ok());
+    text.and_then(|text| text.parse().ok()).unwrap_or(number)
+}
 
 const POWERS: [u64; MOST_PLACES + 1] = {
     let mut powers = [1; MOST_PLACES + 1];
@@ -50,9 +72,6 @@ impl Formatter for LeanNumbers {
 
 /// Writes a number with so many places at most, or more if it is small.
 fn write_number<W: ?Sized + Write>(writer: &mut W, number: f64, places: usize) -> io::Result<()> {
-    /// Long enough for the largest number with all its places, a point and a sign.
-    const LONGEST: usize = 32;
-
     let size = number.abs();
     if size >= LARGEST {
         return CompactFormatter.write_f64(writer, number);
@@ -134,6 +153,7 @@ mod tests {
             prop_assert_eq!(lean(read), text.clone());
             prop_assert_eq!(lean(f64::from(number)).parse::<f64>().map(lean).unwrap(), lean(f64::from(number)));
             prop_assert!(text.len() <= 15);
+            prop_assert_eq!((lean_single(number), lean_double(number.into())), (text.parse().unwrap(), lean(f64::from(number)).parse().unwrap()));
         }
     }
 }

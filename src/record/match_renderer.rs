@@ -93,6 +93,19 @@ impl MatchRenderer {
         if let Some((_, image)) = newest_image(world, id, side) {
             return Some(image.clone());
         }
+        let entity = world.resource::<Roster>().get(id)?;
+        let settings = world.get::<CameraSettings>(entity).copied().unwrap_or_default();
+        self.draw_view_of_robot(world, id, side, Layers { labels: settings.labels, depth: settings.depth })
+    }
+
+    /// What a robot's camera would see now, drawn with these layers. None of a robot that is not on the pitch.
+    pub fn draw_view_of_robot(
+        &mut self,
+        world: &mut World,
+        id: RobotId,
+        side: CameraSide,
+        layers: Layers,
+    ) -> Option<Image> {
         let robot = *self.scene.robot(id)?;
         let entity = world.resource::<Roster>().get(id)?;
         let settings = world.get::<CameraSettings>(entity).copied().unwrap_or_default();
@@ -102,7 +115,6 @@ impl MatchRenderer {
         // Before its first image it sees what it will see in that.
         let has_images = settings.renderer(world.get::<VisionSettings>(entity)).is_some();
         let design = if has_images { settings.design } else { RobotDesign::Nao };
-        let layers = Layers { labels: settings.labels, depth: settings.depth };
         Some(self.draw_shot(world, ImageRequest { view, design, layers, image: Image::default() }))
     }
 }

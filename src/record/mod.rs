@@ -33,4 +33,5 @@ pub mod video;
 mod video_file;
 pub mod vocabulary;
 
+pub use lean::{lean_double, lean_single};
 pub use plugin::RecordPlugin;

@@ -34,7 +34,7 @@ pub use sensors::{SensorApp, SensorRegistry};
 pub use settings::change_settings;
 pub use situation::situation;
 pub use snapshot::{Snapshot, SnapshotError};
-pub use spawn::{MatchEntity, resolved, start as start_match};
+pub use spawn::{MatchEntity, give_belief, resolved, start as start_match};
 
 use crate::ball::{BallPlugin, BallVelocity};
 use crate::behaviour::BehaviourPlugin;

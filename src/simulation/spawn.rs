@@ -9,10 +9,11 @@ use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity, Rolling};
 use crate::behaviour::BehaviourRegistry;
 use crate::behaviour::drawings::Drawings;
 use crate::behaviour::script::Script;
+use crate::belief::localisation_method::LocalisationMethod;
 use crate::belief::{Belief, SimpleBelief, team_from_pitch};
 use crate::collision::Contacts;
 use crate::communication::{Inbox, MessageStatistics, MessagesInFlight, Outbox};
-use crate::cycle::CycleClock;
+use crate::cycle::{CycleClock, CyclePart};
 use crate::events::{CycleEvents, MatchEvent};
 use crate::game::Game;
 use crate::geometry::{Pose, wrap_angle};
@@ -25,7 +26,7 @@ use crate::robot::body::BodyBounds;
 use crate::robot::head::{HeadAngles, HeadCommand};
 use crate::robot::kick::{KickCommand, KickPhase};
 use crate::robot::motion::{ExecutedStep, WalkCommand};
-use crate::robot::{PreviousPose, Velocity};
+use crate::robot::{PreviousPose, Roster, Velocity};
 use crate::scenario::wording::one_of;
 use crate::scenario::{BehaviourSpec, FieldPath, RobotSpec, Scenario, ScenarioFault};
 use crate::sensing::odometry::Odometry;
@@ -65,6 +66,7 @@ pub fn start(world: &mut World, scenario: &Scenario) -> Result<(), ScenarioFault
     world.insert_resource(MessagesInFlight::default());
     world.insert_resource(MessageStatistics::default());
     world.insert_resource(clock_of(scenario));
+    world.insert_resource(CyclePart::default());
     referee::start(world, &clock_of(scenario), &scenario.rules, scenario.seed, &scenario.interventions);
     world.insert_resource(CycleEvents::default());
     world.resource_mut::<Messages<MatchEvent>>().clear();
@@ -199,17 +201,39 @@ fn spawn_robot<'w>(world: &'w mut World, scenario: &Scenario, robot: &RobotSpec)
             if let Some(insert) = marker {
                 insert(&mut entity);
             }
-            // A robot is put down where its team knows that it will be.
-            if entity.contains::<Belief>() {
-                let own_end = entity.world().resource::<Game>().own_end(id.team);
-                entity.insert(Belief::at(team_from_pitch(robot.pose, own_end)));
-            }
-            if let Some(mut belief) = entity.get_mut::<SimpleBelief>() {
-                belief.localisation = robot.localisation.unwrap_or(scenario.localisation);
-                // How balls roll is known; where this one is, is not.
-                belief.ball.rolling = scenario.ball.as_ref().map_or_else(Rolling::default, |ball| ball.rolling);
-            }
+            begin_belief(&mut entity, robot.pose, robot.localisation.unwrap_or(scenario.localisation));
         }
     }
     entity
+}
+
+/// What a robot with a belief believes at the start, and how it localises itself. It is put down where its team knows that
+/// it will be.
+fn begin_belief(robot: &mut EntityWorldMut, pose: Pose, localisation: LocalisationMethod) {
+    let Some(id) = robot.get::<RobotId>().copied() else { return };
+    if robot.contains::<Belief>() {
+        let own_end = robot.world().resource::<Game>().own_end(id.team);
+        robot.insert(Belief::at(team_from_pitch(pose, own_end)));
+    }
+    // How balls roll is known; where this one is, is not.
+    let ball = robot.world().get_resource::<Scenario>().and_then(|scenario| scenario.ball);
+    if let Some(mut belief) = robot.get_mut::<SimpleBelief>() {
+        belief.localisation = localisation;
+        belief.ball.rolling = ball.map_or_else(Rolling::default, |ball| ball.rolling);
+    }
+}
+
+/// Gives a robot that has none the built-in belief, which begins where the robot is. Whether there is such a robot.
+pub fn give_belief(world: &mut World, id: RobotId) -> bool {
+    let Some(entity) = world.resource::<Roster>().get(id) else { return false };
+    let scenario = world.resource::<Scenario>();
+    let own = scenario.robots.iter().find(|robot| robot.id() == id).and_then(|robot| robot.localisation);
+    let localisation = own.unwrap_or(scenario.localisation);
+    let mut robot = world.entity_mut(entity);
+    if !robot.contains::<SimpleBelief>() {
+        let pose = robot.get::<Pose>().copied().unwrap_or_default();
+        robot.insert(SimpleBelief::default());
+        begin_belief(&mut robot, pose, localisation);
+    }
+    true
 }

@@ -2,6 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "a failed test may panic")]
 
 mod accepted_scenarios;
+mod agents;
 mod barrier;
 mod batch;
 mod behaviours;

@@ -1,0 +1,65 @@
+"""What the functions of the package are given, checked before it is passed on."""
+
+from __future__ import annotations
+
+import operator
+import os
+from collections.abc import Mapping
+from typing import Any, Union
+
+Scenario = Union[str, "os.PathLike[str]", Mapping[str, Any]]
+"""A built-in scenario's name, the path of a ``.ron`` or ``.json`` file, or the scenario itself."""
+
+LARGEST_SEED = 2**64 - 1
+
+
+def seed_of(seed: Any) -> int | None:
+    """The seed as a number of 64 bits, or None."""
+    if seed is None:
+        return None
+    try:
+        number = operator.index(seed)
+    except TypeError:
+        raise TypeError(f"seed: expected a whole number, not {seed!r}") from None
+    if not 0 <= number <= LARGEST_SEED:
+        raise ValueError(f"seed: {number} is out of range; expected 0 to {LARGEST_SEED}")
+    return number
+
+
+def count_of(count: Any, name: str, least: int = 1, most: int = 2**32) -> int:
+    """A whole number of things."""
+    try:
+        number = operator.index(count)
+    except TypeError:
+        raise TypeError(f"{name}: expected a whole number, not {count!r}") from None
+    if not least <= number <= most:
+        raise ValueError(f"{name}: {number} is out of range; expected {least} to {most}")
+    return number
+
+
+def word_of(word: Any, name: str) -> str | None:
+    """A word, or None."""
+    if word is None or isinstance(word, str):
+        return word
+    raise TypeError(f"{name}: expected a text, not {word!r}")
+
+
+def match_of(
+    scenario: Scenario,
+    seed: Any = None,
+    set: Mapping[str, Any] | None = None,
+    blue: str | None = None,
+    pink: str | None = None,
+    realism: str | None = None,
+) -> dict[str, Any]:
+    """What a match is made of, as the compiled part reads it."""
+    if set is not None and not isinstance(set, Mapping):
+        raise TypeError(f"set: expected a dictionary of fields and their values, not {set!r}")
+    return {
+        "scenario": dict(scenario) if isinstance(scenario, Mapping) else scenario,
+        "seed": seed_of(seed),
+        "set": None if set is None else dict(set),
+        "blue": word_of(blue, "blue"),
+        "pink": word_of(pink, "pink"),
+        "realism": word_of(realism, "realism"),
+    }

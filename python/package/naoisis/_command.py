@@ -1,0 +1,19 @@
+"""The command ``naoisis``."""
+
+from __future__ import annotations
+
+import signal
+import sys
+
+from naoisis import _naoisis
+
+
+def main() -> int:
+    """Carries out the command line, as the program of the same name does. Returns its exit status."""
+    # The command closes its files itself when it is interrupted.
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    return _naoisis.command(["naoisis", *sys.argv[1:]])
+
+
+if __name__ == "__main__":
+    sys.exit(main())

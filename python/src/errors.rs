@@ -1,0 +1,67 @@
+//! Exceptions: those of Rust as the package's own, with the place of what is wrong.
+
+use naoisis::cycle::CyclePanic;
+use naoisis::record::read::TraceError;
+use naoisis::scenario::ScenarioError;
+use naoisis::simulation::SnapshotError;
+use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
+use pyo3::types::PyType;
+
+/// The module in which the exceptions are defined.
+const MODULE: &str = "naoisis.errors";
+
+/// A scenario that is wrong, with the file, line, column and field, and what was expected.
+pub fn scenario_error(py: Python<'_>, error: &ScenarioError) -> PyErr {
+    static CLASS: PyOnceLock<Py<PyType>> = PyOnceLock::new();
+    let field = error.path().map(ToString::to_string).filter(|field| !field.is_empty());
+    let (place, expected) = ((error.line(), error.column()), error.expected());
+    made(
+        CLASS
+            .import(py, MODULE, "ScenarioError")
+            .and_then(|class| class.call1((error.to_string(), error.file(), place.0, place.1, field, expected))),
+    )
+}
+
+/// A trace that cannot be read, with the file, line and column.
+pub fn trace_error(py: Python<'_>, error: &TraceError) -> PyErr {
+    static CLASS: PyOnceLock<Py<PyType>> = PyOnceLock::new();
+    let (path, place) = match error {
+        TraceError::Line { path, line, column, .. } => (Some(path.clone()), Some((*line, *column))),
+        TraceError::Io { path, .. } => (Some(path.clone()), None),
+        _ => (None, None),
+    };
+    let (line, column) = (place.map(|place| place.0), place.map(|place| place.1));
+    let file = path.map(|path| path.display().to_string());
+    made(CLASS.import(py, MODULE, "TraceError").and_then(|class| class.call1((error.to_string(), file, line, column))))
+}
+
+/// A snapshot that is none, or cannot be taken.
+pub fn snapshot_error(py: Python<'_>, message: &str) -> PyErr {
+    static CLASS: PyOnceLock<Py<PyType>> = PyOnceLock::new();
+    made(CLASS.import(py, MODULE, "SnapshotError").and_then(|class| class.call1((message,))))
+}
+
+/// A match that cannot do what it is asked to.
+pub fn match_error(py: Python<'_>, message: &str) -> PyErr {
+    static CLASS: PyOnceLock<Py<PyType>> = PyOnceLock::new();
+    made(CLASS.import(py, MODULE, "MatchError").and_then(|class| class.call1((message,))))
+}
+
+/// A snapshot's error as an exception.
+pub fn of_snapshot(py: Python<'_>, error: &SnapshotError) -> PyErr {
+    snapshot_error(py, &error.to_string())
+}
+
+/// A panic in a match as an exception.
+pub fn of_panic(py: Python<'_>, panic: &CyclePanic) -> PyErr {
+    match_error(py, &panic.to_string())
+}
+
+/// The exception that was made, or what went wrong while it was.
+fn made(exception: PyResult<Bound<'_, PyAny>>) -> PyErr {
+    match exception {
+        Ok(exception) => PyErr::from_value(exception),
+        Err(error) => error,
+    }
+}

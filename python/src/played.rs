@@ -1,0 +1,378 @@
+//! One match: played, looked at, saved.
+
+use bevy::ecs::world::World;
+use naoisis::belief::Belief;
+use naoisis::camera_model::CameraSide;
+use naoisis::cycle::{CycleClock, try_run_cycle};
+use naoisis::events::{CycleEvents, MatchEvent};
+use naoisis::game::{Game, GameState};
+use naoisis::record::beliefs::BeliefRecorder;
+use naoisis::record::gather::{gather_on_demand, record_now};
+use naoisis::record::match_renderer::{MatchRenderer, view_of_field};
+use naoisis::record::picture_recorder::PictureRecorder;
+use naoisis::record::recorder::{self, EndReason, Recorder, Recorders};
+use naoisis::record::trace::TraceRecorder;
+use naoisis::record::video::VideoRecorder;
+use naoisis::record::vocabulary::Perceived;
+use naoisis::robot::Roster;
+use naoisis::scenario::Scenario;
+use naoisis::sensing::camera::image::{Image, Layers};
+use naoisis::simulation::{Snapshot, resolved};
+use naoisis::team::RobotId;
+use numpy::{PyArray1, PyArrayMethods};
+use pyo3::exceptions::{PyOSError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict, PyList};
+use std::path::PathBuf;
+use std::sync::{Mutex, TryLockError};
+use std::time::{Duration, Instant};
+
+use crate::errors::{match_error, of_panic, of_snapshot, snapshot_error};
+use crate::simulator::{self, Made};
+use crate::values::{Digits, to_python};
+
+/// How long a match goes on before Python may see whether it was interrupted.
+const BETWEEN_SIGNALS: Duration = Duration::from_millis(50);
+/// Cycles between two looks at the wall clock.
+const CYCLES_PER_LOOK: u64 = 8;
+
+/// A match. Python has its documentation where it wraps this.
+#[pyclass(frozen, module = "naoisis._naoisis")]
+pub struct Match(Mutex<Played>);
+
+/// The match, and what was last seen of it.
+struct Played {
+    world: World,
+    renderer: MatchRenderer,
+    /// The cycle that the renderer has looked at.
+    seen: Option<u64>,
+    /// What has happened since the last call began, and when, s.
+    events: Vec<(f64, MatchEvent)>,
+    /// The panic that ended it.
+    panic: Option<String>,
+}
+
+impl Played {
+    fn new(world: World) -> Self {
+        Self { world, renderer: MatchRenderer::default(), seen: None, events: Vec::new(), panic: None }
+    }
+
+    fn cycle(&self) -> u64 {
+        self.world.resource::<CycleClock>().cycle
+    }
+
+    /// Whether the final whistle has gone, or the scenario's time is over.
+    fn is_finished(&self) -> bool {
+        let last_cycle = self.world.get_resource::<Scenario>().and_then(Scenario::last_cycle);
+        self.world.resource::<Game>().state == GameState::Finished
+            || last_cycle.is_some_and(|last| self.cycle() >= last)
+    }
+
+    fn is_recording_broken(&self) -> bool {
+        self.world.get_resource::<Recorders>().is_some_and(Recorders::has_failed)
+    }
+
+    /// Plays up to `most` cycles, until the match is over, or for a moment. How many there were.
+    fn play(&mut self, most: u64) -> Result<u64, naoisis::cycle::CyclePanic> {
+        let until = Instant::now() + BETWEEN_SIGNALS;
+        let mut cycles = 0;
+        while cycles < most && !self.is_finished() && !self.is_recording_broken() {
+            if let Err(panic) = try_run_cycle(&mut self.world) {
+                self.panic = Some(panic.to_string());
+                return Err(panic);
+            }
+            cycles += 1;
+            let time_s = self.world.resource::<CycleClock>().end_time_s();
+            let events = self.world.resource::<CycleEvents>().iter();
+            self.events.extend(events.map(|event| (time_s, event.clone())));
+            if cycles.is_multiple_of(CYCLES_PER_LOOK) && Instant::now() >= until {
+                break;
+            }
+        }
+        Ok(cycles)
+    }
+
+    fn robot(&self, py: Python<'_>, id: RobotId) -> PyResult<bevy::ecs::entity::Entity> {
+        let roster = self.world.resource::<Roster>();
+        roster.get(id).ok_or_else(|| {
+            let known: Vec<String> = roster.iter().map(|(id, _)| id.to_string()).collect();
+            match_error(py, &format!("there is no robot `{id}`; expected one of {}", known.join(", ")))
+        })
+    }
+
+    /// A picture of a robot's camera: the newest that the match rendered, unless other layers are wanted than that has.
+    fn picture(&mut self, py: Python<'_>, id: RobotId, side: CameraSide, layers: Layers) -> PyResult<Image> {
+        self.robot(py, id)?;
+        self.look();
+        let newest = self.renderer.through_the_eyes_of(&mut self.world, id, side);
+        let is_enough = |image: &Image| {
+            (!layers.labels || !image.labels.is_empty()) && (!layers.depth || !image.depth_m.is_empty())
+        };
+        let image = match newest {
+            Some(image) if is_enough(&image) => Some(image),
+            _ => self.renderer.draw_view_of_robot(&mut self.world, id, side, layers),
+        };
+        image.ok_or_else(|| match_error(py, &format!("the robot `{id}` is not on the pitch, and sees nothing")))
+    }
+
+    /// Lets the renderer look at the match as it is.
+    fn look(&mut self) {
+        let now = Some(self.cycle());
+        if self.seen != now {
+            self.renderer.look(&mut self.world);
+            self.seen = now;
+        }
+    }
+}
+
+/// A robot such as `blue2`.
+fn robot_id(word: &str) -> PyResult<RobotId> {
+    word.parse().map_err(|error: naoisis::team::NotARobotId| PyValueError::new_err(error.to_string()))
+}
+
+fn camera_side(word: &str) -> PyResult<CameraSide> {
+    match word {
+        "top" => Ok(CameraSide::Top),
+        "bottom" => Ok(CameraSide::Bottom),
+        _ => Err(PyValueError::new_err(format!("there is no camera {word:?}; expected 'top' or 'bottom'"))),
+    }
+}
+
+/// An array of rows, columns and, if there are several, channels.
+fn array<'py, T: numpy::Element>(
+    py: Python<'py>,
+    values: Vec<T>,
+    image: [u32; 2],
+    channels: usize,
+) -> PyResult<Bound<'py, PyAny>> {
+    let [width, height] = image.map(|pixels| pixels as usize);
+    let flat = PyArray1::from_vec(py, values);
+    Ok(match channels {
+        1 => flat.reshape([height, width])?.into_any(),
+        _ => flat.reshape([height, width, channels])?.into_any(),
+    })
+}
+
+impl Match {
+    /// Has something done with the match, which nobody else may be playing meanwhile.
+    fn with<T>(&self, py: Python<'_>, act: impl FnOnce(&mut Played) -> PyResult<T>) -> PyResult<T> {
+        match self.0.try_lock() {
+            Ok(mut played) => {
+                if let Some(panic) = &played.panic {
+                    return Err(match_error(py, &format!("the match was broken off: {panic}")));
+                }
+                act(&mut played)
+            }
+            Err(TryLockError::WouldBlock) => {
+                Err(match_error(py, "another thread is playing this match; expected one at a time"))
+            }
+            Err(TryLockError::Poisoned(_)) => Err(match_error(py, "the match was broken off by an error")),
+        }
+    }
+}
+
+#[pymethods]
+impl Match {
+    #[new]
+    fn new(py: Python<'_>, made: Made<'_>) -> PyResult<Self> {
+        let file = made.file(py)?;
+        let mut world = simulator::world();
+        simulator::start(py, &mut world, &file)?;
+        gather_on_demand(&mut world);
+        Ok(Self(Mutex::new(Played::new(world))))
+    }
+
+    #[staticmethod]
+    fn restore(py: Python<'_>, snapshot: &[u8]) -> PyResult<Self> {
+        let mut world = simulator::world();
+        let snapshot = Snapshot::from_bytes(snapshot, &world)
+            .map_err(|message| snapshot_error(py, &format!("{message}; expected the bytes of a snapshot")))?;
+        snapshot.restore(&mut world).map_err(|error| of_snapshot(py, &error))?;
+        gather_on_demand(&mut world);
+        Ok(Self(Mutex::new(Played::new(world))))
+    }
+
+    fn snapshot<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        self.with(py, |played| {
+            let snapshot = Snapshot::take(&mut played.world).map_err(|error| of_snapshot(py, &error))?;
+            let bytes = snapshot.to_bytes(&played.world).map_err(|message| snapshot_error(py, &message))?;
+            Ok(PyBytes::new(py, &bytes))
+        })
+    }
+
+    /// Plays up to so many cycles, or to the end, unless Python is interrupted. How many there were.
+    fn play(&self, py: Python<'_>, most: u64) -> PyResult<u64> {
+        self.with(py, |played| {
+            played.events.clear();
+            let mut cycles = 0;
+            loop {
+                let some = py.detach(|| played.play(most - cycles)).map_err(|panic| of_panic(py, &panic))?;
+                cycles += some;
+                if some == 0 || cycles == most {
+                    return Ok(cycles);
+                }
+                py.check_signals()?;
+            }
+        })
+    }
+
+    #[getter]
+    fn cycle(&self, py: Python<'_>) -> PyResult<u64> {
+        self.with(py, |played| Ok(played.cycle()))
+    }
+
+    #[getter]
+    fn time_s(&self, py: Python<'_>) -> PyResult<f64> {
+        self.with(py, |played| Ok(played.world.resource::<CycleClock>().end_time_s()))
+    }
+
+    #[getter]
+    fn cycle_s(&self, py: Python<'_>) -> PyResult<f64> {
+        self.with(py, |played| Ok(played.world.resource::<CycleClock>().period_s))
+    }
+
+    #[getter]
+    fn finished(&self, py: Python<'_>) -> PyResult<bool> {
+        self.with(py, |played| Ok(played.is_finished()))
+    }
+
+    #[getter]
+    fn score<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.with(py, |played| to_python(py, &played.world.resource::<Game>().score, Digits::Lean))
+    }
+
+    #[getter]
+    fn robots(&self, py: Python<'_>) -> PyResult<Vec<String>> {
+        self.with(py, |played| Ok(played.world.resource::<Roster>().iter().map(|(id, _)| id.to_string()).collect()))
+    }
+
+    #[getter]
+    fn events<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
+        self.with(py, |played| {
+            let list = PyList::empty(py);
+            for (time_s, event) in &played.events {
+                let event = to_python(py, event, Digits::Lean)?;
+                event.cast::<PyDict>().map_err(PyErr::from)?.set_item("time_s", *time_s)?;
+                list.append(event)?;
+            }
+            Ok(list)
+        })
+    }
+
+    #[getter]
+    fn scenario<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.with(py, |played| {
+            let scenario = resolved(&played.world, played.world.resource::<Scenario>());
+            to_python(py, &scenario, Digits::All)
+        })
+    }
+
+    #[getter]
+    fn realism(&self, py: Python<'_>) -> PyResult<String> {
+        self.with(py, |played| Ok(played.world.resource::<Scenario>().realism_in_words()))
+    }
+
+    fn truth<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.with(py, |played| to_python(py, record_now(&mut played.world), Digits::Lean))
+    }
+
+    fn perception<'py>(&self, py: Python<'py>, robot: &str) -> PyResult<Bound<'py, PyAny>> {
+        let id = robot_id(robot)?;
+        self.with(py, |played| {
+            let robot = played.robot(py, id)?;
+            let mut robots = played.world.query::<Perceived>();
+            let perceived = robots.get(&played.world, robot).map(|robot| robot.perception()).ok();
+            to_python(py, &perceived, Digits::Lean)
+        })
+    }
+
+    fn belief<'py>(&self, py: Python<'py>, robot: &str) -> PyResult<Bound<'py, PyAny>> {
+        let id = robot_id(robot)?;
+        self.with(py, |played| {
+            let robot = played.robot(py, id)?;
+            to_python(py, &played.world.get::<Belief>(robot), Digits::Lean)
+        })
+    }
+
+    fn image<'py>(&self, py: Python<'py>, robot: &str, camera: &str) -> PyResult<Bound<'py, PyAny>> {
+        let (id, side) = (robot_id(robot)?, camera_side(camera)?);
+        let image = self.with(py, |played| played.picture(py, id, side, Layers::default()))?;
+        array(py, image.rgb, [image.width, image.height], 3)
+    }
+
+    fn labels<'py>(&self, py: Python<'py>, robot: &str, camera: &str) -> PyResult<Bound<'py, PyAny>> {
+        let (id, side) = (robot_id(robot)?, camera_side(camera)?);
+        let layers = Layers { labels: true, depth: false };
+        let image = self.with(py, |played| played.picture(py, id, side, layers))?;
+        array(py, image.labels, [image.width, image.height], 1)
+    }
+
+    fn depth<'py>(&self, py: Python<'py>, robot: &str, camera: &str) -> PyResult<Bound<'py, PyAny>> {
+        let (id, side) = (robot_id(robot)?, camera_side(camera)?);
+        let layers = Layers { labels: false, depth: true };
+        let image = self.with(py, |played| played.picture(py, id, side, layers))?;
+        array(py, image.depth_m, [image.width, image.height], 1)
+    }
+
+    fn field_image<'py>(&self, py: Python<'py>, width: u32, height: u32) -> PyResult<Bound<'py, PyAny>> {
+        /// Larger pictures are nobody's.
+        const LARGEST: u32 = 8192;
+
+        if !(1..=LARGEST).contains(&width) || !(1..=LARGEST).contains(&height) {
+            let message = format!("a picture of {width} x {height} pixels cannot be drawn; expected 1 to {LARGEST}");
+            return Err(PyValueError::new_err(message));
+        }
+        let image = self.with(py, |played| {
+            played.look();
+            let view = view_of_field(&played.renderer.scene().pitch, [width, height]);
+            Ok(played.renderer.draw(&mut played.world, &view))
+        })?;
+        array(py, image.rgb, [image.width, image.height], 3)
+    }
+
+    /// Writes the match down from now on.
+    fn record(
+        &self,
+        py: Python<'_>,
+        trace: Option<PathBuf>,
+        beliefs: Option<PathBuf>,
+        video: Option<PathBuf>,
+    ) -> PyResult<()> {
+        self.with(py, |played| {
+            if played.world.contains_resource::<Recorders>() {
+                return Err(match_error(py, "the match is being recorded already; expected `close()` before"));
+            }
+            let mut recorders: Vec<Box<dyn Recorder>> = Vec::new();
+            let failed = |error: recorder::RecordError| PyOSError::new_err(error.to_string());
+            if let Some(path) = video {
+                let cycle_s = played.world.resource::<CycleClock>().period_s;
+                let video = Some(VideoRecorder::create(&path, 1, Vec::new(), cycle_s).map_err(failed)?);
+                recorders.push(Box::new(PictureRecorder { video, ..PictureRecorder::default() }));
+            }
+            if let Some(path) = trace {
+                recorders.push(Box::new(TraceRecorder::create(&path).map_err(failed)?));
+            }
+            if let Some(path) = beliefs {
+                recorders.push(Box::new(BeliefRecorder::create(&path).map_err(failed)?));
+            }
+            recorder::start(&mut played.world, recorders);
+            Ok(())
+        })
+    }
+
+    /// Ends what is being recorded. What the records have to say.
+    fn close(&self, py: Python<'_>) -> PyResult<Vec<String>> {
+        self.with(py, |played| {
+            let reason = match played.world.resource::<Game>().state {
+                GameState::Finished => EndReason::FinalWhistle,
+                _ if played.is_finished() => EndReason::Duration,
+                _ => EndReason::Interrupted,
+            };
+            let said = recorder::finish(&mut played.world, reason);
+            gather_on_demand(&mut played.world);
+            let said: Result<Vec<_>, _> = said.into_iter().collect();
+            let said = said.map_err(|error| PyOSError::new_err(error.to_string()))?;
+            Ok(said.into_iter().flatten().collect())
+        })
+    }
+}

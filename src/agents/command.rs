@@ -1,0 +1,102 @@
+//! Commands from outside: read and checked, whoever sends them.
+
+use serde_json::Value;
+
+use super::RobotCommand;
+use crate::scenario::{FieldPath, read_settings};
+
+/// What is wrong with a command.
+#[derive(Clone, PartialEq, Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum CommandError {
+    /// It is no JSON.
+    #[error("{0}; expected a JSON object")]
+    NotJson(String),
+    /// It has a field that it should not have, or a value that is not what it should be.
+    #[error("{message}; expected {expected}")]
+    Malformed {
+        /// Where in it, such as `walk` or `say.ball_m`.
+        field: String,
+        /// What is wrong.
+        message: String,
+        /// What was expected.
+        expected: String,
+    },
+    /// It has a number that is not finite in single precision.
+    #[error("`{0}` has a number that is not finite; expected finite numbers, of single precision (at most 3.4e38)")]
+    NotFinite(&'static str),
+}
+
+impl RobotCommand {
+    /// Reads a command, as a trace has it.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn from_json(text: &[u8]) -> Result<Self, CommandError> {
+        match serde_json::from_slice::<Self>(text) {
+            Ok(command) => command.checked(),
+            // Read again, for words that help.
+            Err(error) => match serde_json::from_slice::<Value>(text) {
+                Ok(value) => Self::from_value(&value),
+                Err(_) => Err(CommandError::NotJson(error.to_string())),
+            },
+        }
+    }
+
+    /// Reads a command from a value.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn from_value(value: &Value) -> Result<Self, CommandError> {
+        let read = read_settings::<Self>(value, &FieldPath::default());
+        let read = read.map_err(|fault| CommandError::Malformed {
+            field: fault.path.to_string(),
+            message: fault.message,
+            expected: fault.expected,
+        });
+        read.and_then(Self::checked)
+    }
+
+    /// The command, if every number in it is finite.
+    ///
+    /// # Errors
+    /// Which part is not.
+    pub fn checked(self) -> Result<Self, CommandError> {
+        let Self { walk, head, kick, posture: _, say } = &self;
+        let parts = [
+            ("walk", walk.is_none_or(|walk| [walk.dx, walk.dy, walk.dtheta].iter().all(|part| part.is_finite()))),
+            ("head_deg", head.is_none_or(|head| head.yaw.is_finite() && head.pitch.is_finite())),
+            ("kick", kick.is_none_or(|kick| kick.speed.is_finite())),
+            ("say", say.as_ref().is_none_or(|say| say.is_finite())),
+        ];
+        match parts.into_iter().find(|(_, is_finite)| !is_finite) {
+            Some((part, _)) => Err(CommandError::NotFinite(part)),
+            None => Ok(self),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn error(text: &str) -> CommandError {
+        RobotCommand::from_json(text.as_bytes()).unwrap_err()
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_command_is_said_with_its_place() {
+        assert_eq!(RobotCommand::from_json(b"{}"), Ok(RobotCommand::default()));
+        let misspelt = error(r#"{ "wlak": [0, 0, 0] }"#).to_string();
+        assert!(misspelt.contains("there is no field `wlak`: did you mean `walk`?"), "{misspelt}");
+        let CommandError::Malformed { field, expected, .. } = error(r#"{ "say": { "ball_m": "here" } }"#) else {
+            panic!("no wrong field")
+        };
+        assert_eq!((field.as_str(), expected.as_str()), ("say.ball_m", "a list of two numbers, [x m, y m]"));
+        assert!(matches!(error(r#"{ "walk": [0.0, 0.0] }"#), CommandError::Malformed { .. }));
+        assert!(matches!(error("[]"), CommandError::Malformed { .. }));
+        assert!(matches!(error("hello"), CommandError::NotJson(_)));
+        assert!(matches!(error(r#"{ "walk": [NaN, 0, 0] }"#), CommandError::NotJson(_)));
+        assert_eq!(error(r#"{ "head_deg": [1e300, 0] }"#), CommandError::NotFinite("head_deg"));
+    }
+}
