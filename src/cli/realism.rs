@@ -17,7 +17,7 @@ const FAR: f64 = 0.15;
 /// Arguments of `naoisis realism`.
 #[derive(Args, Debug, Clone)]
 pub struct RealismArguments {
-    /// A model of a robot (see `naoisis list models`) [default: a table for each]
+    /// A model of a robot (see `naoisis list robots`) [default: a table for each]
     #[arg(long, value_name = "MODEL")]
     robot: Option<String>,
     /// How often each walk and kick is repeated, with another seed

@@ -201,7 +201,8 @@ fn spawn_robot<'w>(world: &'w mut World, scenario: &Scenario, robot: &RobotSpec)
             if let Some(insert) = marker {
                 insert(&mut entity);
             }
-            begin_belief(&mut entity, robot.pose, robot.localisation.unwrap_or(scenario.localisation));
+            let localisation = robot.localisation.unwrap_or(scenario.localisation);
+            begin_belief(&mut entity, robot.pose, localisation, rolling_in(scenario));
         }
     }
     entity
@@ -209,18 +210,21 @@ fn spawn_robot<'w>(world: &'w mut World, scenario: &Scenario, robot: &RobotSpec)
 
 /// What a robot with a belief believes at the start, and how it localises itself. It is put down where its team knows that
 /// it will be.
-fn begin_belief(robot: &mut EntityWorldMut, pose: Pose, localisation: LocalisationMethod) {
+fn begin_belief(robot: &mut EntityWorldMut, pose: Pose, localisation: LocalisationMethod, rolling: Rolling) {
     let Some(id) = robot.get::<RobotId>().copied() else { return };
     if robot.contains::<Belief>() {
         let own_end = robot.world().resource::<Game>().own_end(id.team);
         robot.insert(Belief::at(team_from_pitch(pose, own_end)));
     }
-    // How balls roll is known; where this one is, is not.
-    let ball = robot.world().get_resource::<Scenario>().and_then(|scenario| scenario.ball);
     if let Some(mut belief) = robot.get_mut::<SimpleBelief>() {
         belief.localisation = localisation;
-        belief.ball.rolling = ball.map_or_else(Rolling::default, |ball| ball.rolling);
+        belief.ball.rolling = rolling;
     }
+}
+
+/// How balls roll in a scenario: that is known to everybody.
+fn rolling_in(scenario: &Scenario) -> Rolling {
+    scenario.ball.as_ref().map_or_else(Rolling::default, |ball| ball.rolling)
 }
 
 /// Gives a robot that has none the built-in belief, which begins where the robot is. Whether there is such a robot.
@@ -229,11 +233,12 @@ pub fn give_belief(world: &mut World, id: RobotId) -> bool {
     let scenario = world.resource::<Scenario>();
     let own = scenario.robots.iter().find(|robot| robot.id() == id).and_then(|robot| robot.localisation);
     let localisation = own.unwrap_or(scenario.localisation);
+    let rolling = rolling_in(scenario);
     let mut robot = world.entity_mut(entity);
     if !robot.contains::<SimpleBelief>() {
         let pose = robot.get::<Pose>().copied().unwrap_or_default();
         robot.insert(SimpleBelief::default());
-        begin_belief(&mut robot, pose, localisation);
+        begin_belief(&mut robot, pose, localisation, rolling);
     }
     true
 }
