@@ -38,6 +38,7 @@ use crate::simulation::NaoisisPlugins;
 mod batch;
 mod begin;
 mod beliefs;
+mod calibrate;
 mod check;
 mod figures;
 mod interrupt;
@@ -85,6 +86,8 @@ enum Command {
     List(list::ListArguments),
     /// Measure what simulated robots do when they are realistic, beside what real ones do
     Realism(realism::RealismArguments),
+    /// Find a robot's figures from logs of what it did
+    Calibrate(calibrate::CalibrateArguments),
     /// Measure image vision: what it finds in pictures of random scenes, against what is there
     Vision(vision::VisionArguments),
 }
@@ -117,6 +120,7 @@ pub fn run_with(words: impl IntoIterator<Item = OsString>, extend: impl Fn(&mut 
         Some(Command::Figures(arguments)) => figures::figures(&arguments),
         Some(Command::List(arguments)) => list::list(&arguments, program.simulator_with(RecordPlugin).world()),
         Some(Command::Realism(arguments)) => realism::realism(&arguments),
+        Some(Command::Calibrate(arguments)) => calibrate::calibrate(&arguments),
         Some(Command::Vision(arguments)) => vision::vision(&arguments),
         None => play::play(program, &play::PlayArguments::default()),
     }

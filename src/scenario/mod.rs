@@ -12,6 +12,7 @@
 //! Whatever is wrong on the way is a [`ScenarioError`] that points at the line and column and says what was expected.
 
 mod build;
+mod bytes;
 mod error;
 mod fault;
 mod field_path;
@@ -43,7 +44,7 @@ pub use format::Format;
 pub use leagues::{LEAGUES, League};
 pub use library::{LIBRARY, LibraryScenario};
 pub(crate) use load::read_settings;
-pub use models::{MODELS, RobotModel};
+pub use models::{MODELS, ModelError, RobotModel};
 pub use preset::Preset;
 pub use presets::{BALL_PRESETS, FIELD_PRESETS, RULES_PRESETS};
 pub use realism::{Realism, Realisms};
