@@ -2,6 +2,7 @@
 
 import threading
 import warnings
+from pathlib import Path
 
 import gymnasium
 import numpy as np
@@ -10,6 +11,7 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode
 
 import naoisis
+import naoisis.tables
 
 TASKS = list(naoisis.tasks())
 
@@ -45,6 +47,11 @@ def test_every_number_has_a_name_and_every_choice_does_what_it_says(action):
     ahead = cos * way[names.index("own.x")] + sin * way[names.index("own.y")]
     # 30 cycles at 0.2 m/s.
     assert ahead == pytest.approx(0.2, abs=0.01)
+
+
+def test_the_page_of_the_repository_is_that_of_the_lists():
+    page = Path(__file__).parent.parent / "OBSERVATIONS.md"
+    assert page.read_text() == naoisis.tables.page(), "write it anew: python -m naoisis.tables > OBSERVATIONS.md"
 
 
 def test_perceptions_are_those_of_the_match():

@@ -47,7 +47,9 @@ class MatchEnv(gymnasium.Env):
 
     Attributes:
         observation_names: The names of the numbers of an observation.
+        observation_entries: For each its name, least and greatest value, and what it says.
         action_names: The names of the numbers of an action, or of what can be chosen, list by list.
+        reward_weights: How much each part of the reward counts.
     """
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": 10}
@@ -88,7 +90,9 @@ class MatchEnv(gymnasium.Env):
         self.observation_space = self._worlds.observation_space
         self.action_space = self._worlds.action_space
         self.observation_names = self._worlds.observation_names
+        self.observation_entries = self._worlds.observation_entries
         self.action_names = self._worlds.action_names
+        self.reward_weights = self._worlds.inner.reward
         self.metadata = {**self.metadata, "render_fps": round(1 / self._worlds.step_s)}
         self._has_seed = False
 
