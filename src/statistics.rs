@@ -1,10 +1,12 @@
 //! Means and shares with their confidence intervals.
 
+use serde::Serialize;
+
 /// The quantile of the standard normal distribution for a two-sided confidence of 95 %.
 const Z_95: f64 = 1.959_963_984_540_054;
 
 /// A value and the interval in which the truth lies with 95 % confidence.
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct Estimate {
     /// The value.
     pub value: f64,

@@ -1,6 +1,7 @@
 //! Exceptions: those of Rust as the package's own, with the place of what is wrong.
 
 use naoisis::cycle::CyclePanic;
+use naoisis::record::read::TraceError;
 use naoisis::scenario::ScenarioError;
 use naoisis::simulation::SnapshotError;
 use pyo3::prelude::*;
@@ -20,6 +21,19 @@ pub fn scenario_error(py: Python<'_>, error: &ScenarioError) -> PyErr {
             .import(py, MODULE, "ScenarioError")
             .and_then(|class| class.call1((error.to_string(), error.file(), place.0, place.1, field, expected))),
     )
+}
+
+/// A trace that cannot be read, with the file, line and column.
+pub fn trace_error(py: Python<'_>, error: &TraceError) -> PyErr {
+    static CLASS: PyOnceLock<Py<PyType>> = PyOnceLock::new();
+    let (path, place) = match error {
+        TraceError::Line { path, line, column, .. } => (Some(path.clone()), Some((*line, *column))),
+        TraceError::Io { path, .. } => (Some(path.clone()), None),
+        _ => (None, None),
+    };
+    let (line, column) = (place.map(|place| place.0), place.map(|place| place.1));
+    let file = path.map(|path| path.display().to_string());
+    made(CLASS.import(py, MODULE, "TraceError").and_then(|class| class.call1((error.to_string(), file, line, column))))
 }
 
 /// A snapshot that is none, or cannot be taken.

@@ -5,9 +5,11 @@ use pyo3::prelude::*;
 use std::ffi::OsString;
 use std::process::ExitCode;
 
+mod batches;
 mod errors;
 mod played;
 mod simulator;
+mod traces;
 mod values;
 
 /// Carries out a command line. Its exit status.
@@ -28,9 +30,13 @@ mod _naoisis {
     use crate::values::{Digits, to_python};
 
     #[pymodule_export]
+    use super::batches::Batch;
+    #[pymodule_export]
     use super::command;
     #[pymodule_export]
     use super::played::Match;
+    #[pymodule_export]
+    use super::traces::{TraceLines, read_trace};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -97,7 +97,7 @@ impl Made<'_> {
 }
 
 /// A setting that is laid over a scenario; the value is JSON.
-fn setting(path: &str, value: &str) -> PyResult<Setting> {
+pub fn setting(path: &str, value: &str) -> PyResult<Setting> {
     let fault = |_| {
         let message = format!("set: {path:?} is no field; expected one such as 'messages.loss' or 'robots[0].number'");
         PyValueError::new_err(message)

@@ -1,11 +1,13 @@
 //! What the matches of a batch come to, variant by variant.
 
+use serde::Serialize;
+
 use super::observer::MatchRow;
 use crate::statistics::{Estimate, mean, share};
 use crate::team::Team;
 
 /// What the valid matches of one variant come to, with 95 % confidence.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Summary {
     /// Matches that were played as they should be.
     pub matches: usize,

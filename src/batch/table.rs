@@ -242,6 +242,13 @@ impl Table {
     }
 }
 
+/// The rows of a batch as the text of a table, as a file of it is.
+pub fn table_text<'a, V: Variants>(batch: &Batch<V>, rows: impl IntoIterator<Item = &'a MatchRow>) -> String {
+    let header = Table { columns: batch.variants.columns(), file: None }.header();
+    let lines = rows.into_iter().map(|row| line_of(cells(batch, row).iter().map(String::as_str)));
+    core::iter::once(header).chain(lines).collect()
+}
+
 /// How the scenario of a row differs from this batch's, as far as its fingerprint tells: whether it is but for its duration the
 /// same.
 fn difference_of_scenarios<V: Variants>(batch: &Batch<V>, row: &MatchRow, theirs: &str) -> String {

@@ -1,5 +1,6 @@
 """The compiled part: see the modules that wrap it."""
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,29 @@ LABELS: dict[str, int]
 """What the pixels of :meth:`naoisis.Match.labels` are: the number of each name."""
 
 def command(words: list[str]) -> int: ...
+
+def read_trace(
+    path: str,
+) -> tuple[dict[str, np.ndarray], dict[str, Any], list[dict[str, Any]], str | None]: ...
+
+class TraceLines(Iterator[dict[str, Any]]):
+    def __new__(cls, path: str) -> TraceLines: ...
+    def __next__(self) -> dict[str, Any]: ...
+
+class Batch:
+    def __new__(
+        cls,
+        made: dict[str, Any],
+        matches: int,
+        sweep: dict[str, list[Any]],
+        duration_s: float | None,
+        threads: int | None,
+        csv: str | None,
+    ) -> Batch: ...
+    def __len__(self) -> int: ...
+    def table(self) -> str: ...
+    def settings(self) -> list[str]: ...
+    def summaries(self) -> list[tuple[list[tuple[str, str]], str, dict[str, Any]]]: ...
 
 class Match:
     def __new__(cls, made: dict[str, Any]) -> Match: ...

@@ -1,0 +1,118 @@
+"""Many seeded matches, and what they come to."""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from naoisis import _naoisis
+from naoisis._arguments import Scenario, count_of, match_of
+from naoisis._tables import column_of
+
+if TYPE_CHECKING:
+    import pandas
+
+__all__ = ["Batch", "batch"]
+
+
+class Batch(Mapping[str, np.ndarray]):
+    """What came of the matches of a batch: columns by their names, an entry a match, in the order of the matches.
+
+    The columns are those of the table that ``naoisis batch --csv`` writes: ``seed``, the settings that were swept,
+    ``outcome``, ``duration_s``, ``blue_goals``, ``pink_goals`` and so on. What there is not is not a number.
+    """
+
+    def __init__(self, played: _naoisis.Batch):
+        self._played = played
+        self._table = played.table()
+        header, *lines = csv.reader(io.StringIO(self._table))
+        columns = zip(*lines) if lines else ([] for _ in header)
+        self._columns = {name: column_of(cells) for name, cells in zip(header, columns)}
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        return self._columns[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._columns)
+
+    def __len__(self) -> int:
+        return len(self._columns)
+
+    @property
+    def matches(self) -> int:
+        """How many matches there were."""
+        return len(self._played)
+
+    def to_csv(self) -> str:
+        """The table, byte for byte as ``naoisis batch --csv`` writes it."""
+        return self._table
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """The table as a data frame (needs pandas)."""
+        import pandas
+
+        return pandas.DataFrame(self._columns)
+
+    def summary(self) -> list[dict[str, Any]]:
+        """What each combination of settings comes to.
+
+        Returns:
+            For each a dictionary with ``settings``, ``realism``, ``matches``, ``failed`` and the estimates: shares of wins and
+            draws, goals, penalties, possession, each as ``{"value": …, "low": …, "high": …}``, the interval being that of 95 %
+            confidence, or None where there is nothing to estimate it from.
+        """
+        summaries = self._played.summaries()
+        return [{"settings": dict(settings), "realism": realism, **summary} for settings, realism, summary in summaries]
+
+    def __repr__(self) -> str:
+        return f"<naoisis.Batch: {self.matches} matches>"
+
+
+def batch(
+    scenario: Scenario = "match3v3",
+    matches: int = 1,
+    seed: int | None = None,
+    set: Mapping[str, Any] | None = None,
+    threads: int | None = None,
+    *,
+    sweep: Mapping[str, Sequence[Any]] | None = None,
+    blue: str | None = None,
+    pink: str | None = None,
+    realism: str | None = None,
+    duration_s: float | None = None,
+    csv: str | os.PathLike[str] | None = None,
+) -> Batch:
+    """Plays matches with the seeds from ``seed`` on, on all cores: the same ones whatever the number of threads.
+
+    Ctrl-C finishes the matches under way, and raises KeyboardInterrupt; with ``csv`` the same call goes on from there.
+
+    Args:
+        scenario: As of :class:`Match`; so are ``set``, ``blue``, ``pink`` and ``realism``.
+        matches: How many matches of each combination of settings.
+        seed: The seed of the first match [default: the scenario's].
+        threads: Matches at the same time [default: one a core].
+        sweep: Fields of the scenario with several values each; every combination of them is played.
+        duration_s: Where each match stops.
+        csv: Writes the table as it comes; a file of the same batch that is there already is gone on with.
+
+    Raises:
+        ScenarioError: The scenario, or one of the combinations, is wrong.
+        ValueError: Another table is in the file.
+    """
+    made = match_of(scenario, seed, set, blue, pink, realism)
+    values = {}
+    for field, several in (sweep or {}).items():
+        if isinstance(several, str) or not hasattr(several, "__iter__"):
+            raise TypeError(f"sweep: {field!r} has {several!r}; expected a list of values")
+        values[field] = list(several)
+    if duration_s is not None and not 0 < duration_s < float("inf"):
+        raise ValueError(f"duration_s: {duration_s} is no duration; expected a positive number")
+    if threads is not None:
+        threads = count_of(threads, "threads", most=1024)
+    count = count_of(matches, "matches", most=10_000_000)
+    return Batch(_naoisis.Batch(made, count, values, duration_s, threads, None if csv is None else os.fspath(csv)))

@@ -1,0 +1,115 @@
+"""What was written of matches, read again."""
+
+from __future__ import annotations
+
+import csv
+import os
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from naoisis import _naoisis
+from naoisis._tables import column_of
+
+if TYPE_CHECKING:
+    import pandas
+
+__all__ = ["Trace", "read_beliefs", "read_trace", "trace_lines"]
+
+
+class Trace(Mapping[str, np.ndarray]):
+    """A trace as columns: an entry a line, by the name of the robot and the quantity, such as ``"blue1.pose"``.
+
+    ================================ =============== ==================================================================
+    column                           shape           what it is
+    ================================ =============== ==================================================================
+    ``cycle``, ``time_s``            (n,)            cycles and seconds since the start
+    ``ball.position_m``              (n, 3)          the ball's true centre, m
+    ``ball.velocity_mps``            (n, 3)          its true velocity, m/s
+    ``score``                        (n, 2)          goals of blue and pink
+    ``state``                        (n,)            ``initial``, ``ready``, ``set``, ``playing``, ``finished``
+    ``blue1.pose``                   (n, 3)          where the robot truly is: x m, y m, heading deg
+    ``blue1.velocity``               (n, 3)          how it truly moves: m/s, m/s, deg/s
+    ``blue1.head_deg``               (n, 2)          yaw and pitch of its head
+    ``blue1.odometry``               (n, 3)          its way by its own steps: x m, y m, heading deg
+    ``blue1.sonar_m``                (n, 2)          what its left and right sonar measured
+    ``blue1.penalised``              (n,)            1 while it serves a penalty
+    ``blue1.seen_ball_m``            (n, 2)          where it saw the ball, in its own frame
+    ``blue1.belief_pose``            (n, 3)          where it believed to be, in its team's frame
+    ``blue1.belief_ball_m``          (n, 2)          where it believed the ball to be, in its team's frame
+    ``blue1.walk``                   (n, 3)          the step that it wanted: m, m, deg
+    ``blue1.kicks``                  (n,)            1 where it wanted to kick
+    ================================ =============== ==================================================================
+
+    What there is not is not a number; parts that the trace lacks have no column.
+
+    Attributes:
+        scenario: What the match started from.
+        events: What happened, each with its ``kind`` and ``time_s``.
+        ending: Why the match ended, such as ``"final_whistle"``; None of a trace that was broken off.
+    """
+
+    def __init__(
+        self,
+        columns: dict[str, np.ndarray],
+        scenario: dict[str, Any],
+        events: list[dict[str, Any]],
+        ending: str | None,
+    ):
+        self._columns = {name: np.asarray(column) for name, column in columns.items()}
+        self.scenario, self.events, self.ending = scenario, events, ending
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        return self._columns[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._columns)
+
+    def __len__(self) -> int:
+        return len(self._columns)
+
+    @property
+    def robots(self) -> list[str]:
+        """The names of the robots."""
+        return list(dict.fromkeys(name.split(".")[0] for name in self if "." in name and not name.startswith("ball.")))
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """A data frame (needs pandas): a column a number, such as ``blue1.pose.0``."""
+        import pandas
+
+        flat = {}
+        for name, column in self.items():
+            if column.ndim == 1:
+                flat[name] = column
+            else:
+                flat.update({f"{name}.{index}": column[:, index] for index in range(column.shape[1])})
+        return pandas.DataFrame(flat)
+
+    def __repr__(self) -> str:
+        return f"<naoisis.Trace: {len(self['cycle'])} cycles, {len(self.robots)} robots>"
+
+
+def read_trace(path: str | os.PathLike[str]) -> Trace:
+    """Reads a trace (``.jsonl`` or ``.jsonl.zst``) as columns.
+
+    Raises:
+        TraceError: It cannot be read; with the line and column of what is wrong.
+    """
+    return Trace(*_naoisis.read_trace(os.fspath(path)))
+
+
+def trace_lines(path: str | os.PathLike[str]) -> Iterator[dict[str, Any]]:
+    """The cycles of a trace as dictionaries, one after the other, as :meth:`Match.truth` has them.
+
+    Raises:
+        TraceError: It cannot be read; with the line and column of what is wrong.
+    """
+    return iter(_naoisis.TraceLines(os.fspath(path)))
+
+
+def read_beliefs(path: str | os.PathLike[str]) -> dict[str, np.ndarray]:
+    """Reads a table of beliefs against the truth, as ``naoisis run --beliefs`` writes it: columns by their names."""
+    with open(path, newline="", encoding="utf-8") as file:
+        header, *lines = csv.reader(file)
+    return {name: column_of(cells) for name, cells in zip(header, zip(*lines) if lines else ([] for _ in header))}

@@ -1,0 +1,243 @@
+//! Traces, read as columns or line by line.
+
+use naoisis::belief::Belief;
+use naoisis::geometry::{Pose, to_degrees};
+use naoisis::record::cycle_record::{CycleRecord, RobotRecord};
+use naoisis::record::fields::Fields;
+use naoisis::record::read::{Ending, TraceReader};
+use naoisis::team::RobotId;
+use numpy::{PyArray1, PyArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
+
+use crate::errors::trace_error;
+use crate::values::{Digits, to_python};
+
+/// Lines between two looks at whether Python was interrupted.
+const LINES_PER_SIGNAL: usize = 1000;
+
+/// A quantity of a robot: its name, the part of a trace that it is, how many numbers it has, and where they are.
+struct Quantity {
+    name: &'static str,
+    part: &'static str,
+    numbers: usize,
+    of: fn(&RobotRecord, &mut Vec<f32>),
+}
+
+/// What a robot's columns are. A quantity that is not there is not a number.
+const QUANTITIES: [Quantity; 11] = [
+    Quantity { name: "pose", part: "robots.pose", numbers: 3, of: |robot, row| row.extend(pose(robot.pose)) },
+    Quantity {
+        name: "velocity",
+        part: "robots.velocity",
+        numbers: 3,
+        of: |robot, row| {
+            let velocity = robot.velocity;
+            row.extend([velocity.linear.x, velocity.linear.y, to_degrees(velocity.angular)]);
+        },
+    },
+    Quantity {
+        name: "head_deg",
+        part: "robots.head_deg",
+        numbers: 2,
+        of: |robot, row| row.extend([robot.head.yaw, robot.head.pitch].map(to_degrees)),
+    },
+    Quantity {
+        name: "odometry",
+        part: "robots.odometry",
+        numbers: 3,
+        of: |robot, row| row.extend(pose(robot.odometry)),
+    },
+    Quantity {
+        name: "sonar_m",
+        part: "robots.sonar_m",
+        numbers: 2,
+        of: |robot, row| row.extend([robot.sonar_m.left, robot.sonar_m.right].map(|heard| heard.unwrap_or(f32::NAN))),
+    },
+    Quantity {
+        name: "penalised",
+        part: "robots.penalised",
+        numbers: 1,
+        of: |robot, row| row.push(f32::from(u8::from(robot.penalised.is_some()))),
+    },
+    Quantity {
+        name: "seen_ball_m",
+        part: "robots.percepts",
+        numbers: 2,
+        of: |robot, row| row.extend(place(robot.percepts.ball.map(|ball| ball.position_m))),
+    },
+    Quantity {
+        name: "belief_pose",
+        part: "robots.belief",
+        numbers: 3,
+        of: |robot, row| row.extend(robot.belief.as_ref().map_or([f32::NAN; 3], |belief| pose(belief.pose))),
+    },
+    Quantity {
+        name: "belief_ball_m",
+        part: "robots.belief",
+        numbers: 2,
+        of: |robot, row| row.extend(place(believed_ball(robot.belief.as_ref()))),
+    },
+    Quantity {
+        name: "walk",
+        part: "robots.command",
+        numbers: 3,
+        of: |robot, row| {
+            let walk = robot.command.as_ref().map(|command| command.walk.unwrap_or_default());
+            row.extend(walk.map_or([f32::NAN; 3], |walk| [walk.dx, walk.dy, to_degrees(walk.dtheta)]));
+        },
+    },
+    Quantity {
+        name: "kicks",
+        part: "robots.command",
+        numbers: 1,
+        of: |robot, row| {
+            let kicks = robot.command.as_ref().map(|command| command.kick.is_some());
+            row.push(kicks.map_or(f32::NAN, |kicks| f32::from(u8::from(kicks))));
+        },
+    },
+];
+
+fn pose(pose: Pose) -> [f32; 3] {
+    [pose.position.x, pose.position.y, to_degrees(pose.heading)]
+}
+
+fn place(place: Option<bevy::math::Vec2>) -> [f32; 2] {
+    place.map_or([f32::NAN; 2], |place| place.to_array())
+}
+
+fn believed_ball(belief: Option<&Belief>) -> Option<bevy::math::Vec2> {
+    belief?.ball.map(|ball| ball.position_m)
+}
+
+/// The columns of a robot.
+struct RobotColumns {
+    id: RobotId,
+    columns: [Vec<f32>; QUANTITIES.len()],
+}
+
+/// What there is of a trace, one entry a line.
+#[derive(Default)]
+struct Columns {
+    cycle: Vec<u64>,
+    time_s: Vec<f64>,
+    ball: [Vec<f32>; 2],
+    score: Vec<u32>,
+    state: Vec<&'static str>,
+    robots: Vec<RobotColumns>,
+}
+
+impl Columns {
+    fn push(&mut self, record: &CycleRecord) {
+        let lines = self.cycle.len();
+        self.cycle.push(record.cycle);
+        self.time_s.push(record.time_s);
+        let ball = record.ball.map(|ball| [ball.position_m, ball.velocity_mps].map(|vector| vector.to_array()));
+        for (column, vector) in self.ball.iter_mut().zip(ball.unwrap_or([[f32::NAN; 3]; 2])) {
+            column.extend(vector);
+        }
+        self.score.extend([record.game.score.blue, record.game.score.pink]);
+        self.state.push(record.game.state.name());
+        for robot in &record.robots {
+            if self.robots.iter().all(|known| known.id != robot.id) {
+                let columns = core::array::from_fn(|index| vec![f32::NAN; lines * QUANTITIES[index].numbers]);
+                self.robots.push(RobotColumns { id: robot.id, columns });
+            }
+        }
+        for RobotColumns { id, columns } in &mut self.robots {
+            let robot = record.robot(*id);
+            for (quantity, column) in QUANTITIES.iter().zip(columns) {
+                match robot {
+                    Some(robot) => (quantity.of)(robot, column),
+                    None => column.extend(core::iter::repeat_n(f32::NAN, quantity.numbers)),
+                }
+            }
+        }
+    }
+
+    fn into_python<'py>(self, py: Python<'py>, fields: &Fields) -> PyResult<Bound<'py, PyDict>> {
+        let dictionary = PyDict::new(py);
+        dictionary.set_item("cycle", PyArray1::from_vec(py, self.cycle))?;
+        dictionary.set_item("time_s", PyArray1::from_vec(py, self.time_s))?;
+        for (name, column) in ["ball.position_m", "ball.velocity_mps"].into_iter().zip(self.ball) {
+            if fields.has(name) {
+                dictionary.set_item(name, table(py, column, 3)?)?;
+            }
+        }
+        if fields.has("game.score") {
+            dictionary.set_item("score", table(py, self.score, 2)?)?;
+        }
+        if fields.has("game.state") {
+            dictionary.set_item("state", self.state)?;
+        }
+        for RobotColumns { id, columns } in self.robots {
+            for (quantity, column) in QUANTITIES.iter().zip(columns) {
+                if fields.has(quantity.part) {
+                    dictionary.set_item(format!("{id}.{}", quantity.name), table(py, column, quantity.numbers)?)?;
+                }
+            }
+        }
+        Ok(dictionary)
+    }
+}
+
+/// An array of rows of so many numbers.
+fn table<'py, T: numpy::Element>(py: Python<'py>, values: Vec<T>, numbers: usize) -> PyResult<Bound<'py, PyAny>> {
+    let rows = values.len() / numbers;
+    let flat = PyArray1::from_vec(py, values);
+    Ok(if numbers == 1 { flat.into_any() } else { flat.reshape([rows, numbers])?.into_any() })
+}
+
+/// Reads a trace: its columns, its scenario, its events with their times, and how it ends.
+#[pyfunction]
+pub fn read_trace<'py>(
+    py: Python<'py>,
+    path: PathBuf,
+) -> PyResult<(Bound<'py, PyDict>, Bound<'py, PyAny>, Bound<'py, PyList>, Option<String>)> {
+    let failed = |error| trace_error(py, &error);
+    let mut reader = TraceReader::open(&path).map_err(failed)?;
+    let (mut columns, mut events) = (Columns::default(), Vec::new());
+    while let Some(record) = reader.next_cycle().map_err(failed)? {
+        columns.push(&record);
+        events.extend(record.events.iter().cloned().map(|event| (record.time_s, event)));
+        if columns.cycle.len().is_multiple_of(LINES_PER_SIGNAL) {
+            py.check_signals()?;
+        }
+    }
+    let happened = PyList::empty(py);
+    for (time_s, event) in &events {
+        let event = to_python(py, event, Digits::Lean)?;
+        event.cast::<PyDict>().map_err(PyErr::from)?.set_item("time_s", *time_s)?;
+        happened.append(event)?;
+    }
+    let ending = match reader.ending() {
+        Ending::Proper(reason) => Some(to_python(py, &reason, Digits::All)?.extract()?),
+        _ => None,
+    };
+    let scenario = to_python(py, reader.scenario(), Digits::All)?;
+    Ok((columns.into_python(py, reader.fields())?, scenario, happened, ending))
+}
+
+/// The cycles of a trace as dictionaries, one after the other.
+#[pyclass(frozen, module = "naoisis._naoisis")]
+pub struct TraceLines(Mutex<TraceReader>);
+
+#[pymethods]
+impl TraceLines {
+    #[new]
+    fn new(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        TraceReader::open(&path).map(|reader| Self(Mutex::new(reader))).map_err(|error| trace_error(py, &error))
+    }
+
+    fn __iter__(slf: PyRef<'_, Self>) -> PyRef<'_, Self> {
+        slf
+    }
+
+    fn __next__<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let mut reader = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let record = reader.next_cycle().map_err(|error| trace_error(py, &error))?;
+        record.map(|record| to_python(py, &record, Digits::Lean)).transpose()
+    }
+}

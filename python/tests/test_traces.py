@@ -1,0 +1,70 @@
+"""Traces as columns."""
+
+import subprocess
+
+import numpy as np
+import pytest
+
+import naoisis
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    """A recorded match: its trace, the table of its beliefs, and its truth cycle by cycle."""
+    folder = tmp_path_factory.mktemp("recorded")
+    trace, beliefs = folder / "match.jsonl.zst", folder / "beliefs.csv"
+    match = naoisis.Match("match3v3", seed=2, set={"duration_s": 3})
+    match.record(trace=trace, beliefs=beliefs)
+    truth = [match.truth()]
+    while not match.finished:
+        match.step()
+        truth.append(match.truth())
+    said = match.close()
+    assert any("blue1" in words for words in said)
+    return trace, beliefs, truth
+
+
+def test_a_trace_is_columns(recorded):
+    path, _, truth = recorded
+    trace = naoisis.read_trace(path)
+    assert trace.ending == "duration" and trace.robots == [robot["id"] for robot in truth[0]["robots"]]
+    assert list(trace["cycle"]) == [line["cycle"] for line in truth]
+    assert trace["ball.position_m"] == pytest.approx(np.array([line["ball"]["position_m"] for line in truth]))
+    for index, robot in enumerate(trace.robots):
+        for name in ("pose", "velocity", "head_deg", "odometry"):
+            expected = np.array([line["robots"][index][name] for line in truth])
+            assert trace[f"{robot}.{name}"] == pytest.approx(expected, abs=2e-5), name
+        seen = [line["robots"][index]["percepts"]["ball"] for line in truth]
+        assert list(np.isnan(trace[f"{robot}.seen_ball_m"][:, 0])) == [ball is None for ball in seen]
+    assert set(trace["state"]) == {line["game"]["state"] for line in truth}
+    assert [event["kind"] for event in trace.events] == [event["kind"] for line in truth for event in line["events"]]
+    assert naoisis.Match(trace.scenario).scenario == trace.scenario
+    assert list(naoisis.trace_lines(path)) == truth
+    pytest.importorskip("pandas")
+    assert len(trace.to_pandas()) == len(truth)
+
+
+def test_parts_that_a_trace_lacks_have_no_column(tmp_path):
+    path = tmp_path / "lean.jsonl"
+    command = ["naoisis", "run", "match3v3", "--duration", "1", "--trace", path, "--trace-every", "10", "--quiet"]
+    subprocess.run([*command, "--trace-fields", "ball,robots.pose"], check=True)
+    trace = naoisis.read_trace(path)
+    assert list(trace["cycle"]) == [0, 10, 20, 30]
+    assert "blue1.pose" in trace and "ball.velocity_mps" in trace
+    assert not {"blue1.odometry", "blue1.belief_pose", "score"} & set(trace)
+
+
+def test_beliefs_are_columns(recorded):
+    beliefs = naoisis.read_beliefs(recorded[1])
+    assert set(beliefs["robot"]) == {"blue1", "blue2", "blue3", "pink1", "pink2", "pink3"}
+    assert beliefs["position_error_m"].dtype == np.float64 and (beliefs["position_error_m"] < 1).all()
+
+
+def test_what_is_no_trace_is_refused_with_its_place(tmp_path):
+    path = tmp_path / "no.jsonl"
+    with pytest.raises(naoisis.TraceError, match="expected a trace"):
+        naoisis.read_trace(path)
+    path.write_text('{"type":"header"}\n')
+    with pytest.raises(naoisis.TraceError, match="missing field") as error:
+        naoisis.read_trace(path)
+    assert (error.value.file, error.value.line) == (str(path), 1) and error.value.column > 0
