@@ -1,8 +1,9 @@
 //! Commands from outside: read and checked, whoever sends them.
 
+use serde::de::DeserializeOwned;
 use serde_json::Value;
 
-use super::RobotCommand;
+use crate::record::vocabulary::RobotCommand;
 use crate::scenario::{FieldPath, read_settings};
 
 /// What is wrong with a command.
@@ -48,13 +49,7 @@ impl RobotCommand {
     /// # Errors
     /// What is wrong with it.
     pub fn from_value(value: &Value) -> Result<Self, CommandError> {
-        let read = read_settings::<Self>(value, &FieldPath::default());
-        let read = read.map_err(|fault| CommandError::Malformed {
-            field: fault.path.to_string(),
-            message: fault.message,
-            expected: fault.expected,
-        });
-        read.and_then(Self::checked)
+        read_value::<Self>(value).and_then(Self::checked)
     }
 
     /// The command, if every number in it is finite.
@@ -74,6 +69,18 @@ impl RobotCommand {
             None => Ok(self),
         }
     }
+}
+
+/// Reads a message, or a part of one, from a value.
+///
+/// # Errors
+/// What is wrong with it.
+pub(super) fn read_value<T: DeserializeOwned>(value: &Value) -> Result<T, CommandError> {
+    read_settings(value, &FieldPath::default()).map_err(|fault| CommandError::Malformed {
+        field: fault.path.to_string(),
+        message: fault.message,
+        expected: fault.expected,
+    })
 }
 
 #[cfg(test)]

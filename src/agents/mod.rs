@@ -29,123 +29,58 @@
 //! assert!(app.robot_pose(robot).unwrap().position.x > 0.15);
 //! # Ok::<(), Box<dyn core::error::Error>>(())
 //! ```
-
-use bevy::prelude::*;
+//!
+//! With the `AgentsPlugin`, programs in any language play: a robot whose behaviour is `{ "program": [...] }`, or whose team
+//! is `exec:COMMAND`, has a process of its own, which is told what its robot perceives and answers what it shall do
+//! ([`protocol`]). The match waits for every answer, so that programs that answer the same way play the same match.
 
 mod command;
+pub mod connection;
+mod player;
+mod plugin;
+#[cfg(unix)]
+mod process;
+pub mod protocol;
+mod remote;
+mod settings;
 
 pub use crate::record::vocabulary::{Perception, RobotCommand};
 pub use command::CommandError;
+pub use player::Player;
+pub use plugin::{AgentsPlugin, StartError, dismiss, start_programs};
+pub use remote::{AgentError, belief, believe, command, perception, remote_robots, with_remote_robots};
+pub use settings::{AgentSettings, ErrorLines};
 
-use crate::behaviour::{REMOTE, Remote};
-use crate::belief::Belief;
-use crate::communication::Outbox;
-use crate::record::vocabulary::Perceived;
-use crate::robot::Roster;
-use crate::robot::head::HeadCommand;
-use crate::robot::kick::KickCommand;
-use crate::robot::motion::WalkCommand;
-use crate::robot::posture::PostureCommand;
-use crate::scenario::{BehaviourSpec, FieldPath, Scenario, ScenarioFault, wording};
-use crate::simulation::{give_belief, resolved};
-use crate::team::RobotId;
+/// Elsewhere than on Unix no program can be started.
+#[cfg(not(unix))]
+mod process {
+    use std::path::Path;
+    use std::process::ExitStatus;
+    use std::time::Instant;
 
-/// A robot that nobody outside may decide for.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum AgentError {
-    /// There is none of this id.
-    #[error("there is no robot `{0}` in the match")]
-    NoSuchRobot(RobotId),
-    /// It has a behaviour of its own.
-    #[error("the robot `{0}` has a behaviour of its own; expected one whose behaviour is `remote`")]
-    NotRemote(RobotId),
-}
+    use super::connection::Stream;
+    use super::settings::ErrorLines;
+    use crate::team::RobotId;
 
-/// The robots that are decided for from outside, in the order of their ids.
-pub fn remote_robots(world: &World) -> Vec<RobotId> {
-    let is_remote = |(id, entity)| world.get::<Remote>(entity).map(|_| id);
-    world.resource::<Roster>().iter().filter_map(is_remote).collect()
-}
+    #[derive(Debug)]
+    pub struct Process;
 
-/// The scenario with these of its robots decided for from outside, whatever behaviour they have in it. Teams that are lined
-/// up become a list of robots.
-///
-/// # Errors
-/// [`ScenarioFault`] when it has no such robot.
-pub fn with_remote_robots(world: &World, scenario: &Scenario, ids: &[RobotId]) -> Result<Scenario, ScenarioFault> {
-    let mut scenario = resolved(world, scenario);
-    for id in ids {
-        match scenario.robots.iter_mut().find(|robot| robot.id() == *id) {
-            Some(robot) => robot.behaviour = BehaviourSpec::Named(REMOTE.to_owned()),
-            None => {
-                let there: Vec<String> = scenario.robots.iter().map(|robot| robot.id().to_string()).collect();
-                let message = format!("there is no robot `{id}` in the match");
-                let expected = wording::one_of(there.iter().map(String::as_str));
-                return Err(ScenarioFault::new(FieldPath::from("robots"), message, expected));
-            }
+    impl Process {
+        pub fn start(
+            _: &[String],
+            _: Option<&Path>,
+            _: RobotId,
+            _: Option<ErrorLines>,
+        ) -> Result<(Self, Stream), String> {
+            Err("programs can be started on Unix only".to_owned())
+        }
+
+        pub fn exit_status(&mut self, _: Instant) -> Option<ExitStatus> {
+            None
         }
     }
-    Ok(scenario)
-}
 
-/// What a robot perceives, any robot: in the cycle under way, or in the one that ended last.
-///
-/// # Errors
-/// When there is no such robot.
-pub fn perception(world: &mut World, id: RobotId) -> Result<Perception, AgentError> {
-    let entity = world.resource::<Roster>().get(id).ok_or(AgentError::NoSuchRobot(id))?;
-    let mut robots = world.query::<Perceived>();
-    robots.get(world, entity).map(|robot| robot.perception()).map_err(|_| AgentError::NoSuchRobot(id))
-}
-
-/// What a robot believes, if it estimates anything.
-///
-/// # Errors
-/// When there is no such robot.
-pub fn belief(world: &World, id: RobotId) -> Result<Option<&Belief>, AgentError> {
-    let entity = world.resource::<Roster>().get(id).ok_or(AgentError::NoSuchRobot(id))?;
-    Ok(world.get::<Belief>(entity))
-}
-
-/// Lets the built-in estimator run for a remote robot, from now on. Before the first cycle it knows where it stands.
-///
-/// # Errors
-/// When there is no such robot, or it is not remote.
-pub fn believe(world: &mut World, id: RobotId) -> Result<(), AgentError> {
-    remote_entity(world, id)?;
-    give_belief(world, id);
-    Ok(())
-}
-
-/// Decides for a remote robot, in the cycle under way if its robots have perceived already, and else in the next one. What
-/// the command does not say stays as it is: without a step the robot stands, and its head goes where it was told to go.
-///
-/// # Errors
-/// When there is no such robot, or it is not remote.
-pub fn command(world: &mut World, id: RobotId, command: RobotCommand) -> Result<(), AgentError> {
-    let entity = remote_entity(world, id)?;
-    let RobotCommand { walk, head, kick, posture, say } = command;
-    let mut robot = world.entity_mut(entity);
-    if let (Some(walk), Some(mut of_robot)) = (walk, robot.get_mut::<WalkCommand>()) {
-        *of_robot = walk;
+    pub fn ending(status: ExitStatus) -> String {
+        format!("it ended: {status}")
     }
-    if let (Some(head), Some(mut of_robot)) = (head, robot.get_mut::<HeadCommand>()) {
-        *of_robot = head;
-    }
-    if let (Some(kick), Some(mut of_robot)) = (kick, robot.get_mut::<KickCommand>()) {
-        of_robot.0 = Some(kick);
-    }
-    if let (Some(posture), Some(mut of_robot)) = (posture, robot.get_mut::<PostureCommand>()) {
-        of_robot.0 = Some(posture);
-    }
-    if let (Some(say), Some(mut outbox)) = (say, robot.get_mut::<Outbox>()) {
-        outbox.0 = Some(say);
-    }
-    Ok(())
-}
-
-fn remote_entity(world: &World, id: RobotId) -> Result<Entity, AgentError> {
-    let entity = world.resource::<Roster>().get(id).ok_or(AgentError::NoSuchRobot(id))?;
-    if world.get::<Remote>(entity).is_some() { Ok(entity) } else { Err(AgentError::NotRemote(id)) }
 }

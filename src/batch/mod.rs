@@ -42,6 +42,7 @@ use observer::MatchObserver;
 pub use observer::{MatchOutcome, MatchRow};
 pub use variants::Variants;
 
+use crate::agents::{self, AgentSettings};
 use crate::cycle::{CycleClock, run_cycle};
 use crate::game::{Game, GameState};
 use crate::scenario::Scenario;
@@ -149,14 +150,21 @@ pub fn play(simulator: impl Fn() -> App, scenario: &Scenario) -> MatchRow {
 }
 
 fn play_to_the_end(world: &mut World, scenario: &Scenario) -> MatchRow {
+    if world.contains_resource::<AgentSettings>()
+        && let Err(error) = agents::start_programs(world)
+    {
+        return MatchRow::failed(scenario.seed, MatchOutcome::Refused, error.to_string());
+    }
     let mut observer = MatchObserver::default();
     let last_cycle = scenario.last_cycle();
     loop {
         if world.resource::<Game>().state == GameState::Finished {
+            agents::dismiss(world, "final whistle");
             return observer.row(world, scenario.seed, MatchOutcome::FinalWhistle);
         }
         let cycle = world.resource::<CycleClock>().cycle;
         if last_cycle.is_some_and(|last| cycle >= last) {
+            agents::dismiss(world, "end");
             return observer.row(world, scenario.seed, MatchOutcome::Duration);
         }
         run_cycle(world);

@@ -58,6 +58,7 @@ impl Plugin for BehaviourPlugin {
             .register_type::<script::Script>()
             .register_type::<Idle>()
             .register_type::<Remote>()
+            .register_type::<Program>()
             .add_plugins(drawings::DrawingsPlugin)
             .configure_sets(
                 Cycle,
@@ -112,6 +113,12 @@ pub const REMOTE: &str = "remote";
 #[derive(Component, Clone, Copy, Default, Debug, Reflect)]
 #[reflect(Component, @Knowledge::Belief)]
 pub struct Remote;
+
+/// The program that decides for a robot: the words of its command line.
+#[derive(Component, Clone, PartialEq, Eq, Debug, Default, Reflect)]
+#[require(Remote)]
+#[reflect(Component, @Knowledge::Truth)]
+pub struct Program(pub Vec<String>);
 
 /// A team that a scenario can line up by name.
 #[derive(Clone)]

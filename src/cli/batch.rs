@@ -7,9 +7,12 @@ use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
+use super::agents::AgentArguments;
 use super::interrupt::Interrupt;
+use super::teams::TeamArguments;
 use super::terminal::Printer;
 use super::{Program, report};
+use crate::agents::AgentSettings;
 use crate::batch::pairs::Pairs;
 use crate::batch::summary::Summary;
 use crate::batch::sweep::Sweep;
@@ -19,6 +22,7 @@ use crate::behaviour::BehaviourRegistry;
 use crate::scenario::wording::one_of;
 use crate::scenario::{FieldPath, Realism, ScenarioError, ScenarioFile, Setting};
 use crate::simulation::{MatchApp, names};
+use crate::team::PerTeam;
 
 /// Arguments of `naoisis batch`.
 #[derive(Args, Debug, Clone)]
@@ -49,6 +53,8 @@ pub struct BatchArguments {
     /// Stop each match after this many simulated seconds
     #[arg(long, value_name = "S", value_parser = super::run_arguments::positive_seconds, allow_negative_numbers = true)]
     pub duration: Option<f32>,
+    #[command(flatten)]
+    pub agents: AgentArguments,
     /// Print nothing but errors
     #[arg(long)]
     pub quiet: bool,
@@ -103,11 +109,16 @@ pub fn batch(program: Program, arguments: &BatchArguments) -> ExitCode {
     let progress = progress_bar(batch.len(), earlier, arguments.quiet);
     let mut failed_to_write: Option<TableError> = None;
     silence_panics();
+    let agents = agent_settings(arguments);
     let started = Instant::now();
     run_batch(
         &batch,
         earlier,
-        || program.simulator(),
+        || {
+            let mut app = program.simulator();
+            app.insert_resource(agents.clone());
+            app
+        },
         interrupt.stop(),
         |row| {
             if !row.outcome.is_valid() {
@@ -142,6 +153,17 @@ pub fn batch(program: Program, arguments: &BatchArguments) -> ExitCode {
     let all_valid = rows.iter().all(|row| row.outcome.is_valid());
     let status = printer.finish(if all_valid { ExitCode::SUCCESS } else { ExitCode::FAILURE });
     if is_interrupted { interrupt.finish(status) } else { status }
+}
+
+/// How programs are treated. The teams of --pairs and --set are the command line's.
+fn agent_settings(arguments: &BatchArguments) -> AgentSettings {
+    let settings = arguments.agents.settings(&arguments.scenario, &TeamArguments::default());
+    let sets_teams = arguments.set.iter().flatten().any(|setting| setting.path().to_string().starts_with("teams"));
+    if arguments.pairs.is_empty() && !sets_teams {
+        settings
+    } else {
+        AgentSettings { folders: PerTeam::default(), ..settings }
+    }
 }
 
 /// What the arguments ask for. Every value of every setting can be started with the first values of the others.
@@ -203,8 +225,8 @@ fn pairs(program: Program, arguments: &BatchArguments) -> Result<Pairs, String> 
         [all] if all == "all" => known.iter().map(|team| (*team).to_owned()).collect(),
         teams => teams.to_vec(),
     };
-    if let Some(team) = teams.iter().find(|team| !known.contains(&team.as_str())) {
-        return Err(format!("--pairs: {}", names::no_team(registry, &FieldPath::default(), team).in_words()));
+    if let Some(fault) = teams.iter().find_map(|team| names::wrong_team(registry, &FieldPath::default(), team)) {
+        return Err(format!("--pairs: {}", fault.in_words()));
     }
     if let Some((_, team)) = teams.iter().enumerate().find(|(index, team)| teams[..*index].contains(team)) {
         return Err(format!("--pairs: the team `{team}` is there twice; expected each team once"));

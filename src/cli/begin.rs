@@ -10,6 +10,7 @@ use crate::cycle::CycleClock;
 use crate::scenario::{FieldPath, Format, Scenario, ScenarioFile};
 use crate::simulation::snapshot::EXTENSION;
 use crate::simulation::{MatchApp, Snapshot, change_settings};
+use crate::team::Team;
 
 /// Whether a word of the command line is the path of a snapshot.
 fn is_snapshot(path: &Path) -> bool {
@@ -34,7 +35,9 @@ pub fn begin(app: &mut App, arguments: &RunArguments) -> Result<(), ExitCode> {
 /// The exit status of what is wrong, which is said already.
 pub fn begin_with(app: &mut App, file: &ScenarioFile, arguments: &RunArguments) -> Result<(), ExitCode> {
     let mut file = file.check_with(&arguments.settings()).map_err(|errors| report::scenario_errors(&errors))?;
+    arguments.teams.choose(app.world(), &mut file).map_err(|message| report::usage_error(&message))?;
     change_from_command_line(&mut file.scenario, arguments)?;
+    app.insert_resource(arguments.agents.settings(&file.source.name, &arguments.teams));
     app.start_match(&file.scenario).map_err(|fault| match arguments.cameras {
         Some(_) if fault.path == FieldPath::from("cameras").field("render") => {
             report::usage_error(&format!("--cameras: {}", fault.in_words()))
@@ -77,10 +80,14 @@ fn go_on(app: &mut App, arguments: &RunArguments) -> Result<(), ExitCode> {
             "--realism: a saved match has its settings already; expected --set for those that change",
         ));
     }
+    if Team::BOTH.into_iter().any(|team| arguments.teams.of(team).is_some()) {
+        return Err(usage_error("--blue, --pink: a saved match has its teams already; expected none"));
+    }
     if arguments.seed.is_some() {
         return Err(usage_error("--seed: a saved match goes on with the random numbers that it had; expected no seed"));
     }
     let path = Path::new(&arguments.scenario);
+    app.insert_resource(arguments.agents.settings(&arguments.scenario, &arguments.teams));
     let snapshot = Snapshot::load(path, app.world()).map_err(|error| usage_error(&error.to_string()))?;
     snapshot.restore(app.world_mut()).map_err(|error| usage_error(&format!("{}: {error}", path.display())))?;
     if !arguments.settings().is_empty() {

@@ -32,9 +32,11 @@ use std::ffi::OsString;
 use std::io;
 use std::process::ExitCode;
 
+use crate::agents::AgentsPlugin;
 use crate::record::RecordPlugin;
 use crate::simulation::NaoisisPlugins;
 
+mod agents;
 mod batch;
 mod begin;
 mod beliefs;
@@ -54,6 +56,7 @@ mod replay;
 mod report;
 mod run;
 mod run_arguments;
+mod teams;
 mod terminal;
 mod traces;
 mod visible;
@@ -162,7 +165,7 @@ impl Program<'_> {
 
     /// Adds the simulation, and the program's own.
     fn add_to(self, app: &mut App) {
-        app.add_plugins(NaoisisPlugins);
+        app.add_plugins((NaoisisPlugins, AgentsPlugin));
         (self.extend)(app);
     }
 }

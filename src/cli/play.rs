@@ -4,15 +4,15 @@ use clap::Args;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use super::agents::AgentArguments;
 use super::pictures::PictureArguments;
 use super::recordings::Recordings;
 use super::run::{length_s, run_scenario};
 use super::run_arguments::RunArguments;
+use super::teams::TeamArguments;
 use super::window::WindowArguments;
 use super::{Program, report};
-use crate::behaviour::BehaviourRegistry;
-use crate::scenario::{FieldPath, ScenarioError, ScenarioFile, TeamsSpec};
-use crate::simulation::names;
+use crate::scenario::{ScenarioError, ScenarioFile};
 
 /// The match that is played when none is named.
 const DEFAULT_SCENARIO: &str = "match3v3";
@@ -23,12 +23,10 @@ pub struct PlayArguments {
     /// A scenario file (.ron or .json), or the name of a built-in scenario (see `naoisis list scenarios`); without one, that
     /// which was watched last, at first match3v3
     pub scenario: Option<String>,
-    /// The blue team, instead of the scenario's (see `naoisis list teams`)
-    #[arg(long, value_name = "TEAM")]
-    pub blue: Option<String>,
-    /// The pink team, instead of the scenario's (see `naoisis list teams`)
-    #[arg(long, value_name = "TEAM")]
-    pub pink: Option<String>,
+    #[command(flatten)]
+    pub teams: TeamArguments,
+    #[command(flatten)]
+    pub agents: AgentArguments,
     /// Seed of all random numbers, instead of the scenario's
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub seed: Option<u64>,
@@ -52,7 +50,7 @@ pub fn play(program: Program, arguments: &PlayArguments) -> ExitCode {
     if let Some(seed) = arguments.seed {
         file.scenario.seed = seed;
     }
-    if let Err(message) = choose_teams(program, &mut file, arguments) {
+    if let Err(message) = arguments.teams.choose(program.simulator().world(), &mut file) {
         return report::usage_error(&message);
     }
     match display() {
@@ -70,7 +68,14 @@ pub fn play(program: Program, arguments: &PlayArguments) -> ExitCode {
             run_scenario(
                 program,
                 &file,
-                &RunArguments { scenario: name, recordings, force: arguments.force, ..RunArguments::default() },
+                &RunArguments {
+                    scenario: name,
+                    recordings,
+                    teams: arguments.teams.clone(),
+                    agents: arguments.agents.clone(),
+                    force: arguments.force,
+                    ..RunArguments::default()
+                },
             )
         }
     }
@@ -89,32 +94,6 @@ fn find(arguments: &PlayArguments) -> Result<(String, ScenarioFile), ScenarioErr
         return Ok((name, file));
     }
     Ok((DEFAULT_SCENARIO.to_owned(), ScenarioFile::find(DEFAULT_SCENARIO)?))
-}
-
-/// Puts the teams of the command line into the scenario.
-fn choose_teams(program: Program, file: &mut ScenarioFile, arguments: &PlayArguments) -> Result<(), String> {
-    let chosen = [("--blue", &arguments.blue), ("--pink", &arguments.pink)];
-    let app = program.simulator();
-    let registry = app.world().resource::<BehaviourRegistry>();
-    for (option, team) in chosen {
-        let Some(team) = team else { continue };
-        if registry.team(team).is_none() {
-            let fault = names::no_team(registry, &FieldPath::default(), team);
-            return Err(format!("{option}: {}", fault.in_words()));
-        }
-        let Some(teams) = &mut file.scenario.teams else {
-            let name = &file.source.name;
-            return Err(format!(
-                "{option}: `{name}` places its robots itself: expected a scenario with `teams`, such as `{DEFAULT_SCENARIO}`"
-            ));
-        };
-        *side_of(teams, option) = team.clone();
-    }
-    Ok(())
-}
-
-fn side_of<'a>(teams: &'a mut TeamsSpec, option: &str) -> &'a mut String {
-    if option == "--blue" { &mut teams.blue } else { &mut teams.pink }
 }
 
 /// Whether a window can be opened, or why not.
@@ -160,6 +139,7 @@ fn watch(program: Program, name: &str, file: &ScenarioFile, arguments: &PlayArgu
         Ok(app) => app,
         Err(message) => return report::usage_error(&message),
     };
+    app.insert_resource(arguments.agents.settings(name, &arguments.teams));
     if let Err(fault) = app.start_match(&file.scenario) {
         return report::scenario_error(&file.source.error(&fault));
     }
@@ -178,27 +158,4 @@ fn watch(program: Program, name: &str, file: &ScenarioFile, arguments: &PlayArgu
         }
     }
     window::show(app)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn chosen(scenario: &str, blue: Option<&str>) -> Result<ScenarioFile, String> {
-        let mut file = ScenarioFile::named(scenario).map_err(|error| error.to_string())?;
-        let arguments = PlayArguments { blue: blue.map(str::to_owned), ..PlayArguments::default() };
-        choose_teams(Program { extend: &|_| {} }, &mut file, &arguments).map(|()| file)
-    }
-
-    #[test]
-    fn the_default_match_lines_up_two_teams() {
-        let file = chosen(DEFAULT_SCENARIO, None).expect("the default match");
-        assert!(file.scenario.teams.is_some());
-    }
-
-    #[test]
-    fn an_unknown_team_is_a_mistake() {
-        let message = chosen(DEFAULT_SCENARIO, Some("nobody")).expect_err("no such team");
-        assert!(message.starts_with("--blue: there is no team `nobody`; expected `chasers`"), "{message}");
-    }
 }

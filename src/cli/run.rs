@@ -11,6 +11,7 @@ use super::interrupt::Interrupt;
 use super::run_arguments::RunArguments;
 use super::terminal::Printer;
 use super::{Program, begin, outputs, report};
+use crate::agents;
 use crate::cycle::{CycleClock, run_cycle};
 use crate::events::{CycleEvents, MatchEvent};
 use crate::game::Game;
@@ -19,7 +20,7 @@ use crate::record::recorder::{self, EndReason, Recorders};
 use crate::referee::report::{HEADER, report as match_report};
 use crate::scenario::{Scenario, ScenarioFile};
 use crate::simulation::Snapshot;
-use crate::team::Team;
+use crate::team::{PerTeam, Team};
 
 /// Cycles between two looks at the progress bar: so few that it moves where pictures take their time.
 const CYCLES_PER_PROGRESS: u64 = 16;
@@ -57,6 +58,9 @@ fn run_match(
         Ok(interrupt) => interrupt,
         Err(message) => return report::failure(&message),
     };
+    if let Err(error) = agents::start_programs(app.world_mut()) {
+        return report::usage_error(&error.to_string());
+    }
     match arguments.recordings.open(app.world(), arguments.force) {
         Ok(recorders) if recorders.is_empty() => {}
         Ok(recorders) => recorder::start(app.world_mut(), recorders),
@@ -77,6 +81,7 @@ fn run_match(
             report::note(&format!("the match ended before {save_at_s} s: it was saved as it ended"));
         }
     }
+    agents::dismiss(app.world_mut(), words_of(outcome.reason));
     let status = finish(app.world_mut(), &outcome, started_at_cycle, wall_s, &mut printer, arguments);
     let status = printer.finish(status);
     if outcome.reason == EndReason::Interrupted { interrupt.finish(status) } else { status }
@@ -95,6 +100,8 @@ struct Outcome {
     reason: EndReason,
     goals: Vec<(f64, Team)>,
     broken_invariants: Vec<String>,
+    /// Robots whose programs were lost.
+    agents_lost: PerTeam<u32>,
     /// What the referee decided, and how often, if that is to be explained.
     decisions: BTreeMap<String, u32>,
     /// Whether the match was saved on the way, or should have been.
@@ -150,6 +157,11 @@ fn run_to_the_end(
                 progress.suspend(|| printer.print(format_args!("{text}\n")));
             }
             match event {
+                MatchEvent::AgentLost { robot, message, .. } => {
+                    outcome.agents_lost[robot.team] += 1;
+                    progress
+                        .suspend(|| report::note(&format!("{robot} has lost its program at {time_s:.2} s: {message}")));
+                }
                 MatchEvent::Goal { team, .. } => outcome.goals.push((time_s, *team)),
                 MatchEvent::InvariantBroken { message } => {
                     outcome.broken_invariants.push(format!("{time_s:.2} s: {message}"));
@@ -247,12 +259,11 @@ fn summary(
     for (time_s, team) in &outcome.goals {
         text += &format!("{:>7.1} s  goal for {team}\n", time_s);
     }
-    let end = match outcome.reason {
-        EndReason::FinalWhistle => "final whistle",
-        EndReason::Duration => "end",
-        EndReason::Interrupted => "interrupted",
-        EndReason::Failed => "stopped",
-    };
+    if outcome.agents_lost != PerTeam::default() {
+        let PerTeam { blue, pink } = outcome.agents_lost;
+        text += &format!("programs lost: blue {blue}, pink {pink}\n");
+    }
+    let end = words_of(outcome.reason);
     let simulated_s = clock.end_time_s();
     // A saved match goes on in the middle.
     let cycles = clock.cycle - started_at_cycle;
@@ -264,6 +275,15 @@ fn summary(
         factor(cycles as f64 * clock.period_s / wall_s.max(1e-9)),
     );
     text
+}
+
+fn words_of(reason: EndReason) -> &'static str {
+    match reason {
+        EndReason::FinalWhistle => "final whistle",
+        EndReason::Duration => "end",
+        EndReason::Interrupted => "interrupted",
+        EndReason::Failed => "stopped",
+    }
 }
 
 /// With as many digits as say something.

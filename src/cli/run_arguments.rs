@@ -4,8 +4,10 @@ use bevy::prelude::*;
 use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
 
+use super::agents::AgentArguments;
 use super::outputs::{Output, check_files, cycle_at};
 use super::recordings::Recordings;
+use super::teams::TeamArguments;
 use crate::cycle::CycleClock;
 use crate::scenario::wording::one_of;
 use crate::scenario::{NotASetting, Realism, Scenario, Setting};
@@ -39,6 +41,8 @@ pub struct RunArguments {
     /// A scenario file (.ron or .json), the name of a built-in scenario (see `naoisis list scenarios`), or a saved match
     /// to go on with (.naoisis)
     pub scenario: String,
+    #[command(flatten)]
+    pub teams: TeamArguments,
     /// Seed of all random numbers, instead of the scenario's
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub seed: Option<u64>,
@@ -56,6 +60,8 @@ pub struct RunArguments {
     pub cameras: Option<Cameras>,
     #[command(flatten)]
     pub recordings: Recordings,
+    #[command(flatten)]
+    pub agents: AgentArguments,
     /// Save the match (.naoisis), to go on with it later
     #[arg(long, value_name = "FILE")]
     pub save: Option<PathBuf>,

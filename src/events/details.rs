@@ -165,6 +165,27 @@ impl Refusal {
 /// The largest number that a command may have, in metres or radians.
 pub const LARGEST_COMMAND: f32 = 1000.0;
 
+/// Why the program that played a robot does so no more.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum AgentLoss {
+    /// It could not be started, or asked for what there is not.
+    Refused,
+    /// It ended, or hung up, as if it were done.
+    Closed,
+    /// It ended with an error.
+    Crashed,
+    /// It did not answer in time.
+    TimedOut,
+    /// It sent something that is no answer.
+    Malformed,
+    /// It sent a message that is too long.
+    TooLong,
+    /// It answered for another cycle.
+    WrongCycle,
+}
+
 /// A line over which the ball left the pitch.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

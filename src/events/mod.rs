@@ -28,8 +28,8 @@
 mod details;
 
 pub use details::{
-    BoundaryLine, CollisionPartner, CollisionType, CommandKind, DisallowedGoal, FallCause, KickMiss, KickResult,
-    LARGEST_COMMAND, Refusal,
+    AgentLoss, BoundaryLine, CollisionPartner, CollisionType, CommandKind, DisallowedGoal, FallCause, KickMiss,
+    KickResult, LARGEST_COMMAND, Refusal,
 };
 
 use bevy::prelude::*;
@@ -295,6 +295,15 @@ pub enum MatchEvent {
     ShootOutWon {
         /// For this team.
         team: Team,
+    },
+    /// The program that played a robot does so no more: the robot stands still, and the match goes on.
+    AgentLost {
+        /// Which robot.
+        robot: RobotId,
+        /// Why, in a word.
+        reason: AgentLoss,
+        /// Why, in a sentence.
+        message: String,
     },
     /// Something that must always hold does not: a bug.
     InvariantBroken {

@@ -9,7 +9,8 @@
 //! 7. [Rules](rules): what the referee judges, and what robots are told.
 //! 8. [Architecture](architecture): the cycle, who knows what, determinism.
 //! 9. [The paper](paper): what each of its sentences has become, and which test shows it.
-//! 10. [Adding to it](extending): a sensor, a rule, a team, a log format, a command.
+//! 10. [Python](python): matches, batches and environments for learning from there.
+//! 11. [Adding to it](extending): a sensor, a rule, a team, a log format, a command.
 //!
 //! The programs in `examples/` are one idea each, and run headless:
 //!
@@ -58,6 +59,9 @@ pub mod architecture {}
 
 #[doc = include_str!("paper.md")]
 pub mod paper {}
+
+#[doc = include_str!("python.md")]
+pub mod python {}
 
 #[doc = include_str!("extending.md")]
 pub mod extending {

@@ -114,6 +114,7 @@ fn sentence(event: &MatchEvent) -> Option<(String, Option<&Evidence>)> {
         }
         MatchEvent::GotUp { robot } => (format!("{robot} stands again."), None),
         MatchEvent::Dive { robot, side } => (format!("{robot} dives to its {}.", side.name()), None),
+        MatchEvent::AgentLost { robot, message, .. } => (format!("{robot} has lost its program: {message}."), None),
         MatchEvent::Kick { .. }
         | MatchEvent::Collision { .. }
         | MatchEvent::CommandRefused { .. }

@@ -234,7 +234,7 @@ impl RobotSpec {
     }
 }
 
-/// What controls a robot: `"idle"`, the name of a registered behaviour, or `{ "script": [...] }`.
+/// What controls a robot: `"idle"`, the name of a registered behaviour, `{ "script": [...] }`, or `{ "program": [...] }`.
 #[derive(Clone, PartialEq, Debug, Reflect)]
 #[non_exhaustive]
 pub enum BehaviourSpec {
@@ -242,6 +242,8 @@ pub enum BehaviourSpec {
     Named(String),
     /// A script: what to do at which time.
     Script(Vec<ScriptEntry>),
+    /// A program of its own: the words of its command line, run in the folder of the scenario's file.
+    Program(Vec<String>),
 }
 
 impl Default for BehaviourSpec {
@@ -259,6 +261,11 @@ impl Serialize for BehaviourSpec {
                 map.serialize_entry("script", entries)?;
                 map.end()
             }
+            BehaviourSpec::Program(words) => {
+                let mut map = serializer.serialize_map(Some(1))?;
+                map.serialize_entry("program", words)?;
+                map.end()
+            }
         }
     }
 }
@@ -272,7 +279,7 @@ impl<'de> Deserialize<'de> for BehaviourSpec {
             type Value = BehaviourSpec;
 
             fn expecting(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
-                formatter.write_str("`idle`, the name of a behaviour, or an object with a `script`")
+                formatter.write_str("`idle`, the name of a behaviour, or an object with a `script` or a `program`")
             }
 
             fn visit_str<E: de::Error>(self, name: &str) -> Result<BehaviourSpec, E> {
@@ -280,25 +287,32 @@ impl<'de> Deserialize<'de> for BehaviourSpec {
             }
 
             fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<BehaviourSpec, A::Error> {
-                let mut script = None;
-                while let Some(ScriptField::Script) = map.next_key()? {
-                    script = Some(map.next_value()?);
+                let mut behaviour = None;
+                while let Some(field) = map.next_key()? {
+                    if behaviour.is_some() {
+                        return Err(de::Error::custom("a robot has one behaviour: a `script` or a `program`"));
+                    }
+                    behaviour = Some(match field {
+                        Field::Script => BehaviourSpec::Script(map.next_value()?),
+                        Field::Program => BehaviourSpec::Program(map.next_value()?),
+                    });
                 }
-                script.map(BehaviourSpec::Script).ok_or_else(|| de::Error::missing_field("script"))
+                behaviour.ok_or_else(|| de::Error::missing_field("script"))
             }
         }
 
         #[derive(Deserialize)]
         #[serde(field_identifier, rename_all = "snake_case")]
-        enum ScriptField {
+        enum Field {
             Script,
+            Program,
         }
 
         deserializer.deserialize_any(BehaviourVisitor)
     }
 }
 
-/// Two teams, by name.
+/// Two teams, by name, or as `exec:COMMAND`: a program that is started for each of their robots.
 #[derive(Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TeamsSpec {
@@ -306,6 +320,17 @@ pub struct TeamsSpec {
     pub blue: String,
     /// The pink team.
     pub pink: String,
+}
+
+impl TeamsSpec {
+    /// What the name of a team begins with that is the command line of a program.
+    pub const EXEC: &str = "exec:";
+
+    /// The words of the command line that the name of a team stands for, if it does: quoted and parted as a shell would.
+    /// None among them if quotes are not closed.
+    pub fn command_line(team: &str) -> Option<Option<Vec<String>>> {
+        team.strip_prefix(Self::EXEC).map(shlex::split)
+    }
 }
 
 impl Default for TeamsSpec {

@@ -5,7 +5,7 @@ use bevy::prelude::*;
 use super::rules::RuleRegistry;
 use super::sensors::SensorRegistry;
 use crate::behaviour::BehaviourRegistry;
-use crate::scenario::{BehaviourSpec, FieldPath, Scenario, ScenarioFault, unknown_name};
+use crate::scenario::{BehaviourSpec, FieldPath, Scenario, ScenarioFault, TeamsSpec, unknown_name};
 use crate::team::Team;
 
 /// A fault for each name that nobody has registered, and for each setting of a sensor or rule of the program's own. That a name is
@@ -24,11 +24,22 @@ pub fn unknown(world: &World, scenario: &Scenario) -> Vec<ScenarioFault> {
         _ => None,
     });
     let named = scenario.teams.iter().flat_map(|teams| [(Team::Blue, &teams.blue), (Team::Pink, &teams.pink)]);
-    let teams = named
-        .filter(|(_, name)| !name.trim().is_empty() && registry.team(name).is_none())
-        .map(|(team, name)| no_team(registry, &root.field("teams").field(team.name()), name));
+    let teams = named.filter_map(|(team, name)| wrong_team(registry, &root.field("teams").field(team.name()), name));
     let sensors = world.resource::<SensorRegistry>().faults(scenario);
     robots.chain(teams).chain(sensors).chain(world.resource::<RuleRegistry>().faults(scenario)).collect()
+}
+
+/// What is wrong with the name of a team, if anything: it is neither registered nor the command line of a program.
+pub fn wrong_team(registry: &BehaviourRegistry, path: &FieldPath, name: &str) -> Option<ScenarioFault> {
+    match TeamsSpec::command_line(name) {
+        Some(Some(words)) if words.first().is_some_and(|word| !word.is_empty()) => None,
+        Some(words) => {
+            let wrong = if words.is_some() { "names no program" } else { "has a quote that is not closed" };
+            let expected = "the command line of a program, such as `exec:python3 my_team.py`";
+            Some(ScenarioFault::new(path.clone(), format!("`{name}` {wrong}"), expected))
+        }
+        None => (!name.trim().is_empty() && registry.team(name).is_none()).then(|| no_team(registry, path, name)),
+    }
 }
 
 /// The fault of a team's name that nobody has registered.

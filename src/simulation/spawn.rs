@@ -6,9 +6,9 @@ use super::names;
 use super::sensors::{SensorRecord, SensorRegistry};
 use super::settings::RobotSettings;
 use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity, Rolling};
-use crate::behaviour::BehaviourRegistry;
 use crate::behaviour::drawings::Drawings;
 use crate::behaviour::script::Script;
+use crate::behaviour::{BehaviourRegistry, Program};
 use crate::belief::localisation_method::LocalisationMethod;
 use crate::belief::{Belief, SimpleBelief, team_from_pitch};
 use crate::collision::Contacts;
@@ -28,7 +28,7 @@ use crate::robot::kick::{KickCommand, KickPhase};
 use crate::robot::motion::{ExecutedStep, WalkCommand};
 use crate::robot::{PreviousPose, Roster, Velocity};
 use crate::scenario::wording::one_of;
-use crate::scenario::{BehaviourSpec, FieldPath, RobotSpec, Scenario, ScenarioFault};
+use crate::scenario::{BehaviourSpec, FieldPath, RobotSpec, Scenario, ScenarioFault, TeamsSpec};
 use crate::sensing::odometry::Odometry;
 use crate::sensing::sonar::SonarReading;
 use crate::sensing::status::BodyStatus;
@@ -121,10 +121,20 @@ fn team_of(
     name: &str,
     line_up: &mut LineUp,
 ) -> Result<Vec<RobotSpec>, ScenarioFault> {
+    let size = scenario.rules.team_size;
+    let mut spec_of = |number, behaviour| RobotSpec {
+        team,
+        number,
+        pose: line_up.put_down(RobotId::new(team, number), &BodyBounds::default()),
+        behaviour,
+        ..RobotSpec::default()
+    };
+    if let Some(Some(words)) = TeamsSpec::command_line(name) {
+        return Ok((1..=size).map(|number| spec_of(number, BehaviourSpec::Program(words.clone()))).collect());
+    }
     let Some(recipe) = registry.team(name) else {
         return Err(names::no_team(registry, &FieldPath::default().field("teams").field(team.name()), name));
     };
-    let size = scenario.rules.team_size;
     for number in 1..=size {
         let behaviour = recipe.behaviour_of(number, size);
         if registry.marker_of(&behaviour).is_none() {
@@ -135,15 +145,8 @@ fn team_of(
             ));
         }
     }
-    Ok((1..=size)
-        .map(|number| RobotSpec {
-            team,
-            number,
-            pose: line_up.put_down(RobotId::new(team, number), &BodyBounds::default()),
-            behaviour: BehaviourSpec::Named(recipe.behaviour_of(number, size).into_owned()),
-            ..RobotSpec::default()
-        })
-        .collect())
+    let named = |number| BehaviourSpec::Named(recipe.behaviour_of(number, size).into_owned());
+    Ok((1..=size).map(|number| spec_of(number, named(number))).collect())
 }
 
 fn clock_of(scenario: &Scenario) -> CycleClock {
@@ -195,6 +198,9 @@ fn spawn_robot<'w>(world: &'w mut World, scenario: &Scenario, robot: &RobotSpec)
     match &robot.behaviour {
         BehaviourSpec::Script(entries) => {
             entity.insert(Script(entries.clone()));
+        }
+        BehaviourSpec::Program(words) => {
+            entity.insert(Program(words.clone()));
         }
         BehaviourSpec::Named(name) => {
             let marker = entity.world().resource::<BehaviourRegistry>().marker_of(name);

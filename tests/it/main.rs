@@ -27,6 +27,7 @@ mod outputs;
 mod own_program;
 mod own_rules;
 mod pairs;
+mod programs;
 mod realism;
 mod referee_properties;
 #[cfg(feature = "gpu")]

@@ -158,6 +158,7 @@ fn examples() -> Vec<MatchEvent> {
         MatchEvent::InterventionRefused { intervention: Intervention::Return { robot }, message: "no".to_owned() },
         MatchEvent::PenaltyOver { robot, position_m },
         MatchEvent::HalfBegins { half: 2 },
+        MatchEvent::AgentLost { robot, reason: AgentLoss::TimedOut, message: "it says nothing".to_owned() },
         MatchEvent::FinalWhistle,
         MatchEvent::ShootOutBegins,
         MatchEvent::ShootOutWon { team },

@@ -274,6 +274,14 @@ impl Checks {
                 self.value_fault(path.field("behaviour"), "`behaviour` has no name", expected);
             }
             BehaviourSpec::Named(_) => {}
+            BehaviourSpec::Program(words) => {
+                if words.first().is_none_or(|word| word.trim().is_empty())
+                    || words.iter().any(|word| word.contains('\0'))
+                {
+                    let expected = "the words of a command line, such as [\"python3\", \"my_team.py\"]";
+                    self.value_fault(path.field("behaviour.program"), "`program` names no program", expected);
+                }
+            }
             BehaviourSpec::Script(entries) => {
                 for (index, entry) in entries.iter().enumerate() {
                     let path = path.field("behaviour.script").index(index);

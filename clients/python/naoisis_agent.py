@@ -1,0 +1,99 @@
+"""Plays a robot of a naoisis match: needs Python 3.8 and nothing else.
+
+    from naoisis_agent import play
+
+    def decide(perception):
+        ball = perception["percepts"]["ball"]
+        if ball is None:
+            return {"walk": [0.0, 0.0, 3.0]}
+        x, y = ball["position_m"]
+        return {"walk": [0.006, 0.0, 3.0 if y > 0.1 else -3.0 if y < -0.1 else 0.0]}
+
+    play(decide, name="my team")
+
+    $ naoisis run match3v3 --blue "exec:python3 my_team.py" --trace match.jsonl
+
+`decide` gets what the robot perceives in a cycle, a dictionary as in a trace, and returns what the robot shall do, in the words
+of a trace's `command`; nothing to let it stand. What is printed goes to standard error, as standard output is the match's.
+"""
+
+import base64
+import json
+import os
+import socket
+import sys
+
+
+class Refused(Exception):
+    """The match does not let the program play, and says why."""
+
+
+class Agent:
+    """The connection to the match. `welcome` is what the match says of itself: robot, cycle_s, field, rules, model."""
+
+    def __init__(self, name="", images=(), belief=False, address=None, robot=None):
+        """Says hello, over standard input and output, or to `naoisis serve` at `address`: "tcp:HOST:PORT" or "unix:PATH"."""
+        if address is None:
+            self._from_match, self._to_match = sys.stdin.buffer, sys.stdout.buffer
+            sys.stdout = sys.stderr
+        else:
+            connection = _connect(address)
+            self._from_match = self._to_match = connection.makefile("rwb")
+        hello = {"protocol": 1, "name": name, "encoding": "json", "images": list(images), "belief": belief}
+        robot = robot or os.environ.get("NAOISIS_ROBOT")
+        if robot:
+            hello["robot"] = robot
+        self._send({"hello": hello})
+        answer = self._receive()
+        if answer is None or "welcome" not in answer:
+            raise Refused((answer or {}).get("refused", {}).get("reason", "the match has hung up"))
+        self.welcome = answer["welcome"]
+        self.robot = self.welcome["robot"]
+        self.end = None
+
+    def turns(self):
+        """The cycles of the match, each with its "cycle", "time_s" and "perception", until it is over. Answer each."""
+        while True:
+            turn = self._receive()
+            if turn is None:
+                return
+            if "end" in turn:
+                self.end = turn["end"]
+                return
+            for image in turn.get("images", {}).values():
+                image["rgb"] = base64.b64decode(image["rgb"])
+            yield turn
+
+    def answer(self, turn, command=None):
+        """Says what the robot shall do in this cycle."""
+        self._send({"cycle": turn["cycle"], "command": command or {}})
+
+    def _send(self, message):
+        self._to_match.write(json.dumps(message, allow_nan=False, separators=(",", ":")).encode() + b"\n")
+        self._to_match.flush()
+
+    def _receive(self):
+        line = self._from_match.readline()
+        return json.loads(line) if line else None
+
+
+def play(decide, **hello):
+    """Plays until the match is over. How it ended, with its score; nothing if the match was broken off."""
+    agent = Agent(**hello)
+    for turn in agent.turns():
+        agent.answer(turn, decide(turn["perception"]))
+    return agent.end
+
+
+def _connect(address):
+    kind, _, where = address.partition(":")
+    if kind == "unix":
+        connection = socket.socket(socket.AF_UNIX)
+        connection.connect(where)
+    elif kind == "tcp":
+        host, _, port = where.rpartition(":")
+        connection = socket.create_connection((host, int(port)))
+        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    else:
+        raise ValueError(f"{address!r} is no address; expected tcp:HOST:PORT or unix:PATH")
+    return connection

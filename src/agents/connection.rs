@@ -1,0 +1,363 @@
+//! A connection to a program: messages in either encoding, bounded in length, with deadlines.
+
+use core::time::Duration;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+use std::io::{self, Read, Write};
+use std::net::{Shutdown, TcpStream};
+#[cfg(unix)]
+use std::os::unix::net::UnixStream;
+use std::time::Instant;
+
+use super::command::read_value;
+use super::protocol::Encoding;
+use crate::events::AgentLoss;
+
+/// How deep a message may be nested.
+const DEEPEST: usize = 32;
+/// So much of what a program wrote is shown when it is no message, bytes.
+const SHOWN: usize = 100;
+/// What is read at once, bytes.
+const CHUNK: usize = 16 << 10;
+/// How long to wait for what must be there already, if it is.
+const NO_TIME: Duration = Duration::from_millis(1);
+
+/// Why there will be nothing more from a program.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[error("{message}")]
+pub struct Loss {
+    /// In a word.
+    pub reason: AgentLoss,
+    /// In a sentence.
+    pub message: String,
+}
+
+impl Loss {
+    pub(super) fn new(reason: AgentLoss, message: impl Into<String>) -> Self {
+        Self { reason, message: message.into() }
+    }
+
+    fn of_io(error: &io::Error) -> Self {
+        match error.kind() {
+            io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut => {
+                Loss::new(AgentLoss::TimedOut, "it reads nothing of what it is sent")
+            }
+            _ => Loss::new(AgentLoss::Closed, "it has hung up"),
+        }
+    }
+}
+
+/// The bytes to and from a program.
+#[derive(Debug)]
+pub enum Stream {
+    /// Of a process, or a Unix socket.
+    #[cfg(unix)]
+    Unix(UnixStream),
+    /// Of a TCP socket.
+    Tcp(TcpStream),
+}
+
+/// Does the same with either kind of stream.
+macro_rules! with_stream {
+    ($stream:expr, $of:ident => $act:expr) => {
+        match $stream {
+            #[cfg(unix)]
+            Stream::Unix($of) => $act,
+            Stream::Tcp($of) => $act,
+        }
+    };
+}
+
+impl Stream {
+    fn set_timeouts(&self, time: Option<Duration>) -> io::Result<()> {
+        with_stream!(self, stream => stream.set_read_timeout(time).and_then(|()| stream.set_write_timeout(time)))
+    }
+
+    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        with_stream!(self, stream => stream.read(bytes))
+    }
+
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        with_stream!(self, stream => stream.write(bytes))
+    }
+
+    fn shut_down(&self, how: Shutdown) {
+        // Whoever has hung up already will not mind.
+        let _ = with_stream!(self, stream => stream.shutdown(how));
+    }
+}
+
+/// A connection to a program.
+#[derive(Debug)]
+pub struct Connection {
+    stream: Stream,
+    encoding: Encoding,
+    /// The longest message that is taken, bytes.
+    longest: usize,
+    /// What was received and is not read yet.
+    received: Vec<u8>,
+    /// So much of it has no end of a line.
+    searched: usize,
+    outgoing: Vec<u8>,
+    /// What reads and writes wait for at most, as the system knows it.
+    timeout: Option<Duration>,
+}
+
+impl Connection {
+    /// A connection over a stream, which begins with lines of JSON.
+    pub fn new(stream: Stream, longest: usize) -> Self {
+        let encoding = Encoding::Json;
+        // So that the first timeout is set.
+        let timeout = Some(Duration::MAX);
+        Self { stream, encoding, longest, received: Vec::new(), searched: 0, outgoing: Vec::new(), timeout }
+    }
+
+    /// How messages are written from now on.
+    pub fn set_encoding(&mut self, encoding: Encoding) {
+        self.encoding = encoding;
+    }
+
+    /// Sends a message.
+    ///
+    /// # Errors
+    /// When it is not taken by the deadline.
+    pub fn send(&mut self, message: &impl Serialize, deadline: Option<Instant>) -> Result<(), Loss> {
+        self.outgoing.clear();
+        let written = match self.encoding {
+            Encoding::Json => {
+                let written = serde_json::to_writer(&mut self.outgoing, message).map_err(|error| error.to_string());
+                self.outgoing.push(b'\n');
+                written
+            }
+            Encoding::Msgpack => {
+                self.outgoing.extend([0; 4]);
+                let mut serializer = rmp_serde::Serializer::new(&mut self.outgoing).with_struct_map();
+                let written = message.serialize(&mut serializer).map_err(|error| error.to_string());
+                let length = u32::try_from(self.outgoing.len() - 4).unwrap_or(u32::MAX);
+                self.outgoing[..4].copy_from_slice(&length.to_be_bytes());
+                written
+            }
+        };
+        written.map_err(|error| Loss::new(AgentLoss::Refused, format!("it cannot be told what there is: {error}")))?;
+        let mut sent = 0;
+        while sent < self.outgoing.len() {
+            self.wait_until(deadline)?;
+            match self.stream.write(&self.outgoing[sent..]) {
+                Ok(0) => return Err(Loss::new(AgentLoss::Closed, "it has hung up")),
+                Ok(count) => sent += count,
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                Err(error) => return Err(Loss::of_io(&error)),
+            }
+        }
+        Ok(())
+    }
+
+    /// Receives a message.
+    ///
+    /// # Errors
+    /// When there is none by the deadline, or it is none of this type.
+    pub fn receive<T: DeserializeOwned>(&mut self, deadline: Option<Instant>) -> Result<T, Loss> {
+        loop {
+            if let Some((start, end, next)) = self.next_message()? {
+                let bytes = &self.received[start..end];
+                let message = match self.encoding {
+                    Encoding::Json => read_json(bytes),
+                    Encoding::Msgpack => read_message_pack(bytes),
+                };
+                self.received.drain(..next);
+                self.searched = 0;
+                return message;
+            }
+            self.read_more(deadline)?;
+        }
+    }
+
+    /// Waits until the program hangs up, whatever else it says.
+    pub fn wait_for_end(&mut self, deadline: Option<Instant>) {
+        self.stream.shut_down(Shutdown::Write);
+        loop {
+            self.received.clear();
+            if self.read_more(deadline).is_err() || deadline.is_some_and(|deadline| deadline <= Instant::now()) {
+                break;
+            }
+        }
+    }
+
+    /// Where the first message begins and ends, and where the next begins; none if it is not whole yet.
+    fn next_message(&mut self) -> Result<Option<(usize, usize, usize)>, Loss> {
+        let longest = self.longest;
+        let too_long =
+            || Loss::new(AgentLoss::TooLong, format!("it sent a message of more than {longest} bytes; expected fewer"));
+        match self.encoding {
+            Encoding::Json => {
+                let end = self.received[self.searched..].iter().position(|&byte| byte == b'\n');
+                let end = end.map(|end| self.searched + end);
+                self.searched = self.received.len();
+                match end {
+                    Some(end) if end <= longest => Ok(Some((0, end, end + 1))),
+                    None if self.received.len() <= longest => Ok(None),
+                    _ => Err(too_long()),
+                }
+            }
+            Encoding::Msgpack => {
+                let Some((length, rest)) = self.received.split_first_chunk::<4>() else { return Ok(None) };
+                let length = u32::from_be_bytes(*length) as usize;
+                if length > longest {
+                    return Err(too_long());
+                }
+                Ok((rest.len() >= length).then_some((4, 4 + length, 4 + length)))
+            }
+        }
+    }
+
+    /// Reads what there is, or what comes.
+    fn read_more(&mut self, deadline: Option<Instant>) -> Result<(), Loss> {
+        self.wait_until(deadline)?;
+        let before = self.received.len();
+        self.received.resize(before + CHUNK, 0);
+        let read = loop {
+            match self.stream.read(&mut self.received[before..]) {
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                read => break read,
+            }
+        };
+        self.received.truncate(before + *read.as_ref().unwrap_or(&0));
+        match read {
+            Ok(0) if before > 0 => Err(Loss::new(AgentLoss::Closed, "it has hung up in the middle of a message")),
+            Ok(0) => Err(Loss::new(AgentLoss::Closed, "it has hung up")),
+            Ok(_) => Ok(()),
+            Err(error) if matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut) => {
+                Err(Loss::new(AgentLoss::TimedOut, "it did not answer in time"))
+            }
+            Err(error) => Err(Loss::of_io(&error)),
+        }
+    }
+
+    /// Lets the stream wait until the deadline at the latest. What is there already is always taken.
+    fn wait_until(&mut self, deadline: Option<Instant>) -> Result<(), Loss> {
+        let left = deadline.map(|deadline| deadline.saturating_duration_since(Instant::now()).max(NO_TIME));
+        // A system call less in each cycle: nearly the same time is the same.
+        let is_near = |one: Duration, other: Duration| one.abs_diff(other) < one / 8;
+        let is_set = match (left, self.timeout) {
+            (None, None) => true,
+            (Some(left), Some(set)) => is_near(left, set),
+            _ => false,
+        };
+        if !is_set {
+            self.stream.set_timeouts(left).map_err(|error| Loss::of_io(&error))?;
+            self.timeout = left;
+        }
+        Ok(())
+    }
+}
+
+fn read_json<T: DeserializeOwned>(line: &[u8]) -> Result<T, Loss> {
+    serde_json::from_slice(line).or_else(|error| match serde_json::from_slice::<Value>(line) {
+        // Read again, for words that help.
+        Ok(value) => read_value(&value).map_err(|error| malformed(&error.to_string(), line)),
+        Err(_) => Err(malformed(&format!("this is no JSON ({error})"), line)),
+    })
+}
+
+fn read_message_pack<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Loss> {
+    fn read<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, rmp_serde::decode::Error> {
+        let mut deserializer = rmp_serde::Deserializer::from_read_ref(bytes);
+        deserializer.set_max_depth(DEEPEST);
+        T::deserialize(&mut deserializer)
+    }
+    read(bytes).or_else(|error| match read::<Value>(bytes) {
+        Ok(value) => read_value(&value).map_err(|error| malformed(&error.to_string(), value.to_string().as_bytes())),
+        Err(_) => Err(malformed(&format!("this is no MessagePack ({error})"), bytes)),
+    })
+}
+
+/// The loss of a program that sent this.
+fn malformed(what: &str, sent: &[u8]) -> Loss {
+    let mut shown = String::from_utf8_lossy(&sent[..sent.len().min(SHOWN)]).into_owned();
+    shown.retain(|letter| !letter.is_control());
+    let more = if sent.len() > SHOWN { " ..." } else { "" };
+    Loss::new(AgentLoss::Malformed, format!("it sent `{shown}{more}`: {what}"))
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::super::protocol::Answer;
+    use super::*;
+    use serde_json::json;
+
+    /// A connection, and the program's end of it.
+    fn pair() -> (Connection, UnixStream) {
+        let (here, there) = UnixStream::pair().unwrap();
+        (Connection::new(Stream::Unix(here), 1000), there)
+    }
+
+    /// What comes of these bytes, sent by a program that then hangs up.
+    fn received(encoding: Encoding, bytes: &[u8]) -> Result<Answer, Loss> {
+        let (mut connection, mut program) = pair();
+        connection.set_encoding(encoding);
+        program.write_all(bytes).unwrap();
+        drop(program);
+        connection.receive(None)
+    }
+
+    #[test]
+    fn messages_arrive_in_either_encoding_however_they_are_cut() {
+        let answer = Answer { cycle: 7, ..Answer::default() };
+        for encoding in [Encoding::Json, Encoding::Msgpack] {
+            let (mut here, there) = pair();
+            let mut program = Connection::new(Stream::Unix(there), 1000);
+            here.set_encoding(encoding);
+            program.set_encoding(encoding);
+            program.send(&json!({ "cycle": 6 }), None).unwrap();
+            program.send(&answer, None).unwrap();
+            assert_eq!(here.receive::<Answer>(None).unwrap().cycle, 6);
+            assert_eq!(here.receive::<Answer>(None), Ok(answer.clone()));
+        }
+        let (mut here, mut program) = pair();
+        let writer = std::thread::spawn(move || {
+            for byte in b"{\"cycle\":3}\n" {
+                program.write_all(&[*byte]).unwrap();
+            }
+        });
+        assert_eq!(here.receive::<Answer>(None).unwrap().cycle, 3);
+        writer.join().unwrap();
+    }
+
+    #[test]
+    fn what_is_no_message_is_told_from_what_never_comes() {
+        let reason = |encoding, bytes: &[u8]| received(encoding, bytes).unwrap_err().reason;
+        let json = |text: &str| reason(Encoding::Json, text.as_bytes());
+        assert_eq!(json(""), AgentLoss::Closed);
+        assert_eq!(json("{\"cycle\":"), AgentLoss::Closed);
+        assert_eq!(json("Hello, world!\n"), AgentLoss::Malformed);
+        assert_eq!(json("\n"), AgentLoss::Malformed);
+        assert_eq!(json("{\"cycle\":-1}\n"), AgentLoss::Malformed);
+        assert_eq!(json(&format!("{}\n", "[".repeat(900))), AgentLoss::Malformed);
+        assert_eq!(json(&"x".repeat(2000)), AgentLoss::TooLong);
+        assert_eq!(reason(Encoding::Json, b"{\"cycle\":1,\"\xff\":2}\n"), AgentLoss::Malformed);
+        let message_pack = |bytes: &[u8]| reason(Encoding::Msgpack, bytes);
+        assert_eq!(message_pack(&[0xff; 4]), AgentLoss::TooLong);
+        assert_eq!(message_pack(&[0, 0, 0, 9, 1]), AgentLoss::Closed);
+        assert_eq!(message_pack(&[0, 0, 0, 1, 0xc1]), AgentLoss::Malformed);
+        // A list said to be four thousand million long, and one within another within another.
+        assert_eq!(message_pack(&[0, 0, 0, 5, 0xdd, 0xff, 0xff, 0xff, 0xff]), AgentLoss::Malformed);
+        assert_eq!(message_pack(&[&[0, 0, 1, 0][..], &[0x91; 256]].concat()), AgentLoss::Malformed);
+    }
+
+    #[test]
+    fn who_is_silent_is_too_late_and_who_does_not_listen_too() {
+        let (mut connection, program) = pair();
+        let soon = || Some(Instant::now() + Duration::from_millis(5));
+        assert_eq!(connection.receive::<Answer>(soon()).unwrap_err().reason, AgentLoss::TimedOut);
+        let large = "x".repeat(1 << 20);
+        assert_eq!(connection.send(&large, soon()).unwrap_err().reason, AgentLoss::TimedOut);
+        drop(program);
+    }
+
+    #[test]
+    fn what_is_wrong_with_an_answer_is_said_in_words() {
+        let wrong = received(Encoding::Json, b"{\"cycle\": 1, \"comand\": {}}\n").unwrap_err().to_string();
+        assert!(wrong.contains("there is no field `comand`: did you mean `command`?"), "{wrong}");
+    }
+}

@@ -1,0 +1,164 @@
+//! Whoever plays a robot from outside: the connection to it, its process if it has one, and what is said.
+
+use bevy::prelude::*;
+use core::time::Duration;
+use std::collections::BTreeMap;
+use std::time::Instant;
+
+use super::connection::{Connection, Loss};
+use super::process::{self, Process};
+use super::protocol::{
+    Answer, EXAMPLE_HELLO, Hello, HelloMessage, ImageMessage, ImageSource, Message, PROTOCOL, Turn, Welcome,
+};
+use super::settings::AgentSettings;
+use crate::belief::Belief;
+use crate::cycle::CycleClock;
+use crate::events::AgentLoss;
+use crate::game::Score;
+use crate::record::vocabulary::{Perception, RobotCommand};
+use crate::scenario::Scenario;
+use crate::sensing::camera::CameraImages;
+use crate::team::RobotId;
+
+/// How long a program whose match is over may take to end.
+const FAREWELL: Duration = Duration::from_secs(1);
+
+/// A robot is played by a program, or was.
+#[derive(Component, Debug)]
+pub struct Player(pub(super) Option<Agent>);
+
+/// A program that plays a robot.
+#[derive(Debug)]
+pub struct Agent {
+    connection: Connection,
+    /// Dropped last: it ends the process.
+    process: Option<Process>,
+    images: Vec<ImageSource>,
+    belief: bool,
+    /// When it has to have answered.
+    deadline: Option<Instant>,
+}
+
+impl Agent {
+    /// A program that has not said anything yet.
+    pub(super) fn new(connection: Connection, process: Option<Process>) -> Self {
+        Self { connection, process, images: Vec::new(), belief: false, deadline: None }
+    }
+
+    /// What the program says of itself.
+    pub(super) fn hello(&mut self, deadline: Option<Instant>) -> Result<Hello, Loss> {
+        let hello = self.connection.receive::<HelloMessage>(deadline).map_err(|mut loss| {
+            loss.message = match loss.reason {
+                AgentLoss::Malformed => format!("{}; expected a hello at first, such as {EXAMPLE_HELLO}", loss.message),
+                AgentLoss::TimedOut => "it did not say hello in time".to_owned(),
+                _ => loss.message,
+            };
+            self.told(loss)
+        })?;
+        Ok(hello.hello)
+    }
+
+    /// Lets the program play a robot, if it asks for nothing that there is not.
+    pub(super) fn welcome(
+        &mut self,
+        hello: &Hello,
+        robot: RobotId,
+        scenario: &Scenario,
+        renders_images: bool,
+        deadline: Option<Instant>,
+    ) -> Result<(), Loss> {
+        let refusal = if hello.protocol != PROTOCOL {
+            Some(format!("it speaks protocol {}; expected {PROTOCOL}", hello.protocol))
+        } else if hello.robot.is_some_and(|wanted| wanted != robot) {
+            Some(format!("it wants to play another robot; expected `{robot}`, as NAOISIS_ROBOT says, or none"))
+        } else if !hello.images.is_empty() && !renders_images {
+            Some("it wants camera images, and none are rendered; expected a match with --cameras software".to_owned())
+        } else {
+            None
+        };
+        if let Some(reason) = refusal {
+            self.refuse(&reason, deadline);
+            return Err(Loss::new(AgentLoss::Refused, reason));
+        }
+        self.images.clone_from(&hello.images);
+        self.belief = hello.belief;
+        self.connection.set_encoding(hello.encoding);
+        let welcome = Message::Welcome(Box::new(Welcome::of(scenario, robot)));
+        self.connection.send(&welcome, deadline).map_err(|loss| self.told(loss))
+    }
+
+    /// Tells the program why it may not play.
+    pub(super) fn refuse(&mut self, reason: &str, deadline: Option<Instant>) {
+        // Who does not listen will see that it is over.
+        let _ = self.connection.send(&Message::Refused { reason }, deadline);
+    }
+
+    /// Tells the program what its robot perceives.
+    pub(super) fn ask(
+        &mut self,
+        clock: &CycleClock,
+        perception: &Perception,
+        belief: Option<&Belief>,
+        images: Option<&CameraImages>,
+        settings: &AgentSettings,
+    ) -> Result<(), Loss> {
+        self.deadline = settings.answer_timeout.map(|time| Instant::now() + time);
+        let turn = Turn {
+            cycle: clock.cycle,
+            time_s: clock.start_time_s(),
+            perception,
+            belief: belief.filter(|_| self.belief),
+            images: self.images_of(clock, images),
+        };
+        self.connection.send(&turn, self.deadline).map_err(|loss| self.told(loss))
+    }
+
+    /// The images that it wants, if they were taken in this cycle.
+    fn images_of<'a>(
+        &self,
+        clock: &CycleClock,
+        images: Option<&'a CameraImages>,
+    ) -> BTreeMap<ImageSource, ImageMessage<'a>> {
+        let taken = images.filter(|images| !self.images.is_empty() && images.cycle == Some(clock.cycle));
+        let Some(taken) = taken else { return BTreeMap::new() };
+        let of = |source| match source {
+            ImageSource::Top => (source, ImageMessage::of(&taken.top)),
+            ImageSource::Bottom => (source, ImageMessage::of(&taken.bottom)),
+        };
+        self.images.iter().copied().map(of).collect()
+    }
+
+    /// What the program decides in this cycle.
+    pub(super) fn answer(&mut self, cycle: u64) -> Result<RobotCommand, Loss> {
+        let answer = self.connection.receive::<Answer>(self.deadline).map_err(|loss| self.told(loss))?;
+        if answer.cycle != cycle {
+            let message = format!("it answered for cycle {}; expected {cycle}", answer.cycle);
+            return Err(Loss::new(AgentLoss::WrongCycle, message));
+        }
+        answer.command.checked().map_err(|error| Loss::new(AgentLoss::Malformed, error.to_string()))
+    }
+
+    /// The loss with what is known of how the process ended.
+    fn told(&mut self, loss: Loss) -> Loss {
+        let (AgentLoss::Closed, Some(process)) = (loss.reason, &mut self.process) else { return loss };
+        match process.exit_status(Instant::now() + FAREWELL) {
+            Some(status) if status.success() => Loss::new(AgentLoss::Closed, "it ended before the match did"),
+            Some(status) => Loss::new(AgentLoss::Crashed, process::ending(status)),
+            None => Loss::new(AgentLoss::Closed, "it has closed its standard output"),
+        }
+    }
+
+    /// Tells the program that the match is over.
+    pub(super) fn say_goodbye(&mut self, reason: &str, score: Score) {
+        let _ = self.connection.send(&Message::End { reason, score }, Some(Instant::now() + FAREWELL));
+    }
+
+    /// Gives it a moment to end by itself.
+    pub(super) fn wait_for_end(mut self) {
+        let deadline = Instant::now() + FAREWELL;
+        self.connection.wait_for_end(Some(deadline));
+        if let Some(process) = &mut self.process {
+            process.exit_status(deadline);
+        }
+    }
+}

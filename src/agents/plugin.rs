@@ -1,0 +1,174 @@
+//! When in a cycle programs are asked: when the robots have perceived, and before behaviours decide.
+
+use bevy::prelude::*;
+use std::time::Instant;
+
+use super::connection::{Connection, Loss};
+use super::player::{Agent, Player};
+use super::process::Process;
+use super::protocol::Hello;
+use super::remote::{ObeyingRobot, believe};
+use super::settings::AgentSettings;
+
+use crate::behaviour::{DecideSystems, Program};
+use crate::belief::Belief;
+use crate::cycle::{Cycle, CycleClock};
+use crate::events::{AgentLoss, CycleEvents, MatchEvent};
+use crate::game::Game;
+use crate::record::vocabulary::Perceived;
+use crate::robot::Roster;
+use crate::scenario::Scenario;
+use crate::sensing::camera::{CameraImages, CameraRendering, CameraSettings};
+use crate::team::RobotId;
+
+/// Lets programs play: starts those of robots that have one, and asks them in every cycle.
+pub struct AgentsPlugin;
+
+impl Plugin for AgentsPlugin {
+    fn build(&self, app: &mut App) {
+        let programs_wait = |waiting: Query<(), (With<Program>, Without<Player>)>| !waiting.is_empty();
+        let somebody_plays = |players: Query<(), With<Player>>| !players.is_empty();
+        app.init_resource::<AgentSettings>().init_resource::<LostAgents>().add_systems(
+            Cycle,
+            (start_waiting.run_if(programs_wait), ask.run_if(somebody_plays)).chain().in_set(DecideSystems::Ask),
+        );
+    }
+}
+
+/// Programs that were lost before the match began.
+#[derive(Resource, Default)]
+pub(super) struct LostAgents(pub Vec<(RobotId, Loss)>);
+
+/// A program that cannot be started.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[error("{robot}: {message}")]
+pub struct StartError {
+    /// The robot that it should play.
+    pub robot: RobotId,
+    /// Why it cannot be started.
+    pub message: String,
+}
+
+/// Starts the programs of all robots that have one and are not played yet, and lets them say hello. Without it they are
+/// started in the first cycle.
+///
+/// What goes wrong with a program that was started is an event of the next cycle.
+///
+/// # Errors
+/// The first that cannot be started; none are running then.
+pub fn start_programs(world: &mut World) -> Result<(), StartError> {
+    let settings = world.resource::<AgentSettings>().clone();
+    let mut waiting = world.query_filtered::<(Entity, &RobotId, &Program), Without<Player>>();
+    let mut programs: Vec<(Entity, RobotId, Vec<String>)> =
+        waiting.iter(world).map(|(entity, id, program)| (entity, *id, program.0.clone())).collect();
+    programs.sort_by_key(|(_, id, _)| *id);
+    let mut agents = Vec::new();
+    for (entity, robot, words) in programs {
+        let folder = settings.folders[robot.team].as_deref();
+        let (process, stream) = Process::start(&words, folder, robot, settings.error_lines.clone())
+            .map_err(|message| StartError { robot, message })?;
+        let connection = Connection::new(stream, settings.longest_message);
+        agents.push((entity, robot, Agent::new(connection, Some(process))));
+    }
+    // They load while others do.
+    let deadline = settings.start_timeout.map(|time| Instant::now() + time);
+    for (entity, robot, mut agent) in agents {
+        let begun = agent.hello(deadline).and_then(|hello| begin(world, robot, &mut agent, &hello, deadline));
+        let player = match begun {
+            Ok(()) => Player(Some(agent)),
+            Err(loss) => {
+                if loss.reason == AgentLoss::Refused {
+                    agent.wait_for_end();
+                }
+                world.resource_mut::<LostAgents>().0.push((robot, loss));
+                Player(None)
+            }
+        };
+        world.entity_mut(entity).insert(player);
+    }
+    Ok(())
+}
+
+/// Lets a program that has said hello play a robot.
+pub(super) fn begin(
+    world: &mut World,
+    robot: RobotId,
+    agent: &mut Agent,
+    hello: &Hello,
+    deadline: Option<Instant>,
+) -> Result<(), Loss> {
+    let scenario = world.resource::<Scenario>();
+    agent.welcome(hello, robot, scenario, scenario.cameras.render != CameraRendering::Off, deadline)?;
+    // Where nothing is said of cameras, they work for who looks through them.
+    let entity = world.resource::<Roster>().get(robot);
+    if !hello.images.is_empty()
+        && let Some(mut cameras) = entity.and_then(|entity| world.get_mut::<CameraSettings>(entity))
+        && cameras.render == CameraRendering::Auto
+    {
+        cameras.render = CameraRendering::Software;
+    }
+    if hello.belief {
+        believe(world, robot).map_err(|error| Loss::new(AgentLoss::Refused, error.to_string()))?;
+    }
+    Ok(())
+}
+
+/// Starts programs in the middle of a match: after a restart, or in one that was saved.
+fn start_waiting(world: &mut World) {
+    if let Err(StartError { robot, message }) = start_programs(world) {
+        world.resource_mut::<LostAgents>().0.push((robot, Loss::new(AgentLoss::Refused, message)));
+        let mut waiting = world.query_filtered::<Entity, (With<Program>, Without<Player>)>();
+        let waiting: Vec<Entity> = waiting.iter(world).collect();
+        for entity in waiting {
+            world.entity_mut(entity).insert(Player(None));
+        }
+    }
+}
+
+fn ask(
+    clock: Res<CycleClock>,
+    settings: Res<AgentSettings>,
+    mut lost: ResMut<LostAgents>,
+    mut events: ResMut<CycleEvents>,
+    mut robots: Query<(&RobotId, &mut Player, Perceived, Option<&Belief>, Option<&CameraImages>, ObeyingRobot)>,
+) {
+    let mut players: Vec<_> = robots.iter_mut().collect();
+    players.sort_by_key(|(id, ..)| **id);
+    let mut losses = core::mem::take(&mut lost.0);
+    // All think at the same time.
+    for (id, player, perceived, belief, images, _) in &mut players {
+        let Some(agent) = &mut player.0 else { continue };
+        if let Err(loss) = agent.ask(&clock, &perceived.perception(), *belief, *images, &settings) {
+            losses.push((**id, loss));
+            player.0 = None;
+        }
+    }
+    for (id, player, .., robot) in &mut players {
+        let Some(agent) = &mut player.0 else { continue };
+        match agent.answer(clock.cycle) {
+            Ok(command) => robot.obey(command),
+            Err(loss) => {
+                losses.push((**id, loss));
+                player.0 = None;
+            }
+        }
+    }
+    losses.sort_by_key(|(robot, _)| *robot);
+    let event = |(robot, Loss { reason, message })| MatchEvent::AgentLost { robot, reason, message };
+    events.extend(losses.into_iter().map(event));
+}
+
+/// Tells all programs that the match is over, and why in words, and lets them end.
+pub fn dismiss(world: &mut World, reason: &str) {
+    let Some(score) = world.get_resource::<Game>().map(|game| game.score) else { return };
+    let mut players = world.query::<(&RobotId, &mut Player)>();
+    let taken = players.iter_mut(world).filter_map(|(id, mut player)| player.0.take().map(|agent| (*id, agent)));
+    let mut agents: Vec<(RobotId, Agent)> = taken.collect();
+    agents.sort_by_key(|(id, _)| *id);
+    for (_, agent) in &mut agents {
+        agent.say_goodbye(reason, score);
+    }
+    for (_, agent) in agents {
+        agent.wait_for_end();
+    }
+}

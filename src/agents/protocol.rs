@@ -1,0 +1,219 @@
+//! What is said between a match and a program that plays one of its robots.
+//!
+//! The program speaks first: a [`Hello`]. It is answered by a [`Welcome`], or by a reason why not. From then on there is one
+//! [`Turn`] a cycle, answered by one [`Answer`] each, until the match ends.
+
+use base64::display::Base64Display;
+use base64::engine::general_purpose::STANDARD;
+use serde::{Deserialize, Serialize, Serializer};
+use std::collections::BTreeMap;
+
+use crate::belief::Belief;
+use crate::game::{Rules, Score};
+use crate::pitch::Pitch;
+use crate::record::vocabulary::{Perception, RobotCommand};
+use crate::robot::head::HeadLimits;
+use crate::robot::kick::KickSettings;
+use crate::robot::motion::MotionLimits;
+use crate::scenario::Scenario;
+use crate::sensing::camera::CameraSettings;
+use crate::sensing::camera::image::Image;
+use crate::sensing::sonar::SonarSettings;
+use crate::team::RobotId;
+
+/// The version of the protocol that is spoken here.
+pub const PROTOCOL: u32 = 1;
+
+/// How messages are written after the hello.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Encoding {
+    /// A JSON object a line.
+    #[default]
+    Json,
+    /// MessagePack maps, each after its length: 4 bytes, big-endian.
+    Msgpack,
+}
+
+/// A camera of which a program wants the images.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ImageSource {
+    /// The top camera.
+    Top,
+    /// The bottom camera.
+    Bottom,
+}
+
+/// What a program says of itself.
+#[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Hello {
+    /// The version of the protocol that it speaks.
+    pub protocol: u32,
+    /// What it is called.
+    #[serde(default)]
+    pub name: String,
+    /// The robot that it wants to play; on a pipe it plays the robot that it was started for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub robot: Option<RobotId>,
+    /// How it wants to talk from now on.
+    #[serde(default)]
+    pub encoding: Encoding,
+    /// The cameras of which it wants images.
+    #[serde(default)]
+    pub images: Vec<ImageSource>,
+    /// Whether the built-in estimator shall run for it.
+    #[serde(default)]
+    pub belief: bool,
+}
+
+/// The first message of a program.
+#[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HelloMessage {
+    /// What it says of itself.
+    pub hello: Hello,
+}
+
+/// What a program decides in a cycle.
+#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Answer {
+    /// The cycle that it decides for: that of the message that it answers.
+    pub cycle: u64,
+    /// What the robot shall do.
+    #[serde(default)]
+    pub command: RobotCommand,
+}
+
+/// What a match says to a program.
+#[derive(Clone, Debug, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Message<'a> {
+    /// It may play.
+    Welcome(Box<Welcome<'a>>),
+    /// It may not.
+    Refused {
+        /// Why not.
+        reason: &'a str,
+    },
+    /// The match is over.
+    End {
+        /// What ended it, in words.
+        reason: &'a str,
+        /// Goals of both teams.
+        score: Score,
+    },
+}
+
+/// What a robot may know before the match.
+#[derive(Clone, Debug, Serialize)]
+pub struct Welcome<'a> {
+    /// The version of the protocol that is spoken.
+    pub protocol: u32,
+    /// The robot that the program plays.
+    pub robot: RobotId,
+    /// Duration of a cycle, s.
+    pub cycle_s: f64,
+    /// Robots of a team.
+    pub team_size: u8,
+    /// The sizes of pitch and goals.
+    pub field: &'a Pitch,
+    /// The rules that are played by.
+    pub rules: &'a Rules,
+    /// What the robot can do.
+    pub model: Model<'a>,
+    /// How much of a real robot there is, in words.
+    pub realism: String,
+}
+
+/// What a robot can do, in the words of scenarios.
+#[derive(Clone, Debug, Serialize)]
+pub struct Model<'a> {
+    /// What it is called.
+    pub name: &'a str,
+    /// How it walks.
+    pub motion: MotionLimits,
+    /// How it turns its head.
+    pub head: HeadLimits,
+    /// How it kicks.
+    pub kicks: KickSettings,
+    /// Its cameras.
+    pub cameras: CameraSettings,
+    /// Its sonars.
+    pub sonar: SonarSettings,
+}
+
+impl<'a> Welcome<'a> {
+    /// What the robot with this id may know of a scenario.
+    pub fn of(scenario: &'a Scenario, robot: RobotId) -> Self {
+        let listed = scenario.robots.iter().find(|spec| spec.id() == robot);
+        let of_team = scenario.robots.iter().filter(|spec| spec.team == robot.team).count();
+        let team_size = if of_team > 0 { of_team as u8 } else { scenario.rules.team_size };
+        Welcome {
+            protocol: PROTOCOL,
+            robot,
+            cycle_s: scenario.cycle_s,
+            team_size,
+            field: &scenario.field,
+            rules: &scenario.rules,
+            model: Model {
+                name: &scenario.model,
+                motion: listed.and_then(|spec| spec.motion).unwrap_or(scenario.motion),
+                head: listed.and_then(|spec| spec.head_limits).unwrap_or(scenario.head),
+                kicks: scenario.kicks,
+                cameras: scenario.cameras,
+                sonar: listed.and_then(|spec| spec.sonar).unwrap_or(scenario.sonar),
+            },
+            realism: scenario.realism_in_words(),
+        }
+    }
+}
+
+/// What a robot perceives in a cycle.
+#[derive(Clone, Debug, Serialize)]
+pub struct Turn<'a> {
+    /// The cycle under way, from 1.
+    pub cycle: u64,
+    /// The instant that is perceived, s since the start.
+    pub time_s: f64,
+    /// What the robot perceives, as a trace has it.
+    pub perception: &'a Perception,
+    /// What the built-in estimator makes of it, if that was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub belief: Option<&'a Belief>,
+    /// Camera images, if they were asked for and are new.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub images: BTreeMap<ImageSource, ImageMessage<'a>>,
+}
+
+/// A camera image.
+#[derive(Clone, Debug, Serialize)]
+pub struct ImageMessage<'a> {
+    /// Pixels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Red, green and blue of each pixel, row by row from the top: base64 in JSON, raw bytes in MessagePack.
+    #[serde(serialize_with = "bytes")]
+    pub rgb: &'a [u8],
+}
+
+impl<'a> ImageMessage<'a> {
+    /// An image as it is sent.
+    pub fn of(image: &'a Image) -> Self {
+        Self { width: image.width, height: image.height, rgb: &image.rgb }
+    }
+}
+
+fn bytes<S: Serializer>(bytes: &[u8], serializer: S) -> Result<S::Ok, S::Error> {
+    if serializer.is_human_readable() {
+        serializer.collect_str(&Base64Display::new(bytes, &STANDARD))
+    } else {
+        serializer.serialize_bytes(bytes)
+    }
+}
+
+/// The hello of a program, for messages about others.
+pub const EXAMPLE_HELLO: &str = r#"{"hello": {"protocol": 1, "name": "my team"}}"#;
