@@ -38,6 +38,7 @@
 //! | have all commands in a program of your own | [`cli::run`] |
 //! | know what happens, in a system of your own | [`events`] |
 //! | play thousands of matches | [`batch`] |
+//! | let something learn | [`environment`], and the Python package |
 //! | save a match and go on from it | [`simulation::snapshot`] |
 //! | add a system at the right place | [`cycle::CycleSystems`] |
 //!
@@ -72,6 +73,7 @@
 //! | `simulation` | a match: its start, settings, saved state |
 //! | `record` | what is written of a match: traces, pictures, films |
 //! | `agents` | robots that programs outside decide for |
+//! | `environment` | matches as environments for learning |
 //! | `batch` | many matches |
 //! | `trials` `figures` `viewer` | robots measured beside real ones; pictures of the paper; the window |
 //! | `cli` | the commands |
@@ -102,6 +104,7 @@ pub mod cli;
 pub mod collision;
 pub mod communication;
 pub mod cycle;
+pub mod environment;
 pub mod events;
 pub mod figures;
 pub mod game;

@@ -6,6 +6,7 @@ use std::ffi::OsString;
 use std::process::ExitCode;
 
 mod batches;
+mod environments;
 mod errors;
 mod played;
 mod simulator;
@@ -33,6 +34,8 @@ mod _naoisis {
     use super::batches::Batch;
     #[pymodule_export]
     use super::command;
+    #[pymodule_export]
+    use super::environments::{Environments, challenges};
     #[pymodule_export]
     use super::played::Match;
     #[pymodule_export]

@@ -1,19 +1,19 @@
 //! One match: played, looked at, saved.
 
 use bevy::ecs::world::World;
-use naoisis::belief::Belief;
+use naoisis::agents::{self, AgentError, CommandError, RobotCommand};
 use naoisis::camera_model::CameraSide;
-use naoisis::cycle::{CycleClock, try_run_cycle};
+use naoisis::cycle::{CycleClock, CyclePart, perceive, try_run_cycle};
 use naoisis::events::{CycleEvents, MatchEvent};
 use naoisis::game::{Game, GameState};
 use naoisis::record::beliefs::BeliefRecorder;
-use naoisis::record::gather::{gather_on_demand, record_now};
+use naoisis::record::cycle_record::CycleRecord;
+use naoisis::record::gather::{CurrentRecord, gather_on_demand, record_now};
 use naoisis::record::match_renderer::{MatchRenderer, view_of_field};
 use naoisis::record::picture_recorder::PictureRecorder;
 use naoisis::record::recorder::{self, EndReason, Recorder, Recorders};
 use naoisis::record::trace::TraceRecorder;
 use naoisis::record::video::VideoRecorder;
-use naoisis::record::vocabulary::Perceived;
 use naoisis::robot::Roster;
 use naoisis::scenario::Scenario;
 use naoisis::sensing::camera::image::{Image, Layers};
@@ -28,8 +28,8 @@ use std::sync::{Mutex, TryLockError};
 use std::time::{Duration, Instant};
 
 use crate::errors::{match_error, of_panic, of_snapshot, snapshot_error};
-use crate::simulator::{self, Made};
-use crate::values::{Digits, to_python};
+use crate::simulator::{self, Made, controlled, robot_id};
+use crate::values::{Digits, from_python, to_python};
 
 /// How long a match goes on before Python may see whether it was interrupted.
 const BETWEEN_SIGNALS: Duration = Duration::from_millis(50);
@@ -57,8 +57,32 @@ impl Played {
         Self { world, renderer: MatchRenderer::default(), seen: None, events: Vec::new(), panic: None }
     }
 
+    /// Cycles that are over: of the one under way robots have perceived, and nothing else has happened in it.
     fn cycle(&self) -> u64 {
-        self.world.resource::<CycleClock>().cycle
+        self.world.resource::<CycleClock>().cycle - u64::from(self.is_under_way())
+    }
+
+    fn time_s(&self) -> f64 {
+        self.cycle() as f64 * self.world.resource::<CycleClock>().period_s
+    }
+
+    /// Whether robots have perceived what they have not acted upon yet.
+    fn is_under_way(&self) -> bool {
+        *self.world.resource::<CyclePart>() == CyclePart::Act
+    }
+
+    /// Where robots are decided for from outside, lets all perceive what the next commands will answer.
+    fn perceive(&mut self) {
+        if !self.is_under_way() && !self.is_finished() && !agents::remote_robots(&self.world).is_empty() {
+            // The record of the cycle that is over, before the next one begins.
+            record_now(&mut self.world);
+            perceive(&mut self.world);
+        }
+    }
+
+    /// The record of the cycle that is over.
+    fn record(&mut self) -> &CycleRecord {
+        if self.is_under_way() { &self.world.resource::<CurrentRecord>().record } else { record_now(&mut self.world) }
     }
 
     /// Whether the final whistle has gone, or the scenario's time is over.
@@ -82,7 +106,7 @@ impl Played {
                 return Err(panic);
             }
             cycles += 1;
-            let time_s = self.world.resource::<CycleClock>().end_time_s();
+            let time_s = self.time_s();
             let events = self.world.resource::<CycleEvents>().iter();
             self.events.extend(events.map(|event| (time_s, event.clone())));
             if cycles.is_multiple_of(CYCLES_PER_LOOK) && Instant::now() >= until {
@@ -125,9 +149,25 @@ impl Played {
     }
 }
 
-/// A robot such as `blue2`.
-fn robot_id(word: &str) -> PyResult<RobotId> {
-    word.parse().map_err(|error: naoisis::team::NotARobotId| PyValueError::new_err(error.to_string()))
+/// Each robot's command.
+fn commands_of(commands: &Bound<'_, PyDict>) -> PyResult<Vec<(RobotId, RobotCommand)>> {
+    let command_of = |(robot, command): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
+        let robot: String = robot.extract()?;
+        let value = from_python(&command, &robot)?;
+        let command = RobotCommand::from_value(&value).map_err(|error| {
+            let field = match &error {
+                CommandError::Malformed { field, .. } if !field.is_empty() => format!(".{field}"),
+                _ => String::new(),
+            };
+            PyValueError::new_err(format!("{robot}{field}: {error}"))
+        })?;
+        Ok((robot_id(&robot)?, command))
+    };
+    commands.iter().map(command_of).collect()
+}
+
+fn agent_error(py: Python<'_>, error: AgentError) -> PyErr {
+    match_error(py, &error.to_string())
 }
 
 fn camera_side(word: &str) -> PyResult<CameraSide> {
@@ -174,10 +214,19 @@ impl Match {
 #[pymethods]
 impl Match {
     #[new]
-    fn new(py: Python<'_>, made: Made<'_>) -> PyResult<Self> {
-        let file = made.file(py)?;
+    fn new(py: Python<'_>, made: Made<'_>, control: Vec<String>) -> PyResult<Self> {
+        let mut file = made.file(py)?;
         let mut world = simulator::world();
+        // What is wrong with the scenario is said first.
         simulator::start(py, &mut world, &file)?;
+        let (scenario, control) = controlled(&world, &file.scenario, &control)?;
+        if !control.is_empty() {
+            file.scenario = scenario;
+            simulator::start(py, &mut world, &file)?;
+        }
+        for id in control {
+            agents::believe(&mut world, id).map_err(|error| agent_error(py, error))?;
+        }
         gather_on_demand(&mut world);
         Ok(Self(Mutex::new(Played::new(world))))
     }
@@ -197,6 +246,41 @@ impl Match {
             let snapshot = Snapshot::take(&mut played.world).map_err(|error| of_snapshot(py, &error))?;
             let bytes = snapshot.to_bytes(&played.world).map_err(|message| snapshot_error(py, &message))?;
             Ok(PyBytes::new(py, &bytes))
+        })
+    }
+
+    /// The robots that are decided for from outside.
+    #[getter]
+    fn control(&self, py: Python<'_>) -> PyResult<Vec<String>> {
+        self.with(py, |played| Ok(agents::remote_robots(&played.world).iter().map(ToString::to_string).collect()))
+    }
+
+    /// Plays so many cycles with these commands: walking goes on in all of them, the rest is for the first.
+    fn step(&self, py: Python<'_>, commands: &Bound<'_, PyDict>, cycles: u64) -> PyResult<()> {
+        let commands = commands_of(commands)?;
+        self.with(py, |played| {
+            let control = agents::remote_robots(&played.world);
+            if let Some((id, _)) = commands.iter().find(|(id, _)| !control.contains(id)) {
+                let control: Vec<String> = control.iter().map(ToString::to_string).collect();
+                let expected = if control.is_empty() { "none".to_owned() } else { control.join(", ") };
+                return Err(PyValueError::new_err(format!(
+                    "`{id}` is not controlled; expected commands for {expected}"
+                )));
+            }
+            played.events.clear();
+            for cycle in 0..cycles {
+                for (id, command) in &commands {
+                    let command = match cycle {
+                        0 => command.clone(),
+                        _ => RobotCommand { walk: command.walk, ..RobotCommand::default() },
+                    };
+                    agents::command(&mut played.world, *id, command).map_err(|error| agent_error(py, error))?;
+                }
+                if py.detach(|| played.play(1)).map_err(|panic| of_panic(py, &panic))? == 0 {
+                    break;
+                }
+            }
+            py.check_signals()
         })
     }
 
@@ -223,7 +307,7 @@ impl Match {
 
     #[getter]
     fn time_s(&self, py: Python<'_>) -> PyResult<f64> {
-        self.with(py, |played| Ok(played.world.resource::<CycleClock>().end_time_s()))
+        self.with(py, |played| Ok(played.time_s()))
     }
 
     #[getter]
@@ -273,24 +357,26 @@ impl Match {
     }
 
     fn truth<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.with(py, |played| to_python(py, record_now(&mut played.world), Digits::Lean))
+        self.with(py, |played| to_python(py, played.record(), Digits::Lean))
     }
 
     fn perception<'py>(&self, py: Python<'py>, robot: &str) -> PyResult<Bound<'py, PyAny>> {
         let id = robot_id(robot)?;
         self.with(py, |played| {
-            let robot = played.robot(py, id)?;
-            let mut robots = played.world.query::<Perceived>();
-            let perceived = robots.get(&played.world, robot).map(|robot| robot.perception()).ok();
-            to_python(py, &perceived, Digits::Lean)
+            played.robot(py, id)?;
+            played.perceive();
+            let perception = agents::perception(&mut played.world, id).map_err(|error| agent_error(py, error))?;
+            to_python(py, &perception, Digits::Lean)
         })
     }
 
     fn belief<'py>(&self, py: Python<'py>, robot: &str) -> PyResult<Bound<'py, PyAny>> {
         let id = robot_id(robot)?;
         self.with(py, |played| {
-            let robot = played.robot(py, id)?;
-            to_python(py, &played.world.get::<Belief>(robot), Digits::Lean)
+            played.robot(py, id)?;
+            played.perceive();
+            let belief = agents::belief(&played.world, id).map_err(|error| agent_error(py, error))?;
+            to_python(py, &belief, Digits::Lean)
         })
     }
 

@@ -2,10 +2,12 @@
 
 use bevy::app::App;
 use bevy::ecs::world::World;
+use naoisis::agents::with_remote_robots;
 use naoisis::record::RecordPlugin;
-use naoisis::scenario::{Format, ScenarioFile, Setting};
+use naoisis::scenario::{Format, RobotSpec, Scenario, ScenarioFile, Setting};
 use naoisis::sensing::jobs::SensingThreads;
-use naoisis::simulation::{NaoisisPlugins, start_match};
+use naoisis::simulation::{NaoisisPlugins, resolved, start_match};
+use naoisis::team::{NotARobotId, RobotId, Team};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
@@ -52,6 +54,11 @@ pub struct Made<'py> {
 impl Made<'_> {
     /// The scenario, with all that is to be otherwise.
     pub fn file(&self, py: Python<'_>) -> PyResult<ScenarioFile> {
+        self.changed(py, &self.unchanged(py)?)
+    }
+
+    /// A scenario with all that is to be otherwise.
+    pub fn changed(&self, py: Python<'_>, file: &ScenarioFile) -> PyResult<ScenarioFile> {
         let mut settings = Vec::new();
         if let Some(word) = &self.realism {
             settings.push(setting("realism", &format!("\"{word}\""))?);
@@ -68,7 +75,6 @@ impl Made<'_> {
                 settings.push(setting(path, &serde_json::Value::from(team.as_str()).to_string())?);
             }
         }
-        let file = self.unchanged(py)?;
         if (self.blue.is_some() || self.pink.is_some()) && !file.scenario.robots.is_empty() {
             let name = &file.source.name;
             return Err(PyValueError::new_err(format!(
@@ -111,4 +117,27 @@ pub fn setting(path: &str, value: &str) -> PyResult<Setting> {
 /// Starts the match of a scenario.
 pub fn start(py: Python<'_>, world: &mut World, file: &ScenarioFile) -> PyResult<()> {
     start_match(world, &file.scenario).map_err(|fault| scenario_error(py, &file.source.error(&fault)))
+}
+
+/// A robot such as `blue2`.
+pub fn robot_id(word: &str) -> PyResult<RobotId> {
+    word.parse().map_err(|error: NotARobotId| PyValueError::new_err(error.to_string()))
+}
+
+/// The scenario with the robots of these names controlled from outside, and who they are, in their order. The name of a team
+/// stands for all of its robots.
+pub fn controlled(world: &World, scenario: &Scenario, words: &[String]) -> PyResult<(Scenario, Vec<RobotId>)> {
+    let everybody = resolved(world, scenario).robots;
+    let mut control = Vec::new();
+    for word in words {
+        match Team::BOTH.into_iter().find(|team| team.name() == word) {
+            Some(team) => control.extend(everybody.iter().map(RobotSpec::id).filter(|id| id.team == team)),
+            None => control.push(robot_id(word)?),
+        }
+    }
+    control.sort_unstable();
+    control.dedup();
+    let scenario = with_remote_robots(world, scenario, &control);
+    let scenario = scenario.map_err(|fault| PyValueError::new_err(format!("control: {}", fault.in_words())))?;
+    Ok((scenario, control))
 }

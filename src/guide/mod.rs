@@ -10,7 +10,8 @@
 //! 8. [Rules](rules): what the referee judges, and what robots are told.
 //! 9. [Architecture](architecture): the cycle, who knows what, determinism.
 //! 10. [The paper](paper): what each of its sentences has become, and which test shows it.
-//! 11. [Adding to it](extending): a sensor, a rule, a team, a log format, a command.
+//! 11. [Python](python): matches, batches and environments for learning from there.
+//! 12. [Adding to it](extending): a sensor, a rule, a team, a log format, a command.
 //!
 //! The programs in `examples/` are one idea each, and run headless:
 //!
@@ -62,6 +63,9 @@ pub mod architecture {}
 
 #[doc = include_str!("paper.md")]
 pub mod paper {}
+
+#[doc = include_str!("python.md")]
+pub mod python {}
 
 #[doc = include_str!("extending.md")]
 pub mod extending {

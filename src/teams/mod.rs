@@ -28,6 +28,7 @@ pub mod supporter;
 pub mod talking;
 pub mod walking;
 
+pub use looking::{look_at, search};
 pub use player::{Decision, Player, PlayerMemory};
 
 use crate::behaviour::BehaviourApp;

@@ -10,25 +10,70 @@ Robots know nothing but what two cameras, two sonars, odometry and team messages
 every other; what is true is apart, in :meth:`Match.truth`.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from naoisis import environments
 from naoisis._batch import Batch, batch
 from naoisis._match import Match
-from naoisis._naoisis import LABELS, __version__
+from naoisis._naoisis import LABELS, Environments, __version__, challenges
 from naoisis._traces import Trace, read_beliefs, read_trace, trace_lines
+from naoisis.environments import MatchEnv, VectorEnv, vector_env
 from naoisis.errors import MatchError, NaoisisError, ScenarioError, SnapshotError, TraceError
 
 __all__ = [
     "LABELS",
     "Batch",
     "Match",
+    "MatchEnv",
     "MatchError",
     "NaoisisError",
     "ScenarioError",
     "SnapshotError",
     "Trace",
     "TraceError",
+    "VectorEnv",
     "__version__",
     "batch",
+    "parallel_env",
     "read_beliefs",
     "read_trace",
+    "rewards",
+    "tasks",
     "trace_lines",
+    "vector_env",
 ]
+
+if TYPE_CHECKING:
+    from naoisis.parallel import MatchParallelEnv
+
+
+def tasks() -> dict[str, str]:
+    """The named tasks, and what is to be done in each. Gymnasium has them as ``naoisis/NAME-vN``."""
+    return {name: description for name, _, description in challenges()}
+
+
+def rewards() -> dict[str, str]:
+    """The parts of rewards, and what each counts."""
+    return dict(Environments.rewards())
+
+
+def parallel_env(*arguments: Any, **options: Any) -> MatchParallelEnv:
+    """The robots of a match, or of a task, as an environment of PettingZoo (needs ``naoisis[pettingzoo]``).
+
+    >>> env = naoisis.parallel_env("match3v3", control="blue", opponents="roles", observation="belief")
+    >>> observations, infos = env.reset(seed=1)
+
+    Args:
+        scenario: A task's name (:func:`tasks`), or a scenario as of :class:`Match`.
+        control: A team, ``"blue"``, or robots, such as ``["blue1", "pink2"]`` [default: the task's].
+        opponents: The name of the other team, where the scenario lines up teams.
+        observation, action, reward, cycles_per_step, set, realism, camera, image_size, render_mode: As of :class:`MatchEnv`.
+    """
+    from naoisis import parallel
+
+    return parallel.parallel_env(*arguments, **options)
+
+
+environments.register()

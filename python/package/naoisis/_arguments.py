@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import operator
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, Union
 
 Scenario = Union[str, "os.PathLike[str]", Mapping[str, Any]]
@@ -63,3 +63,12 @@ def match_of(
         "pink": word_of(pink, "pink"),
         "realism": word_of(realism, "realism"),
     }
+
+
+def control_of(control: str | Iterable[str]) -> list[str]:
+    """The names of the robots, or teams, that are controlled."""
+    words = [control] if isinstance(control, str) else list(control)
+    for word in words:
+        if not isinstance(word, str):
+            raise TypeError(f"control: expected robots such as 'blue2', or a team, not {word!r}")
+    return words

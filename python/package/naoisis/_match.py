@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
 
 from naoisis import _naoisis
-from naoisis._arguments import Scenario, count_of, match_of
+from naoisis._arguments import Scenario, control_of, count_of, match_of
 from naoisis._pictures import png
 from naoisis.errors import MatchError
 
@@ -34,6 +34,8 @@ class Match:
         blue: The team that plays in blue, such as ``"roles"``, where the scenario lines up teams.
         pink: The team that plays in pink.
         realism: How much of a real robot there is: ``"paper"``, ``"ideal"`` or ``"realistic"``.
+        control: The robots that :meth:`step` decides for, such as ``["blue2"]``, or a whole team: ``"blue"``. The built-in
+            estimator tells what they believe.
 
     Raises:
         ScenarioError: The scenario is wrong; it says in which file, line and column, and what was expected.
@@ -51,8 +53,10 @@ class Match:
         blue: str | None = None,
         pink: str | None = None,
         realism: str | None = None,
+        control: str | Iterable[str] = (),
     ):
-        self._match = _naoisis.Match(match_of(scenario, seed, set, blue, pink, realism))
+        made = match_of(scenario, seed, set, blue, pink, realism)
+        self._match = _naoisis.Match(made, control_of(control))
 
     @classmethod
     def restore(cls, snapshot: bytes) -> Match:
@@ -76,16 +80,30 @@ class Match:
     def __reduce__(self) -> tuple[Any, ...]:
         return Match.restore, (self.snapshot(),)
 
-    def step(self, *, cycles: int = 1) -> None:
-        """Plays some cycles.
+    def step(self, commands: Mapping[str, Mapping[str, Any]] | None = None, cycles: int = 1) -> None:
+        """Plays some cycles, with commands for the robots that are controlled.
+
+        Args:
+            commands: For each robot what it wants, in a trace's words, everything optional: ``{"blue2": {"walk": [dx m, dy m,
+                dtheta deg], "head_deg": [yaw, pitch], "kick": {"type": "right_straight", "speed": 1.0}, "posture": …, "say":
+                {…}}}``. A step is that of one cycle, and goes on in all cycles of the call; the rest is for the first. A robot
+                without a command stands.
+
+        What :meth:`perception` and :meth:`belief` said before is what robots perceived at the beginning of these cycles.
 
         Raises:
             MatchError: The match is over.
+            ValueError: A command is wrong, or for a robot that is not controlled.
         """
         cycles = count_of(cycles, "cycles")
         if self.finished:
             raise MatchError(f"the match is over after {self.time_s:.2f} s; expected no step after its end")
-        self._match.play(cycles)
+        if not commands:
+            self._match.play(cycles)
+            return
+        if not isinstance(commands, Mapping):
+            raise TypeError(f"commands: expected a dictionary of robots and their commands, not {commands!r}")
+        self._match.step(dict(commands), cycles)
 
     def run(self, seconds: float | None = None) -> int:
         """Plays to the end, or for some seconds of the match's own time. Ctrl-C stops it between two cycles.
@@ -130,6 +148,11 @@ class Match:
         return self._match.robots
 
     @property
+    def control(self) -> list[str]:
+        """The robots that :meth:`step` decides for."""
+        return self._match.control
+
+    @property
     def events(self) -> list[dict[str, Any]]:
         """What happened in the last call of :meth:`step` or :meth:`run`, each with its ``kind`` and ``time_s``."""
         return self._match.events
@@ -152,7 +175,10 @@ class Match:
         return self._match.truth()
 
     def perception(self, robot: str) -> dict[str, Any]:
-        """What a robot, such as ``"blue2"``, perceived in the last cycle: its sensors, messages, and what it is told."""
+        """What a robot, such as ``"blue2"``, perceives: its sensors, the messages that arrived, and what it is told.
+
+        In a match with control it is of the cycle that the next :meth:`step` decides, otherwise of the last one.
+        """
         return self._match.perception(robot)
 
     def belief(self, robot: str) -> dict[str, Any] | None:

@@ -1,0 +1,334 @@
+"""Environments of Gymnasium: one robot that learns, and many worlds in step."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium.vector import AutoresetMode
+from gymnasium.vector.utils import batch_space
+
+from naoisis import _naoisis
+from naoisis._arguments import Scenario
+from naoisis._worlds import Reward, Worlds
+from naoisis.errors import MatchError
+
+__all__ = ["MatchEnv", "VectorEnv", "register", "vector_env"]
+
+
+class MatchEnv(gymnasium.Env):
+    """One robot in a match, or in a named task such as ``"ScoreEmptyGoal"``.
+
+    >>> import gymnasium, naoisis
+    >>> env = gymnasium.make("naoisis/ScoreEmptyGoal-v0", observation="belief")
+    >>> observation, info = env.reset(seed=1)
+    >>> observation, reward, terminated, truncated, info = env.step(env.action_space.sample())
+
+    Args:
+        scenario: A task's name (:func:`naoisis.tasks`), or a scenario as of :class:`naoisis.Match`.
+        control: The robot, such as ``"blue2"`` [default: the task's].
+        opponents: The name of the other team, where the scenario lines up teams.
+        observation: ``"perception"`` (sensors, and what the robot is told), ``"belief"`` (the built-in estimator), ``"truth"``
+            (what no robot can know), or ``"image"`` (a dictionary of a camera image and what the body knows).
+        action: ``"continuous"``, ``"multi_discrete"`` or ``"discrete"``: see ``action_names``.
+        reward: Weights of the parts of the reward (:func:`naoisis.rewards`), or a function of the truth and the robot's name
+            [default: the task's, and else the score].
+        cycles_per_step: Cycles that an action lasts [default: the task's, and else 3].
+        set: Fields of the scenario that are otherwise.
+        realism: How much of a real robot there is.
+        camera: The camera of images, ``"top"`` or ``"bottom"``.
+        image_size: Height and width of images, pixels.
+        render_mode: ``"rgb_array"`` for pictures of the field.
+
+    The end of a task, and the final whistle, terminate an episode; the end of its time truncates it. ``info["success"]`` says
+    how a task ended. A penalised robot stays an agent, with ``body.penalised`` in its observation.
+
+    Attributes:
+        observation_names: The names of the numbers of an observation.
+        observation_entries: For each its name, least and greatest value, and what it says.
+        action_names: The names of the numbers of an action, or of what can be chosen, list by list.
+        reward_weights: How much each part of the reward counts.
+    """
+
+    metadata = {"render_modes": ["rgb_array"], "render_fps": 10}
+
+    def __init__(
+        self,
+        scenario: Scenario = "ScoreEmptyGoal",
+        *,
+        control: str | None = None,
+        opponents: str | None = None,
+        observation: str = "perception",
+        action: str = "continuous",
+        reward: Mapping[str, float] | Reward | None = None,
+        cycles_per_step: int | None = None,
+        set: Mapping[str, Any] | None = None,
+        realism: str | None = None,
+        camera: str = "top",
+        image_size: tuple[int, int] = (48, 64),
+        render_mode: str | None = None,
+    ):
+        _check_render_mode(render_mode, self.metadata)
+        self._own_reward = reward if callable(reward) else None
+        self._worlds = Worlds(
+            scenario,
+            control=control,
+            opponents=opponents,
+            observation=observation,
+            action=action,
+            reward=None if callable(reward) else reward,
+            cycles_per_step=cycles_per_step,
+            set=set,
+            realism=realism,
+            camera=camera,
+            image_size=image_size,
+            solo=True,
+        )
+        self.render_mode = render_mode
+        self.observation_space = self._worlds.observation_space
+        self.action_space = self._worlds.action_space
+        self.observation_names = self._worlds.observation_names
+        self.observation_entries = self._worlds.observation_entries
+        self.action_names = self._worlds.action_names
+        self.reward_weights = self._worlds.inner.reward
+        self.metadata = {**self.metadata, "render_fps": round(1 / self._worlds.step_s)}
+        self._has_seed = False
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+        super().reset(seed=seed)
+        if seed is None and not self._has_seed:
+            seed = int(self.np_random.integers(2**32))
+        self._has_seed = True
+        arrays = self._worlds.arrays()
+        self._worlds.reset(seed, arrays)
+        return self._worlds.row(self._worlds.observations(arrays), 0), {}
+
+    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        arrays = self._worlds.arrays()
+        self._worlds.inner.step(self._worlds.actions(action), arrays)
+        observation = self._worlds.row(self._worlds.observations(arrays), 0)
+        terminated, truncated = bool(arrays["terminations"][0]), bool(arrays["truncations"][0])
+        info = {"success": bool(arrays["successes"][0])} if terminated or truncated else {}
+        reward = float(arrays["rewards"][0])
+        if self._own_reward is not None:
+            reward = float(self._own_reward(self.truth(), self._worlds.agents[0]))
+        return observation, reward, terminated, truncated, info
+
+    def truth(self) -> dict[str, Any]:
+        """What is true now: as :meth:`naoisis.Match.truth`."""
+        return self._worlds.inner.truth(0)
+
+    def state(self) -> np.ndarray:
+        """What is true, as an array, for critics that may know it; its names are ``state_names``."""
+        return self._worlds.inner.state()[0]
+
+    @property
+    def state_names(self) -> list[str]:
+        """The names of the numbers of :meth:`state`."""
+        return [name for name, *_ in self._worlds.inner.state_entries()]
+
+    def render(self) -> np.ndarray | None:
+        return self._worlds.picture() if self.render_mode == "rgb_array" else None
+
+
+class VectorEnv(gymnasium.vector.VectorEnv):
+    """Many worlds in step, on several threads: a row for each agent, those of one world being neighbours.
+
+    Same seeds and actions give the same bytes on any number of threads.
+
+    Args:
+        num_envs: The number of worlds; with several agents in each, the attribute ``num_envs`` is that of the rows.
+        control: Robots, such as ``["blue1", "blue2"]``, or a team, ``"blue"`` [default: the task's one robot].
+        autoreset_mode: What becomes of a world whose episode is over: ``"next_step"`` (its next step begins the next episode),
+            ``"same_step"`` (the next one begins at once, and ``info["final_obs"]`` has the last observation), or ``"disabled"``
+            (``reset(options={"reset_mask": ...})`` begins it, with a mask of the worlds).
+        threads: Threads that step worlds [default: one a core].
+
+    The rest is as of :class:`MatchEnv`.
+
+    Attributes:
+        num_worlds: The number of worlds.
+        agents: The robots of each world, in the order of the rows.
+    """
+
+    metadata = {"render_modes": ["rgb_array"], "render_fps": 10, "autoreset_mode": AutoresetMode.NEXT_STEP}
+
+    def __init__(
+        self,
+        scenario: Scenario = "ScoreEmptyGoal",
+        num_envs: int = 1,
+        *,
+        control: str | Iterable[str] | None = None,
+        opponents: str | None = None,
+        observation: str = "perception",
+        action: str = "continuous",
+        reward: Mapping[str, float] | None = None,
+        cycles_per_step: int | None = None,
+        set: Mapping[str, Any] | None = None,
+        realism: str | None = None,
+        camera: str = "top",
+        image_size: tuple[int, int] = (48, 64),
+        autoreset_mode: str | AutoresetMode = "next_step",
+        threads: int | None = None,
+        render_mode: str | None = None,
+    ):
+        _check_render_mode(render_mode, self.metadata)
+        mode = str(getattr(autoreset_mode, "name", autoreset_mode)).lower()
+        self._worlds = worlds = Worlds(
+            scenario,
+            control=control,
+            opponents=opponents,
+            observation=observation,
+            action=action,
+            reward=reward,
+            cycles_per_step=cycles_per_step,
+            set=set,
+            realism=realism,
+            camera=camera,
+            image_size=image_size,
+            worlds=num_envs,
+            auto_reset=mode,
+            threads=threads,
+            solo=control is None,
+        )
+        self.autoreset_mode = AutoresetMode[mode.upper()]
+        self.metadata = {**self.metadata, "render_fps": round(1 / worlds.step_s), "autoreset_mode": self.autoreset_mode}
+        self.render_mode = render_mode
+        self.num_envs, self.num_worlds, self.agents = worlds.rows, worlds.worlds, worlds.agents
+        self.single_observation_space, self.single_action_space = worlds.observation_space, worlds.action_space
+        self.observation_space = batch_space(worlds.observation_space, worlds.rows)
+        self.action_space = batch_space(worlds.action_space, worlds.rows)
+        self.observation_names, self.action_names = worlds.observation_names, worlds.action_names
+        self._last: dict[str, np.ndarray] = {}
+
+    def reset(
+        self,
+        *,
+        seed: int | list[int] | None = None,
+        options: dict[str, Any] | None = None,
+    ) -> tuple[Any, dict[str, Any]]:
+        """Begins episodes, in all worlds or in those of ``options["reset_mask"]``; with one seed for all, the first's."""
+        if self.closed:
+            raise MatchError("the environment is closed; expected no reset after that")
+        if isinstance(seed, (list, tuple)):
+            if list(seed) != list(range(seed[0], seed[0] + len(seed))):
+                raise ValueError("seed: a list of seeds that do not follow each other; expected the first one only")
+            seed = seed[0]
+        super().reset(seed=seed)
+        arrays = self._worlds.arrays()
+        mask = (options or {}).get("reset_mask")
+        if mask is not None:
+            mask = self._mask_of_worlds(mask)
+            # What is not reset is as it was.
+            for name in ("observations", "images"):
+                arrays[name][...] = self._last.get(name, arrays[name])
+        elif seed is None and not self._last:
+            seed = int(self.np_random.integers(2**32))
+        self._worlds.reset(seed, arrays, mask)
+        self._last = arrays
+        return self._worlds.observations(self._copies(arrays)), {}
+
+    def step(self, actions: Any) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+        arrays = self._worlds.arrays(self.autoreset_mode == AutoresetMode.SAME_STEP)
+        info = self._step_into(actions, arrays)
+        self._last = arrays
+        observations = self._worlds.observations(self._copies(arrays))
+        return observations, arrays["rewards"], arrays["terminations"], arrays["truncations"], info
+
+    def step_into(
+        self,
+        actions: Any,
+        observations: np.ndarray,
+        rewards: np.ndarray,
+        terminations: np.ndarray,
+        truncations: np.ndarray,
+        images: np.ndarray | None = None,
+    ) -> dict[str, Any]:
+        """A step that fills the caller's arrays: no memory is taken for them. Returns the info.
+
+        Args:
+            observations: ``float32`` (num_envs, numbers of an observation).
+            rewards: ``float32`` (num_envs,).
+            terminations: ``bool`` (num_envs,).
+            truncations: ``bool`` (num_envs,).
+            images: ``uint8`` (num_envs, height, width, 3), where images are observed.
+        """
+        arrays = self._worlds.arrays(self.autoreset_mode == AutoresetMode.SAME_STEP)
+        arrays |= {
+            "observations": observations,
+            "rewards": rewards,
+            "terminations": terminations,
+            "truncations": truncations,
+        }
+        if images is not None:
+            arrays["images"] = images
+        return self._step_into(actions, arrays)
+
+    def _step_into(self, actions: Any, arrays: dict[str, np.ndarray]) -> dict[str, Any]:
+        if self.closed:
+            raise MatchError("the environment is closed; expected no step after that")
+        self._worlds.inner.step(self._worlds.actions(actions), arrays)
+        over = arrays["terminations"] | arrays["truncations"]
+        if not over.any():
+            return {}
+        ended = {"success": arrays["successes"], "_success": over}
+        if self.autoreset_mode != AutoresetMode.SAME_STEP:
+            return ended
+        last = self._worlds.observations(arrays, "final_")
+        final = np.full(self.num_envs, None, dtype=object)
+        for row in np.flatnonzero(over):
+            final[row] = self._worlds.row(last, row)
+        return {"final_obs": final, "_final_obs": over.copy(), "final_info": ended, "_final_info": over.copy()}
+
+    def _mask_of_worlds(self, mask: Any) -> np.ndarray:
+        if not isinstance(mask, np.ndarray) or mask.dtype != np.bool_ or mask.shape != (self.num_envs,):
+            raise ValueError(f"reset_mask: expected an array of bool of shape ({self.num_envs},), not {mask!r}")
+        of_worlds = mask.reshape(self.num_worlds, -1)
+        if (of_worlds.any(axis=1) != of_worlds.all(axis=1)).any():
+            raise ValueError("reset_mask: agents of one world differ; expected the same for all of them")
+        return np.ascontiguousarray(of_worlds[:, 0])
+
+    def _copies(self, arrays: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """The observations, apart from those that are kept for worlds that are not reset."""
+        if self.autoreset_mode != AutoresetMode.DISABLED:
+            return arrays
+        return {name: arrays[name].copy() for name in ("observations", "images")}
+
+    def state(self) -> np.ndarray:
+        """What is true in each world: ``float32`` (num_worlds, numbers); their names are ``state_names``."""
+        return self._worlds.inner.state()
+
+    @property
+    def state_names(self) -> list[str]:
+        """The names of the numbers of :meth:`state`."""
+        return [name for name, *_ in self._worlds.inner.state_entries()]
+
+    def render(self) -> tuple[np.ndarray, ...] | None:
+        """Pictures of the first worlds' fields."""
+        if self.render_mode != "rgb_array":
+            return None
+        return tuple(self._worlds.picture((270, 480), world) for world in range(min(self.num_worlds, 16)))
+
+
+def vector_env(scenario: Scenario = "match3v3", num_envs: int = 1, **options: Any) -> VectorEnv:
+    """Many worlds in step: see :class:`VectorEnv`."""
+    return VectorEnv(scenario, num_envs, **options)
+
+
+def register() -> None:
+    """Makes the tasks known to Gymnasium, as ``naoisis/NAME-vN``."""
+    for name, version, _ in _naoisis.challenges():
+        gymnasium.register(
+            id=f"naoisis/{name}-v{version}",
+            entry_point="naoisis.environments:MatchEnv",
+            vector_entry_point="naoisis.environments:VectorEnv",
+            kwargs={"scenario": name},
+        )
+
+
+def _check_render_mode(render_mode: str | None, metadata: Mapping[str, Any]) -> None:
+    modes = metadata["render_modes"]
+    if render_mode is not None and render_mode not in modes:
+        raise ValueError(f"render_mode: there is no {render_mode!r}; expected one of {', '.join(modes)}, or None")

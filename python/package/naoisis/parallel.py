@@ -1,0 +1,145 @@
+"""Environments of PettingZoo: a team that learns, or both. Needs ``pip install naoisis[pettingzoo]``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+from pettingzoo import ParallelEnv
+
+from naoisis._arguments import Scenario
+from naoisis._worlds import Reward, Worlds, agent_name
+from naoisis.errors import MatchError
+
+__all__ = ["MatchParallelEnv"]
+
+
+class MatchParallelEnv(ParallelEnv):
+    """The robots of a match, or of a named task, as agents ``blue_1``, ``blue_2`` and so on.
+
+    All agents stay to the end: one that serves a penalty has ``body.penalised`` in its observation, and its actions do nothing.
+    The arguments are those of :func:`naoisis.parallel_env`.
+
+    Attributes:
+        observation_names: The names of the numbers of an observation.
+        action_names: The names of the numbers of an action, or of what can be chosen, list by list.
+    """
+
+    def __init__(self, worlds: Worlds, own_reward: Reward | None, render_mode: str | None):
+        if render_mode not in (None, "rgb_array"):
+            raise ValueError(f"render_mode: there is no {render_mode!r}; expected 'rgb_array' or None")
+        self._worlds, self._own_reward, self.render_mode = worlds, own_reward, render_mode
+        self.metadata = {
+            "name": "naoisis",
+            "render_modes": ["rgb_array"],
+            "render_fps": round(1 / worlds.step_s),
+            "is_parallelizable": True,
+        }
+        self.possible_agents = [agent_name(robot) for robot in worlds.agents]
+        self.agents: list[str] = []
+        # The same objects each time.
+        self.observation_spaces = {agent: worlds.observation_space for agent in self.possible_agents}
+        self.action_spaces = {agent: worlds.action_space for agent in self.possible_agents}
+        self.observation_names, self.action_names = worlds.observation_names, worlds.action_names
+        self._has_seed = False
+
+    def observation_space(self, agent: str) -> Any:
+        return self.observation_spaces[agent]
+
+    def action_space(self, agent: str) -> Any:
+        return self.action_spaces[agent]
+
+    def reset(
+        self,
+        seed: int | None = None,
+        options: dict[str, Any] | None = None,
+    ) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
+        if seed is None and not self._has_seed:
+            seed = int(np.random.default_rng().integers(2**32))
+        self._has_seed = True
+        arrays = self._worlds.arrays()
+        self._worlds.reset(seed, arrays)
+        self.agents = list(self.possible_agents)
+        return self._each(self._worlds.observations(arrays)), {agent: {} for agent in self.agents}
+
+    def step(
+        self,
+        actions: Mapping[str, Any],
+    ) -> tuple[dict[str, Any], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]]:
+        if not self.agents:
+            raise MatchError("the episode is over, or has not begun; expected a reset before the next step")
+        missing = [agent for agent in self.agents if agent not in actions]
+        if missing:
+            raise ValueError(f"actions: there is none for {', '.join(missing)}; expected one for each agent")
+        arrays = self._worlds.arrays()
+        rows = np.array([np.asarray(actions[agent], dtype=np.float32).ravel() for agent in self.agents])
+        self._worlds.inner.step(self._worlds.actions(rows), arrays)
+        observations, agents = self._each(self._worlds.observations(arrays)), self.agents
+        rewards = dict(zip(agents, map(float, arrays["rewards"])))
+        if self._own_reward is not None:
+            truth = self.truth()
+            rewards = {
+                agent: float(self._own_reward(truth, robot)) for agent, robot in zip(agents, self._worlds.agents)
+            }
+        terminations = dict(zip(agents, map(bool, arrays["terminations"])))
+        truncations = dict(zip(agents, map(bool, arrays["truncations"])))
+        is_over = terminations[agents[0]] or truncations[agents[0]]
+        infos = {agent: {"success": bool(arrays["successes"][0])} if is_over else {} for agent in agents}
+        if is_over:
+            self.agents = []
+        return observations, rewards, terminations, truncations, infos
+
+    def _each(self, observations: Any) -> dict[str, Any]:
+        return {agent: self._worlds.row(observations, row) for row, agent in enumerate(self.possible_agents)}
+
+    def state(self) -> np.ndarray:
+        """What is true, as an array, for critics that may know it; its names are ``state_names``."""
+        return self._worlds.inner.state()[0]
+
+    @property
+    def state_names(self) -> list[str]:
+        """The names of the numbers of :meth:`state`."""
+        return [name for name, *_ in self._worlds.inner.state_entries()]
+
+    def truth(self) -> dict[str, Any]:
+        """What is true now: as :meth:`naoisis.Match.truth`."""
+        return self._worlds.inner.truth(0)
+
+    def render(self) -> np.ndarray | None:
+        return self._worlds.picture() if self.render_mode == "rgb_array" else None
+
+    def close(self) -> None:
+        """Does nothing: there is nothing to close."""
+
+
+def parallel_env(
+    scenario: Scenario = "match3v3",
+    control: str | Iterable[str] | None = None,
+    opponents: str | None = None,
+    observation: str = "perception",
+    *,
+    action: str = "continuous",
+    reward: Mapping[str, float] | Reward | None = None,
+    cycles_per_step: int | None = None,
+    set: Mapping[str, Any] | None = None,
+    realism: str | None = None,
+    camera: str = "top",
+    image_size: tuple[int, int] = (48, 64),
+    render_mode: str | None = None,
+) -> MatchParallelEnv:
+    """The environment: :func:`naoisis.parallel_env` says of what."""
+    worlds = Worlds(
+        scenario,
+        control=control,
+        opponents=opponents,
+        observation=observation,
+        action=action,
+        reward=None if callable(reward) else reward,
+        cycles_per_step=cycles_per_step,
+        set=set,
+        realism=realism,
+        camera=camera,
+        image_size=image_size,
+    )
+    return MatchParallelEnv(worlds, reward if callable(reward) else None, render_mode)

@@ -1,0 +1,383 @@
+//! Worlds in which something learns, stepped together.
+
+use bevy::ecs::world::World;
+use naoisis::camera_model::CameraSide;
+use naoisis::environment::challenge::{CHALLENGES, EndConditions, Situation};
+use naoisis::environment::reward::REWARDS;
+use naoisis::environment::{
+    self, ActionKind, Arrays, AutoReset, Challenge, EnvironmentError, EnvironmentSettings, ObservationKind,
+    RewardWeights, action,
+};
+use naoisis::record::gather::{CurrentRecord, gather_start};
+use naoisis::record::match_renderer::{MatchRenderer, view_of_field};
+use naoisis::scenario::{ScenarioFile, Setting};
+use naoisis::sensing::camera::CameraRendering;
+use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyReadwriteArrayDyn};
+use pyo3::exceptions::{PyIndexError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyString};
+use serde::de::DeserializeOwned;
+use std::sync::{Mutex, TryLockError};
+
+use crate::errors::{match_error, scenario_error};
+use crate::simulator::{self, Made, controlled, setting};
+use crate::values::{Digits, from_python, to_python};
+
+/// The names of the challenges and their versions.
+#[pyfunction]
+pub fn challenges() -> PyResult<Vec<(String, u32, String)>> {
+    let read = |(name, _): &(&str, &str)| {
+        let challenge = Challenge::named(name).map_err(|error| PyValueError::new_err(error.to_string()))?;
+        Ok((challenge.name, challenge.version, challenge.description))
+    };
+    CHALLENGES.iter().map(read).collect()
+}
+
+/// Worlds that are stepped together. Python has their documentation where it wraps them.
+#[pyclass(frozen, module = "naoisis._naoisis")]
+pub struct Environments {
+    worlds: Mutex<environment::Environments>,
+    renderer: Mutex<MatchRenderer>,
+    settings: EnvironmentSettings,
+    /// Height and width of the images, if there are any.
+    image: Option<[u32; 2]>,
+    rows: usize,
+    count: usize,
+    entries: usize,
+}
+
+/// How an environment is: a dictionary with these keys.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct Shape<'py> {
+    control: Option<Vec<String>>,
+    solo: bool,
+    observation: String,
+    camera: String,
+    image_size: [u32; 2],
+    action: String,
+    cycles_per_step: Option<u32>,
+    reward: Option<Bound<'py, PyDict>>,
+    worlds: usize,
+    auto_reset: String,
+    threads: usize,
+}
+
+/// The arrays that a step fills: a dictionary with these keys.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct Filled<'py> {
+    observations: Bound<'py, PyArrayDyn<f32>>,
+    images: Bound<'py, PyArrayDyn<u8>>,
+    rewards: Bound<'py, PyArrayDyn<f32>>,
+    terminations: Bound<'py, PyArrayDyn<bool>>,
+    truncations: Bound<'py, PyArrayDyn<bool>>,
+    successes: Bound<'py, PyArrayDyn<bool>>,
+    final_observations: Bound<'py, PyArrayDyn<f32>>,
+    final_images: Bound<'py, PyArrayDyn<u8>>,
+}
+
+/// A word out of a list of them.
+fn word<T: DeserializeOwned>(word: &str, name: &str, expected: &str) -> PyResult<T> {
+    serde_json::from_value(word.into())
+        .map_err(|_| PyValueError::new_err(format!("{name}: there is no {word:?}; expected {expected}")))
+}
+
+fn environment_error(py: Python<'_>, error: &EnvironmentError) -> PyErr {
+    match error {
+        EnvironmentError::Action { .. } => PyValueError::new_err(error.to_string()),
+        _ => match_error(py, &error.to_string()),
+    }
+}
+
+/// Writes to an array while nobody else does.
+fn written<'py, T: numpy::Element>(
+    array: &Bound<'py, PyArrayDyn<T>>,
+    name: &str,
+) -> PyResult<PyReadwriteArrayDyn<'py, T>> {
+    array.try_readwrite().map_err(|error| PyValueError::new_err(format!("{name}: {error}")))
+}
+
+/// The memory of an array of so many numbers.
+fn slice<'a, T: numpy::Element>(
+    array: &'a mut PyReadwriteArrayDyn<'_, T>,
+    name: &str,
+    length: usize,
+) -> PyResult<&'a mut [T]> {
+    let slice =
+        array.as_slice_mut().map_err(|_| PyValueError::new_err(format!("{name}: expected a contiguous array")))?;
+    if slice.len() == length {
+        return Ok(slice);
+    }
+    Err(PyValueError::new_err(format!("{name}: the array has {} numbers; expected {length}", slice.len())))
+}
+
+impl Environments {
+    fn with<T>(&self, py: Python<'_>, act: impl FnOnce(&mut environment::Environments) -> PyResult<T>) -> PyResult<T> {
+        match self.worlds.try_lock() {
+            Ok(mut worlds) => act(&mut worlds),
+            Err(TryLockError::WouldBlock) => {
+                Err(match_error(py, "another thread is using this environment; expected one at a time"))
+            }
+            Err(TryLockError::Poisoned(_)) => Err(match_error(py, "the environment was broken off by an error")),
+        }
+    }
+
+    /// Has something done with the arrays, which must have the right sizes.
+    fn fill(
+        &self,
+        py: Python<'_>,
+        arrays: &Filled<'_>,
+        act: impl FnOnce(&mut environment::Environments, Arrays) -> Result<(), EnvironmentError> + Send,
+    ) -> PyResult<()> {
+        let image_bytes = self.image.map_or(0, |[height, width]| 3 * (height * width) as usize);
+        let has_final = arrays.final_observations.len()? > 0;
+        let final_rows = if has_final { self.rows } else { 0 };
+        let mut observations = written(&arrays.observations, "observations")?;
+        let mut images = written(&arrays.images, "images")?;
+        let mut rewards = written(&arrays.rewards, "rewards")?;
+        let mut terminations = written(&arrays.terminations, "terminations")?;
+        let mut truncations = written(&arrays.truncations, "truncations")?;
+        let mut successes = written(&arrays.successes, "successes")?;
+        let mut final_observations = written(&arrays.final_observations, "final_observations")?;
+        let mut final_images = written(&arrays.final_images, "final_images")?;
+        let arrays = Arrays {
+            observations: slice(&mut observations, "observations", self.rows * self.entries)?,
+            images: slice(&mut images, "images", self.rows * image_bytes)?,
+            rewards: slice(&mut rewards, "rewards", self.rows)?,
+            terminations: slice(&mut terminations, "terminations", self.rows)?,
+            truncations: slice(&mut truncations, "truncations", self.rows)?,
+            successes: slice(&mut successes, "successes", self.rows)?,
+            final_observations: slice(&mut final_observations, "final_observations", final_rows * self.entries)?,
+            final_images: slice(&mut final_images, "final_images", final_rows * image_bytes)?,
+        };
+        self.with(py, |worlds| py.detach(|| act(worlds, arrays)).map_err(|error| environment_error(py, &error)))
+    }
+}
+
+/// The scenario, and what a challenge adds to it.
+fn scenario_of(py: Python<'_>, made: &Made<'_>) -> PyResult<(ScenarioFile, Option<Challenge>)> {
+    let name = made.scenario.cast::<PyString>().ok().and_then(|name| name.to_str().ok());
+    match name.filter(|name| CHALLENGES.iter().any(|(known, _)| known == name)) {
+        Some(name) => {
+            let challenge = Challenge::named(name).map_err(|error| PyValueError::new_err(error.to_string()))?;
+            let file = challenge.scenario().map_err(|error| scenario_error(py, &error))?;
+            let mut file = made.changed(py, &file)?;
+            if file.scenario.duration_s.is_none() {
+                file.scenario.duration_s = challenge.limit_s;
+            }
+            Ok((file, Some(challenge)))
+        }
+        None => Ok((made.file(py)?, None)),
+    }
+}
+
+#[pymethods]
+impl Environments {
+    #[new]
+    fn new(py: Python<'_>, made: Made<'_>, shape: Shape<'_>) -> PyResult<Self> {
+        let (mut file, challenge) = scenario_of(py, &made)?;
+        let expected = "'perception', 'belief', 'truth' or 'image'";
+        let sees_images = shape.observation == "image";
+        let observation: ObservationKind =
+            if sees_images { ObservationKind::Body } else { word(&shape.observation, "observation", expected)? };
+        let action: ActionKind = word(&shape.action, "action", "'continuous', 'multi_discrete' or 'discrete'")?;
+        let auto_reset = match shape.auto_reset.as_str() {
+            "next_step" => AutoReset::NextStep,
+            "same_step" => AutoReset::SameStep,
+            "disabled" => AutoReset::Disabled,
+            other => {
+                let message =
+                    format!("autoreset_mode: there is no {other:?}; expected next_step, same_step or disabled");
+                return Err(PyValueError::new_err(message));
+            }
+        };
+        let camera = match shape.camera.as_str() {
+            "top" => CameraSide::Top,
+            "bottom" => CameraSide::Bottom,
+            other => {
+                return Err(PyValueError::new_err(format!(
+                    "camera: there is no {other:?}; expected 'top' or 'bottom'"
+                )));
+            }
+        };
+        let camera = sees_images.then_some(camera);
+        if sees_images {
+            let [height, width] = shape.image_size;
+            let which = serde_json::to_string(&shape.camera).unwrap_or_default();
+            let values = [("width", width.to_string()), ("height", height.to_string()), ("which", which)];
+            let mut settings: Vec<Setting> = values
+                .iter()
+                .map(|(field, value)| setting(&format!("cameras.{field}"), value))
+                .collect::<PyResult<_>>()?;
+            if !matches!(file.scenario.cameras.render, CameraRendering::Gpu) {
+                settings.push(setting("cameras.render", "\"software\"")?);
+            }
+            let duration_s = file.scenario.duration_s;
+            file = file.with(&settings).map_err(|error| scenario_error(py, &error))?;
+            file.scenario.duration_s = duration_s;
+        }
+        let words = match (&shape.control, &challenge) {
+            (Some(words), _) => words.clone(),
+            (None, Some(challenge)) if shape.solo => vec![challenge.solo.to_string()],
+            (None, Some(challenge)) => challenge.control.iter().map(ToString::to_string).collect(),
+            (None, None) => Vec::new(),
+        };
+        let mut world = simulator::world();
+        simulator::start(py, &mut world, &file)?;
+        let (scenario, control) = controlled(&world, &file.scenario, &words)?;
+        if control.is_empty() || (shape.solo && control.len() > 1) {
+            let expected =
+                if shape.solo { "one robot, such as 'blue2'" } else { "one robot at least, such as 'blue2'" };
+            return Err(PyValueError::new_err(format!("control: {} robots; expected {expected}", control.len())));
+        }
+        let reward = match (&shape.reward, &challenge) {
+            (Some(weights), _) => {
+                let weights = from_python(weights, "reward")?;
+                serde_json::from_value(weights).map_err(|error| PyValueError::new_err(format!("reward: {error}")))?
+            }
+            (None, Some(challenge)) => challenge.reward,
+            (None, None) => RewardWeights::SCORE,
+        };
+        let cycles = shape.cycles_per_step.or(challenge.as_ref().map(|challenge| challenge.cycles_per_step));
+        let (end, situation) = challenge
+            .map_or((EndConditions::default(), Situation::default()), |challenge| (challenge.end, challenge.situation));
+        let settings = EnvironmentSettings {
+            scenario,
+            control,
+            situation,
+            end,
+            observation,
+            camera,
+            action,
+            cycles_per_step: cycles.unwrap_or(3),
+            reward,
+        };
+        let (count, threads) = (shape.worlds, shape.threads);
+        let worlds = py
+            .detach(|| environment::Environments::new(settings.clone(), simulator::world, count, auto_reset, threads))
+            .map_err(|fault| scenario_error(py, &file.source.error(&fault)))?;
+        let (rows, entries) = (worlds.rows(), worlds.entries().len());
+        let image = sees_images.then_some(shape.image_size);
+        Ok(Self { worlds: Mutex::new(worlds), renderer: Mutex::default(), settings, image, rows, count, entries })
+    }
+
+    /// The controlled robots of each world.
+    #[getter]
+    fn control(&self) -> Vec<String> {
+        self.settings.control.iter().map(ToString::to_string).collect()
+    }
+
+    #[getter]
+    fn cycles_per_step(&self) -> u32 {
+        self.settings.cycles_per_step
+    }
+
+    #[getter]
+    fn cycle_s(&self) -> f64 {
+        self.settings.scenario.cycle_s
+    }
+
+    #[getter]
+    fn reward<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        to_python(py, &self.settings.reward, Digits::All)
+    }
+
+    /// The numbers that an agent observes: name, least and greatest value, and what it says.
+    fn entries(&self, py: Python<'_>) -> PyResult<Vec<(String, f32, f32, &'static str)>> {
+        let entries = |entry: &environment::Entry| (entry.to_string(), entry.low, entry.high, entry.says);
+        self.with(py, |worlds| Ok(worlds.entries().iter().map(entries).collect()))
+    }
+
+    /// The numbers of a world's state.
+    fn state_entries(&self, py: Python<'_>) -> PyResult<Vec<(String, f32, f32, &'static str)>> {
+        let entries = |entry: &environment::Entry| (entry.to_string(), entry.low, entry.high, entry.says);
+        self.with(py, |worlds| Ok(worlds.state_entries().iter().map(entries).collect()))
+    }
+
+    /// The names of an action's numbers, or of its choices, list by list.
+    fn action_names(&self) -> Vec<Vec<&'static str>> {
+        self.settings.action.names()
+    }
+
+    fn reset(
+        &self,
+        py: Python<'_>,
+        seed: Option<u64>,
+        mask: Option<PyReadonlyArrayDyn<'_, bool>>,
+        arrays: Filled<'_>,
+    ) -> PyResult<()> {
+        let mask = mask.as_ref().map(|mask| mask.as_slice()).transpose();
+        let mask = mask.map_err(|_| PyValueError::new_err("reset_mask: expected a contiguous array"))?;
+        if let Some(mask) = mask
+            && mask.len() != self.count
+        {
+            let message = format!("reset_mask: the array has {} entries; expected {}", mask.len(), self.count);
+            return Err(PyValueError::new_err(message));
+        }
+        self.fill(py, &arrays, |worlds, arrays| worlds.reset(seed, mask, arrays))
+    }
+
+    fn step(&self, py: Python<'_>, actions: PyReadonlyArrayDyn<'_, f32>, arrays: Filled<'_>) -> PyResult<()> {
+        let actions =
+            actions.as_slice().map_err(|_| PyValueError::new_err("actions: expected a contiguous array of float32"))?;
+        let expected = self.rows * self.settings.action.len();
+        if actions.len() != expected {
+            let message = format!("actions: the array has {} numbers; expected {expected}", actions.len());
+            return Err(PyValueError::new_err(message));
+        }
+        self.fill(py, &arrays, |worlds, arrays| worlds.step(actions, arrays))
+    }
+
+    /// What is true in each world, world by world.
+    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.with(py, |worlds| {
+            let entries = worlds.state_entries().len();
+            let mut array = vec![0.0_f32; worlds.worlds() * entries];
+            worlds.state(&mut array);
+            Ok(PyArray1::from_vec(py, array).reshape([worlds.worlds(), entries])?.into_any())
+        })
+    }
+
+    /// What is true in a world: a trace's line.
+    fn truth<'py>(&self, py: Python<'py>, world: usize) -> PyResult<Bound<'py, PyAny>> {
+        self.with(py, |worlds| {
+            let world = world_of(worlds, world)?;
+            gather_start(world);
+            let record = world.remove_resource::<CurrentRecord>().unwrap_or_default().record;
+            to_python(py, &record, Digits::Lean)
+        })
+    }
+
+    fn picture<'py>(&self, py: Python<'py>, world: usize, width: u32, height: u32) -> PyResult<Bound<'py, PyAny>> {
+        let Ok(mut renderer) = self.renderer.try_lock() else {
+            return Err(match_error(py, "another thread is drawing this environment; expected one at a time"));
+        };
+        let image = self.with(py, |worlds| {
+            let world = world_of(worlds, world)?;
+            renderer.look(world);
+            let view = view_of_field(&renderer.scene().pitch, [width, height]);
+            Ok(renderer.draw(world, &view))
+        })?;
+        Ok(PyArray1::from_vec(py, image.rgb).reshape([height as usize, width as usize, 3])?.into_any())
+    }
+
+    /// The parts of rewards, and what they are.
+    #[staticmethod]
+    fn rewards() -> Vec<(&'static str, &'static str)> {
+        REWARDS.to_vec()
+    }
+
+    /// The numbers of a continuous action, and what they mean.
+    #[staticmethod]
+    fn continuous() -> Vec<(&'static str, &'static str)> {
+        action::CONTINUOUS.to_vec()
+    }
+}
+
+fn world_of(worlds: &mut environment::Environments, index: usize) -> PyResult<&mut World> {
+    let count = worlds.worlds();
+    worlds.world_mut(index).ok_or_else(|| {
+        PyIndexError::new_err(format!("there is no world {index}; expected 0 to {}", count.saturating_sub(1)))
+    })
+}

@@ -1,0 +1,86 @@
+//! The numbers of an observation: each with its name and range, and where it goes. The same code that fills arrays tells the
+//! names of their entries.
+
+use core::fmt;
+
+/// A number of an observation.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Entry {
+    /// What it belongs to, such as `ball`; empty for what belongs to the robot itself.
+    pub group: &'static str,
+    /// Which of several such, from 1; 0 where there is one.
+    pub number: u8,
+    /// Its name in the group, such as `x`.
+    pub name: &'static str,
+    /// Its least value.
+    pub low: f32,
+    /// Its greatest value.
+    pub high: f32,
+    /// What it says, with its unit.
+    pub says: &'static str,
+}
+
+impl fmt::Display for Entry {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (self.group, self.number) {
+            ("", _) => formatter.write_str(self.name),
+            (group, 0) => write!(formatter, "{group}.{}", self.name),
+            (group, number) => write!(formatter, "{group}{number}.{}", self.name),
+        }
+    }
+}
+
+/// Where the numbers of an observation go, one after the other.
+pub(super) trait Sink {
+    /// Takes the next number.
+    fn put(&mut self, entry: Entry, value: f32);
+}
+
+/// Keeps the entries.
+#[derive(Default)]
+pub(super) struct Entries(pub Vec<Entry>);
+
+impl Sink for Entries {
+    fn put(&mut self, entry: Entry, _: f32) {
+        self.0.push(entry);
+    }
+}
+
+/// Fills an array, each number within its range.
+pub(super) struct Values<'a> {
+    pub array: &'a mut [f32],
+    pub filled: usize,
+}
+
+impl Sink for Values<'_> {
+    fn put(&mut self, entry: Entry, value: f32) {
+        if let Some(place) = self.array.get_mut(self.filled) {
+            *place = if value.is_nan() { 0.0 } else { value.clamp(entry.low, entry.high) };
+            self.filled += 1;
+        }
+    }
+}
+
+/// A group of numbers that are put into a sink.
+pub(super) struct Group<'a, S> {
+    pub sink: &'a mut S,
+    pub group: &'static str,
+    pub number: u8,
+}
+
+impl<'a, S: Sink> Group<'a, S> {
+    pub fn new(sink: &'a mut S, group: &'static str, number: u8) -> Self {
+        Self { sink, group, number }
+    }
+
+    /// A number within a range.
+    pub fn put(&mut self, name: &'static str, [low, high]: [f32; 2], says: &'static str, value: f32) -> &mut Self {
+        self.sink.put(Entry { group: self.group, number: self.number, name, low, high, says }, value);
+        self
+    }
+
+    /// One where something holds, and else zero.
+    pub fn flag(&mut self, name: &'static str, says: &'static str, holds: bool) -> &mut Self {
+        self.put(name, [0.0, 1.0], says, f32::from(u8::from(holds)))
+    }
+}

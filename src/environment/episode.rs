@@ -1,0 +1,193 @@
+//! One world of an environment: episode after episode.
+
+use bevy::prelude::*;
+use rand::Rng;
+
+use super::action::{ActionKind, command};
+use super::challenge::{EndConditions, Situation};
+use super::observation::{Memory, ObservationKind, observe};
+use super::reward::{RewardWeights, Standing};
+use crate::agents::{self, RobotCommand};
+use crate::camera_model::CameraSide;
+use crate::cycle::{CycleClock, perceive, run_cycle};
+use crate::events::CycleEvents;
+use crate::game::{Game, GameState};
+use crate::random::RandomStream;
+use crate::robot::Roster;
+use crate::scenario::{Scenario, ScenarioFault};
+use crate::sensing::camera::CameraImages;
+use crate::sensing::odometry::Odometry;
+use crate::sensing::vision::Percepts;
+use crate::simulation::start_match;
+use crate::team::RobotId;
+
+/// What all worlds of an environment have in common.
+#[derive(Clone, Debug)]
+pub struct EnvironmentSettings {
+    /// What episodes start from; its seed does not matter.
+    pub scenario: Scenario,
+    /// The robots that are controlled, at least one, in the order of their ids.
+    pub control: Vec<RobotId>,
+    /// What is drawn anew for each episode.
+    pub situation: Situation,
+    /// What ends episodes.
+    pub end: EndConditions,
+    /// What agents observe.
+    pub observation: ObservationKind,
+    /// The camera whose images they observe, too, if any.
+    pub camera: Option<CameraSide>,
+    /// What agents do.
+    pub action: ActionKind,
+    /// Cycles that an action lasts, at least 1.
+    pub cycles_per_step: u32,
+    /// What they are rewarded for.
+    pub reward: RewardWeights,
+}
+
+/// How an episode goes on after a step.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Progress {
+    /// It is over, and what comes after it is worth nothing.
+    pub terminated: bool,
+    /// Its time is over.
+    pub truncated: bool,
+    /// It ended as the task wants it.
+    pub is_success: bool,
+}
+
+impl Progress {
+    /// Whether the episode is over.
+    pub fn is_over(self) -> bool {
+        self.terminated || self.truncated
+    }
+}
+
+/// One world, in which one episode after the other is played.
+pub struct Episode {
+    /// The match under way.
+    pub world: World,
+    seeds: RandomStream,
+    memories: Vec<Memory>,
+    standings: Vec<Standing>,
+    /// How the last step left the episode.
+    pub progress: Progress,
+}
+
+impl Episode {
+    /// An episode that has not begun, in a simulator without a match.
+    pub fn new(world: World, seed: u64) -> Self {
+        let (memories, standings, progress) = (Vec::new(), Vec::new(), Progress::default());
+        Self { world, seeds: seeds(seed), memories, standings, progress }
+    }
+
+    /// Begins with the episodes of this seed.
+    pub fn seed(&mut self, seed: u64) {
+        self.seeds = seeds(seed);
+    }
+
+    /// Starts the next episode.
+    ///
+    /// # Errors
+    /// When its match cannot be started.
+    pub fn begin(&mut self, settings: &EnvironmentSettings) -> Result<(), ScenarioFault> {
+        let scenario = Scenario { seed: self.seeds.next_u64(), ..settings.scenario.clone() };
+        let scenario = settings.situation.drawn(scenario);
+        start_match(&mut self.world, &scenario)?;
+        for id in &settings.control {
+            if settings.observation == ObservationKind::Belief {
+                // They are remote, and there.
+                let _ = agents::believe(&mut self.world, *id);
+            }
+        }
+        perceive(&mut self.world);
+        self.progress = Progress::default();
+        self.memories.clear();
+        self.memories.resize(settings.control.len(), Memory::default());
+        self.standings.clear();
+        self.standings.extend(settings.control.iter().map(|id| Standing::of(&self.world, *id)));
+        Ok(())
+    }
+
+    /// Plays a step with the actions of all agents, one after the other, and fills in what each is rewarded with.
+    pub fn step(&mut self, settings: &EnvironmentSettings, actions: &[f32], rewards: &mut [f32]) {
+        let world = &mut self.world;
+        let length = settings.action.len();
+        let mut commands: Vec<RobotCommand> = settings
+            .control
+            .iter()
+            .zip(actions.chunks(length))
+            .map(|(id, action)| command(settings.action, action, world, *id))
+            .collect();
+        let mut progress = Progress::default();
+        let mut cycles = 0;
+        while cycles < settings.cycles_per_step.max(1) && !progress.is_over() {
+            for (id, command) in settings.control.iter().zip(&mut commands) {
+                let given = command.clone();
+                // Walking goes on; the rest is done once.
+                *command = RobotCommand { walk: given.walk, ..default() };
+                // They are remote, and there.
+                let _ = agents::command(world, *id, given);
+            }
+            run_cycle(world);
+            cycles += 1;
+            progress = progress_of(world, settings);
+        }
+        let period_s = cycles as f32 * world.resource::<CycleClock>().period();
+        for ((id, reward), standing) in settings.control.iter().zip(rewards).zip(&mut self.standings) {
+            let now = Standing::of(world, *id);
+            *reward = standing.reward(&now, period_s, progress.is_success, &settings.reward);
+            *standing = now;
+        }
+        self.progress = progress;
+        perceive(world);
+    }
+
+    /// Fills in what each agent observes now: numbers, and images where they observe some.
+    pub fn observe(&mut self, settings: &EnvironmentSettings, observations: &mut [f32], images: &mut [u8]) {
+        let agents = settings.control.len().max(1);
+        let (length, bytes) = (observations.len() / agents, images.len() / agents);
+        for (index, id) in settings.control.iter().enumerate() {
+            let array = &mut observations[index * length..(index + 1) * length];
+            let entity = self.world.resource::<Roster>().get(*id);
+            let odometry = entity.and_then(|entity| self.world.get::<Odometry>(entity)).map(|odometry| odometry.0);
+            if let Some(memory) = self.memories.get_mut(index) {
+                observe(array, settings.observation, &self.world, *id, memory);
+                memory.odometry = odometry.unwrap_or_default();
+            }
+            if let Some(side) = settings.camera {
+                let image = &mut images[index * bytes..(index + 1) * bytes];
+                let seen = entity.and_then(|entity| self.world.get::<CameraImages>(entity));
+                match seen.map(|images| &images.side(side).rgb) {
+                    Some(rgb) if rgb.len() == image.len() => image.copy_from_slice(rgb),
+                    // Who is not on the pitch sees nothing.
+                    _ => image.fill(0),
+                }
+            }
+        }
+    }
+}
+
+fn seeds(seed: u64) -> RandomStream {
+    RandomStream::for_match(seed, "episodes")
+}
+
+/// Whether the last cycle ended the episode.
+fn progress_of(world: &World, settings: &EnvironmentSettings) -> Progress {
+    if let Some(is_success) = settings.end.of_events(world.resource::<CycleEvents>().iter()) {
+        return Progress { terminated: true, truncated: false, is_success };
+    }
+    let sees_ball = |id: &RobotId| {
+        let entity = world.resource::<Roster>().get(*id);
+        entity.and_then(|entity| world.get::<Percepts>(entity)).is_some_and(|percepts| percepts.ball.is_some())
+    };
+    if settings.end.ball_seen && settings.control.first().is_some_and(sees_ball) {
+        return Progress { terminated: true, truncated: false, is_success: true };
+    }
+    let cycle = world.resource::<CycleClock>().cycle;
+    let last_cycle = world.get_resource::<Scenario>().and_then(Scenario::last_cycle);
+    Progress {
+        terminated: world.resource::<Game>().state == GameState::Finished,
+        truncated: last_cycle.is_some_and(|last| cycle >= last),
+        is_success: false,
+    }
+}
