@@ -116,8 +116,9 @@ fn dribble(
 fn the_team_of_each_client_plays_the_same_match_and_so_does_the_behaviour() {
     let folder = tempfile::tempdir().unwrap();
     let cpp = folder.path().join("dribblers");
-    let compiled = Command::new("c++").args(["-std=c++17", "-O1", "-Wall", "-Wextra", "-Werror", "-o"]).arg(&cpp);
-    assert!(compiled.arg(client("cpp/dribblers.cpp")).status().unwrap().success());
+    let mut compiler = Command::new("c++");
+    compiler.args(["-std=c++17", "-O1", "-Wall", "-Wextra", "-Werror", "-o"]).arg(&cpp);
+    assert!(compiler.arg(client("cpp/dribblers.cpp")).status().unwrap().success());
     let python = match_of(&format!("python3 {}", client("python/dribblers.py")));
     assert!(python.iter().any(|line| line.contains("\"kind\":\"kick\"")), "nobody kicks");
     assert!(python == match_of(&cpp.display().to_string()), "C++");
