@@ -312,7 +312,8 @@ impl<'de> Deserialize<'de> for BehaviourSpec {
     }
 }
 
-/// Two teams, by name, or as `exec:COMMAND`: a program that is started for each of their robots.
+/// Two teams, by name; or as `exec:COMMAND`, a program that is started for each of their robots; or as `remote`, whose robots
+/// are decided for from outside.
 #[derive(Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TeamsSpec {

@@ -8,7 +8,7 @@ use super::settings::RobotSettings;
 use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity, Rolling};
 use crate::behaviour::drawings::Drawings;
 use crate::behaviour::script::Script;
-use crate::behaviour::{BehaviourRegistry, Program};
+use crate::behaviour::{BehaviourRegistry, Program, REMOTE};
 use crate::belief::localisation_method::LocalisationMethod;
 use crate::belief::{Belief, SimpleBelief, team_from_pitch};
 use crate::collision::Contacts;
@@ -131,6 +131,9 @@ fn team_of(
     };
     if let Some(Some(words)) = TeamsSpec::command_line(name) {
         return Ok((1..=size).map(|number| spec_of(number, BehaviourSpec::Program(words.clone()))).collect());
+    }
+    if name == REMOTE {
+        return Ok((1..=size).map(|number| spec_of(number, BehaviourSpec::Named(REMOTE.to_owned()))).collect());
     }
     let Some(recipe) = registry.team(name) else {
         return Err(names::no_team(registry, &FieldPath::default().field("teams").field(team.name()), name));
