@@ -74,7 +74,7 @@
 //! | `record` | what is written of a match: traces, pictures, films |
 //! | `agents` | robots that programs outside decide for |
 //! | `environment` | matches as environments for learning |
-//! | `batch` | many matches |
+//! | `batch` `whatif` | many matches; many times from one moment on |
 //! | `calibration` `trials` `figures` `viewer` | figures from logs of real robots; robots measured beside those; pictures of the paper; the window |
 //! | `cli` | the commands |
 //! | `prelude` `guide` | for whoever builds on it |
@@ -131,6 +131,7 @@ pub mod teams;
 pub mod trials;
 #[cfg(feature = "viewer")]
 pub mod viewer;
+pub mod whatif;
 
 /// The README's examples, so that they are tested.
 #[cfg(doctest)]

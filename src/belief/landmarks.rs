@@ -108,6 +108,11 @@ impl Landmarks {
         goals.next().is_none().then_some([goal.left_post, goal.right_post])
     }
 
+    /// Whether the pitch looks the same from both ends: both goals have one colour.
+    pub(super) fn are_symmetric(&self) -> bool {
+        self.goals[0].colour == self.goals[1].colour
+    }
+
     /// The posts of this colour, in the frame of the team that defends `own_end`, m.
     pub(super) fn posts(&self, colour: GoalColour, own_end: End) -> impl Iterator<Item = Vec2> {
         self.goals(colour, own_end).flat_map(|goal| [goal.left_post, goal.right_post])

@@ -61,6 +61,9 @@ pub struct ParticleFilter {
     age_s: f32,
     /// Updates since the particles were gathered.
     looks: u32,
+    /// Where the robot would be by its steps alone, on a pitch that looks the same from both ends: of two poses that nothing seen
+    /// can tell apart, it is the one nearer to this.
+    reckoned: Option<Pose>,
 }
 
 impl ParticleFilter {
@@ -73,6 +76,7 @@ impl ParticleFilter {
             estimate: PoseEstimate::new(pose, place_sd, heading_sd),
             age_s: 0.0,
             looks: 0,
+            reckoned: None,
         };
         filter.gather_around(pose, place_sd, heading_sd);
         filter
@@ -99,6 +103,7 @@ impl ParticleFilter {
             let place = Vec2::new(throw(landmarks.carpet().x), throw(landmarks.carpet().y));
             particle.pose = Pose { position: place, heading: throw(core::f32::consts::PI) };
         }
+        filter.reckoned = landmarks.are_symmetric().then_some(pose);
         // What it saw was likelier before.
         filter.likelihood = [LIKELY; 2];
         filter
@@ -141,6 +146,7 @@ impl ParticleFilter {
         if step == Pose::default() {
             return;
         }
+        self.reckoned = self.reckoned.map(|pose| pose.compose(step));
         let length = step.position.length();
         let place_sd = (error.place_per_metre * length).sqrt();
         let heading_variance = error.heading_per_metre * length + error.heading_per_radian * step.heading.abs();
@@ -159,6 +165,11 @@ impl ParticleFilter {
         let seen = percepts.goal_posts.len() + observation.marks(MARKS_PER_UPDATE).count() + lines.len();
         if seen == 0 || !turn.is_multiple_of(CYCLES_PER_UPDATE) {
             return;
+        }
+        if let Some(reckoned) = self.reckoned {
+            for particle in &mut self.particles {
+                particle.pose = nearer_half(particle.pose, reckoned);
+            }
         }
         let mut sum = 0.0;
         for particle in &mut self.particles {
@@ -221,6 +232,18 @@ impl ParticleFilter {
     }
 }
 
+/// A pose, or that turned by half a turn about the centre mark: whichever is nearer to another.
+fn nearer_half(pose: Pose, to: Pose) -> Pose {
+    /// So far away counts as much as a radian.
+    const METRES_PER_RADIAN: f32 = 2.0;
+    let off = |pose: Pose| {
+        let turn = METRES_PER_RADIAN * wrap_angle(pose.heading - to.heading);
+        pose.position.distance_squared(to.position) + turn * turn
+    };
+    let turned = pose.turned_half();
+    if off(turned) < off(pose) { turned } else { pose }
+}
+
 /// The squared Mahalanobis distance of a sighting from the likeliest of some places, m, robot frame.
 fn nearest(sighting: &Sighting, places: impl Iterator<Item = Vec2>) -> f32 {
     least(places.map(|place| sighting.residual(place)))
@@ -246,7 +269,11 @@ fn pose_from_posts(
 ) -> Option<Pose> {
     let pose = match (seen_goal(seen), seen) {
         (Some([left, right]), _) => {
-            let places = landmarks.goal(left.colour, own_end)?;
+            let goals: Vec<_> = landmarks.goals(left.colour, own_end).collect();
+            // Where both have this colour, it may be either.
+            let index = if goals.len() > 1 { (stream.uniform() * goals.len() as f32) as usize } else { 0 };
+            let goal = goals.get(index)?;
+            let places = [goal.left_post, goal.right_post];
             spread(pose_from_two(places, [left.position_m, right.position_m]), 0.15, 0.06, stream)
         }
         (None, [post, ..]) => {
@@ -313,6 +340,40 @@ mod tests {
         assert_abs_diff_eq!(filter.estimate().pose.position, truth.position, epsilon = 0.2);
         assert_abs_diff_eq!(filter.estimate().pose.heading, truth.heading, epsilon = 0.06);
         assert_eq!(filter.age_s(), 2.0 / 30.0);
+    }
+
+    #[test]
+    fn where_both_ends_look_the_same_a_lost_robot_is_at_the_one_where_it_was() {
+        let pitch = Pitch::preset("spl2025").unwrap();
+        let landmarks = Landmarks::of(&pitch);
+        let was = Pose::new(-2.5, 1.0, 2.9);
+        let model = LandmarkModel::default();
+        for number in 1..=8 {
+            let truth = Pose::new(-2.9, 0.6, 2.6);
+            let robot = RobotId::new(Team::Blue, number);
+            let mut filter = ParticleFilter::search(robot, was, &landmarks);
+            let (x, y) = (-pitch.goal_post_x(), pitch.goal.width_m / 2.0);
+            let post = |place: Vec2| GoalPostPercept {
+                camera: CameraSide::Top,
+                colour: pitch.goal_colour(End::NegativeX),
+                pixel: Vec2::splat(100.0),
+                position_m: truth.inverse_transform_point(place),
+            };
+            let percepts = Percepts { goal_posts: vec![post(Vec2::new(x, y)), post(Vec2::new(x, -y))], ..default() };
+            for turn in 0..90 {
+                filter.correct(&PitchObservation {
+                    percepts: &percepts,
+                    landmarks: &landmarks,
+                    own_end: End::NegativeX,
+                    image: Vec2::new(320.0, 240.0),
+                    turn,
+                    model: &model,
+                    camera: None,
+                });
+            }
+            let pose = filter.estimate().pose;
+            assert!(pose.position.distance(truth.position) < 0.4, "{number} {pose:?}");
+        }
     }
 
     #[test]

@@ -259,7 +259,8 @@ fn failure(row: &MatchRow) -> String {
     format!("match {} with seed {} {what}: {}", row.index + 1, row.seed, row.note)
 }
 
-fn progress_bar(matches: usize, earlier: usize, quiet: bool) -> ProgressBar {
+/// A bar of matches, from those that were played before on.
+pub(super) fn progress_bar(matches: usize, earlier: usize, quiet: bool) -> ProgressBar {
     if quiet {
         return ProgressBar::hidden();
     }

@@ -7,13 +7,13 @@ use std::process::ExitCode;
 use super::report;
 use super::run_arguments::RunArguments;
 use crate::cycle::CycleClock;
-use crate::scenario::{FieldPath, Format, Scenario, ScenarioFile};
+use crate::scenario::{FieldPath, Format, Scenario, ScenarioFile, Setting};
 use crate::simulation::snapshot::EXTENSION;
 use crate::simulation::{MatchApp, Snapshot, change_settings};
 use crate::team::Team;
 
 /// Whether a word of the command line is the path of a snapshot.
-fn is_snapshot(path: &Path) -> bool {
+pub fn is_snapshot(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(EXTENSION))
 }
 
@@ -72,6 +72,22 @@ pub fn set_duration(scenario: &mut Scenario, duration_s: f32) -> Result<(), Exit
     scenario.validate().map_err(|fault| report::usage_error(&format!("--duration: {}", fault.in_words())))
 }
 
+/// Changes settings of the match in the app, which errors call `name`: they are laid over the scenario's text, and what that
+/// changes is changed in the match.
+///
+/// # Errors
+/// The exit status of what is wrong, which is said already.
+pub fn change_match(app: &mut App, name: &str, settings: &[Setting]) -> Result<(), ExitCode> {
+    let scenario = app.world().resource::<Scenario>();
+    let text = scenario.resolved_json().map_err(|error| report::usage_error(&error.to_string()))?;
+    let as_saved =
+        ScenarioFile::from_text(&text, Format::Json, name).map_err(|error| report::scenario_error(&error))?;
+    let changed = as_saved.check_with(settings).map_err(|errors| report::scenario_errors(&errors))?;
+    app.insert_resource(as_saved.scenario);
+    change_settings(app.world_mut(), &changed.scenario)
+        .map_err(|fault| report::scenario_error(&changed.source.error(&fault)))
+}
+
 /// Goes on with a saved match, with other settings if the command line has some.
 fn go_on(app: &mut App, arguments: &RunArguments) -> Result<(), ExitCode> {
     let usage_error = |message: &str| report::usage_error(message);
@@ -91,15 +107,7 @@ fn go_on(app: &mut App, arguments: &RunArguments) -> Result<(), ExitCode> {
     let snapshot = Snapshot::load(path, app.world()).map_err(|error| usage_error(&error.to_string()))?;
     snapshot.restore(app.world_mut()).map_err(|error| usage_error(&format!("{}: {error}", path.display())))?;
     if !arguments.settings().is_empty() {
-        // The settings are laid over the scenario's text, and what that changes is changed in the match.
-        let scenario = app.world().resource::<Scenario>();
-        let text = scenario.resolved_json().map_err(|error| usage_error(&error.to_string()))?;
-        let as_saved = ScenarioFile::from_text(&text, Format::Json, &arguments.scenario)
-            .map_err(|error| report::scenario_error(&error))?;
-        let changed = as_saved.check_with(&arguments.settings()).map_err(|errors| report::scenario_errors(&errors))?;
-        app.insert_resource(as_saved.scenario);
-        change_settings(app.world_mut(), &changed.scenario)
-            .map_err(|fault| report::scenario_error(&changed.source.error(&fault)))?;
+        change_match(app, &arguments.scenario, &arguments.settings())?;
     }
     let mut scenario = app.world().resource::<Scenario>().clone();
     change_from_command_line(&mut scenario, arguments)?;

@@ -63,6 +63,7 @@ mod terminal;
 mod traces;
 mod visible;
 mod vision;
+mod whatif;
 mod window;
 
 /// A behavioural simulator of NAO robot soccer.
@@ -93,6 +94,9 @@ enum Command {
     List(list::ListArguments),
     /// Measure what simulated robots do when they are realistic, beside what real ones do
     Realism(realism::RealismArguments),
+    /// Play a moment of a match on many times, with other chance
+    #[command(name = "whatif")]
+    WhatIf(whatif::WhatIfArguments),
     /// Find a robot's figures from logs of what it did
     Calibrate(calibrate::CalibrateArguments),
     /// Measure image vision: what it finds in pictures of random scenes, against what is there
@@ -128,6 +132,7 @@ pub fn run_with(words: impl IntoIterator<Item = OsString>, extend: impl Fn(&mut 
         Some(Command::Figures(arguments)) => figures::figures(&arguments),
         Some(Command::List(arguments)) => list::list(&arguments, program.simulator_with(RecordPlugin).world()),
         Some(Command::Realism(arguments)) => realism::realism(&arguments),
+        Some(Command::WhatIf(arguments)) => whatif::whatif(program, &arguments),
         Some(Command::Calibrate(arguments)) => calibrate::calibrate(&arguments),
         Some(Command::Vision(arguments)) => vision::vision(&arguments),
         None => play::play(program, &play::PlayArguments::default()),

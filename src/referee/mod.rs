@@ -140,6 +140,13 @@ impl Plugin for RefereePlugin {
     }
 }
 
+/// From now on the referee's coin falls as that of a match with this seed does.
+pub fn toss_anew(world: &mut World, seed: u64) {
+    if let Some(mut memory) = world.get_resource_mut::<RefereeMemory>() {
+        memory.coin = Some(RandomStream::for_match(seed, "coin"));
+    }
+}
+
 /// Prepares the referee for a match by these rules, with this seed, in which it is made to do so much.
 pub fn start(world: &mut World, clock: &CycleClock, rules: &Rules, seed: u64, interventions: &[TimedIntervention]) {
     let game = Game::at_start(rules, clock);

@@ -45,3 +45,4 @@ mod teams;
 mod traces;
 #[cfg(feature = "viewer")]
 mod watched;
+mod whatif;

@@ -1,0 +1,83 @@
+//! What if: moments of matches that were saved or traced, played on with other chance.
+
+use crate::support::{naoisis, text};
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+
+/// Fifteen seconds of a noisy match, traced, and saved after ten.
+fn played(folder: &Path) {
+    let output = naoisis(
+        folder,
+        &[
+            "run",
+            "match3v3",
+            "--realism",
+            "realistic",
+            "--duration",
+            "15",
+            "--seed",
+            "4",
+            "--trace",
+            "m.jsonl",
+            "--save",
+            "m.naoisis",
+            "--save-at",
+            "10",
+            "--quiet",
+        ],
+    );
+    assert!(output.status.success(), "{}", text(&output.stderr));
+}
+
+fn outcomes(folder: &Path, arguments: &[&str]) -> Value {
+    let output = naoisis(folder, &[&["whatif"], arguments, &["--json", "out.json", "--force"]].concat());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    serde_json::from_slice(&fs::read(folder.join("out.json")).unwrap()).unwrap()
+}
+
+#[test]
+fn a_saved_moment_and_the_same_moment_of_a_trace_have_the_same_futures() {
+    let folder = tempfile::tempdir().unwrap();
+    played(folder.path());
+    let few = ["--times", "3", "--until", "5"];
+    let saved = outcomes(folder.path(), &[&["m.naoisis"], &few[..]].concat());
+    let traced = outcomes(folder.path(), &[&["m.jsonl@10"], &few[..]].concat());
+    assert_eq!(saved["branches"], traced["branches"]);
+    assert_eq!(saved["outcomes"]["times"], 3);
+    assert_eq!(saved["time_s"].as_f64().unwrap().round(), 10.0);
+    // Another choice of the referee's, or of the noise, is another future; and so is another setting.
+    let other = outcomes(folder.path(), &[&["m.naoisis", "--seed", "9"], &few[..]].concat());
+    assert_ne!(saved["branches"][0]["ball_m"], other["branches"][0]["ball_m"]);
+    let slow = outcomes(folder.path(), &[&["m.naoisis", "--set", "motion.max_linear_mps=0.05"], &few[..]].concat());
+    assert_ne!(saved["branches"], slow["branches"]);
+    let words = naoisis(folder.path(), &[&["whatif", "m.naoisis"], &few[..]].concat());
+    assert!(text(&words.stdout).contains("nobody scores") && text(&words.stdout).contains("realism realistic"));
+}
+
+#[test]
+fn what_is_no_moment_is_refused_with_what_would_be() {
+    let folder = tempfile::tempdir().unwrap();
+    played(folder.path());
+    for (moment, words) in [
+        ("m.jsonl@16", "it has 15.0 s; there is no moment at 16 s"),
+        ("m.jsonl@-1", "no moment at -1 s"),
+        ("m.jsonl", "expected a saved match"),
+        ("n.naoisis", "n.naoisis"),
+        ("n.jsonl@1", "n.jsonl"),
+    ] {
+        let output = naoisis(folder.path(), &["whatif", moment, "--times", "1"]);
+        assert_eq!(output.status.code(), Some(2), "{moment}");
+        assert!(text(&output.stderr).contains(words), "{moment}: {}", text(&output.stderr));
+    }
+    // A trace that was tampered with does not come out the same.
+    let trace = fs::read_to_string(folder.path().join("m.jsonl")).unwrap();
+    fs::write(folder.path().join("other.jsonl"), trace.replacen("\"seed\":4", "\"seed\":5", 2)).unwrap();
+    let output = naoisis(folder.path(), &["whatif", "other.jsonl@12", "--times", "1"]);
+    assert!(text(&output.stderr).contains("the match is another one"), "{}", text(&output.stderr));
+    // Nothing is written over without being told to.
+    fs::write(folder.path().join("there.json"), "mine").unwrap();
+    let output = naoisis(folder.path(), &["whatif", "m.naoisis", "--times", "1", "--json", "there.json"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert_eq!(fs::read_to_string(folder.path().join("there.json")).unwrap(), "mine");
+}
