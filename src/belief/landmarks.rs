@@ -100,14 +100,6 @@ impl Landmarks {
         }
     }
 
-    /// The left and the right post of the goal of this colour, in the frame of the team that defends `own_end`, m. None
-    /// where both goals have it.
-    pub(super) fn goal(&self, colour: GoalColour, own_end: End) -> Option<[Vec2; 2]> {
-        let mut goals = self.goals(colour, own_end);
-        let goal = goals.next()?;
-        goals.next().is_none().then_some([goal.left_post, goal.right_post])
-    }
-
     /// Whether the pitch looks the same from both ends: both goals have one colour.
     pub(super) fn are_symmetric(&self) -> bool {
         self.goals[0].colour == self.goals[1].colour
