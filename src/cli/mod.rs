@@ -42,6 +42,7 @@ mod begin;
 mod beliefs;
 mod check;
 mod check_program;
+mod expect;
 mod figures;
 mod interrupt;
 mod list;
