@@ -75,7 +75,7 @@
 //! | `agents` | robots that programs outside decide for |
 //! | `environment` | matches as environments for learning |
 //! | `batch` | many matches |
-//! | `trials` `figures` `viewer` | robots measured beside real ones; pictures of the paper; the window |
+//! | `calibration` `trials` `figures` `viewer` | figures from logs of real robots; robots measured beside those; pictures of the paper; the window |
 //! | `cli` | the commands |
 //! | `prelude` `guide` | for whoever builds on it |
 //!
@@ -99,6 +99,7 @@ pub mod ball;
 pub mod batch;
 pub mod behaviour;
 pub mod belief;
+pub mod calibration;
 pub mod camera_model;
 pub mod cli;
 pub mod collision;

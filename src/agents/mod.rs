@@ -42,6 +42,7 @@ mod plugin;
 mod process;
 pub mod protocol;
 mod remote;
+pub mod server;
 mod settings;
 
 pub use crate::record::vocabulary::{Perception, RobotCommand};
@@ -49,6 +50,7 @@ pub use command::CommandError;
 pub use player::Player;
 pub use plugin::{AgentsPlugin, StartError, dismiss, start_programs};
 pub use remote::{AgentError, belief, believe, command, perception, remote_robots, with_remote_robots};
+pub use server::Server;
 pub use settings::{AgentSettings, ErrorLines};
 
 /// Elsewhere than on Unix no program can be started.

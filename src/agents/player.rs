@@ -27,14 +27,21 @@ const FAREWELL: Duration = Duration::from_secs(1);
 #[derive(Component, Debug)]
 pub struct Player(pub(super) Option<Agent>);
 
+impl Player {
+    /// What the program has said of itself, if it plays.
+    pub fn hello(&self) -> Option<&Hello> {
+        self.0.as_ref()?.hello.as_ref()
+    }
+}
+
 /// A program that plays a robot.
 #[derive(Debug)]
 pub struct Agent {
     connection: Connection,
     /// Dropped last: it ends the process.
     process: Option<Process>,
-    images: Vec<ImageSource>,
-    belief: bool,
+    /// What the program has said of itself.
+    hello: Option<Hello>,
     /// When it has to have answered.
     deadline: Option<Instant>,
 }
@@ -42,7 +49,7 @@ pub struct Agent {
 impl Agent {
     /// A program that has not said anything yet.
     pub(super) fn new(connection: Connection, process: Option<Process>) -> Self {
-        Self { connection, process, images: Vec::new(), belief: false, deadline: None }
+        Self { connection, process, hello: None, deadline: None }
     }
 
     /// What the program says of itself.
@@ -77,20 +84,19 @@ impl Agent {
             None
         };
         if let Some(reason) = refusal {
-            self.refuse(&reason, deadline);
-            return Err(Loss::new(AgentLoss::Refused, reason));
+            return Err(self.refuse(reason, deadline));
         }
-        self.images.clone_from(&hello.images);
-        self.belief = hello.belief;
+        self.hello = Some(hello.clone());
         self.connection.set_encoding(hello.encoding);
         let welcome = Message::Welcome(Box::new(Welcome::of(scenario, robot)));
         self.connection.send(&welcome, deadline).map_err(|loss| self.told(loss))
     }
 
     /// Tells the program why it may not play.
-    pub(super) fn refuse(&mut self, reason: &str, deadline: Option<Instant>) {
+    pub(super) fn refuse(&mut self, reason: String, deadline: Option<Instant>) -> Loss {
         // Who does not listen will see that it is over.
-        let _ = self.connection.send(&Message::Refused { reason }, deadline);
+        let _ = self.connection.send(&Message::Refused { reason: &reason }, deadline);
+        Loss::new(AgentLoss::Refused, reason)
     }
 
     /// Tells the program what its robot perceives.
@@ -107,7 +113,7 @@ impl Agent {
             cycle: clock.cycle,
             time_s: clock.start_time_s(),
             perception,
-            belief: belief.filter(|_| self.belief),
+            belief: belief.filter(|_| self.hello.as_ref().is_some_and(|hello| hello.belief)),
             images: self.images_of(clock, images),
         };
         self.connection.send(&turn, self.deadline).map_err(|loss| self.told(loss))
@@ -119,13 +125,14 @@ impl Agent {
         clock: &CycleClock,
         images: Option<&'a CameraImages>,
     ) -> BTreeMap<ImageSource, ImageMessage<'a>> {
-        let taken = images.filter(|images| !self.images.is_empty() && images.cycle == Some(clock.cycle));
+        let wanted = self.hello.as_ref().map_or(&[][..], |hello| &hello.images);
+        let taken = images.filter(|images| !wanted.is_empty() && images.cycle == Some(clock.cycle));
         let Some(taken) = taken else { return BTreeMap::new() };
         let of = |source| match source {
             ImageSource::Top => (source, ImageMessage::of(&taken.top)),
             ImageSource::Bottom => (source, ImageMessage::of(&taken.bottom)),
         };
-        self.images.iter().copied().map(of).collect()
+        wanted.iter().copied().map(of).collect()
     }
 
     /// What the program decides in this cycle.
@@ -153,12 +160,10 @@ impl Agent {
         let _ = self.connection.send(&Message::End { reason, score }, Some(Instant::now() + FAREWELL));
     }
 
-    /// Gives it a moment to end by itself.
-    pub(super) fn wait_for_end(mut self) {
+    /// Gives it a moment to end by itself. Whether it did.
+    pub(super) fn wait_for_end(mut self) -> bool {
         let deadline = Instant::now() + FAREWELL;
         self.connection.wait_for_end(Some(deadline));
-        if let Some(process) = &mut self.process {
-            process.exit_status(deadline);
-        }
+        self.process.as_mut().is_none_or(|process| process.exit_status(deadline).is_some())
     }
 }

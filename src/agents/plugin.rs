@@ -158,9 +158,9 @@ fn ask(
     events.extend(losses.into_iter().map(event));
 }
 
-/// Tells all programs that the match is over, and why in words, and lets them end.
-pub fn dismiss(world: &mut World, reason: &str) {
-    let Some(score) = world.get_resource::<Game>().map(|game| game.score) else { return };
+/// Tells all programs that the match is over, and why in words, and lets them end. The robots whose programs had to be ended.
+pub fn dismiss(world: &mut World, reason: &str) -> Vec<RobotId> {
+    let Some(score) = world.get_resource::<Game>().map(|game| game.score) else { return Vec::new() };
     let mut players = world.query::<(&RobotId, &mut Player)>();
     let taken = players.iter_mut(world).filter_map(|(id, mut player)| player.0.take().map(|agent| (*id, agent)));
     let mut agents: Vec<(RobotId, Agent)> = taken.collect();
@@ -168,7 +168,5 @@ pub fn dismiss(world: &mut World, reason: &str) {
     for (_, agent) in &mut agents {
         agent.say_goodbye(reason, score);
     }
-    for (_, agent) in agents {
-        agent.wait_for_end();
-    }
+    agents.into_iter().filter_map(|(id, agent)| (!agent.wait_for_end()).then_some(id)).collect()
 }

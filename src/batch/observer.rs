@@ -115,6 +115,8 @@ pub struct MatchObserver {
     ball_in_half: PerTeam<u64>,
     belief_errors: PerTeam<Vec<f64>>,
     first_broken_invariant: Option<String>,
+    /// Robots whose programs were lost.
+    agents_lost: PerTeam<u32>,
 }
 
 impl MatchObserver {
@@ -153,6 +155,7 @@ impl MatchObserver {
             }
             MatchEvent::Penalty { robot, .. } => self.penalties[robot.team] += 1,
             MatchEvent::BallOut { .. } => self.outs += 1,
+            MatchEvent::AgentLost { robot, .. } => self.agents_lost[robot.team] += 1,
             MatchEvent::InvariantBroken { message } if self.first_broken_invariant.is_none() => {
                 self.first_broken_invariant = Some(message.clone());
             }
@@ -194,9 +197,16 @@ impl MatchObserver {
             belief_error_m: PerTeam { blue: blue_errors, pink: pink_errors },
             ..match self.first_broken_invariant {
                 Some(message) => MatchRow::failed(seed, MatchOutcome::InvariantBroken, message),
-                None => MatchRow::failed(seed, outcome, String::new()),
+                None => MatchRow::failed(seed, outcome, programs_lost(self.agents_lost)),
             }
         }
+    }
+}
+
+fn programs_lost(lost: PerTeam<u32>) -> String {
+    match lost {
+        PerTeam { blue: 0, pink: 0 } => String::new(),
+        PerTeam { blue, pink } => format!("programs lost: blue {blue}, pink {pink}"),
     }
 }
 

@@ -156,6 +156,8 @@ pub fn batch(program: Program, arguments: &BatchArguments) -> ExitCode {
         |row| {
             if !row.outcome.is_valid() {
                 progress.suspend(|| report::note(&failure(&row)));
+            } else if !row.note.is_empty() {
+                progress.suspend(|| report::note(&format!("match {}, seed {}: {}", row.index + 1, row.seed, row.note)));
             }
             if let Err(error) = table.write(&batch, &row) {
                 interrupt.stop().store(true, Ordering::SeqCst);

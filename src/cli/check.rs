@@ -4,25 +4,37 @@ use bevy::prelude::*;
 use clap::Args;
 use std::process::ExitCode;
 
-use super::report;
+use super::agents::AgentArguments;
+use super::check_program::check_program;
 use super::terminal::Printer;
-use crate::scenario::{ScenarioError, ScenarioFile};
+use super::{Program, report};
+use crate::scenario::{ScenarioError, ScenarioFile, TeamsSpec};
 use crate::simulation::{MatchApp, names};
 
 /// Arguments of `naoisis check`.
 #[derive(Args, Debug, Clone)]
 pub struct CheckArguments {
-    /// Scenario files (.ron or .json), or names of built-in scenarios
+    /// Scenario files (.ron or .json), names of built-in scenarios, or programs that are to play: "exec:python3 my_team.py"
     #[arg(required = true, value_name = "FILE")]
     pub files: Vec<String>,
+    #[command(flatten)]
+    pub agents: AgentArguments,
 }
 
-/// Checks every file, and says `ok` or all that is wrong of each; exit status 2 if anything is wrong. `app` is a simulator.
-pub fn check(arguments: &CheckArguments, app: &mut App) -> ExitCode {
+/// Checks every file, and says `ok` or all that is wrong of each; exit status 2 if anything is wrong.
+pub fn check(program: Program, arguments: &CheckArguments) -> ExitCode {
     let mut status = ExitCode::SUCCESS;
     let mut printer = Printer::default();
+    let mut app = program.simulator();
     for file in &arguments.files {
-        let errors = errors_of(file, app);
+        if file.starts_with(TeamsSpec::EXEC) {
+            printer.print(format_args!("{file}:\n"));
+            if !check_program(program, file, &arguments.agents, &mut printer) {
+                status = ExitCode::from(report::USAGE_ERROR);
+            }
+            continue;
+        }
+        let errors = errors_of(file, &mut app);
         if errors.is_empty() {
             printer.print(format_args!("{file}: ok\n"));
         }

@@ -40,7 +40,9 @@ mod agents;
 mod batch;
 mod begin;
 mod beliefs;
+mod calibrate;
 mod check;
+mod check_program;
 mod figures;
 mod interrupt;
 mod list;
@@ -55,6 +57,7 @@ mod replay;
 mod report;
 mod run;
 mod run_arguments;
+mod serve;
 mod teams;
 mod terminal;
 mod traces;
@@ -76,11 +79,13 @@ enum Command {
     Play(play::PlayArguments),
     /// Run a match headless, as fast as it goes
     Run(Box<run_arguments::RunArguments>),
+    /// Run a match that programs connect to, in lock-step
+    Serve(Box<serve::ServeArguments>),
     /// Watch a match that a trace was written of
     Replay(replay::ReplayArguments),
     /// Play many matches with different seeds, on all cores
     Batch(batch::BatchArguments),
-    /// Check scenario files
+    /// Check scenario files, and programs that are to play
     Check(check::CheckArguments),
     /// Draw the paper's figures from the running system
     Figures(figures::FiguresArguments),
@@ -88,6 +93,8 @@ enum Command {
     List(list::ListArguments),
     /// Measure what simulated robots do when they are realistic, beside what real ones do
     Realism(realism::RealismArguments),
+    /// Find a robot's figures from logs of what it did
+    Calibrate(calibrate::CalibrateArguments),
     /// Measure image vision: what it finds in pictures of random scenes, against what is there
     Vision(vision::VisionArguments),
 }
@@ -114,12 +121,14 @@ pub fn run_with(words: impl IntoIterator<Item = OsString>, extend: impl Fn(&mut 
     match command_line.command {
         Some(Command::Play(arguments)) => play::play(program, &arguments),
         Some(Command::Run(arguments)) => run::run(program, &arguments),
+        Some(Command::Serve(arguments)) => serve::serve(program, &arguments),
         Some(Command::Replay(arguments)) => replay::replay(program, &arguments),
         Some(Command::Batch(arguments)) => batch::batch(program, &arguments),
-        Some(Command::Check(arguments)) => check::check(&arguments, &mut program.simulator()),
+        Some(Command::Check(arguments)) => check::check(program, &arguments),
         Some(Command::Figures(arguments)) => figures::figures(&arguments),
         Some(Command::List(arguments)) => list::list(&arguments, program.simulator_with(RecordPlugin).world()),
         Some(Command::Realism(arguments)) => realism::realism(&arguments),
+        Some(Command::Calibrate(arguments)) => calibrate::calibrate(&arguments),
         Some(Command::Vision(arguments)) => vision::vision(&arguments),
         None => play::play(program, &play::PlayArguments::default()),
     }

@@ -9,7 +9,7 @@ use super::visible::{visible, visible_in_place};
 use crate::scenario::ScenarioError;
 
 /// Exit status of a command whose arguments or files are wrong.
-const USAGE_ERROR: u8 = 2;
+pub const USAGE_ERROR: u8 = 2;
 
 /// Says what failed while running; exit status 1.
 pub fn failure(message: &str) -> ExitCode {

@@ -12,6 +12,7 @@ use super::run_arguments::RunArguments;
 use super::terminal::Printer;
 use super::{Program, begin, outputs, report};
 use crate::agents;
+use crate::agents::server::{Address, Server, free_robots};
 use crate::cycle::{CycleClock, run_cycle};
 use crate::events::{CycleEvents, MatchEvent};
 use crate::game::Game;
@@ -27,17 +28,19 @@ const CYCLES_PER_PROGRESS: u64 = 16;
 
 /// Runs the command.
 pub fn run(program: Program, arguments: &RunArguments) -> ExitCode {
-    run_match(program, arguments, |app| begin::begin(app, arguments))
+    run_match(program, arguments, None, |app| begin::begin(app, arguments))
 }
 
 /// Runs a scenario with the command's other arguments.
 pub fn run_scenario(program: Program, file: &ScenarioFile, arguments: &RunArguments) -> ExitCode {
-    run_match(program, arguments, |app| begin::begin_with(app, file, arguments))
+    run_match(program, arguments, None, |app| begin::begin_with(app, file, arguments))
 }
 
-fn run_match(
+/// Runs the match that `begin` puts into the app. With an address, programs connect to it before.
+pub(super) fn run_match(
     program: Program,
     arguments: &RunArguments,
+    listen: Option<&Address>,
     begin: impl FnOnce(&mut App) -> Result<(), ExitCode>,
 ) -> ExitCode {
     // That there is no adapter is said by whoever asks for one.
@@ -60,6 +63,11 @@ fn run_match(
     };
     if let Err(error) = agents::start_programs(app.world_mut()) {
         return report::usage_error(&error.to_string());
+    }
+    if let Some(address) = listen
+        && let Err(message) = let_programs_in(app.world_mut(), address, &interrupt)
+    {
+        return report::usage_error(&message);
     }
     match arguments.recordings.open(app.world(), arguments.force) {
         Ok(recorders) if recorders.is_empty() => {}
@@ -85,6 +93,18 @@ fn run_match(
     let status = finish(app.world_mut(), &outcome, started_at_cycle, wall_s, &mut printer, arguments);
     let status = printer.finish(status);
     if outcome.reason == EndReason::Interrupted { interrupt.finish(status) } else { status }
+}
+
+/// Waits until every remote robot of the match is played by a program that connects.
+fn let_programs_in(world: &mut World, address: &Address, interrupt: &Interrupt) -> Result<(), String> {
+    let free: Vec<String> = free_robots(world).iter().map(ToString::to_string).collect();
+    if free.is_empty() {
+        return Err("no robot of the match is remote: expected a scenario with some, or --blue remote".to_owned());
+    }
+    let server = Server::listen(address).map_err(|error| format!("--listen: {address}: {error}"))?;
+    report::note(&format!("listening at {}; waiting for {}", server.address(), free.join(", ")));
+    server.let_in(world, || interrupt.is_stopped(), report::note);
+    Ok(())
 }
 
 /// Saves the match, if that is asked for.

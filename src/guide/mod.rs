@@ -1,16 +1,17 @@
 //! The guide: from a first behaviour to an experiment, how it all works, and how to add to it.
 //!
 //! 1. [A first behaviour](first_behaviour), and a headless test of it.
-//! 2. [What a robot believes](beliefs): estimators, and beliefs against the truth.
-//! 3. [Watching](watching): what the window shows, and what a behaviour draws in it.
-//! 4. [Images and pictures](pictures): cameras, renderers, frames, videos.
-//! 5. [Experiments](experiments): batches, sweeps, saved matches, learning.
-//! 6. [Traces](traces): every field of them.
-//! 7. [Rules](rules): what the referee judges, and what robots are told.
-//! 8. [Architecture](architecture): the cycle, who knows what, determinism.
-//! 9. [The paper](paper): what each of its sentences has become, and which test shows it.
-//! 10. [Python](python): matches, batches and environments for learning from there.
-//! 11. [Adding to it](extending): a sensor, a rule, a team, a log format, a command.
+//! 2. [My team in ten minutes](programs): a program of one's own that plays, in any language.
+//! 3. [What a robot believes](beliefs): estimators, and beliefs against the truth.
+//! 4. [Watching](watching): what the window shows, and what a behaviour draws in it.
+//! 5. [Images and pictures](pictures): cameras, renderers, frames, videos.
+//! 6. [Experiments](experiments): batches, sweeps, saved matches, learning.
+//! 7. [Traces](traces): every field of them.
+//! 8. [Rules](rules): what the referee judges, and what robots are told.
+//! 9. [Architecture](architecture): the cycle, who knows what, determinism.
+//! 10. [The paper](paper): what each of its sentences has become, and which test shows it.
+//! 11. [Python](python): matches, batches and environments for learning from there.
+//! 12. [Adding to it](extending): a sensor, a rule, a team, a log format, a command.
 //!
 //! The programs in `examples/` are one idea each, and run headless:
 //!
@@ -35,6 +36,9 @@
 
 #[doc = include_str!("first_behaviour.md")]
 pub mod first_behaviour {}
+
+#[doc = include_str!("programs.md")]
+pub mod programs {}
 
 #[doc = include_str!("beliefs.md")]
 pub mod beliefs {}

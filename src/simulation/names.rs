@@ -4,7 +4,7 @@ use bevy::prelude::*;
 
 use super::rules::RuleRegistry;
 use super::sensors::SensorRegistry;
-use crate::behaviour::BehaviourRegistry;
+use crate::behaviour::{BehaviourRegistry, REMOTE};
 use crate::scenario::{BehaviourSpec, FieldPath, Scenario, ScenarioFault, TeamsSpec, unknown_name};
 use crate::team::Team;
 
@@ -38,6 +38,7 @@ pub fn wrong_team(registry: &BehaviourRegistry, path: &FieldPath, name: &str) ->
             let expected = "the command line of a program, such as `exec:python3 my_team.py`";
             Some(ScenarioFault::new(path.clone(), format!("`{name}` {wrong}"), expected))
         }
+        None if name == REMOTE => None,
         None => (!name.trim().is_empty() && registry.team(name).is_none()).then(|| no_team(registry, path, name)),
     }
 }

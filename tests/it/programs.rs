@@ -1,8 +1,13 @@
 //! Programs as players: whatever they do, the match goes on, and what they did is in the trace.
 
-use serde_json::Value;
+use bevy::prelude::*;
+use naoisis::agents::server::Address;
+use naoisis::agents::{self, AgentsPlugin, Server};
+use naoisis::prelude::*;
+use serde_json::{Value, json};
 use std::fs;
-use std::io::Read;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -207,4 +212,158 @@ fn programs_play_in_batches_and_against_other_teams() {
     let output = naoisis(folder.path(), &arguments);
     assert!(output.status.success() && output.stderr.is_empty(), "{}", text(&output.stderr));
     assert!(text(&output.stdout).contains("2 of 2 matches"), "{}", text(&output.stdout));
+}
+
+#[test]
+fn whoever_connects_plays_the_match_of_whoever_is_started() {
+    let folder = tempfile::tempdir().unwrap();
+    let play = |team: &str, listen: &[&str], trace: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_naoisis"));
+        command.current_dir(folder.path()).args(if listen.is_empty() { &["run"] } else { &["serve"] }).args(listen);
+        command.args(["match3v3", "--duration", "3", "--agent-timeout", "60", "--pink", team, "--trace", trace]);
+        let mut match_ = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+        let mut said = BufReader::new(match_.stderr.take().unwrap()).lines();
+        let mut programs = Vec::new();
+        if !listen.is_empty() {
+            let first = said.next().unwrap().unwrap();
+            let address = first.strip_prefix("listening at ").unwrap().split(';').next().unwrap().to_owned();
+            assert!(first.ends_with("waiting for pink1, pink2, pink3"), "{first}");
+            let connecting = format!(
+                "import sys; sys.path.insert(0, {:?}); import naoisis_agent, dribblers; \
+                 naoisis_agent.play(dribblers.decide, address={address:?}, robot=sys.argv[1])",
+                path_of("clients/python")
+            );
+            for robot in ["pink3", "pink1", "pink2"] {
+                let mut program = Command::new("python3");
+                program.current_dir(folder.path()).args(["-c", &connecting, robot]);
+                programs.push(program.spawn().unwrap());
+            }
+        }
+        let rest: Vec<String> = said.map(Result::unwrap).filter(|line| !line.contains("is played by")).collect();
+        assert!(match_.wait().unwrap().success() && rest.is_empty(), "{rest:?}");
+        assert!(programs.into_iter().all(|mut program| program.wait().unwrap().success()));
+        let lines = fs::read_to_string(folder.path().join(trace)).unwrap();
+        // The header says what plays.
+        lines.lines().skip(1).collect::<Vec<_>>().join("\n")
+    };
+    let team = format!("exec:python3 {}", path_of("clients/python/dribblers.py").display());
+    let started = play(&team, &[], "started.jsonl");
+    assert!(play("remote", &["--listen", "tcp:127.0.0.1:0"], "tcp.jsonl") == started);
+    assert!(play("remote", &["--listen", "unix:socket"], "unix.jsonl") == started);
+    assert!(!folder.path().join("socket").exists());
+}
+
+#[test]
+fn a_check_walks_a_program_through_a_match() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("misbehaving.py"), MISBEHAVING).unwrap();
+    let good = format!("exec:python3 {}", path_of("clients/python/dribblers.py").display());
+    let check = |team: &str| naoisis(folder.path(), &["check", team, "--agent-timeout", "60"]);
+    let output = check(&good);
+    assert!(output.status.success(), "{}", text(&output.stdout));
+    assert!(text(&output.stdout).contains("says hello                 ok: dribblers, protocol 1"));
+    for (misdeed, said) in [
+        ("another protocol", "says hello                 wrong: it speaks protocol 2; expected 1"),
+        ("crashes", "answers in every cycle     wrong: in cycle 5: it ended with status 7"),
+    ] {
+        let output = check(&format!("exec:python3 misbehaving.py '{misdeed}'"));
+        assert_eq!(output.status.code(), Some(2));
+        assert!(text(&output.stdout).contains(said), "{}", text(&output.stdout));
+    }
+}
+
+/// MessagePack has numbers in single precision as they are, JSON the shortest that means the same.
+fn in_single_precision(value: Value) -> Value {
+    match value {
+        Value::Number(number) => json!(number.as_f64().unwrap() as f32),
+        Value::Array(values) => values.into_iter().map(in_single_precision).collect(),
+        Value::Object(fields) => fields
+            .into_iter()
+            .map(|(name, value)| (name, in_single_precision(value)))
+            .collect::<serde_json::Map<_, _>>()
+            .into(),
+        other => other,
+    }
+}
+
+/// Plays a robot over a socket in either encoding. What it was told in each cycle; images as their lengths.
+fn play_over(stream: UnixStream, encoding: &str) -> Vec<Value> {
+    let mut reader = BufReader::new(stream.try_clone().unwrap());
+    let mut writer = stream;
+    let hello = json!({ "protocol": 1, "encoding": encoding, "images": ["top"], "belief": true });
+    writeln!(writer, "{}", json!({ "hello": hello })).unwrap();
+    let mut turns: Vec<Value> = Vec::new();
+    loop {
+        let mut message = if encoding == "json" {
+            let mut line = String::new();
+            reader.read_line(&mut line).unwrap();
+            serde_json::from_str::<Value>(&line).unwrap()
+        } else {
+            let mut length = [0; 4];
+            reader.read_exact(&mut length).unwrap();
+            let mut bytes = vec![0; u32::from_be_bytes(length) as usize];
+            reader.read_exact(&mut bytes).unwrap();
+            // A `Value` has no bytes.
+            let place = bytes.windows(4).position(|window| window == [0xc6, 0x00, 0x03, 0x84]);
+            if let Some(place) = place {
+                bytes.splice(place..place + 5 + 3 * 320 * 240, *b"\xce\x00\x03\x84\x00");
+            }
+            rmp_serde::from_slice(&bytes).unwrap()
+        };
+        if message.get("end").is_some() {
+            return turns;
+        }
+        let cycle = message["cycle"].clone();
+        if cycle.is_null() {
+            assert_eq!(message["welcome"]["robot"], "blue1");
+            continue;
+        }
+        let rgb = &mut message["images"]["top"]["rgb"];
+        // Four letters for three bytes.
+        if let Some(text) = rgb.as_str() {
+            *rgb = json!(text.len() / 4 * 3);
+        }
+        turns.push(in_single_precision(message));
+        let answer = json!({ "cycle": cycle, "command": { "walk": [0.006, 0, 1.5], "head_deg": [10, 5] } });
+        if encoding == "json" {
+            writeln!(writer, "{answer}").unwrap();
+        } else {
+            let bytes = rmp_serde::to_vec_named(&answer).unwrap();
+            writer.write_all(&(bytes.len() as u32).to_be_bytes()).unwrap();
+            writer.write_all(&bytes).unwrap();
+        }
+    }
+}
+
+#[test]
+fn both_encodings_say_the_same_with_beliefs_and_images() {
+    let scenario = Scenario::from_json(
+        r#"{ "robots": [{ "number": 1, "pose": [-1, 0, 0], "behaviour": "remote" },
+                        { "number": 2, "pose": [-2, 1, 0], "behaviour": "chaser" }] }"#,
+    )
+    .unwrap();
+    let play = |encoding: &'static str| {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("socket");
+        let server = Server::listen(&Address::Unix(path.clone())).unwrap();
+        let program = std::thread::spawn(move || play_over(UnixStream::connect(path).unwrap(), encoding));
+        let mut app = App::new();
+        app.add_plugins((NaoisisPlugins, AgentsPlugin));
+        app.start_match(&scenario).unwrap();
+        server.let_in(app.world_mut(), || false, |_| {});
+        app.run_cycles(20);
+        let pose = app.robot_pose(RobotId::new(Team::Blue, 1)).unwrap();
+        agents::dismiss(app.world_mut(), "end");
+        (program.join().unwrap(), pose)
+    };
+    let (json, message_pack) = (play("json"), play("msgpack"));
+    assert_eq!(json.0.len(), 20);
+    assert_eq!(json.0, message_pack.0);
+    assert_eq!(json.1, message_pack.1);
+    assert!(json.1.position.x > -0.95);
+    let first = &json.0[0];
+    assert_eq!(first["time_s"], 0.0);
+    assert_eq!(first["images"]["top"]["rgb"], 230_400.0);
+    assert!((first["belief"]["pose"][0].as_f64().unwrap() + 1.0).abs() < 0.1, "{}", first["belief"]);
+    assert!(first["perception"].get("pose").is_none());
 }

@@ -1,0 +1,228 @@
+// Plays a robot of a naoisis match: needs C++17 and the standard library.
+//
+//     #include "naoisis_agent.hpp"
+//     using naoisis::Json;
+//
+//     Json decide(const Json& perception) {
+//         const Json& ball = perception["percepts"]["ball"];
+//         if (ball.is_null()) return Json::object({{"walk", {0.0, 0.0, 3.0}}});
+//         return Json::object({{"walk", {0.006, 0.0, ball["position_m"][1].number() > 0.0 ? 3.0 : -3.0}}});
+//     }
+//
+//     int main() { naoisis::play(decide, "my team"); }
+//
+//     $ g++ -std=c++17 -O2 my_team.cpp -o my_team && naoisis run match3v3 --blue "exec:./my_team"
+//
+// `decide` gets what the robot perceives in a cycle, as a trace has it, and returns what the robot shall do, in the words of a
+// trace's `command`. Standard output is the match's: print to std::cerr.
+#pragma once
+
+#include <cctype>
+#include <charconv>
+#include <cstdlib>
+#include <functional>
+#include <initializer_list>
+#include <iostream>
+#include <map>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+namespace naoisis {
+
+// A JSON value: null, a truth value, a number, a text, a list or an object. What is not there is null.
+class Json {
+public:
+    using List = std::vector<Json>;
+    using Object = std::map<std::string, Json>;
+
+    Json() = default;
+    Json(bool value) : value_(value) {}
+    Json(int value) : value_(static_cast<double>(value)) {}
+    Json(double value) : value_(value) {}
+    Json(const char* text) : value_(std::string(text)) {}
+    Json(std::string text) : value_(std::move(text)) {}
+    Json(std::initializer_list<double> numbers) : value_(List(numbers.begin(), numbers.end())) {}
+    static Json object(std::initializer_list<std::pair<const std::string, Json>> fields = {}) {
+        Json json;
+        json.value_ = Object(fields);
+        return json;
+    }
+
+    bool is_null() const { return std::holds_alternative<std::monostate>(value_); }
+    bool truth() const { return get<bool>(); }
+    double number() const { return get<double>(); }
+    const std::string& text() const { return get<std::string>(); }
+    const List& list() const { return get<List>(); }
+    const Json& operator[](const std::string& name) const {
+        const auto* object = std::get_if<Object>(&value_);
+        const auto found = object ? object->find(name) : Object::const_iterator();
+        return object && found != object->end() ? found->second : nothing();
+    }
+    const Json& operator[](const char* name) const { return (*this)[std::string(name)]; }
+    const Json& operator[](int index) const { return list().at(static_cast<std::size_t>(index)); }
+    // Sets a field of an object.
+    Json& set(const std::string& name, Json value) {
+        if (is_null()) value_ = Object();
+        std::get<Object>(value_)[name] = std::move(value);
+        return *this;
+    }
+
+    static Json parse(const std::string& text) {
+        const char* at = text.c_str();
+        Json json = parse_value(at);
+        if (skip(at) != text.c_str() + text.size()) throw std::runtime_error("more than one JSON value");
+        return json;
+    }
+    std::string dump() const {
+        std::string text;
+        write(text);
+        return text;
+    }
+
+private:
+    std::variant<std::monostate, bool, double, std::string, List, Object> value_;
+
+    static const Json& nothing() {
+        static const Json null;
+        return null;
+    }
+    template <class T> const T& get() const {
+        if (const T* value = std::get_if<T>(&value_)) return *value;
+        throw std::runtime_error("a JSON value is not what was expected: " + dump());
+    }
+    static const char*& skip(const char*& at) {
+        while (*at == ' ' || *at == '\t' || *at == '\n' || *at == '\r') ++at;
+        return at;
+    }
+    static bool take(const char*& at, char letter) {
+        if (*skip(at) != letter) return false;
+        ++at;
+        return true;
+    }
+    static void expect(const char*& at, char letter) {
+        if (!take(at, letter)) throw std::runtime_error(std::string("expected `") + letter + "` in JSON");
+    }
+    static Json parse_value(const char*& at) {
+        Json json;
+        if (take(at, '{')) {
+            Object fields;
+            while (!take(at, '}')) {
+                if (!fields.empty()) expect(at, ',');
+                expect(at, '"');
+                std::string name = parse_text(at);
+                expect(at, ':');
+                fields.emplace(std::move(name), parse_value(at));
+            }
+            json.value_ = std::move(fields);
+        } else if (take(at, '[')) {
+            List values;
+            while (!take(at, ']')) {
+                if (!values.empty()) expect(at, ',');
+                values.push_back(parse_value(at));
+            }
+            json.value_ = std::move(values);
+        } else if (take(at, '"')) {
+            json.value_ = parse_text(at);
+        } else if (std::isalpha(static_cast<unsigned char>(*at))) {
+            std::string word;
+            while (std::isalpha(static_cast<unsigned char>(*at))) word += *at++;
+            if (word != "null") json.value_ = word == "true";
+        } else {
+            char* end = nullptr;
+            json.value_ = std::strtod(at, &end);
+            if (end == at) throw std::runtime_error("this is no JSON");
+            at = end;
+        }
+        return json;
+    }
+    static std::string parse_text(const char*& at) {
+        std::string text;
+        while (*at != '"') {
+            if (*at == '\0') throw std::runtime_error("a JSON text without an end");
+            if (*at != '\\') {
+                text += *at++;
+                continue;
+            }
+            const char letter = at[1];
+            at += 2;
+            switch (letter) {
+                case 'n': text += '\n'; break;
+                case 't': text += '\t'; break;
+                case 'r': text += '\r'; break;
+                case 'b': text += '\b'; break;
+                case 'f': text += '\f'; break;
+                case 'u': text += utf8(at); break;
+                default: text += letter;
+            }
+        }
+        ++at;
+        return text;
+    }
+    // The naoisis side writes only control characters so: no pairs of surrogates.
+    static std::string utf8(const char*& at) {
+        const unsigned code = static_cast<unsigned>(std::strtoul(std::string(at, 4).c_str(), nullptr, 16));
+        at += 4;
+        if (code < 0x80) return {static_cast<char>(code)};
+        if (code < 0x800) return {static_cast<char>(0xC0 | code >> 6), static_cast<char>(0x80 | (code & 0x3F))};
+        return {static_cast<char>(0xE0 | code >> 12), static_cast<char>(0x80 | (code >> 6 & 0x3F)), static_cast<char>(0x80 | (code & 0x3F))};
+    }
+    static void write_text(std::string& out, const std::string& text) {
+        out += '"';
+        for (const char letter : text) {
+            if (letter == '"' || letter == '\\') out += '\\';
+            out += static_cast<unsigned char>(letter) < 0x20 ? ' ' : letter;
+        }
+        out += '"';
+    }
+    void write(std::string& out) const {
+        if (const auto* truth = std::get_if<bool>(&value_)) {
+            out += *truth ? "true" : "false";
+        } else if (const auto* number = std::get_if<double>(&value_)) {
+            char digits[32];
+            out.append(digits, std::to_chars(digits, digits + sizeof digits, *number).ptr);
+        } else if (const auto* text = std::get_if<std::string>(&value_)) {
+            write_text(out, *text);
+        } else if (const auto* values = std::get_if<List>(&value_)) {
+            const char* between = "[";
+            for (const Json& value : *values) {
+                out += between;
+                value.write(out);
+                between = ",";
+            }
+            out += values->empty() ? "[]" : "]";
+        } else if (const auto* fields = std::get_if<Object>(&value_)) {
+            const char* between = "{";
+            for (const auto& [name, value] : *fields) {
+                out += between;
+                write_text(out, name);
+                out += ':';
+                value.write(out);
+                between = ",";
+            }
+            out += fields->empty() ? "{}" : "}";
+        } else {
+            out += "null";
+        }
+    }
+};
+
+// Plays a robot until the match is over. How it ended, with its score; null if the match was broken off.
+inline Json play(const std::function<Json(const Json&)>& decide, const std::string& name = "") {
+    std::ios::sync_with_stdio(false);
+    const auto send = [](const Json& message) { std::cout << message.dump() << '\n' << std::flush; };
+    send(Json::object({{"hello", Json::object({{"protocol", 1}, {"name", name}})}}));
+    for (std::string line; std::getline(std::cin, line);) {
+        const Json message = Json::parse(line);
+        if (!message["end"].is_null()) return message["end"];
+        if (!message["refused"].is_null()) throw std::runtime_error(message["refused"]["reason"].text());
+        if (message["cycle"].is_null()) continue;
+        Json command = decide(message["perception"]);
+        send(Json::object({{"cycle", message["cycle"]}, {"command", command.is_null() ? Json::object() : command}}));
+    }
+    return Json();
+}
+
+}  // namespace naoisis

@@ -1,0 +1,29 @@
+// Plays a robot of a naoisis match: needs Node.js and nothing else.
+//
+//     const { play } = require("./naoisis_agent.js");
+//     play((perception) => ({ walk: [0.006, 0, perception.percepts.ball?.position_m[1] > 0 ? 3 : -3] }), "my team");
+//
+//     $ naoisis run match3v3 --blue "exec:node my_team.js"
+//
+// `decide` gets what the robot perceives in a cycle, as a trace has it, and returns what the robot shall do, in the words of a
+// trace's `command`. Standard output is the match's: console.log writes to standard error here.
+"use strict";
+
+const { Console } = require("console");
+const readline = require("readline");
+
+// Plays until the match is over. Promises how it ended, with its score; nothing if the match was broken off.
+async function play(decide, name = "") {
+  globalThis.console = new Console(process.stderr);
+  const send = (message) => process.stdout.write(JSON.stringify(message) + "\n");
+  send({ hello: { protocol: 1, name } });
+  for await (const line of readline.createInterface({ input: process.stdin })) {
+    const message = JSON.parse(line);
+    if (message.end) return message.end;
+    if (message.refused) throw new Error(message.refused.reason);
+    if (message.cycle !== undefined) send({ cycle: message.cycle, command: decide(message.perception) ?? {} });
+  }
+  return undefined;
+}
+
+module.exports = { play };

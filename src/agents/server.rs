@@ -1,0 +1,208 @@
+//! A match that programs connect to: over TCP, or a Unix socket.
+
+use bevy::prelude::*;
+use core::fmt;
+use core::str::FromStr;
+use core::time::Duration;
+use std::io;
+use std::net::{SocketAddr, TcpListener, ToSocketAddrs};
+#[cfg(unix)]
+use std::os::unix::net::UnixListener;
+use std::path::PathBuf;
+use std::thread;
+use std::time::Instant;
+
+use super::connection::{Connection, Loss, Stream};
+use super::player::{Agent, Player};
+use super::plugin::begin;
+use super::protocol::Hello;
+use super::remote::remote_robots;
+use super::settings::AgentSettings;
+use crate::behaviour::Program;
+use crate::robot::Roster;
+use crate::scenario::wording::one_of;
+use crate::team::RobotId;
+
+/// Between two looks whether somebody has come.
+const LOOK: Duration = Duration::from_millis(2);
+
+/// Where a match can be connected to: `tcp:127.0.0.1:10000`, where port 0 is any that is free, or `unix:PATH`.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub enum Address {
+    /// A port of a network interface.
+    Tcp(SocketAddr),
+    /// A socket in the file system.
+    Unix(PathBuf),
+}
+
+/// A word that is no address.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[error("expected tcp:HOST:PORT, such as tcp:127.0.0.1:10000, or unix:PATH")]
+pub struct NotAnAddress;
+
+impl FromStr for Address {
+    type Err = NotAnAddress;
+
+    fn from_str(word: &str) -> Result<Self, NotAnAddress> {
+        match word.split_once(':') {
+            Some(("tcp", place)) => {
+                let mut addresses = place.to_socket_addrs().map_err(|_| NotAnAddress)?;
+                addresses.next().map(Address::Tcp).ok_or(NotAnAddress)
+            }
+            Some(("unix", path)) if cfg!(unix) && !path.is_empty() => Ok(Address::Unix(path.into())),
+            _ => Err(NotAnAddress),
+        }
+    }
+}
+
+impl fmt::Display for Address {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Address::Tcp(address) => write!(formatter, "tcp:{address}"),
+            Address::Unix(path) => write!(formatter, "unix:{}", path.display()),
+        }
+    }
+}
+
+/// Lets programs connect.
+#[derive(Debug)]
+pub struct Server {
+    listener: Listener,
+    address: Address,
+}
+
+#[derive(Debug)]
+enum Listener {
+    Tcp(TcpListener),
+    #[cfg(unix)]
+    Unix(UnixListener),
+}
+
+impl Listener {
+    fn accept(&self) -> io::Result<Stream> {
+        match self {
+            Listener::Tcp(listener) => listener.accept().and_then(|(stream, _)| {
+                stream.set_nonblocking(false)?;
+                stream.set_nodelay(true)?;
+                Ok(Stream::Tcp(stream))
+            }),
+            #[cfg(unix)]
+            Listener::Unix(listener) => listener.accept().and_then(|(stream, _)| {
+                stream.set_nonblocking(false)?;
+                Ok(Stream::Unix(stream))
+            }),
+        }
+    }
+}
+
+impl Server {
+    /// Listens at an address.
+    ///
+    /// # Errors
+    /// When that cannot be done, such as where somebody else does.
+    pub fn listen(address: &Address) -> io::Result<Self> {
+        let (listener, address) = match address {
+            Address::Tcp(address) => {
+                let listener = TcpListener::bind(address)?;
+                listener.set_nonblocking(true)?;
+                let address = Address::Tcp(listener.local_addr()?);
+                (Listener::Tcp(listener), address)
+            }
+            #[cfg(unix)]
+            Address::Unix(path) => {
+                let listener = UnixListener::bind(path)?;
+                listener.set_nonblocking(true)?;
+                (Listener::Unix(listener), address.clone())
+            }
+            #[cfg(not(unix))]
+            Address::Unix(_) => return Err(io::ErrorKind::Unsupported.into()),
+        };
+        Ok(Self { listener, address })
+    }
+
+    /// Where it listens; of any free port, which it is.
+    pub fn address(&self) -> &Address {
+        &self.address
+    }
+
+    /// Lets programs in until every remote robot of the match is played, or it is enough. `said` gets what there is to say
+    /// of who comes.
+    pub fn let_in(&self, world: &mut World, is_enough: impl Fn() -> bool, mut said: impl FnMut(&str)) {
+        while !is_enough() && !free_robots(world).is_empty() {
+            match self.listener.accept() {
+                Ok(stream) => match introduce(world, stream) {
+                    Ok((robot, name)) => said(&format!("{robot} is played by {name}")),
+                    Err(loss) => said(&format!("a program was not let in: {loss}")),
+                },
+                Err(_) => thread::sleep(LOOK),
+            }
+        }
+    }
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        if let Address::Unix(path) = &self.address {
+            // Whoever has removed it already will not mind.
+            let _ = std::fs::remove_file(path);
+        }
+    }
+}
+
+/// The remote robots that nobody plays yet.
+pub fn free_robots(world: &World) -> Vec<RobotId> {
+    let roster = world.resource::<Roster>();
+    let is_free = |id: &RobotId| {
+        let robot = roster.get(*id).map(|entity| world.entity(entity));
+        robot.is_some_and(|robot| !robot.contains::<Player>() && !robot.contains::<Program>())
+    };
+    remote_robots(world).into_iter().filter(is_free).collect()
+}
+
+/// Lets a program that has connected play the robot that it wants, or else the first that is free.
+fn introduce(world: &mut World, stream: Stream) -> Result<(RobotId, String), Loss> {
+    let settings = world.resource::<AgentSettings>().clone();
+    let deadline = settings.answer_timeout.map(|time| Instant::now() + time);
+    let mut agent = Agent::new(Connection::new(stream, settings.longest_message), None);
+    let hello = agent.hello(deadline)?;
+    let robot = match wanted(world, &hello) {
+        Ok(robot) => robot,
+        Err(reason) => return Err(agent.refuse(reason, deadline)),
+    };
+    begin(world, robot, &mut agent, &hello, deadline)?;
+    if let Some(entity) = world.resource::<Roster>().get(robot) {
+        world.entity_mut(entity).insert(Player(Some(agent)));
+    }
+    let name = if hello.name.is_empty() { "a program without a name".to_owned() } else { format!("`{}`", hello.name) };
+    Ok((robot, name))
+}
+
+/// The robot that a program is to play, or why there is none.
+fn wanted(world: &World, hello: &Hello) -> Result<RobotId, String> {
+    let free = free_robots(world);
+    let robot = match hello.robot {
+        Some(robot) => free.iter().find(|id| **id == robot),
+        None => free.first(),
+    };
+    robot.copied().ok_or_else(|| {
+        let free: Vec<String> = free.iter().map(RobotId::to_string).collect();
+        let wanted = hello.robot.map(|robot| format!("`{robot}`")).unwrap_or_else(|| "a robot".to_owned());
+        format!(
+            "{wanted} cannot be played; expected one that is remote and free: {}",
+            one_of(free.iter().map(String::as_str))
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_address_is_a_port_or_a_path() {
+        assert_eq!("tcp:127.0.0.1:80".parse::<Address>().unwrap().to_string(), "tcp:127.0.0.1:80");
+        for word in ["127.0.0.1:80", "tcp:80", "tcp:127.0.0.1", "udp:127.0.0.1:80", "unix:", ""] {
+            assert_eq!(word.parse::<Address>(), Err(NotAnAddress), "{word}");
+        }
+    }
+}

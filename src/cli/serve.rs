@@ -1,0 +1,24 @@
+//! `naoisis serve`: a match that programs connect to.
+
+use clap::Args;
+use std::process::ExitCode;
+
+use super::run::run_match;
+use super::run_arguments::RunArguments;
+use super::{Program, begin};
+use crate::agents::server::Address;
+
+/// Arguments of `naoisis serve`.
+#[derive(Args, Debug, Clone)]
+pub struct ServeArguments {
+    /// Where programs connect for the robots that are `remote`: tcp:127.0.0.1:10000 (port 0 is any that is free), or unix:PATH
+    #[arg(long, value_name = "tcp:HOST:PORT|unix:PATH")]
+    pub listen: Address,
+    #[command(flatten)]
+    pub run: RunArguments,
+}
+
+/// Runs the command: waits until every remote robot is played, and then runs the match.
+pub fn serve(program: Program, arguments: &ServeArguments) -> ExitCode {
+    run_match(program, &arguments.run, Some(&arguments.listen), |app| begin::begin(app, &arguments.run))
+}

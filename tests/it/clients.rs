@@ -1,0 +1,142 @@
+//! The clients in other languages: the small team that each comes with plays the same match, and so does the same team as a
+//! behaviour.
+
+use bevy::prelude::*;
+use naoisis::agents::RobotCommand;
+use naoisis::game::GameState;
+use naoisis::pitch::{End, GoalColour};
+use naoisis::prelude::*;
+use naoisis::robot::posture::PostureCommand;
+use naoisis::sensing::status::BodyStatus;
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use crate::support::{begin_trace, headless_app, naoisis, text};
+
+/// Long enough for kicks.
+const DURATION_S: &str = "40";
+
+fn client(path: &str) -> String {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("clients").join(path).display().to_string()
+}
+
+/// What is true and commanded in each cycle of a match in which a program plays in blue.
+fn match_of(program: &str) -> Vec<String> {
+    let folder = tempfile::tempdir().unwrap();
+    let team = format!("exec:{program}");
+    let output = naoisis(
+        folder.path(),
+        &["run", "match3v3", "--duration", DURATION_S, "--blue", &team, "--agent-timeout", "60", "--trace", "t.jsonl"],
+    );
+    assert!(output.status.success() && output.stderr.is_empty(), "{}", text(&output.stderr));
+    // The header says what plays, the end what became of it.
+    let trace = fs::read_to_string(folder.path().join("t.jsonl")).unwrap();
+    let lines: Vec<String> = trace.lines().map(str::to_owned).collect();
+    lines[1..lines.len() - 1].to_vec()
+}
+
+/// The team of the clients, as a behaviour.
+#[derive(Component, Default)]
+struct Dribbler;
+
+/// A number as other languages read it: what is written down of it, in double precision.
+fn as_written(number: f32) -> f64 {
+    number.to_string().parse().unwrap()
+}
+
+fn place_of(place: Vec2) -> [f64; 2] {
+    [as_written(place.x), as_written(place.y)]
+}
+
+fn opponents_goal(status: &GameStatus, percepts: &Percepts) -> Option<[f64; 2]> {
+    let colour = if status.own_end == End::NegativeX { GoalColour::Yellow } else { GoalColour::Blue };
+    let posts = percepts.goal_posts.iter().filter(|post| post.colour == colour);
+    let posts: Vec<[f64; 2]> = posts.map(|post| place_of(post.position_m)).collect();
+    let mean =
+        |index: usize| posts.iter().map(|post| post[index]).fold(0.0, |sum, part| sum + part) / posts.len() as f64;
+    (!posts.is_empty()).then(|| [mean(0), mean(1)])
+}
+
+fn turn_towards([x, y]: [f64; 2]) -> f64 {
+    let is_ahead = x > 0.0 && -0.1 * x < y && y < 0.1 * x;
+    if is_ahead { 0.0 } else { 3.0_f64.copysign(if y > 0.0 { 1.0 } else { -1.0 }) }
+}
+
+fn decide(status: &GameStatus, body: BodyStatus, percepts: &Percepts) -> serde_json::Value {
+    use serde_json::json;
+
+    if status.penalised || status.state != GameState::Playing {
+        return json!({});
+    }
+    if body == BodyStatus::Fallen {
+        return json!({ "posture": "get_up" });
+    }
+    let Some(ball) = percepts.ball.map(|ball| place_of(ball.position_m)) else {
+        return json!({ "walk": [0.0, 0.0, 3.0], "head_deg": [0.0, 15.0] });
+    };
+    let [x, y] = ball;
+    let say = json!({ "intention": "dribble", "payload": if x < 1.0 { "near" } else { "far" } });
+    let head = [0.0, if x < 0.5 { 25.0 } else { 0.0 }];
+    let goal = opponents_goal(status, percepts);
+    if x < 0.17 && -0.08 < y && y < 0.08 {
+        if goal.is_some_and(|goal| turn_towards(goal) == 0.0) {
+            let foot = if y > 0.0 { "left_straight" } else { "right_straight" };
+            return json!({ "kick": { "type": foot, "speed": 1.0 }, "head_deg": head, "say": say });
+        }
+        if goal.is_none() {
+            return json!({ "walk": [0.0, 0.003, -3.0], "head_deg": [0.0, 0.0], "say": say });
+        }
+    }
+    json!({ "walk": [0.006, 0.0, turn_towards(ball)], "head_deg": head, "say": say })
+}
+
+fn dribble(
+    mut robots: Query<
+        (
+            (&GameStatus, &BodyStatus, &Percepts),
+            (&mut WalkCommand, &mut HeadCommand, &mut KickCommand, &mut PostureCommand, &mut Outbox),
+        ),
+        With<Dribbler>,
+    >,
+) {
+    for ((status, body, percepts), (mut walk, mut head, mut kick, mut posture, mut outbox)) in &mut robots {
+        let command = RobotCommand::from_value(&decide(status, *body, percepts)).unwrap();
+        if let Some(wanted) = command.walk {
+            *walk = wanted;
+        }
+        if let Some(wanted) = command.head {
+            *head = wanted;
+        }
+        (kick.0, posture.0, outbox.0) = (command.kick, command.posture, command.say);
+    }
+}
+
+#[test]
+fn the_team_of_each_client_plays_the_same_match_and_so_does_the_behaviour() {
+    let folder = tempfile::tempdir().unwrap();
+    let cpp = folder.path().join("dribblers");
+    let mut compiler = Command::new("c++");
+    compiler.args(["-std=c++17", "-O1", "-Wall", "-Wextra", "-Werror", "-o"]).arg(&cpp);
+    assert!(compiler.arg(client("cpp/dribblers.cpp")).status().unwrap().success());
+    let python = match_of(&format!("python3 {}", client("python/dribblers.py")));
+    assert!(python.iter().any(|line| line.contains("\"kind\":\"kick\"")), "nobody kicks");
+    assert!(python == match_of(&cpp.display().to_string()), "C++");
+    // Not every machine has it.
+    if Command::new("node").arg("--version").output().is_ok() {
+        assert!(python == match_of(&format!("node {}", client("javascript/dribblers.js"))), "JavaScript");
+    }
+
+    let mut app = headless_app();
+    app.add_behaviour::<Dribbler, _>("dribbler", dribble).add_team("dribblers", "They dribble.", |_, _| "dribbler");
+    let mut scenario = Scenario::named("match3v3").unwrap();
+    scenario.teams.as_mut().unwrap().blue = "dribblers".to_owned();
+    app.start_match(&scenario).unwrap();
+    let trace = begin_trace(&mut app);
+    app.run_cycles(python.len() - 1);
+    let trace = text(&trace.written());
+    for (behaviour, program) in trace.lines().skip(1).zip(&python) {
+        assert_eq!(behaviour, program);
+    }
+    assert_eq!(trace.lines().count(), 1 + python.len());
+}
