@@ -133,6 +133,18 @@ impl Rolling {
     }
 }
 
+impl Rolling {
+    /// The share of a launch speed that reaches `reach_m` with which a ball reaches `distance_m`: how strong to kick.
+    pub fn speed_share(self, distance_m: f32, reach_m: f32) -> f32 {
+        let share = (distance_m / reach_m).clamp(0.0, 1.0);
+        match self {
+            // The speed at which a ball counts as resting aside.
+            Rolling::ExponentialPerS(_) => share,
+            Rolling::ConstantMps2(_) => share.sqrt(),
+        }
+    }
+}
+
 /// A ball at one instant, and its law.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct RollingBall {
@@ -185,6 +197,16 @@ mod tests {
     use super::*;
     use approx::assert_relative_eq;
     use proptest::prelude::*;
+
+    #[test]
+    fn a_share_of_the_speed_goes_a_share_of_the_way() {
+        for rolling in [Rolling::ExponentialPerS(0.5), Rolling::ConstantMps2(0.3)] {
+            let full = rolling.speed_for_distance(5.0);
+            let speed = full * rolling.speed_share(2.0, 5.0);
+            assert_relative_eq!(rolling.distance(speed), 2.0, max_relative = 2e-3);
+            assert_eq!(rolling.speed_share(6.0, 5.0), 1.0);
+        }
+    }
 
     #[test]
     fn exponential_drag_rolls_in_proportion_to_the_speed() {

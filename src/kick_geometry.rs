@@ -47,6 +47,16 @@ pub enum KickType {
 }
 
 impl KickType {
+    /// As files spell it.
+    pub fn name(self) -> &'static str {
+        match self {
+            KickType::LeftStraight => "left_straight",
+            KickType::RightStraight => "right_straight",
+            KickType::LeftSide => "left_side",
+            KickType::RightSide => "right_side",
+        }
+    }
+
     /// All four, in the order of their declaration.
     pub const ALL: [KickType; 4] =
         [KickType::LeftStraight, KickType::RightStraight, KickType::LeftSide, KickType::RightSide];

@@ -77,7 +77,7 @@
 //! | `environment` | matches as environments for learning |
 //! | `batch` | many matches |
 //! | `expectations` | whether matches are as they should be |
-//! | `trials` `figures` `viewer` | robots measured beside real ones; pictures of the paper; the window |
+//! | `calibration` `trials` `figures` `viewer` | figures from logs of real robots; robots measured beside those; pictures of the paper; the window |
 //! | `cli` | the commands |
 //! | `prelude` `guide` | for whoever builds on it |
 //!
@@ -101,6 +101,7 @@ pub mod ball;
 pub mod batch;
 pub mod behaviour;
 pub mod belief;
+pub mod calibration;
 pub mod camera_model;
 pub mod cli;
 pub mod collision;

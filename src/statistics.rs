@@ -59,6 +59,25 @@ pub fn mean(values: &[f64]) -> Option<Estimate> {
     Some(Estimate { value: mean, low: mean - margin, high: mean + margin })
 }
 
+/// Any statistic of values that come in independent groups, with an interval by the jackknife: from how it changes when a group
+/// is left out (Tukey 1958). None if the statistic has no value; of a single group the interval is infinite.
+pub fn jackknife<T: Copy>(groups: &[Vec<T>], statistic: impl Fn(&[T]) -> Option<f64>) -> Option<Estimate> {
+    let without = |left_out: Option<usize>| {
+        let kept = groups.iter().enumerate().filter(|(index, _)| Some(*index) != left_out);
+        statistic(&kept.flat_map(|(_, group)| group.iter().copied()).collect::<Vec<T>>())
+    };
+    let value = without(None)?;
+    let partial: Vec<f64> = (0..groups.len()).filter_map(|index| without(Some(index))).collect();
+    let n = partial.len() as f64;
+    if partial.len() < 2 {
+        return Some(Estimate { value, low: f64::NEG_INFINITY, high: f64::INFINITY });
+    }
+    let mean = partial.iter().sum::<f64>() / n;
+    let squares: f64 = partial.iter().map(|partial| (partial - mean) * (partial - mean)).sum();
+    let margin = student_quantile_95(n - 1.0) * (squares * (n - 1.0) / n).sqrt();
+    Some(Estimate { value, low: value - margin, high: value + margin })
+}
+
 /// The middle value; the mean of the two in the middle of an even number. None without values.
 pub fn median(mut values: Vec<f64>) -> Option<f64> {
     values.sort_by(f64::total_cmp);
@@ -91,6 +110,16 @@ fn student_quantile_95(degrees: f64) -> f64 {
 mod tests {
     use super::*;
     use approx::assert_abs_diff_eq;
+
+    #[test]
+    fn the_jackknife_of_a_mean_is_students_interval() {
+        let values = [2.0, 3.0, 5.0, 4.0, 9.0, 1.0];
+        let groups = values.map(|value| vec![value]).to_vec();
+        let estimate = jackknife(&groups, |values| Some(values.iter().sum::<f64>() / values.len() as f64)).unwrap();
+        let expected = mean(&values).unwrap();
+        assert!((estimate.low - expected.low).abs() < 1e-9 && (estimate.high - expected.high).abs() < 1e-9);
+        assert_eq!(jackknife::<f64>(&[], |_| None), None);
+    }
 
     #[test]
     fn shares_have_wilsons_interval() {

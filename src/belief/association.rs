@@ -2,8 +2,10 @@
 
 use bevy::prelude::*;
 
+use super::camera_error::{CameraError, CameraMotion};
+use super::innovation::{Innovation, Measured};
 use super::line_sighting::SeenLine;
-use super::pose_estimate::{Innovation, PoseEstimate};
+use super::pose_estimate::PoseEstimate;
 use super::sighting::Sighting;
 use super::unscented::SigmaPoints;
 use crate::belief::localisation_method::KalmanFilter;
@@ -14,35 +16,47 @@ use crate::pitch::LineSegment;
 const AMBIGUITY: f32 = 6.0;
 
 /// What things that are seen say about an estimate.
-pub(super) enum Innovations {
-    Extended(PoseEstimate, Vec2),
-    Unscented(SigmaPoints),
+pub(super) struct Innovations {
+    estimate: PoseEstimate,
+    forward: Vec2,
+    /// Of the unscented filter.
+    points: Option<SigmaPoints>,
+    camera: Option<(CameraError, CameraMotion)>,
 }
 
 impl Innovations {
-    /// For a filter of this kind.
-    pub(super) fn about(estimate: &PoseEstimate, filter: KalmanFilter) -> Self {
-        match filter {
-            KalmanFilter::Extended => Innovations::Extended(*estimate, estimate.pose.forward()),
-            KalmanFilter::Unscented => Innovations::Unscented(SigmaPoints::of(estimate)),
-        }
+    /// For a filter of this kind, that estimates the error of the cameras along with the pose, or does not.
+    pub(super) fn about(
+        estimate: &PoseEstimate,
+        filter: KalmanFilter,
+        camera: Option<(CameraError, CameraMotion)>,
+    ) -> Self {
+        let points = (filter == KalmanFilter::Unscented).then(|| SigmaPoints::of(estimate));
+        Self { estimate: *estimate, forward: estimate.pose.forward(), points, camera }
     }
 
     /// What a sighting says if it is of the landmark at a place, m, team frame.
     pub(super) fn of_point(&self, place: Vec2, sighting: &Sighting) -> Innovation {
-        match self {
-            Innovations::Extended(estimate, forward) => estimate.innovation(*forward, place, sighting),
-            Innovations::Unscented(points) => {
-                points.innovation(|pose| sighting.residual(unrotate(pose.forward(), place - pose.position)))
-            }
-        }
+        let measured = match &self.points {
+            None => self.estimate.measured_point(self.forward, place, sighting),
+            Some(points) => points.measured(|pose| sighting.residual(unrotate(pose.forward(), place - pose.position))),
+        };
+        self.weighed(measured, |motion| motion.slopes(unrotate(self.forward, place - self.estimate.pose.position)))
     }
 
     /// What a stretch of a line says if it is of this line.
     pub(super) fn of_line(&self, line: &LineSegment, seen: &SeenLine) -> Innovation {
-        match self {
-            Innovations::Extended(estimate, forward) => estimate.innovation_of_line(*forward, line, seen),
-            Innovations::Unscented(points) => points.innovation(|pose| seen.residual(line, pose)),
+        let measured = match &self.points {
+            None => self.estimate.measured_line(self.forward, line, seen),
+            Some(points) => points.measured(|pose| seen.residual(line, pose)),
+        };
+        self.weighed(measured, |motion| seen.camera_slopes(line, self.forward, motion))
+    }
+
+    fn weighed(&self, measured: Measured, slopes: impl Fn(&CameraMotion) -> [Vec2; 2]) -> Innovation {
+        match &self.camera {
+            None => measured.innovation(),
+            Some((error, motion)) => error.innovation(measured, slopes(motion)),
         }
     }
 }

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::covariance::inverse;
 use super::sighting::{LENS_HEIGHT_M, Residual, Sighting};
+use crate::ball::Rolling;
 use crate::camera_model::BOTTOM_TILT;
 use crate::geometry::{Pose, unit, unrotate};
 
@@ -38,8 +39,8 @@ pub struct BallEstimate {
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct BallModel {
-    /// Drag proportional to its speed, per second.
-    pub drag_per_s: f32,
+    /// How it slows down.
+    pub rolling: Rolling,
     /// Unforeseen change of its velocity: variance per second, (m/s)²/s.
     pub velocity_noise: f32,
     /// Speed that a ball of which nothing is known may have, m/s: standard deviation.
@@ -55,13 +56,24 @@ pub struct BallModel {
 impl Default for BallModel {
     fn default() -> Self {
         Self {
-            drag_per_s: 0.5,
+            rolling: Rolling::default(),
             velocity_noise: 0.02,
             start_speed_sd: 0.5,
             gate: 16.0,
             confirmation_m: 0.15,
             rest_speed_mps: 0.05,
         }
+    }
+}
+
+impl BallModel {
+    /// The share of its velocity that a ball of this speed (m/s) keeps after `duration` seconds, in the first order.
+    fn kept(&self, speed: f32, duration: f32) -> f32 {
+        let lost = match self.rolling {
+            Rolling::ExponentialPerS(drag) => drag * duration,
+            Rolling::ConstantMps2(deceleration) => deceleration * duration / speed.max(self.rest_speed_mps),
+        };
+        (1.0 - lost).max(0.0)
     }
 }
 
@@ -97,7 +109,7 @@ impl BallEstimate {
 
     /// The ball `duration` seconds later, seen from where a measured step (in the robot's frame before it) led.
     pub fn advanced(&self, step: Pose, duration: f32, model: &BallModel) -> Self {
-        let kept = (1.0 - model.drag_per_s * duration).max(0.0);
+        let kept = model.kept(self.velocity.length(), duration);
         let noise = model.velocity_noise * duration;
         let mut ahead = Self {
             position: self.position + self.velocity * duration - step.position,
@@ -207,12 +219,13 @@ mod tests {
     }
 
     fn watched(start: Vec2, velocity: Vec2, cycles: u32) -> BallEstimate {
-        let model = BallModel::default();
+        let drag = 0.5;
+        let model = BallModel { rolling: Rolling::ExponentialPerS(drag), ..default() };
         let mut estimate = BallEstimate::first_seen(&sighting(start), &model);
         for cycle in 1..=cycles {
             // The closed form of exponential drag: s = v0 (1 - exp(-k t)) / k.
             let time = cycle as f32 * PERIOD;
-            let place = start + velocity * (1.0 - (-model.drag_per_s * time).exp()) / model.drag_per_s;
+            let place = start + velocity * (1.0 - (-drag * time).exp()) / drag;
             estimate = estimate.advanced(Pose::default(), PERIOD, &model).seen(&sighting(place), &model);
         }
         estimate

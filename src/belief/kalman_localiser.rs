@@ -4,13 +4,15 @@ use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::association::{Innovations, clearly_nearest};
+use super::camera_error::CameraError;
+use super::innovation::Innovation;
 use super::landmarks::{
     LandmarkModel, Landmarks, PitchObservation, halfway_pose, seen_goal, sighting_of_mark, sighting_of_post,
     waiting_pose,
 };
 use super::line_sighting::SeenLine;
 use super::localisation_method::KalmanFilter;
-use super::pose_estimate::{Innovation, PoseEstimate, StepError, pose_from_two};
+use super::pose_estimate::{PoseEstimate, StepError, pose_from_two};
 use super::sighting::Sighting;
 use super::unscented;
 use crate::geometry::Pose;
@@ -45,6 +47,8 @@ pub struct KalmanLocaliser {
     sides: Option<[f32; 2]>,
     /// Landmarks seen out of place, less those seen in place.
     contradictions: u32,
+    /// How the cameras err, as far as the robot has found out; none while they do not.
+    camera: Option<CameraError>,
 }
 
 impl KalmanLocaliser {
@@ -79,11 +83,36 @@ impl KalmanLocaliser {
             KalmanFilter::Extended => self.estimate.moved_by(step, error),
             KalmanFilter::Unscented => unscented::moved_by(&self.estimate, step, error),
         };
-        Self { estimate, age_s: self.age_s + duration, ..*self }
+        let way = self.estimate.pose.forward().rotate(step.position);
+        let camera = self.camera.map(|camera| camera.after_step(way));
+        Self { estimate, camera, age_s: self.age_s + duration, ..*self }
     }
 
-    fn innovations(&self) -> Innovations {
-        Innovations::about(&self.estimate, self.filter)
+    /// The same robot put elsewhere: what it has found out about its cameras stays.
+    #[must_use]
+    pub fn keeping_cameras_of(self, before: &Self) -> Self {
+        Self { camera: before.camera.map(CameraError::beside_another_pose), ..self }
+    }
+
+    /// How the cameras err, as far as the robot has found out; none while they do not.
+    pub fn camera(&self) -> Option<&CameraError> {
+        self.camera.as_ref()
+    }
+
+    fn innovations(&self, observation: &PitchObservation) -> Innovations {
+        Innovations::about(&self.estimate, self.filter, self.camera.zip(observation.camera))
+    }
+
+    /// Takes over what a landmark says about the pose and the cameras.
+    fn believe(&mut self, innovation: &Innovation) {
+        self.estimate = self.estimate.corrected(innovation);
+        self.camera = self.camera.map(|camera| camera.after(innovation));
+    }
+
+    /// Starts anew at another pose.
+    fn start_at(&mut self, estimate: PoseEstimate) {
+        self.estimate = estimate;
+        self.camera = self.camera.map(CameraError::beside_another_pose);
     }
 
     /// Corrects the pose by what is seen of the pitch. Returns whether the robot has lost its way: it has seen more out of
@@ -91,6 +120,10 @@ impl KalmanLocaliser {
     pub fn correct(&mut self, observation: &PitchObservation) -> bool {
         let posts = &observation.percepts.goal_posts;
         let model = observation.model;
+        self.camera = observation.camera.map(|motion| match self.camera {
+            Some(camera) if camera.is_finite() => camera.advanced(&motion),
+            _ => CameraError::unknown(&motion),
+        });
         if self.sides.is_some() {
             self.choose_side(observation);
         }
@@ -100,16 +133,16 @@ impl KalmanLocaliser {
                 for post in posts {
                     let candidates = observation.landmarks.posts(post.colour, observation.own_end);
                     let sighting = sighting_of_post(post, observation.image, model);
-                    let association = self.associate(&sighting, candidates);
+                    let association = self.associate(&sighting, candidates, observation);
                     self.judge(association, model);
                 }
             }
         }
         for mark in observation.marks(MARKS_PER_CYCLE) {
-            self.see_mark(mark, observation.landmarks, model);
+            self.see_mark(mark, observation);
         }
         for line in observation.lines(LINES_PER_CYCLE).filter(SeenLine::is_useful) {
-            self.see_line(&line, observation.landmarks, model);
+            self.see_line(&line, observation);
         }
         let lost = self.contradictions > model.contradictions;
         if lost {
@@ -122,7 +155,7 @@ impl KalmanLocaliser {
     fn see_goal(&mut self, [left, right]: [&GoalPostPercept; 2], observation: &PitchObservation) {
         let model = observation.model;
         let sightings = [left, right].map(|post| sighting_of_post(post, observation.image, model));
-        let innovations = self.innovations();
+        let innovations = self.innovations(observation);
         // Where both goals have the same colour, it is the likelier one.
         let nearest = observation
             .landmarks
@@ -139,33 +172,45 @@ impl KalmanLocaliser {
         if distance > 2.0 * model.gate {
             self.contradictions += 1;
             if self.contradictions > model.contradictions {
-                self.start_from_goal(places, [left.position_m, right.position_m], observation.landmarks);
+                self.start_from_goal(places, sightings.map(|sighting| sighting.place), observation);
             }
             return;
         }
         for (place, sighting) in places.into_iter().zip(&sightings) {
-            let innovation = self.innovations().of_point(place, sighting);
+            let innovation = self.innovations(observation).of_point(place, sighting);
             self.judge(Some(innovation), model);
         }
     }
 
     /// A lost robot that sees a goal knows where it is.
-    fn start_from_goal(&mut self, posts: [Vec2; 2], seen: [Vec2; 2], landmarks: &Landmarks) {
+    fn start_from_goal(&mut self, posts: [Vec2; 2], seen: [Vec2; 2], observation: &PitchObservation) {
+        let mut place_sd = LOST_SD[0];
+        let seen = seen.map(|place| match self.camera.zip(observation.camera) {
+            Some((camera, motion)) => {
+                let covariance = camera.covariance_at(place, &motion);
+                place_sd = place_sd.max((covariance.x_axis.x + covariance.y_axis.y).sqrt());
+                camera.corrected_place(place, &motion)
+            }
+            None => place,
+        });
         let pose = pose_from_two(posts, seen);
-        if landmarks.is_on_carpet(pose.position) {
+        if observation.landmarks.is_on_carpet(pose.position) {
             self.contradictions = 0;
-            self.estimate = PoseEstimate::new(pose, LOST_SD[0], LOST_SD[1]);
+            self.start_at(PoseEstimate::new(pose, place_sd, LOST_SD[1]));
         }
     }
 
-    fn see_mark(&mut self, mark: &LandmarkPercept, landmarks: &Landmarks, model: &LandmarkModel) {
+    fn see_mark(&mut self, mark: &LandmarkPercept, observation: &PitchObservation) {
+        let PitchObservation { landmarks, model, .. } = *observation;
         let seen = self.estimate.pose.transform_point(mark.position_m);
         let near = |place: &Vec2| place.distance_squared(seen) < CANDIDATE_RANGE_M * CANDIDATE_RANGE_M;
         let sighting = sighting_of_mark(mark, model);
         let association = match mark.kind {
-            LandmarkKind::Junction { shape } => self.associate(&sighting, landmarks.junctions(shape).filter(near)),
-            LandmarkKind::PenaltyCross => self.associate(&sighting, landmarks.crosses().filter(near)),
-            LandmarkKind::CentreCircle => self.associate(&sighting, [Vec2::ZERO]),
+            LandmarkKind::Junction { shape } => {
+                self.associate(&sighting, landmarks.junctions(shape).filter(near), observation)
+            }
+            LandmarkKind::PenaltyCross => self.associate(&sighting, landmarks.crosses().filter(near), observation),
+            LandmarkKind::CentreCircle => self.associate(&sighting, [Vec2::ZERO], observation),
             LandmarkKind::Line { .. } => None,
         };
         self.judge(association, model);
@@ -173,19 +218,25 @@ impl KalmanLocaliser {
 
     /// A stretch of a line corrects the pose if it is clear of which line. Where it is not what it seems, the pose may be
     /// right all the same: there are many lines.
-    fn see_line(&mut self, seen: &SeenLine, landmarks: &Landmarks, model: &LandmarkModel) {
-        let innovations = self.innovations();
+    fn see_line(&mut self, seen: &SeenLine, observation: &PitchObservation) {
+        let PitchObservation { landmarks, model, .. } = *observation;
+        let innovations = self.innovations(observation);
         let pose = self.estimate.pose;
         let candidates = landmarks.lines().iter().filter(|line| seen.can_be_of(line, pose));
         let association = clearly_nearest(candidates.map(|line| innovations.of_line(line, seen)));
         if let Some(innovation) = association.filter(|innovation| innovation.distance_squared < model.gate) {
-            self.estimate = self.estimate.corrected(&innovation);
+            self.believe(&innovation);
         }
     }
 
     /// The landmark among `candidates` (m, team frame) that is seen, if it is clear which one.
-    fn associate(&self, sighting: &Sighting, candidates: impl IntoIterator<Item = Vec2>) -> Option<Innovation> {
-        let innovations = self.innovations();
+    fn associate(
+        &self,
+        sighting: &Sighting,
+        candidates: impl IntoIterator<Item = Vec2>,
+        observation: &PitchObservation,
+    ) -> Option<Innovation> {
+        let innovations = self.innovations(observation);
         clearly_nearest(candidates.into_iter().map(|place| innovations.of_point(place, sighting)))
     }
 
@@ -193,7 +244,7 @@ impl KalmanLocaliser {
     fn judge(&mut self, innovation: Option<Innovation>, model: &LandmarkModel) {
         let Some(innovation) = innovation else { return };
         if innovation.distance_squared < model.gate {
-            self.estimate = self.estimate.corrected(&innovation);
+            self.believe(&innovation);
             self.age_s = 0.0;
             self.contradictions = self.contradictions.saturating_sub(1);
         } else {
@@ -206,7 +257,11 @@ impl KalmanLocaliser {
         let Some(mut evidence) = self.sides else { return };
         let pose = self.estimate.pose;
         for post in &observation.percepts.goal_posts {
-            let sighting = Sighting::new(post.position_m, observation.model.goal_post_angle_sd);
+            let seen = Sighting::new(post.position_m, observation.model.goal_post_angle_sd);
+            let sighting = match self.camera.zip(observation.camera) {
+                Some((camera, motion)) => camera.corrected(&seen, &motion),
+                None => seen,
+            };
             for (pose, sum) in [pose, pose.turned_half()].into_iter().zip(&mut evidence) {
                 let estimate = PoseEstimate { pose, ..self.estimate };
                 let forward = pose.forward();
@@ -223,7 +278,7 @@ impl KalmanLocaliser {
             self.sides = None;
             self.contradictions = 0;
             if other < this {
-                self.estimate.pose = pose.turned_half();
+                self.start_at(PoseEstimate { pose: pose.turned_half(), ..self.estimate });
             }
         }
     }
@@ -269,6 +324,7 @@ mod tests {
                 image: IMAGE,
                 turn,
                 model: &model,
+                camera: None,
             });
         }
         own

@@ -3,6 +3,7 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::camera_error::CameraMotion;
 use super::line_sighting::SeenLine;
 use super::point_team_from_pitch;
 use super::sighting::Sighting;
@@ -36,6 +37,20 @@ pub struct LandmarkModel {
 impl Default for LandmarkModel {
     fn default() -> Self {
         Self { goal_post_angle_sd: 0.01, mark_angle_sd: 0.005, line_angle_sd: 0.008, gate: 12.0, contradictions: 6 }
+    }
+}
+
+impl LandmarkModel {
+    /// The same for cameras whose error is not estimated: everything seen is so much less certain.
+    pub(super) fn with_camera_error(&self, camera: &CameraMotion) -> Self {
+        let error = camera.total_sd();
+        let wider = |sd: f32| (sd * sd + error * error).sqrt();
+        Self {
+            goal_post_angle_sd: wider(self.goal_post_angle_sd),
+            mark_angle_sd: wider(self.mark_angle_sd),
+            line_angle_sd: wider(self.line_angle_sd),
+            ..*self
+        }
     }
 }
 
@@ -149,6 +164,8 @@ pub struct PitchObservation<'a> {
     pub turn: usize,
     /// How landmarks are used.
     pub model: &'a LandmarkModel,
+    /// How the cameras err for longer than an image; none if they do not.
+    pub camera: Option<CameraMotion>,
 }
 
 impl<'a> PitchObservation<'a> {

@@ -5,6 +5,7 @@
 
 use bevy::prelude::*;
 
+use super::camera_error::CameraMotion;
 use super::sighting::{Residual, Sighting};
 use crate::geometry::{Pose, unrotate};
 use crate::pitch::LineSegment;
@@ -54,6 +55,14 @@ impl SeenLine {
     pub(super) fn slopes(&self, line: &LineSegment, forward: Vec2) -> [Vec3; 2] {
         let normal = direction(line).0.perp();
         self.ends.map(|end| normal.extend(normal.dot(forward.rotate(end).perp())))
+    }
+
+    /// What yaw and pitch of the cameras' error change of the expected distances: columns of (first end, second end).
+    pub(super) fn camera_slopes(&self, line: &LineSegment, forward: Vec2, camera: &CameraMotion) -> [Vec2; 2] {
+        // An end is measured beside where it is by what the error makes of it, and is on the line without that.
+        let across = unrotate(forward, direction(line).0.perp());
+        let [first, second] = self.ends.map(|end| camera.slopes(end).map(|slope| -across.dot(slope)));
+        [Vec2::new(first[0], second[0]), Vec2::new(first[1], second[1])]
     }
 }
 

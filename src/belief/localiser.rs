@@ -3,6 +3,7 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::camera_error::CameraError;
 use super::kalman_localiser::{KalmanLocaliser, PLACED_SD, RETURNED_SD};
 use super::landmarks::{Landmarks, PitchObservation, halfway_pose, waiting_pose};
 use super::localisation_method::LocalisationMethod;
@@ -70,9 +71,8 @@ impl Localiser {
     /// The robot is told its place, team frame.
     pub fn place(&mut self, pose: Pose) {
         match self {
-            Localiser::Kalman(KalmanLocaliser { filter, .. }) | Localiser::Searching(_, filter) => {
-                *self = Localiser::Kalman(KalmanLocaliser::placed(*filter, pose));
-            }
+            Localiser::Kalman(own) => *own = KalmanLocaliser::placed(own.filter, pose).keeping_cameras_of(own),
+            Localiser::Searching(_, filter) => *self = Localiser::Kalman(KalmanLocaliser::placed(*filter, pose)),
             Localiser::Particles(filter) => filter.gather_around(pose, PLACED_SD[0], PLACED_SD[1]),
         }
     }
@@ -81,7 +81,10 @@ impl Localiser {
     /// far as it knows.
     pub fn come_back_at_halfway_line(&mut self, landmarks: &Landmarks, ball: Option<Vec2>) {
         match self {
-            Localiser::Kalman(KalmanLocaliser { filter, .. }) | Localiser::Searching(_, filter) => {
+            Localiser::Kalman(own) => {
+                *own = KalmanLocaliser::returned(own.filter, landmarks, ball).keeping_cameras_of(own);
+            }
+            Localiser::Searching(_, filter) => {
                 *self = Localiser::Kalman(KalmanLocaliser::returned(*filter, landmarks, ball));
             }
             Localiser::Particles(filter) => {
@@ -95,7 +98,10 @@ impl Localiser {
     pub fn come_back_where_it_waited(&mut self, landmarks: &Landmarks) {
         let y = self.estimate().pose.position.y;
         match self {
-            Localiser::Kalman(KalmanLocaliser { filter, .. }) | Localiser::Searching(_, filter) => {
+            Localiser::Kalman(own) => {
+                *own = KalmanLocaliser::waiting(own.filter, landmarks, y).keeping_cameras_of(own);
+            }
+            Localiser::Searching(_, filter) => {
                 *self = Localiser::Kalman(KalmanLocaliser::waiting(*filter, landmarks, y));
             }
             Localiser::Particles(filter) => {
@@ -114,6 +120,16 @@ impl Localiser {
 
     /// Corrects the pose by what the robot sees of the pitch.
     pub fn correct(&mut self, robot: RobotId, observation: &PitchObservation) {
+        if matches!(self, Localiser::Kalman(_)) || observation.camera.is_none() {
+            return self.correct_by(robot, observation);
+        }
+        // Particles have no room for the error of the cameras: what they see is less certain.
+        let model =
+            observation.camera.map_or(*observation.model, |camera| observation.model.with_camera_error(&camera));
+        self.correct_by(robot, &PitchObservation { model: &model, ..*observation });
+    }
+
+    fn correct_by(&mut self, robot: RobotId, observation: &PitchObservation) {
         match self {
             Localiser::Kalman(own) => {
                 if own.correct(observation) {
@@ -128,6 +144,14 @@ impl Localiser {
                 }
             }
             Localiser::Particles(filter) => filter.correct(observation),
+        }
+    }
+
+    /// How the cameras err, if that is estimated.
+    pub fn camera(&self) -> Option<&CameraError> {
+        match self {
+            Localiser::Kalman(own) => own.camera(),
+            Localiser::Searching(..) | Localiser::Particles(_) => None,
         }
     }
 

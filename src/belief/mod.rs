@@ -16,8 +16,10 @@ use crate::team::RobotId;
 
 mod association;
 pub mod ball;
+pub mod camera_error;
 mod covariance;
 pub mod error;
+pub mod innovation;
 pub mod kalman_localiser;
 pub mod landmarks;
 pub mod line_sighting;

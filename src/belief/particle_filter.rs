@@ -154,7 +154,7 @@ impl ParticleFilter {
 
     /// Weighs the particles by what the robot sees of the pitch.
     pub fn correct(&mut self, observation: &PitchObservation) {
-        let PitchObservation { percepts, landmarks, own_end, image, turn, model } = *observation;
+        let PitchObservation { percepts, landmarks, own_end, image, turn, model, .. } = *observation;
         let lines: Vec<SeenLine> = observation.lines(LINES_PER_UPDATE).filter(SeenLine::is_useful).collect();
         let seen = percepts.goal_posts.len() + observation.marks(MARKS_PER_UPDATE).count() + lines.len();
         if seen == 0 || !turn.is_multiple_of(CYCLES_PER_UPDATE) {
@@ -300,6 +300,7 @@ mod tests {
                 image: IMAGE,
                 turn,
                 model: &model,
+                camera: None,
             });
         }
     }

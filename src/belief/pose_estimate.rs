@@ -6,15 +6,21 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::covariance::inverse;
+use super::innovation::{Innovation, Measured};
 use super::line_sighting::SeenLine;
 use super::sighting::{Residual, Sighting};
 use crate::geometry::{Pose, angle_of, unit, unrotate, wrap_angle};
 use crate::pitch::LineSegment;
+use crate::robot::motion_limits::{Gait, Slip};
+use crate::sensing::odometry::OdometryNoise;
 
 /// Nobody is less certain of its place than this, m, and of its heading, radians: standard deviations. So much is no
 /// knowledge at all, and uncertainty that grew for ever would run out of numbers.
 const LARGEST_SD: [f32; 2] = [1000.0, core::f32::consts::PI];
+
+/// On about so much way landmarks correct a pose, m: what a robot errs by in the same way all the time counts as if it were
+/// drawn anew after it.
+const REMEMBERED_M: f32 = 2.0;
 
 /// A pose and how uncertain it is.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
@@ -46,38 +52,33 @@ impl Default for StepError {
 }
 
 impl StepError {
+    /// What a robot reckons with that knows how it walks and how exactly it counts its steps, but not how it is pushed: at
+    /// least `self`.
+    #[must_use]
+    pub fn with_known(self, gait: Option<&Gait>, odometry: &OdometryNoise) -> Self {
+        let slip = gait.map_or_else(Slip::default, |gait| gait.slip);
+        let square = |value: f32| value * value;
+        // What a robot always errs by adds up: on the way that it remembers as that way's square.
+        let place = square(odometry.translation_sd_m)
+            + square(slip.error.translation_sd_m)
+            + square(slip.scale_sd) * REMEMBERED_M;
+        let heading = square(odometry.heading_per_metre_sd)
+            + square(slip.error.heading_per_metre_sd)
+            + square(slip.drift_sd) * REMEMBERED_M;
+        let turn = square(odometry.rotation_sd) + square(slip.error.rotation_sd);
+        Self {
+            place_per_metre: self.place_per_metre.max(place),
+            heading_per_metre: self.heading_per_metre.max(heading),
+            heading_per_radian: self.heading_per_radian.max(turn),
+        }
+    }
+
     /// What a step adds to the covariance of (x, y, heading), m and radians.
     pub(super) fn covariance(&self, step: Pose) -> Mat3 {
         let length = step.position.length();
         let place = self.place_per_metre * length;
         let heading = self.heading_per_metre * length + self.heading_per_radian * step.heading.abs();
         Mat3::from_diagonal(Vec3::new(place, place, heading))
-    }
-}
-
-/// What seeing a landmark says about a pose.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Innovation {
-    /// Measured minus expected place, m, robot frame.
-    difference: Vec2,
-    /// The gain's columns: what a metre of difference along x and along y changes.
-    gain: [Vec3; 2],
-    /// P Hᵀ, column by column.
-    cross: [Vec3; 2],
-    /// The squared Mahalanobis distance between measurement and expectation.
-    pub distance_squared: f32,
-}
-
-impl Innovation {
-    /// Of a measurement with this difference from what was expected, covariance with the pose (column by column), and
-    /// covariance.
-    pub(super) fn new(difference: Vec2, cross: [Vec3; 2], spread: Mat2) -> Self {
-        let inverse = inverse(spread);
-        let gain = [
-            cross[0] * inverse.x_axis.x + cross[1] * inverse.x_axis.y,
-            cross[0] * inverse.y_axis.x + cross[1] * inverse.y_axis.y,
-        ];
-        Self { difference, gain, cross, distance_squared: difference.dot(inverse * difference) }
     }
 }
 
@@ -130,19 +131,24 @@ impl PoseEstimate {
 
     /// What it means for this estimate that `landmark` (m, team frame) is seen there.
     pub fn innovation(&self, forward: Vec2, landmark: Vec2, sighting: &Sighting) -> Innovation {
+        self.measured_point(forward, landmark, sighting).innovation()
+    }
+
+    /// That `landmark` (m, team frame) is seen there, beside what this estimate makes expect.
+    pub(super) fn measured_point(&self, forward: Vec2, landmark: Vec2, sighting: &Sighting) -> Measured {
         let expected = unrotate(forward, landmark - self.pose.position);
         // h(p) = R(-heading) (landmark - position); its rows' derivatives:
         let rows = [Vec3::new(-forward.x, -forward.y, expected.y), Vec3::new(forward.y, -forward.x, -expected.x)];
-        self.innovation_by_slopes(sighting.residual(expected), rows)
+        self.measured(sighting.residual(expected), rows)
     }
 
-    /// What it means for this estimate that a stretch of `line` (m, team frame) is seen there.
-    pub fn innovation_of_line(&self, forward: Vec2, line: &LineSegment, seen: &SeenLine) -> Innovation {
-        self.innovation_by_slopes(seen.residual(line, self.pose), seen.slopes(line, forward))
+    /// That a stretch of `line` (m, team frame) is seen there, beside what this estimate makes expect.
+    pub(super) fn measured_line(&self, forward: Vec2, line: &LineSegment, seen: &SeenLine) -> Measured {
+        self.measured(seen.residual(line, self.pose), seen.slopes(line, forward))
     }
 
-    /// What a residual means, if a change of the pose changes what is expected by so much, row by row.
-    fn innovation_by_slopes(&self, residual: Residual, rows: [Vec3; 2]) -> Innovation {
+    /// A residual, if a change of the pose changes what is expected by so much, row by row.
+    fn measured(&self, residual: Residual, rows: [Vec3; 2]) -> Measured {
         let Residual { difference, noise } = residual;
         let cross = rows.map(|row| self.covariance * row);
         let spread = noise
@@ -150,7 +156,7 @@ impl PoseEstimate {
                 Vec2::new(rows[0].dot(cross[0]), rows[1].dot(cross[0])),
                 Vec2::new(rows[0].dot(cross[1]), rows[1].dot(cross[1])),
             );
-        Innovation::new(difference, cross, spread)
+        Measured { difference, rows, cross, spread }
     }
 
     /// The estimate corrected by what was seen.

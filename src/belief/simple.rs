@@ -10,10 +10,10 @@ use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
 use super::ball::{BallEstimate, BallModel};
+use super::camera_error::{CameraError, CameraMotion};
 use super::landmarks::{LandmarkModel, Landmarks, PitchObservation};
 use super::localiser::Localiser;
 use super::pose_estimate::StepError;
-
 use super::robots::{RobotTrack, SonarModel, TrackModel, advance_tracks, hear_robot, see_robot};
 use super::sighting::Sighting;
 use super::team_ball::{HeardBall, TeamBallModel, team_ball};
@@ -28,10 +28,11 @@ use crate::knowledge::Knowledge;
 use crate::pitch::{End, Pitch};
 use crate::referee::{GameStatus, formation};
 use crate::robot::head::HeadAngles;
+use crate::robot::motion_limits::MotionLimits;
 use crate::sensing::camera::CameraSettings;
-use crate::sensing::odometry::Odometry;
+use crate::sensing::odometry::{Odometry, OdometrySettings};
 use crate::sensing::sonar::{SonarReading, SonarSettings};
-use crate::sensing::vision::Percepts;
+use crate::sensing::vision::{GazeNoise, Percepts, VisionSettings};
 use crate::team::{RobotId, Team};
 
 /// Updates the [`Belief`] of robots with [`SimpleBelief`] in [`DecideSystems::Believe`].
@@ -104,6 +105,13 @@ impl Default for SimpleBelief {
     }
 }
 
+impl SimpleBelief {
+    /// The same for a robot that knows how it walks.
+    fn with_known(self, (limits, odometry): (&MotionLimits, &OdometrySettings)) -> Self {
+        Self { step_error: self.step_error.with_known(limits.gait.as_ref(), &odometry.noise), ..self }
+    }
+}
+
 /// What the simple estimator remembers from cycle to cycle.
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Belief)]
@@ -128,6 +136,8 @@ pub struct SimpleBeliefMemory {
     tracks: Vec<RobotTrack>,
     /// What team-mates said, ordered by their ids.
     heard: Vec<Heard>,
+    /// What the sonars measured last.
+    echoes: SonarReading,
 }
 
 /// What a team-mate said last.
@@ -144,6 +154,11 @@ struct Heard {
 /// A seen and a heard team-mate nearer to each other than this are one, m.
 const SAME_ROBOT_M: f32 = 0.6;
 
+/// A sighting without what is known of the cameras' error, and with what is not.
+fn corrected(seen: Sighting, camera: Option<&(CameraError, CameraMotion)>) -> Sighting {
+    camera.map_or(seen, |(error, motion)| error.corrected(&seen, motion))
+}
+
 /// What the estimator reads and writes of a robot.
 #[derive(QueryData)]
 #[query_data(mutable)]
@@ -154,6 +169,8 @@ struct BelievingRobot {
     odometry: &'static Odometry,
     head: &'static HeadAngles,
     camera: &'static CameraSettings,
+    vision: &'static VisionSettings,
+    steps: (&'static MotionLimits, &'static OdometrySettings),
     percepts: &'static Percepts,
     sonar: &'static SonarReading,
     sonar_settings: &'static SonarSettings,
@@ -176,13 +193,22 @@ fn estimate(
     let landmarks = landmarks.get_or_insert_with(|| Landmarks::of(&pitch));
     let period = clock.period();
     for robot in &mut robots {
-        let BelievingRobotItem { settings, status, odometry, camera, percepts, mut memory, mut belief, .. } = robot;
+        let BelievingRobotItem { status, odometry, camera, percepts, mut memory, mut belief, .. } = robot;
+        let settings = &robot.settings.with_known(robot.steps);
+        let motion = CameraMotion {
+            noise: robot.vision.noise.gaze,
+            is_walking: odometry.0 != memory.odometry,
+            head_yaw: robot.head.yaw,
+            period_s: period,
+        };
+        let motion = (motion.noise != GazeNoise::default()).then_some(motion);
         let id = *robot.id;
         let place = |kicking_off| formation(&pitch, rules.team_size, id.number, End::NegativeX, kicking_off);
         let kicking_off = id.team == status.kick_off_team && !status.drop_ball;
         let start = || Localiser::placed(settings.localisation, id, belief.pose);
         memory.begin_cycle(start, odometry.0, status, landmarks, kicking_off, rules.return_place, place);
-        memory.pass_time(odometry.0, settings, period);
+        let ground = robot.steps.0.gait.map_or(1.0, |gait| gait.slip.scale);
+        memory.pass_time(odometry.0, ground, settings, period);
         let percepts = memory.as_seen_now(percepts, clock.start_time_s(), &mut late);
         memory.listen(&robot.inbox.0);
         if !status.penalised {
@@ -194,14 +220,16 @@ fn estimate(
                 image,
                 turn: clock.cycle as usize,
                 model: &settings.landmarks,
+                camera: motion,
             };
             memory.own.correct(id, &observation);
-            memory.watch_ball(percepts, *robot.head, settings, period);
-            memory.watch_robots(percepts, settings);
+            let camera = memory.own.camera().copied().zip(motion);
+            memory.watch_ball(percepts, *robot.head, camera.as_ref(), settings, period);
+            memory.watch_robots(percepts, camera.as_ref(), settings);
             memory.hear_robots((robot.sonar, robot.sonar_settings), &pitch, &settings.sonar);
         }
         memory.keep_finite(id, belief.pose);
-        memory.write(&mut belief, id.team, settings);
+        memory.write(&mut belief, id.team, motion.as_ref(), settings);
     }
 }
 
@@ -253,10 +281,12 @@ impl SimpleBeliefMemory {
         self.ball = Some(BallEstimate::at_rest(pose.inverse_transform_point(Vec2::ZERO), 0.1));
     }
 
-    /// Everything moves and ages by a cycle.
-    fn pass_time(&mut self, odometry: Pose, settings: &SimpleBelief, period: f32) {
+    /// Everything moves and ages by a cycle. `ground` is the share of a step's way that the ground gives on average.
+    fn pass_time(&mut self, odometry: Pose, ground: f32, settings: &SimpleBelief, period: f32) {
         let moved = odometry != self.odometry;
-        let step = if moved { self.odometry.relative(odometry) } else { Pose::default() };
+        let mut step = if moved { self.odometry.relative(odometry) } else { Pose::default() };
+        // The legs do more than the ground gives.
+        step.position *= ground;
         self.odometry = odometry;
         self.own.move_by(step, period, &settings.step_error);
         self.ball = self.ball.map(|ball| ball.advanced(step, period, &settings.ball));
@@ -305,9 +335,16 @@ impl SimpleBeliefMemory {
         }
     }
 
-    fn watch_ball(&mut self, percepts: &Percepts, head: HeadAngles, settings: &SimpleBelief, period: f32) {
+    fn watch_ball(
+        &mut self,
+        percepts: &Percepts,
+        head: HeadAngles,
+        camera: Option<&(CameraError, CameraMotion)>,
+        settings: &SimpleBelief,
+        period: f32,
+    ) {
         if let Some(seen) = &percepts.ball {
-            let sighting = Sighting::new(seen.position_m, settings.ball_angle_sd);
+            let sighting = corrected(Sighting::new(seen.position_m, settings.ball_angle_sd), camera);
             self.ball = Some(match &self.ball {
                 Some(ball) => ball.seen(&sighting, &settings.ball),
                 None => BallEstimate::first_seen(&sighting, &settings.ball),
@@ -322,9 +359,14 @@ impl SimpleBeliefMemory {
         }
     }
 
-    fn watch_robots(&mut self, percepts: &Percepts, settings: &SimpleBelief) {
+    fn watch_robots(
+        &mut self,
+        percepts: &Percepts,
+        camera: Option<&(CameraError, CameraMotion)>,
+        settings: &SimpleBelief,
+    ) {
         for seen in &percepts.robots {
-            let sighting = Sighting::new(seen.position_m, settings.robot_angle_sd);
+            let sighting = corrected(Sighting::new(seen.position_m, settings.robot_angle_sd), camera);
             see_robot(&mut self.tracks, seen.team, &sighting, &settings.robots);
         }
     }
@@ -335,6 +377,12 @@ impl SimpleBeliefMemory {
             return;
         }
         let (reading, settings) = sonar;
+        // Between two pings a reading is the old one again, and no news.
+        let is_old = settings.rate_hz.is_some() && *reading == self.echoes;
+        self.echoes = *reading;
+        if is_old {
+            return;
+        }
         let pose = self.own.estimate().pose;
         let (x, y) = (pitch.goal_post_x(), pitch.goal.width_m / 2.0);
         for (distance, heading) in [(reading.left, settings.heading), (reading.right, -settings.heading)] {
@@ -354,7 +402,7 @@ impl SimpleBeliefMemory {
         self.tracks.retain(|track| track.position.is_finite() && track.covariance.is_finite());
     }
 
-    fn write(&self, belief: &mut Belief, team: Team, settings: &SimpleBelief) {
+    fn write(&self, belief: &mut Belief, team: Team, motion: Option<&CameraMotion>, settings: &SimpleBelief) {
         let estimate = self.own.estimate();
         let pose = estimate.pose;
         let forward = pose.forward();
@@ -362,7 +410,11 @@ impl SimpleBeliefMemory {
         let turned = |covariance: Mat2| turn * covariance * turn.transpose();
         let to_team = |place: Vec2| pose.position + forward.rotate(place);
         // Who does not know for sure where it is does not know better where on the pitch what it sees is.
+        // Nor does who does not know where its cameras look, however often it looks.
+        let camera = self.own.camera().zip(motion);
         let in_team = |place: Vec2, covariance: Mat2| {
+            let covariance =
+                covariance + camera.map_or(Mat2::ZERO, |(error, motion)| error.covariance_at(place, motion));
             place_covariance(turned(covariance) + estimate.covariance_at(forward.rotate(place)))
         };
         belief.pose = pose;

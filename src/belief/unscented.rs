@@ -8,7 +8,8 @@
 use bevy::math::{DMat3, DVec3, Mat3};
 use bevy::prelude::*;
 
-use super::pose_estimate::{Innovation, PoseEstimate, StepError};
+use super::innovation::Measured;
+use super::pose_estimate::{PoseEstimate, StepError};
 use super::sighting::Residual;
 use crate::geometry::{Pose, wrap_angle};
 
@@ -23,6 +24,7 @@ const LEAST_VARIANCE: f32 = 1e-10;
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct SigmaPoints {
     mean: Pose,
+    covariance: Mat3,
     /// x, y and heading of each point, less those of the mean.
     deviations: [Vec3; COUNT],
 }
@@ -32,7 +34,7 @@ impl SigmaPoints {
     pub fn of(estimate: &PoseEstimate) -> Self {
         let columns = root(&estimate.covariance).map(|column| SPREAD * column);
         let [x, y, heading] = columns;
-        Self { mean: estimate.pose, deviations: [x, -x, y, -y, heading, -heading] }
+        Self { mean: estimate.pose, covariance: estimate.covariance, deviations: [x, -x, y, -y, heading, -heading] }
     }
 
     /// The sigma points.
@@ -43,8 +45,8 @@ impl SigmaPoints {
         })
     }
 
-    /// What a measurement says, of which this is the residual if the robot is at a pose.
-    pub fn innovation(&self, residual: impl Fn(Pose) -> Residual) -> Innovation {
+    /// A measurement beside what was expected, of which this is the residual if the robot is at a pose.
+    pub(super) fn measured(&self, residual: impl Fn(Pose) -> Residual) -> Measured {
         let residuals = self.poses().map(|pose| residual(pose).difference);
         let mean = residuals.iter().sum::<Vec2>() / COUNT as f32;
         let mut spread = residual(self.mean).noise;
@@ -56,7 +58,10 @@ impl SigmaPoints {
             cross[0] += *deviation * (expected.x / COUNT as f32);
             cross[1] += *deviation * (expected.y / COUNT as f32);
         }
-        Innovation::new(mean, cross, spread)
+        // The slopes of the plane that goes through the points: H with P Hᵀ as it was found.
+        let information = self.covariance.inverse();
+        let rows = cross.map(|column| if information.is_finite() { information * column } else { Vec3::ZERO });
+        Measured { difference: mean, rows, cross, spread }
     }
 }
 
@@ -118,7 +123,7 @@ mod tests {
     fn see(estimate: &PoseEstimate, landmark: Vec2, truth: Pose) -> PoseEstimate {
         let sighting = Sighting::new(truth.inverse_transform_point(landmark), 0.005);
         let residual = |pose: Pose| sighting.residual(unrotate(pose.forward(), landmark - pose.position));
-        estimate.corrected(&SigmaPoints::of(estimate).innovation(residual))
+        estimate.corrected(&SigmaPoints::of(estimate).measured(residual).innovation())
     }
 
     #[test]

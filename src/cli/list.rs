@@ -12,7 +12,7 @@ use crate::game::Rules;
 use crate::pitch::Pitch;
 use crate::record::formats::LogFormats;
 use crate::scenario::{
-    BALL_PRESETS, BallSpec, FIELD_PRESETS, LIBRARY, MODELS, RULES_PRESETS, RobotModel, ScenarioError,
+    BALL_PRESETS, BallSpec, FIELD_PRESETS, LEAGUES, LIBRARY, League, MODELS, RULES_PRESETS, RobotModel, ScenarioError,
 };
 
 /// Robots of the largest team that there can be.
@@ -42,7 +42,10 @@ pub enum Listing {
     /// Presets of balls
     Balls,
     /// Models of robots
-    Models,
+    #[value(alias = "models")]
+    Robots,
+    /// Leagues: what is played with, and how
+    Leagues,
     /// Log formats
     Logs,
 }
@@ -59,7 +62,8 @@ pub fn list(arguments: &ListArguments, world: &World) -> ExitCode {
         Listing::Fields => Ok(fields()),
         Listing::Rules => Ok(rules()),
         Listing::Balls => Ok(balls()),
-        Listing::Models => Ok(models()),
+        Listing::Robots => Ok(robots()),
+        Listing::Leagues => Ok(leagues()),
         Listing::Logs => {
             let formats = world.resource::<LogFormats>().iter();
             Ok(formats.map(|(name, format)| (name.to_owned(), format.description.clone())).collect())
@@ -117,7 +121,14 @@ fn balls() -> Vec<(String, String)> {
     BALL_PRESETS.iter().filter_map(|preset| row(preset.name)).collect()
 }
 
-fn models() -> Vec<(String, String)> {
+fn leagues() -> Vec<(String, String)> {
+    LEAGUES
+        .iter()
+        .filter_map(|preset| Some((preset.name.to_owned(), League::named(preset.name)?.description)))
+        .collect()
+}
+
+fn robots() -> Vec<(String, String)> {
     MODELS
         .iter()
         .filter_map(|preset| Some((preset.name.to_owned(), RobotModel::named(preset.name)?.description)))

@@ -40,6 +40,7 @@ mod agents;
 mod batch;
 mod begin;
 mod beliefs;
+mod calibrate;
 mod check;
 mod check_program;
 mod expect;
@@ -93,6 +94,8 @@ enum Command {
     List(list::ListArguments),
     /// Measure what simulated robots do when they are realistic, beside what real ones do
     Realism(realism::RealismArguments),
+    /// Find a robot's figures from logs of what it did
+    Calibrate(calibrate::CalibrateArguments),
     /// Measure image vision: what it finds in pictures of random scenes, against what is there
     Vision(vision::VisionArguments),
 }
@@ -126,6 +129,7 @@ pub fn run_with(words: impl IntoIterator<Item = OsString>, extend: impl Fn(&mut 
         Some(Command::Figures(arguments)) => figures::figures(&arguments),
         Some(Command::List(arguments)) => list::list(&arguments, program.simulator_with(RecordPlugin).world()),
         Some(Command::Realism(arguments)) => realism::realism(&arguments),
+        Some(Command::Calibrate(arguments)) => calibrate::calibrate(&arguments),
         Some(Command::Vision(arguments)) => vision::vision(&arguments),
         None => play::play(program, &play::PlayArguments::default()),
     }

@@ -7,8 +7,8 @@ use std::process::ExitCode;
 use super::interrupt::Interrupt;
 use super::report;
 use super::terminal::Printer;
-use crate::scenario::wording::{did_you_mean, one_of, quoted};
-use crate::scenario::{MODELS, RobotModel};
+use crate::scenario::wording::one_of;
+use crate::scenario::{MODELS, ModelError, RobotModel};
 use crate::trials::{self, Quantity};
 
 /// A measured figure that is farther from the real one is pointed at, as a share of it.
@@ -17,7 +17,7 @@ const FAR: f64 = 0.15;
 /// Arguments of `naoisis realism`.
 #[derive(Args, Debug, Clone)]
 pub struct RealismArguments {
-    /// A model of a robot (see `naoisis list models`) [default: a table for each]
+    /// A model of a robot: a name (see `naoisis list robots`), or a `.ron` file [default: a table for each]
     #[arg(long, value_name = "MODEL")]
     robot: Option<String>,
     /// How often each walk and kick is repeated, with another seed
@@ -27,22 +27,19 @@ pub struct RealismArguments {
 
 /// Tries the robots and prints the tables.
 pub fn realism(arguments: &RealismArguments) -> ExitCode {
-    let names: Vec<&str> = MODELS.iter().map(|model| model.name).collect();
-    let chosen: Vec<&str> = match &arguments.robot {
-        None => names,
-        Some(name) if names.contains(&name.as_str()) => vec![name.as_str()],
-        Some(name) => {
-            let meant = did_you_mean(name, names.iter().copied());
-            let message = format!("--robot: there is no model {}{meant}; expected {}", quoted(name), one_of(names));
-            return report::usage_error(&message);
-        }
+    let chosen: Vec<RobotModel> = match &arguments.robot {
+        None => MODELS.iter().filter_map(|model| RobotModel::named(model.name)).collect(),
+        Some(name) => match RobotModel::find(name) {
+            Ok(model) => vec![model],
+            Err(error) => return report::usage_error(&no_model(&error)),
+        },
     };
     // There is nothing to be closed.
     if let Err(message) = Interrupt::end_at_once() {
         return report::failure(&message);
     }
     let mut printer = Printer::default();
-    for model in chosen.into_iter().filter_map(RobotModel::named) {
+    for model in chosen {
         match trials::measure(&model, arguments.repetitions) {
             Ok(quantities) => printer.print(table(&model, &quantities)),
             Err(error) => return report::failure(&error.to_string()),
@@ -52,6 +49,14 @@ pub fn realism(arguments: &RealismArguments) -> ExitCode {
         }
     }
     printer.finish(ExitCode::SUCCESS)
+}
+
+/// What is wrong with `--robot`.
+pub(super) fn no_model(error: &ModelError) -> String {
+    format!(
+        "--robot: {error}; expected {}, or the path of a `.ron` file",
+        one_of(MODELS.iter().map(|model| model.name))
+    )
 }
 
 /// The table of a model. What is far off is marked by `!`, what no source gives by `?`.

@@ -2,10 +2,12 @@
 //! is looked at as if that had been left to its default.
 
 use serde_json::{Map, Value};
+use std::path::Path;
 
 use super::error::{ScenarioError, ScenarioErrorKind};
 use super::fault::{ScenarioFault, WrongPlace};
 use super::field_path::{FieldPath, Segment};
+use super::models::is_file;
 use super::presets;
 use super::shape::{self, ShapeFault};
 use super::source::{Finding, ScenarioFile, ScenarioSource};
@@ -24,6 +26,7 @@ pub fn build(
 ) -> Result<ScenarioFile, Vec<ScenarioError>> {
     let mut wrong: Vec<WrongPlace> = Vec::new();
     let mut errors: Vec<ScenarioError> = Vec::new();
+    place_model_beside(&source, &mut value);
     for setting in &source.settings {
         if let Err(error) = setting.lay_over(&mut value) {
             errors.push(error);
@@ -57,6 +60,17 @@ pub fn build(
     errors.dedup_by(|one, other| one.place() == other.place() && one.message() == other.message());
     errors.truncate(ScenarioFile::MOST_ERRORS);
     Err(errors)
+}
+
+/// The file of a model is meant to lie beside the scenario's, whatever folder the program runs in.
+fn place_model_beside(source: &ScenarioSource, value: &mut Value) {
+    let Some(folder) = Path::new(&source.name).parent().filter(|folder| !folder.as_os_str().is_empty()) else { return };
+    if let Some(Value::String(model)) = value.get_mut("model")
+        && is_file(model)
+        && Path::new(model.as_str()).is_relative()
+    {
+        *model = folder.join(model.as_str()).to_string_lossy().into_owned();
+    }
 }
 
 /// Cuts lists that are too long.

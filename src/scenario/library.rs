@@ -42,6 +42,8 @@ pub const LIBRARY: &[LibraryScenario] = embedded![
     "match7v7" "ron" Ron,
     "messages" "json" Json,
     "pass" "ron" Ron,
+    "spl2010" "ron" Ron,
+    "spl2025" "ron" Ron,
     "walk_square" "ron" Ron,
 ];
 
@@ -84,5 +86,6 @@ mod tests {
         assert_eq!(named(super::super::RULES_PRESETS), files_in("rules"));
         assert_eq!(named(super::super::BALL_PRESETS), files_in("balls"));
         assert_eq!(named(super::super::MODELS), files_in("robots"));
+        assert_eq!(named(super::super::LEAGUES), files_in("leagues"));
     }
 }

@@ -2,12 +2,12 @@
 
 use serde::de::DeserializeOwned;
 use serde_json::Value;
-use std::fs::File;
-use std::io::{self, Read};
+use std::io;
 use std::path::Path;
 use std::sync::Arc;
 
 use super::build::{build, shape_fault};
+use super::bytes::{LARGEST_FILE_BYTES, read_bytes};
 use super::error::{Place, ScenarioError, ScenarioErrorKind};
 use super::fault::ScenarioFault;
 use super::field_path::FieldPath;
@@ -20,10 +20,6 @@ use super::source::{ScenarioFile, ScenarioSource};
 use super::validate::MOST_FAULTS;
 use super::wording::did_you_mean;
 use crate::scenario::Scenario;
-
-/// Larger files are no scenarios: a script for each of 22 robots, with an entry a second for twenty minutes, has less. A file
-/// takes a hundred times its size in memory where it is a script of the shortest entries, from its text to the match.
-const LARGEST_FILE_BYTES: u64 = 2 << 20;
 
 impl ScenarioFile {
     /// The most errors that are told of one file.
@@ -239,16 +235,6 @@ impl Scenario {
     pub fn resolved_json(&self) -> Result<String, serde_json::Error> {
         serde_json::to_string_pretty(self)
     }
-}
-
-fn read_bytes(path: &Path) -> io::Result<Vec<u8>> {
-    let file = File::open(path)?;
-    if file.metadata()?.is_dir() {
-        return Err(io::Error::other("it is a directory"));
-    }
-    let mut bytes = Vec::new();
-    file.take(LARGEST_FILE_BYTES + 1).read_to_end(&mut bytes)?;
-    Ok(bytes)
 }
 
 fn expected_name() -> String {

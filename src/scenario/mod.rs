@@ -4,7 +4,7 @@
 //! file mean the same. Files are RON or JSON of the same shape; [`Scenario::load`] and its relatives read them:
 //!
 //! 1. the text becomes a tree of values, and an outline that knows where each of them stands;
-//! 2. presets are filled in, what the file does not say is taken from its [realism](Realisms), and what robots do not say
+//! 2. presets are filled in, what the file does not say is taken from its [league](League) and its [realism](Realisms), and what robots do not say
 //!    for themselves from the common settings;
 //! 3. the tree becomes a [`Scenario`];
 //! 4. [`Scenario::validate`] checks what types cannot say: ranges, and that nothing overlaps.
@@ -12,11 +12,13 @@
 //! Whatever is wrong on the way is a [`ScenarioError`] that points at the line and column and says what was expected.
 
 mod build;
+mod bytes;
 mod error;
 mod expectation;
 mod fault;
 mod field_path;
 mod format;
+mod leagues;
 mod library;
 mod load;
 mod models;
@@ -41,9 +43,10 @@ pub use fault::ScenarioFault;
 pub(crate) use fault::unknown_name;
 pub use field_path::{FieldPath, Segment};
 pub use format::Format;
+pub use leagues::{LEAGUES, League};
 pub use library::{LIBRARY, LibraryScenario};
 pub(crate) use load::read_settings;
-pub use models::{MODELS, RobotModel};
+pub use models::{MODELS, ModelError, RobotModel};
 pub use preset::Preset;
 pub use presets::{BALL_PRESETS, FIELD_PRESETS, RULES_PRESETS};
 pub use realism::{Realism, Realisms};

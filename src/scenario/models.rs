@@ -1,17 +1,29 @@
-//! Models: the figures of real robots, each with its source, as files in RON that are embedded in the program.
+//! Models: the figures of real robots, each with its source, as files in RON: some are embedded in the program, others one's own.
 
 use serde::Deserialize;
-use serde_json::{Map, Value};
+use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
+use std::path::Path;
 
+use super::bytes::{LARGEST_FILE_BYTES, read_bytes};
+use super::error::ScenarioError;
+use super::format::Format;
 use super::preset::Preset;
+use super::read::read;
 use super::shape;
+use super::types::Scenario;
+use super::wording::{did_you_mean, quoted};
 
 /// The models that come with the program: `assets/robots`.
 pub const MODELS: &[Preset] = &[
     Preset { name: "nao", text: include_str!("../../assets/robots/nao.ron") },
     Preset { name: "nao_v6", text: include_str!("../../assets/robots/nao_v6.ron") },
 ];
+
+/// Whether what a scenario calls its model is the path of a file.
+pub(super) fn is_file(reference: &str) -> bool {
+    Path::new(reference).extension().is_some_and(|extension| extension == "ron")
+}
 
 /// A robot as it really is, in the surroundings of its league.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
@@ -26,6 +38,36 @@ pub struct RobotModel {
     pub realistic: Map<String, Value>,
     /// Where each figure of them is from, by its path. What no source gives begins with `guess:`.
     pub sources: BTreeMap<String, String>,
+    /// What scenarios call it: the name of a built-in one, or the path of its file.
+    #[serde(skip)]
+    reference: String,
+}
+
+/// A model that cannot be had.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ModelError {
+    /// There is no built-in one of this name.
+    #[error("there is no model {}{}", quoted(.0), did_you_mean(.0, MODELS.iter().map(|preset| preset.name)))]
+    Unknown(String),
+    /// Its file cannot be read.
+    #[error("the model's file {} cannot be read: {reason}", quoted(.path))]
+    Unreadable {
+        /// The file.
+        path: String,
+        /// Why.
+        reason: String,
+    },
+    /// Its file is no model.
+    #[error("the model's file {} is wrong in line {line}: {reason}", quoted(.path))]
+    Wrong {
+        /// The file.
+        path: String,
+        /// The line, from 1; where the contents rather than the words are wrong, the first.
+        line: usize,
+        /// What is wrong.
+        reason: String,
+    },
 }
 
 impl RobotModel {
@@ -33,7 +75,56 @@ impl RobotModel {
     pub fn named(name: &str) -> Option<RobotModel> {
         let preset = MODELS.iter().find(|preset| preset.name == name)?;
         // A test reads every embedded file.
-        shape::read(&preset.value()).ok()
+        let model: RobotModel = shape::read(&preset.value()).ok()?;
+        Some(RobotModel { reference: name.to_owned(), ..model })
+    }
+
+    /// What scenarios and commands mean by a word: the name of a built-in model, or the path of a file that ends in `.ron`.
+    ///
+    /// # Errors
+    /// When there is neither, or the file is no model.
+    pub fn find(name_or_path: &str) -> Result<RobotModel, ModelError> {
+        if is_file(name_or_path) {
+            return Self::load(name_or_path);
+        }
+        Self::named(name_or_path).ok_or_else(|| ModelError::Unknown(name_or_path.to_owned()))
+    }
+
+    fn load(path: &str) -> Result<RobotModel, ModelError> {
+        let unreadable = |reason: String| ModelError::Unreadable { path: path.to_owned(), reason };
+        let bytes = read_bytes(Path::new(path)).map_err(|problem| unreadable(problem.to_string()))?;
+        if bytes.len() as u64 > LARGEST_FILE_BYTES {
+            return Err(unreadable(format!("it has more than {} MiB", LARGEST_FILE_BYTES >> 20)));
+        }
+        let text = String::from_utf8(bytes).map_err(|_| unreadable("it is not UTF-8 text".to_owned()))?;
+        let wrong = |line: usize, reason: String| ModelError::Wrong { path: path.to_owned(), line, reason };
+        let value = read(&text, Format::Ron).map_err(|fault| {
+            let line = text.get(..fault.span.start).unwrap_or_default().matches('\n').count() + 1;
+            wrong(line, format!("{}; expected {}", fault.message, fault.expected))
+        })?;
+        let model: RobotModel = shape::read(&value).map_err(|fault| wrong(1, fault.to_string()))?;
+        let model = RobotModel { reference: path.to_owned(), ..model };
+        // Its figures are a scenario's settings, and looked at as such.
+        let mut settings = model.realistic.clone();
+        settings.insert("realism".to_owned(), json!("paper"));
+        let settings = Value::Object(settings).to_string();
+        match Scenario::from_json(&settings) {
+            Ok(_) => Ok(model),
+            Err(error) => Err(wrong(1, format!("{}; expected {}", error.message(), error.expected()))),
+        }
+    }
+
+    /// What scenarios call it: the name of a built-in one, or the path of its file.
+    pub fn reference(&self) -> &str {
+        &self.reference
+    }
+
+    /// The scenario in which all is as real as it is known of this robot.
+    ///
+    /// # Errors
+    /// When its settings make no scenario.
+    pub fn scenario(&self) -> Result<Scenario, ScenarioError> {
+        Scenario::from_json(&json!({ "model": self.reference, "realism": "realistic" }).to_string())
     }
 
     /// Where the figure at a path, such as `kicks.wind_up_s`, is from: its own source, or that of the group it belongs to.

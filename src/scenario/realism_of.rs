@@ -121,7 +121,7 @@ mod tests {
     #[test]
     fn a_model_that_there_is_not_is_refused_with_the_names() {
         let error = Scenario::from_json(r#"{ "model": "nao_6" }"#).unwrap_err().to_string();
-        let words = "there is no model `nao_6`: did you mean `nao_v6`? expected `nao` or `nao_v6`";
+        let words = "there is no model `nao_6`: did you mean `nao_v6`? expected `nao` or `nao_v6`, or the path of a `.ron` file";
         assert!(error.ends_with(words), "{error}");
     }
 

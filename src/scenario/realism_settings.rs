@@ -5,31 +5,34 @@ use serde_json::{Map, Value, json};
 
 use super::fault::ScenarioFault;
 use super::field_path::FieldPath;
-use super::models::{MODELS, RobotModel};
+use super::models::{MODELS, RobotModel, is_file};
 use super::realism::{Realism, Realisms};
 use super::types::Scenario;
-use super::wording::{did_you_mean, one_of, quoted};
+use super::wording::one_of;
 
 /// What a scenario has where it says nothing itself, by parts; of the paper's nothing, which are the defaults. Presets in it are
 /// names still.
 ///
 /// A model that there is not is taken out, and becomes a fault.
 pub fn settings_of(root: &mut Map<String, Value>, faults: &mut Vec<ScenarioFault>) -> Map<String, Value> {
+    // What is wrong with the words is found when the types are read.
+    let realisms = root.get("realism").and_then(|words| Realisms::deserialize(words).ok());
     let model = match root.get("model") {
         None => RobotModel::named(&Scenario::default().model),
-        Some(name) => {
-            let model = name.as_str().and_then(RobotModel::named);
-            if model.is_none() {
-                faults.push(no_model(name));
+        Some(reference) => match find(reference) {
+            Ok(model) => Some(model),
+            // What says all itself, as the header of a trace does, needs no file of a model.
+            Err(_) if reference.as_str().is_some_and(is_file) && says_all(root, realisms) => None,
+            Err(message) => {
+                let names = MODELS.iter().map(|preset| preset.name);
+                let expected = format!("{}, or the path of a `.ron` file", one_of(names));
+                faults.push(ScenarioFault::new(FieldPath::from("model"), message, expected));
                 root.remove("model");
+                None
             }
-            model
-        }
+        },
     };
-    // What is wrong with the words is found when the types are read.
-    let Some(realisms) = root.get("realism").and_then(|words| Realisms::deserialize(words).ok()) else {
-        return Map::new();
-    };
+    let Some(realisms) = realisms else { return Map::new() };
     let [ideal, realistic] = [ideal(), model.map(|model| model.realistic).unwrap_or_default()];
     let of_part = |(part, realism): (&str, Realism)| {
         let settings = match realism {
@@ -42,14 +45,15 @@ pub fn settings_of(root: &mut Map<String, Value>, faults: &mut Vec<ScenarioFault
     realisms.parts().filter_map(of_part).collect()
 }
 
-/// What is wrong with what is no model's name.
-fn no_model(name: &Value) -> ScenarioFault {
-    let names: Vec<&str> = MODELS.iter().map(|preset| preset.name).collect();
-    let message = match name.as_str() {
-        Some(name) => format!("there is no model {}{}", quoted(name), did_you_mean(name, names.iter().copied())),
-        None => "`model` is no name of a model".to_owned(),
-    };
-    ScenarioFault::new(FieldPath::from("model"), message, one_of(names))
+/// The model that a scenario names, or what is wrong with that.
+fn find(reference: &Value) -> Result<RobotModel, String> {
+    let name = reference.as_str().ok_or_else(|| "`model` is no name of a model".to_owned())?;
+    RobotModel::find(name).map_err(|error| error.to_string())
+}
+
+/// Whether there are settings for every part that a realism has.
+fn says_all(root: &Map<String, Value>, realisms: Option<Realisms>) -> bool {
+    realisms.unwrap_or_default().parts().all(|(part, _)| root.contains_key(part))
 }
 
 /// What is different from the paper without noise.

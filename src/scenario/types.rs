@@ -44,6 +44,9 @@ pub struct Scenario {
     pub cycle_s: f64,
     /// When to stop, s; without it, at the final whistle, or after 60 s where the rules have no clock.
     pub duration_s: Option<f32>,
+    /// The [league](super::League) from which it has the settings that are not given here, if it is one's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub league: Option<String>,
     /// The [model](super::RobotModel) of the robots.
     pub model: String,
     /// How much of a real robot there is in the settings that are not given here.
@@ -105,6 +108,7 @@ impl Default for Scenario {
             seed: 1,
             cycle_s: 1.0 / 30.0,
             duration_s: None,
+            league: None,
             model: "nao".to_owned(),
             realism: Realisms::default(),
             field: Pitch::default(),

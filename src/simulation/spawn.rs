@@ -5,7 +5,7 @@ use bevy::prelude::*;
 use super::names;
 use super::sensors::{SensorRecord, SensorRegistry};
 use super::settings::RobotSettings;
-use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity};
+use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity, Rolling};
 use crate::behaviour::drawings::Drawings;
 use crate::behaviour::script::Script;
 use crate::behaviour::{BehaviourRegistry, Program, REMOTE};
@@ -210,7 +210,8 @@ fn spawn_robot<'w>(world: &'w mut World, scenario: &Scenario, robot: &RobotSpec)
             if let Some(insert) = marker {
                 insert(&mut entity);
             }
-            begin_belief(&mut entity, robot.pose, robot.localisation.unwrap_or(scenario.localisation));
+            let localisation = robot.localisation.unwrap_or(scenario.localisation);
+            begin_belief(&mut entity, robot.pose, localisation, rolling_in(scenario));
         }
     }
     entity
@@ -218,7 +219,7 @@ fn spawn_robot<'w>(world: &'w mut World, scenario: &Scenario, robot: &RobotSpec)
 
 /// What a robot with a belief believes at the start, and how it localises itself. It is put down where its team knows that
 /// it will be.
-fn begin_belief(robot: &mut EntityWorldMut, pose: Pose, localisation: LocalisationMethod) {
+fn begin_belief(robot: &mut EntityWorldMut, pose: Pose, localisation: LocalisationMethod, rolling: Rolling) {
     let Some(id) = robot.get::<RobotId>().copied() else { return };
     if robot.contains::<Belief>() {
         let own_end = robot.world().resource::<Game>().own_end(id.team);
@@ -226,7 +227,13 @@ fn begin_belief(robot: &mut EntityWorldMut, pose: Pose, localisation: Localisati
     }
     if let Some(mut belief) = robot.get_mut::<SimpleBelief>() {
         belief.localisation = localisation;
+        belief.ball.rolling = rolling;
     }
+}
+
+/// How balls roll in a scenario: that is known to everybody.
+fn rolling_in(scenario: &Scenario) -> Rolling {
+    scenario.ball.as_ref().map_or_else(Rolling::default, |ball| ball.rolling)
 }
 
 /// Gives a robot that has none the built-in belief, which begins where the robot is. Whether there is such a robot.
@@ -235,11 +242,12 @@ pub fn give_belief(world: &mut World, id: RobotId) -> bool {
     let scenario = world.resource::<Scenario>();
     let own = scenario.robots.iter().find(|robot| robot.id() == id).and_then(|robot| robot.localisation);
     let localisation = own.unwrap_or(scenario.localisation);
+    let rolling = rolling_in(scenario);
     let mut robot = world.entity_mut(entity);
     if !robot.contains::<SimpleBelief>() {
         let pose = robot.get::<Pose>().copied().unwrap_or_default();
         robot.insert(SimpleBelief::default());
-        begin_belief(&mut robot, pose, localisation);
+        begin_belief(&mut robot, pose, localisation, rolling);
     }
     true
 }

@@ -82,9 +82,9 @@ fn kick_if_ready(player: &Player, memory: &PlayerMemory, ball: &BallBelief, aim:
     let patience = if hurried { PRESSURE_PATIENCE } else { 1.0 };
     let at_feet =
         BallAtFeet { place: ball.position_m, in_robot: player.in_robot(ball.position_m), forward: player.forward };
-    let kick = kick_now(at_feet, aim, player.kicks, player.pitch, patience);
+    let kick = kick_now(at_feet, aim, (player.kicks, player.rolling), player.pitch, patience);
     if kick.is_none() && hurried {
-        any_kick(at_feet, &player.belief.opponents, player.kicks, player.pitch)
+        any_kick(at_feet, &player.belief.opponents, (player.kicks, player.rolling), player.pitch)
     } else {
         kick
     }

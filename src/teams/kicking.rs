@@ -4,6 +4,7 @@ use bevy::prelude::*;
 
 use super::aiming::{Aim, BLOCKED_HALF_WIDTH_M};
 use super::walking::Obstacles;
+use crate::ball::Rolling;
 use crate::belief::RobotBelief;
 use crate::geometry::{Pose, unrotate};
 use crate::kick_geometry::{KickType, strike};
@@ -137,7 +138,7 @@ impl BallAtFeet {
 pub fn kick_now(
     ball: BallAtFeet,
     aim: &Aim,
-    kicks: &KickSettings,
+    (kicks, rolling): (&KickSettings, Rolling),
     pitch: &Pitch,
     patience: f32,
 ) -> Option<KickRequest> {
@@ -151,7 +152,7 @@ pub fn kick_now(
                 && error < patience * aim.tolerance
                 && distance_m > LEAST_KICK_M
                 && (!aim.is_shot || reach_m > 1.1 * aim.distance_m);
-            is_good.then_some((error, KickRequest { kick_type, speed: (distance_m / reach_m).min(1.0) }))
+            is_good.then_some((error, KickRequest { kick_type, speed: rolling.speed_share(distance_m, reach_m) }))
         })
         .min_by(|(first, _), (second, _)| first.total_cmp(second))
         .map(|(_, kick)| kick)
@@ -161,7 +162,7 @@ pub fn kick_now(
 pub fn any_kick(
     ball: BallAtFeet,
     opponents: &[RobotBelief],
-    kicks: &KickSettings,
+    (kicks, rolling): (&KickSettings, Rolling),
     pitch: &Pitch,
 ) -> Option<KickRequest> {
     /// Opponents further away than this do not stop the ball, m.
@@ -179,7 +180,7 @@ pub fn any_kick(
             let reach_m = kicks.range(kick_type).max_distance_m;
             let distance_m = room_inside(ball.place, direction, pitch).min(reach_m);
             (is_free && direction.x > LEAST_FORWARDS && distance_m > LEAST_KICK_M)
-                .then_some((direction.x, KickRequest { kick_type, speed: distance_m / reach_m }))
+                .then_some((direction.x, KickRequest { kick_type, speed: rolling.speed_share(distance_m, reach_m) }))
         })
         .max_by(|(first, _), (second, _)| first.total_cmp(second))
         .map(|(_, kick)| kick)
@@ -250,7 +251,7 @@ mod tests {
         let kick = |in_robot: Vec2, tolerance: f32| {
             let ball = BallAtFeet { place: Vec2::ZERO, in_robot, forward: Vec2::X };
             let aim = Aim { direction: Vec2::X, distance_m: 2.0, tolerance, is_shot: false };
-            kick_now(ball, &aim, &KickSettings::default(), &Pitch::default(), 1.0)
+            kick_now(ball, &aim, (&KickSettings::default(), Rolling::default()), &Pitch::default(), 1.0)
         };
         let straight = kick(Vec2::new(0.17, 0.05), 0.1).unwrap();
         // 2 m of the left foot's 4 m.
@@ -265,7 +266,8 @@ mod tests {
     fn a_pass_does_not_roll_over_the_lines() {
         let ball = BallAtFeet { place: Vec2::new(0.0, 1.2), in_robot: Vec2::new(0.17, 0.05), forward: Vec2::Y };
         let aim = Aim { direction: Vec2::Y, distance_m: 3.0, tolerance: 0.2, is_shot: false };
-        let kick = kick_now(ball, &aim, &KickSettings::default(), &Pitch::default(), 1.0).unwrap();
+        let kick =
+            kick_now(ball, &aim, (&KickSettings::default(), Rolling::default()), &Pitch::default(), 1.0).unwrap();
         // Until 0.35 m before the line at y = 2: 0.45 m of 4 m.
         assert_abs_diff_eq!(kick.speed, 0.1125, epsilon = 1e-4);
     }
@@ -273,13 +275,14 @@ mod tests {
     #[test]
     fn for_want_of_better_the_ball_goes_forwards_past_the_opponent() {
         let ball = BallAtFeet { place: Vec2::ZERO, in_robot: Vec2::new(0.16, 0.08), forward: Vec2::X };
-        let (kicks, pitch) = (KickSettings::default(), Pitch::default());
-        let kick = any_kick(ball, &[], &kicks, &pitch).unwrap();
+        let (settings, pitch) = (KickSettings::default(), Pitch::default());
+        let kicks = (&settings, Rolling::default());
+        let kick = any_kick(ball, &[], kicks, &pitch).unwrap();
         assert_eq!(kick.kick_type, KickType::LeftStraight);
         let opponent = RobotBelief { id: None, position_m: Vec2::new(0.4, 0.2), covariance: [0.0; 3], age_s: 0.0 };
-        let kick = any_kick(ball, &[opponent], &kicks, &pitch).unwrap();
+        let kick = any_kick(ball, &[opponent], kicks, &pitch).unwrap();
         assert_eq!(kick.kick_type, KickType::RightSide);
         let backwards = BallAtFeet { forward: -Vec2::X, ..ball };
-        assert_eq!(any_kick(backwards, &[], &kicks, &pitch).map(|kick| kick.kick_type), None);
+        assert_eq!(any_kick(backwards, &[], kicks, &pitch).map(|kick| kick.kick_type), None);
     }
 }

@@ -170,6 +170,7 @@ impl Role for Supporter {
 struct PlayerQuery {
     id: &'static RobotId,
     belief: &'static Belief,
+    estimator: &'static SimpleBelief,
     inbox: &'static Inbox,
     status: &'static GameStatus,
     body: &'static BodyStatus,
@@ -204,6 +205,7 @@ fn play<R: Role>(
             sonar_settings: robot.sonar_settings,
             limits: robot.limits,
             kicks: robot.kicks,
+            rolling: robot.estimator.ball.rolling,
             pitch: &pitch,
             rules: &rules,
             period: clock.period(),

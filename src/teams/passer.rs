@@ -115,7 +115,8 @@ fn opponents(player: &Player, memory: &PlayerMemory) -> Vec<RobotBelief> {
 
 /// When somebody at `place` is behind the ball, or where it will be, s.
 fn time_to_ball_s(player: &Player, ball: &BallBelief, place: Vec2) -> f32 {
-    let (meeting_place, time_s) = meet(ball.position_m, ball.velocity_mps, place, player.limits.max_linear_mps);
+    let (meeting_place, time_s) =
+        meet(ball.position_m, ball.velocity_mps, player.rolling, place, player.limits.max_linear_mps);
     let forwards = (meeting_place - place)
         .normalize_or(Vec2::X)
         .dot((player.opponent_goal() - meeting_place).normalize_or(Vec2::X));
@@ -136,7 +137,8 @@ fn has_turn(player: &Player, memory: &PlayerMemory, ball: &BallBelief) -> bool {
 /// Shoots, passes, or takes the ball forward.
 fn attack(player: &Player, memory: &mut PlayerMemory, ball: &BallBelief, opponents: &[RobotBelief]) -> Decision {
     memory.lost_since_s = None;
-    let (meeting_place, _) = meet(ball.position_m, ball.velocity_mps, player.position(), player.limits.max_linear_mps);
+    let (meeting_place, _) =
+        meet(ball.position_m, ball.velocity_mps, player.rolling, player.position(), player.limits.max_linear_mps);
     let kick_off = memory.kick_off_since_s.is_some() && player.status.kick_off_team == player.id.team;
     let mut aim = choose_aim(player, memory, meeting_place);
     let own = if aim.is_shot { shot_value(meeting_place, opponents, player.pitch) } else { 0.0 };
@@ -158,8 +160,9 @@ fn best_pass(player: &Player, ball: Vec2, opponents: &[RobotBelief]) -> Option<(
             // A little ahead of the team-mate, where it will play on from.
             let place = mate.position_m + (player.opponent_goal() - mate.position_m).normalize_or(Vec2::X) * 0.25;
             let distance = place.distance(ball);
-            let value =
-                shot_value(place, opponents, player.pitch) * freedom(place, opponents) * lane(ball, place, opponents);
+            let value = shot_value(place, opponents, player.pitch)
+                * freedom(place, opponents)
+                * lane(ball, place, opponents, player.kicks.direction_sd);
             ((PASS_RANGE_M[0]..PASS_RANGE_M[1]).contains(&distance) && value > 0.05)
                 .then_some((value, Pass { to, place }))
         })
@@ -198,7 +201,7 @@ fn wait_for_the_ball(
 
 /// Between the ball and that side of the own goal on which the player is, outside the penalty area.
 fn guard_place(player: &Player, ball: &BallBelief) -> Vec2 {
-    let ball = rolled(ball.position_m, ball.velocity_mps, 1.0);
+    let ball = rolled(ball.position_m, ball.velocity_mps, player.rolling, 1.0);
     let to_goal = player.own_goal() - ball;
     let side = if to_goal.perp_dot(player.position() - ball) * to_goal.x > 0.0 { 1.0 } else { -1.0 };
     let goal = player.own_goal() + Vec2::new(0.0, side * BESIDE_KEEPER_M);
@@ -218,7 +221,7 @@ fn free_place(player: &Player, memory: &mut PlayerMemory, ball: &BallBelief, opp
         let way_s = place.distance(player.position()) / player.limits.max_linear_mps.max(1e-3);
         let chance = 0.1 + shot_value(place, opponents, player.pitch);
         let free = 0.2 + freedom(place, opponents);
-        let open = 0.2 + lane(ball, place, opponents);
+        let open = 0.2 + lane(ball, place, opponents, player.kicks.direction_sd);
         if in_range { chance * free * open / (1.0 + 0.1 * way_s) } else { 0.0 }
     };
     let mut best = memory.free_place.map_or((0.0, player.position()), |place| (PLACE_PREFERENCE * value(place), place));

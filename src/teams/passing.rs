@@ -1,17 +1,15 @@
 //! Passes: where a rolling ball is met, who could receive a pass and where, and how a pass is announced.
 
-use bevy::math::ops;
 use bevy::prelude::*;
 use core::fmt;
 use core::str::FromStr;
 use serde::{Deserialize, Serialize};
 
 use super::aiming::room_along;
+use crate::ball::Rolling;
 use crate::belief::RobotBelief;
 use crate::pitch::Pitch;
 
-/// How the ball slows down, per second: as it does by default.
-const DRAG_PER_S: f32 = 0.5;
 /// From a robot's place to where it stops the ball, m.
 const REACH_M: f32 = 0.2;
 /// Steps in which a rolling ball is followed ahead, s, and how far.
@@ -52,26 +50,26 @@ impl FromStr for Pass {
 }
 
 /// Where a ball that rolls freely is after `time_s`, m.
-pub fn rolled(ball: Vec2, velocity: Vec2, time_s: f32) -> Vec2 {
-    // ∫ v exp(-k t) dt
-    ball + velocity * ((1.0 - ops::exp(-DRAG_PER_S * time_s)) / DRAG_PER_S)
+pub fn rolled(ball: Vec2, velocity: Vec2, rolling: Rolling, time_s: f32) -> Vec2 {
+    let (distance, _) = rolling.advance(velocity.length(), time_s);
+    ball + velocity.normalize_or_zero() * distance
 }
 
 /// Where and after which time somebody at `from` who walks this fast meets a rolling ball: as soon as can be, or, of a ball
 /// that is too fast, about where it comes to rest. m and s.
-pub fn meet(ball: Vec2, velocity: Vec2, from: Vec2, walk_mps: f32) -> (Vec2, f32) {
+pub fn meet(ball: Vec2, velocity: Vec2, rolling: Rolling, from: Vec2, walk_mps: f32) -> (Vec2, f32) {
     let walk_s = |place: Vec2| (place.distance(from) - REACH_M).max(0.0) / walk_mps.max(1e-3);
     if velocity.length_squared() < 0.05 * 0.05 {
         return (ball, walk_s(ball));
     }
     let steps = (HORIZON_S / STEP_S) as usize;
-    let places = (0..=steps).map(|step| (step as f32 * STEP_S, rolled(ball, velocity, step as f32 * STEP_S)));
+    let places = (0..=steps).map(|step| (step as f32 * STEP_S, rolled(ball, velocity, rolling, step as f32 * STEP_S)));
     for (time_s, place) in places {
         if walk_s(place) <= time_s {
             return (place, time_s);
         }
     }
-    let rest = rolled(ball, velocity, HORIZON_S);
+    let rest = rolled(ball, velocity, rolling, HORIZON_S);
     (rest, walk_s(rest))
 }
 
@@ -102,11 +100,12 @@ pub fn freedom(place: Vec2, opponents: &[RobotBelief]) -> f32 {
     ((nearest - 0.3) / 0.7).clamp(0.0, 1.0)
 }
 
-/// How free the way of the ball is from one place to another: 0 if it is blocked, 1 if there is room.
-pub fn lane(from: Vec2, to: Vec2, opponents: &[RobotBelief]) -> f32 {
+/// How free the way of the ball is from one place to another: 0 if it is blocked, 1 if there is room, for a kick whose direction
+/// spreads by `direction_sd`, radians.
+pub fn lane(from: Vec2, to: Vec2, opponents: &[RobotBelief], direction_sd: f32) -> f32 {
     let way = to - from;
     let distance = way.length().max(0.05);
-    (room_along(from, way / distance, distance, opponents) / 0.2).clamp(0.0, 1.0)
+    (room_along(from, way / distance, distance, opponents) / (0.2 + direction_sd * distance)).clamp(0.0, 1.0)
 }
 
 #[cfg(test)]
@@ -131,14 +130,15 @@ mod tests {
     #[test]
     fn a_ball_that_rolls_by_is_met_where_it_comes_near_and_a_fast_one_where_it_rests() {
         // Towards the player: it needs not walk.
-        let (place, time_s) = meet(Vec2::new(2.0, 0.0), Vec2::new(-1.0, 0.0), Vec2::new(0.5, 0.0), 0.2);
+        let (place, time_s) =
+            meet(Vec2::new(2.0, 0.0), Vec2::new(-1.0, 0.0), Rolling::default(), Vec2::new(0.5, 0.0), 0.2);
         // 2 - (1 - exp(-t/2)) * 2 = 0.7 at t = -2 ln(0.35) = 2.1 s; walking there meanwhile, sooner.
         assert!(time_s < 2.1 && place.x > 0.7 && place.x < 1.2, "{place} {time_s}");
         // Away from it: it rolls 1 m / 0.5 = 2 m.
-        let (place, _) = meet(Vec2::new(1.0, 0.0), Vec2::new(1.0, 0.0), Vec2::ZERO, 0.2);
+        let (place, _) = meet(Vec2::new(1.0, 0.0), Vec2::new(1.0, 0.0), Rolling::default(), Vec2::ZERO, 0.2);
         assert_abs_diff_eq!(place.x, 3.0, epsilon = 0.15);
         // (1 - 0.2) m at 0.2 m/s.
-        assert_abs_diff_eq!(meet(Vec2::X, Vec2::ZERO, Vec2::ZERO, 0.2).1, 4.0, epsilon = 1e-5);
+        assert_abs_diff_eq!(meet(Vec2::X, Vec2::ZERO, Rolling::default(), Vec2::ZERO, 0.2).1, 4.0, epsilon = 1e-5);
     }
 
     #[test]
@@ -150,7 +150,7 @@ mod tests {
         assert!(value(1.0, 0.0, &[opponent(1.5, 0.0)]) < 0.5 * value(1.0, 0.0, &[]));
         assert_eq!(freedom(Vec2::ZERO, &[opponent(0.2, 0.0)]), 0.0);
         assert_eq!(freedom(Vec2::ZERO, &[opponent(2.0, 0.0)]), 1.0);
-        assert_eq!(lane(Vec2::ZERO, Vec2::new(2.0, 0.0), &[opponent(1.0, 0.1)]), 0.0);
-        assert_eq!(lane(Vec2::ZERO, Vec2::new(2.0, 0.0), &[opponent(1.0, 1.0)]), 1.0);
+        assert_eq!(lane(Vec2::ZERO, Vec2::new(2.0, 0.0), &[opponent(1.0, 0.1)], 0.0), 0.0);
+        assert_eq!(lane(Vec2::ZERO, Vec2::new(2.0, 0.0), &[opponent(1.0, 1.0)], 0.0), 1.0);
     }
 }

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::hearing::Whistles;
 use super::passing::Pass;
 use super::walking::{OBSTACLE_RANGE_M, Obstacles, POST_CLEARANCE_M, ROBOT_CLEARANCE_M, step_towards, way_around};
+use crate::ball::Rolling;
 use crate::belief::{BallBelief, Belief};
 use crate::communication::ReceivedMessage;
 use crate::game::Rules;
@@ -43,6 +44,8 @@ pub struct Player<'a> {
     pub limits: &'a MotionLimits,
     /// How far it kicks.
     pub kicks: &'a KickSettings,
+    /// How the ball rolls.
+    pub rolling: Rolling,
     /// The pitch that is played on.
     pub pitch: &'a Pitch,
     /// The rules that are played by.
@@ -248,6 +251,7 @@ pub(super) mod tests {
         pub sonar_settings: SonarSettings,
         pub limits: MotionLimits,
         pub kicks: KickSettings,
+        pub rolling: Rolling,
         pub pitch: Pitch,
         pub rules: Rules,
         pub period: f32,
@@ -266,6 +270,7 @@ pub(super) mod tests {
                 sonar_settings: SonarSettings::default(),
                 limits: MotionLimits::default(),
                 kicks: KickSettings::default(),
+                rolling: Rolling::default(),
                 pitch: Pitch::default(),
                 rules: Rules::default(),
                 period: 1.0 / 30.0,
@@ -284,6 +289,7 @@ pub(super) mod tests {
                 sonar_settings: &self.sonar_settings,
                 limits: &self.limits,
                 kicks: &self.kicks,
+                rolling: self.rolling,
                 pitch: &self.pitch,
                 rules: &self.rules,
                 period: self.period,

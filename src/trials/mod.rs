@@ -99,7 +99,7 @@ impl<'a> Laboratory<'a> {
     /// The settings that the model's words stand for, as a scenario.
     fn scenario(&self, own: Value) -> Result<Scenario, TrialError> {
         let mut fields = Map::new();
-        fields.insert("model".to_owned(), json!(self.model.name));
+        fields.insert("model".to_owned(), json!(self.model.reference()));
         fields.insert("realism".to_owned(), json!("realistic"));
         fields.insert("rules".to_owned(), json!("free"));
         fields.insert("field".to_owned(), json!("spl2025"));

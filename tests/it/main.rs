@@ -7,6 +7,7 @@ mod barrier;
 mod batch;
 mod behaviours;
 mod built_in_scenarios;
+mod calibration;
 mod clients;
 mod collisions;
 mod commands;
