@@ -292,7 +292,8 @@ fn beginning(text: &[u8], longest: usize) -> String {
     beginning
 }
 
-#[cfg(all(test, unix))]
+#[cfg(test)]
+#[cfg(unix)]
 mod tests {
     use super::super::protocol::Answer;
     use super::*;

@@ -18,7 +18,7 @@ use crate::simulation::{MatchApp, names};
 /// Arguments of `naoisis check`.
 #[derive(Args, Debug, Clone)]
 pub struct CheckArguments {
-    /// Scenario files (.ron or .json), names of built-in scenarios, or programs that are to play: "exec:python3 my_team.py"
+    /// Scenario files (.ron or .json), names of built-in scenarios, or programs that are to play: "exec:python3 team.py"
     #[arg(required = true, value_name = "FILE")]
     pub files: Vec<String>,
     /// Play the scenarios, too, and check what they expect; exit status 1 if it is otherwise
