@@ -112,6 +112,7 @@ fn lists_name_what_there_is() {
         ("behaviours", "striker"),
         ("fields", "spl2025"),
         ("rules", "naoisis"),
+        ("challenges", "ScoreEmptyGoal"),
     ] {
         let output = naoisis(folder.path(), &["list", what]);
         assert!(output.status.success() && text(&output.stdout).contains(expected), "{}", text(&output.stdout));
