@@ -34,6 +34,7 @@
 //! | have a sensor of your own | [`simulation::sensors`] |
 //! | have a rule of your own | [`simulation::rules`] |
 //! | add anything else | [`guide::extending`] |
+//! | test a team in a line | [`expectations`] |
 //! | decide for robots from outside the app | [`agents`] |
 //! | have all commands in a program of your own | [`cli::run`] |
 //! | know what happens, in a system of your own | [`events`] |
@@ -75,6 +76,7 @@
 //! | `agents` | robots that programs outside decide for |
 //! | `environment` | matches as environments for learning |
 //! | `batch` `whatif` | many matches; many times from one moment on |
+//! | `expectations` | whether matches are as they should be |
 //! | `calibration` `trials` `figures` `viewer` | figures from logs of real robots; robots measured beside those; pictures of the paper; the window |
 //! | `cli` | the commands |
 //! | `prelude` `guide` | for whoever builds on it |
@@ -107,6 +109,7 @@ pub mod communication;
 pub mod cycle;
 pub mod environment;
 pub mod events;
+pub mod expectations;
 pub mod figures;
 pub mod game;
 pub mod geometry;

@@ -2,6 +2,7 @@
 
 use bevy::ecs::world::World;
 use naoisis::agents::{self, AgentError, CommandError, RobotCommand};
+use naoisis::behaviour::Program;
 use naoisis::camera_model::CameraSide;
 use naoisis::cycle::{CycleClock, CyclePart, perceive, try_run_cycle};
 use naoisis::events::{CycleEvents, MatchEvent};
@@ -71,9 +72,17 @@ impl Played {
         *self.world.resource::<CyclePart>() == CyclePart::Act
     }
 
+    /// The robots that Python decides for: no program does.
+    fn control(&self) -> Vec<RobotId> {
+        let roster = self.world.resource::<Roster>();
+        let has_program =
+            |id: &RobotId| roster.get(*id).is_some_and(|robot| self.world.get::<Program>(robot).is_some());
+        agents::remote_robots(&self.world).into_iter().filter(|id| !has_program(id)).collect()
+    }
+
     /// Where robots are decided for from outside, lets all perceive what the next commands will answer.
     fn perceive(&mut self) {
-        if !self.is_under_way() && !self.is_finished() && !agents::remote_robots(&self.world).is_empty() {
+        if !self.is_under_way() && !self.is_finished() && !self.control().is_empty() {
             // The record of the cycle that is over, before the next one begins.
             record_now(&mut self.world);
             perceive(&mut self.world);
@@ -252,14 +261,14 @@ impl Match {
     /// The robots that are decided for from outside.
     #[getter]
     fn control(&self, py: Python<'_>) -> PyResult<Vec<String>> {
-        self.with(py, |played| Ok(agents::remote_robots(&played.world).iter().map(ToString::to_string).collect()))
+        self.with(py, |played| Ok(played.control().iter().map(ToString::to_string).collect()))
     }
 
     /// Plays so many cycles with these commands: walking goes on in all of them, the rest is for the first.
     fn step(&self, py: Python<'_>, commands: &Bound<'_, PyDict>, cycles: u64) -> PyResult<()> {
         let commands = commands_of(commands)?;
         self.with(py, |played| {
-            let control = agents::remote_robots(&played.world);
+            let control = played.control();
             if let Some((id, _)) = commands.iter().find(|(id, _)| !control.contains(id)) {
                 let control: Vec<String> = control.iter().map(ToString::to_string).collect();
                 let expected = if control.is_empty() { "none".to_owned() } else { control.join(", ") };

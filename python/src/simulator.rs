@@ -2,7 +2,7 @@
 
 use bevy::app::App;
 use bevy::ecs::world::World;
-use naoisis::agents::with_remote_robots;
+use naoisis::agents::{AgentsPlugin, with_remote_robots};
 use naoisis::record::RecordPlugin;
 use naoisis::scenario::{Format, RobotSpec, Scenario, ScenarioFile, Setting};
 use naoisis::sensing::jobs::SensingThreads;
@@ -16,10 +16,10 @@ use std::path::PathBuf;
 use crate::errors::scenario_error;
 use crate::values::from_python;
 
-/// A simulator with the built-in behaviours and teams, and no match.
+/// A simulator with the built-in behaviours and teams, and programs as players; no match.
 pub fn simulator() -> App {
     let mut app = App::new();
-    app.add_plugins((RecordPlugin, NaoisisPlugins));
+    app.add_plugins((RecordPlugin, NaoisisPlugins, AgentsPlugin));
     // Python has the threads: whoever forks a process finds none of ours in it.
     app.insert_resource(SensingThreads(1));
     // Nothing runs this app, which would do so.

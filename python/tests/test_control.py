@@ -1,6 +1,7 @@
 """Robots that Python decides for."""
 
 import json
+import sys
 
 import numpy as np
 import pytest
@@ -91,3 +92,25 @@ def test_only_robots_that_there_are_can_be_controlled():
     with pytest.raises(TypeError, match="control: expected robots"):
         naoisis.Match("match3v3", control=[1])
     assert naoisis.Match("match3v3", control=["pink", "blue2"]).control == ["blue2", "pink1", "pink2", "pink3"]
+
+
+PROGRAM = """
+import json, sys
+print(json.dumps({"hello": {"protocol": 1, "name": "walkers"}}), flush=True)
+for line in sys.stdin:
+    message = json.loads(line)
+    if "cycle" in message:
+        print(json.dumps({"cycle": message["cycle"], "command": {"walk": [0.004, 0, 0]}}), flush=True)
+"""
+
+
+def test_programs_play_beside_python(tmp_path):
+    program = tmp_path / "team.py"
+    program.write_text(PROGRAM)
+    match = naoisis.Match("match3v3", blue=f"exec:{sys.executable} {program}", control=["pink2"])
+    assert match.control == ["pink2"]
+    for _ in range(5):
+        match.perception("pink2")
+        match.step({"pink2": {"walk": [0.004, 0, 0]}}, cycles=2)
+    commands = {robot["id"]: robot["command"].get("walk") for robot in match.truth()["robots"]}
+    assert all(commands[robot] == [0.004, 0.0, 0.0] for robot in ("blue1", "blue2", "blue3", "pink2"))

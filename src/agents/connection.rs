@@ -18,6 +18,8 @@ use crate::events::AgentLoss;
 const DEEPEST: usize = 32;
 /// So much of what a program wrote is shown when it is no message, bytes.
 const SHOWN: usize = 100;
+/// So much is said of what is wrong with it, bytes: a word that there is not may be as long as a message.
+const LONGEST: usize = 400;
 /// What is read at once, bytes.
 const CHUNK: usize = 16 << 10;
 /// How long to wait for what must be there already, if it is.
@@ -274,16 +276,28 @@ fn read_message_pack<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Loss> {
 
 /// The loss of a program that sent this.
 fn malformed(what: &str, sent: &[u8]) -> Loss {
-    let mut shown = String::from_utf8_lossy(&sent[..sent.len().min(SHOWN)]).into_owned();
-    shown.retain(|letter| !letter.is_control());
-    let more = if sent.len() > SHOWN { " ..." } else { "" };
-    Loss::new(AgentLoss::Malformed, format!("it sent `{shown}{more}`: {what}"))
+    Loss::new(
+        AgentLoss::Malformed,
+        format!("it sent `{}`: {}", beginning(sent, SHOWN), beginning(what.as_bytes(), LONGEST)),
+    )
 }
 
-#[cfg(all(test, unix))]
+/// The beginning of a text, on one line.
+fn beginning(text: &[u8], longest: usize) -> String {
+    let mut beginning = String::from_utf8_lossy(&text[..text.len().min(longest)]).into_owned();
+    beginning.retain(|letter| !letter.is_control());
+    if text.len() > longest {
+        beginning.push_str(" ...");
+    }
+    beginning
+}
+
+#[cfg(test)]
+#[cfg(unix)]
 mod tests {
     use super::super::protocol::Answer;
     use super::*;
+    use crate::random::RandomStream;
     use serde_json::json;
 
     /// A connection, and the program's end of it.
@@ -359,5 +373,63 @@ mod tests {
     fn what_is_wrong_with_an_answer_is_said_in_words() {
         let wrong = received(Encoding::Json, b"{\"cycle\": 1, \"comand\": {}}\n").unwrap_err().to_string();
         assert!(wrong.contains("there is no field `comand`: did you mean `command`?"), "{wrong}");
+    }
+
+    /// Changes some bytes of a message, doubles some, or cuts it.
+    fn damage(bytes: &mut Vec<u8>, random: &mut RandomStream) {
+        let mut any = |most: usize| ((random.uniform() * most as f32) as usize).min(most - 1);
+        for _ in 0..=any(4) {
+            if bytes.is_empty() {
+                return;
+            }
+            let at = any(bytes.len());
+            match any(4) {
+                0 => bytes[at] = any(256) as u8,
+                1 => bytes.insert(at, b"{}[]\",:-e\n\x00\xff\xdd\xc6"[any(14)]),
+                2 => bytes.truncate(at),
+                _ => bytes.extend_from_within(at..),
+            }
+            bytes.truncate(2000);
+        }
+    }
+
+    #[test]
+    fn a_hundred_thousand_hostile_messages_are_each_an_answer_or_a_loss() {
+        let json = br#"{"cycle":5,"command":{"walk":[0.006,0,3.0],"head_deg":[20,10],"kick":{"type":"left_side","speed":1},"posture":{"dive":"left"},"say":{"pose":[1,2,30],"ball_m":[1,0],"robots_m":[[1,2]],"intention":"pass","payload":"x"}}}"#;
+        let value: Value = serde_json::from_slice(json).unwrap();
+        let message_pack = rmp_serde::to_vec_named(&value).unwrap();
+        let mut random = RandomStream::for_match(1, "hostile messages");
+        let mut answers = 0;
+        for round in 0..50_000 {
+            for (encoding, message) in [(Encoding::Json, &json[..]), (Encoding::Msgpack, &message_pack)] {
+                let mut bytes = message.to_vec();
+                damage(&mut bytes, &mut random);
+                // A whole message, so that what is in it is looked at.
+                let read = match encoding {
+                    Encoding::Json => read_json::<Answer>(&bytes),
+                    Encoding::Msgpack => read_message_pack::<Answer>(&bytes),
+                };
+                match read {
+                    Ok(answer) => answers += u32::from(answer.command.checked().is_ok()),
+                    Err(loss) => assert!(loss.reason == AgentLoss::Malformed && loss.message.len() < 2500, "{loss}"),
+                }
+                // And as it comes out of the socket.
+                if round % 50 == 0 {
+                    let mut framed = bytes;
+                    match encoding {
+                        Encoding::Json => framed.push(b'\n'),
+                        Encoding::Msgpack => drop(framed.splice(..0, (message.len() as u32).to_be_bytes())),
+                    }
+                    damage(&mut framed, &mut random);
+                    let (mut connection, mut program) = pair();
+                    connection.set_encoding(encoding);
+                    program.write_all(&framed).unwrap();
+                    drop(program);
+                    // It ends, however many messages there are in it.
+                    while connection.receive::<Answer>(None).is_ok() {}
+                }
+            }
+        }
+        assert!((1000..99_000).contains(&answers), "{answers}");
     }
 }

@@ -24,6 +24,7 @@
 //! ```
 
 use bevy::prelude::*;
+use core::ops::Range;
 use core::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -31,6 +32,7 @@ use std::sync::mpsc;
 use std::thread;
 
 mod csv_lines;
+pub mod merge;
 pub mod observer;
 pub mod pairs;
 pub mod summary;
@@ -73,6 +75,13 @@ impl<V: Variants> Batch<V> {
         self.len() == 0
     }
 
+    /// The matches of one part of several, `shard` being from 1 to `shards`: each match is in one part, and their tables, one after
+    /// the other, are that of the whole.
+    pub fn part(&self, shard: usize, shards: usize) -> Range<usize> {
+        let until = |shard: usize| (self.len() as u128 * shard as u128 / shards.max(1) as u128) as usize;
+        until(shard.saturating_sub(1))..until(shard)
+    }
+
     /// Variant and seed of a match. The variants of one seed are neighbours, so that a batch with more matches begins
     /// with those of the smaller one.
     pub fn job(&self, index: usize) -> (usize, u64) {
@@ -81,27 +90,38 @@ impl<V: Variants> Batch<V> {
     }
 }
 
-/// Plays the matches of a batch from the one with index `first` on, each in a fresh app, and hands over a row for each,
-/// in their order. When `stop` turns true, the matches under way are finished, and no others begin.
-///
-/// A match whose behaviour panics, or that cannot be started, is a row with that
-/// [outcome](MatchRow::outcome), and the others go on.
+/// Plays the matches of a batch from the one with index `first` on: [`run_part`] to its end.
 pub fn run_batch<V: Variants>(
     batch: &Batch<V>,
     first: usize,
     simulator: impl Fn() -> App + Sync,
     stop: &AtomicBool,
+    finished: impl FnMut(MatchRow),
+) {
+    run_part(batch, first..batch.len(), simulator, stop, finished);
+}
+
+/// Plays the matches of a batch with these indices, each in a fresh app, and hands over a row for each, in their order. When
+/// `stop` turns true, the matches under way are finished, and no others begin.
+///
+/// A match whose behaviour panics, or that cannot be started, is a row with that
+/// [outcome](MatchRow::outcome), and the others go on.
+pub fn run_part<V: Variants>(
+    batch: &Batch<V>,
+    indices: Range<usize>,
+    simulator: impl Fn() -> App + Sync,
+    stop: &AtomicBool,
     mut finished: impl FnMut(MatchRow),
 ) {
-    let next = AtomicUsize::new(first);
+    let next = AtomicUsize::new(indices.start);
     let (sender, receiver) = mpsc::channel();
     thread::scope(|scope| {
-        for _ in 0..batch.threads.clamp(1, batch.len().saturating_sub(first).max(1)) {
-            let (sender, next, simulator) = (sender.clone(), &next, &simulator);
+        for _ in 0..batch.threads.clamp(1, indices.len().max(1)) {
+            let (sender, next, simulator, indices) = (sender.clone(), &next, &simulator, &indices);
             scope.spawn(move || {
                 while !stop.load(Ordering::Relaxed) {
                     let index = next.fetch_add(1, Ordering::Relaxed);
-                    if index >= batch.len() {
+                    if index >= indices.end {
                         break;
                     }
                     let (variant, seed) = batch.job(index);
@@ -119,7 +139,7 @@ pub fn run_batch<V: Variants>(
         drop(sender);
         // Whoever is ahead waits for those before it.
         let mut waiting = BTreeMap::new();
-        let mut expected = first;
+        let mut expected = indices.start;
         for row in receiver {
             waiting.insert(row.index, row);
             while let Some(row) = waiting.remove(&expected) {

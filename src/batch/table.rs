@@ -5,6 +5,7 @@
 //!
 //! A text that a spreadsheet would take for a formula has an apostrophe before it.
 
+use core::ops::Range;
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, BufReader, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -94,6 +95,14 @@ pub enum TableError {
     },
 }
 
+impl TableError {
+    /// That a line is of another table.
+    pub(super) fn foreign(path: &Path, line: usize, message: String) -> TableError {
+        let expected = "the table of an earlier batch with the same scenario, settings and first seed".to_owned();
+        TableError::Foreign { path: path.to_owned(), line, message, expected }
+    }
+}
+
 /// The table of a batch, as a file or in memory only.
 pub struct Table {
     columns: Vec<String>,
@@ -112,6 +121,18 @@ impl Table {
     /// # Errors
     /// When the file cannot be written, or holds another table.
     pub fn open<V: Variants>(path: &Path, batch: &Batch<V>) -> Result<(Table, Vec<MatchRow>), TableError> {
+        Self::open_part(path, batch, 0..batch.len())
+    }
+
+    /// As [`Table::open`], for the matches of a batch with these indices.
+    ///
+    /// # Errors
+    /// When the file cannot be written, or holds another table.
+    pub fn open_part<V: Variants>(
+        path: &Path,
+        batch: &Batch<V>,
+        indices: Range<usize>,
+    ) -> Result<(Table, Vec<MatchRow>), TableError> {
         let io_error = |error| TableError::Io { path: path.to_owned(), error };
         // Some devices can be read for ever.
         if path.metadata().is_ok_and(|metadata| !metadata.is_file()) {
@@ -124,7 +145,7 @@ impl Table {
         if let Err(TryLockError::WouldBlock) = file.try_lock() {
             return Err(TableError::InUse { path: path.to_owned() });
         }
-        let mut table = Table { columns: batch.variants.columns(), file: None };
+        let mut table = Table::of(batch);
         let header = table.header();
         let mut lines = Lines { reader: BufReader::new(&file), read_bytes: 0 };
         let mut rows = Vec::new();
@@ -132,13 +153,18 @@ impl Table {
             Line::Whole(first) if first == header => {
                 while let Line::Whole(line) = lines.next_whole().map_err(io_error)? {
                     let number = rows.len() + 2;
-                    let row = table.read_row(batch, rows.len(), &line);
-                    rows.push(row.map_err(|difference| foreign(path, number, difference))?);
+                    let index = indices.start + rows.len();
+                    if index >= indices.end {
+                        let message = format!("the table has more matches than the {} of this batch", indices.len());
+                        return Err(TableError::foreign(path, number, message));
+                    }
+                    let row = table.read_row(batch, index, &line);
+                    rows.push(row.map_err(|difference| TableError::foreign(path, number, difference))?);
                 }
                 let whole_bytes = lines.read_bytes;
                 file.set_len(whole_bytes).and_then(|()| file.seek(SeekFrom::End(0))).map_err(io_error)?;
             }
-            Line::Whole(first) => return Err(foreign(path, 1, table.difference_of_columns(&first))),
+            Line::Whole(first) => return Err(TableError::foreign(path, 1, table.difference_of_columns(&first))),
             Line::Part(part) if header.starts_with(&part) => {
                 file.set_len(0).and_then(|()| file.seek(SeekFrom::Start(0))).map_err(io_error)?;
                 file.write_all(header.as_bytes()).map_err(|error| {
@@ -149,7 +175,7 @@ impl Table {
                     TableError::NotWritten { path: path.to_owned(), error }
                 })?;
             }
-            Line::Part(_) => return Err(foreign(path, 1, NO_TABLE.to_owned())),
+            Line::Part(_) => return Err(TableError::foreign(path, 1, NO_TABLE.to_owned())),
         }
         table.file = Some((path.to_owned(), file));
         Ok((table, rows))
@@ -171,12 +197,17 @@ impl Table {
         LEADING_COLUMNS.into_iter().chain(self.columns.iter().map(String::as_str)).chain(COLUMNS)
     }
 
-    fn header(&self) -> String {
+    /// That of a batch, written nowhere.
+    pub(super) fn of<V: Variants>(batch: &Batch<V>) -> Self {
+        Self { columns: batch.variants.columns(), file: None }
+    }
+
+    pub(super) fn header(&self) -> String {
         line_of(self.names())
     }
 
     /// How the columns of a file differ from those of the batch.
-    fn difference_of_columns(&self, first_line: &str) -> String {
+    pub(super) fn difference_of_columns(&self, first_line: &str) -> String {
         let theirs = cells_of(first_line);
         if !theirs.iter().map(String::as_str).take(LEADING_COLUMNS.len()).eq(LEADING_COLUMNS) {
             return NO_TABLE.to_owned();
@@ -194,7 +225,7 @@ impl Table {
     }
 
     /// The row of a line, or how it differs from what this batch would write there.
-    fn read_row<V: Variants>(&self, batch: &Batch<V>, index: usize, line: &str) -> Result<MatchRow, String> {
+    pub(super) fn read_row<V: Variants>(&self, batch: &Batch<V>, index: usize, line: &str) -> Result<MatchRow, String> {
         if index >= batch.len() {
             return Err(format!("the table has more matches than the {} of this batch", batch.len()));
         }
@@ -244,7 +275,7 @@ impl Table {
 
 /// The rows of a batch as the text of a table, as a file of it is.
 pub fn table_text<'a, V: Variants>(batch: &Batch<V>, rows: impl IntoIterator<Item = &'a MatchRow>) -> String {
-    let header = Table { columns: batch.variants.columns(), file: None }.header();
+    let header = Table::of(batch).header();
     let lines = rows.into_iter().map(|row| line_of(cells(batch, row).iter().map(String::as_str)));
     core::iter::once(header).chain(lines).collect()
 }
@@ -281,11 +312,6 @@ fn cells<V: Variants>(batch: &Batch<V>, row: &MatchRow) -> Vec<String> {
     let note = as_text(row.note.replace(['\n', '\r'], " "));
     cells.extend([note, batch.variants.realism(row.variant), batch.variants.fingerprint(row.variant)]);
     cells
-}
-
-fn foreign(path: &Path, line: usize, message: String) -> TableError {
-    let expected = "the table of an earlier batch with the same scenario, settings and first seed".to_owned();
-    TableError::Foreign { path: path.to_owned(), line, message, expected }
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! `naoisis batch`: many seeded matches, on all cores, as a table and a summary.
 
 use clap::Args;
+use core::str::FromStr;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -13,11 +14,12 @@ use super::teams::TeamArguments;
 use super::terminal::Printer;
 use super::{Program, report};
 use crate::agents::AgentSettings;
+use crate::batch::merge::merge;
 use crate::batch::pairs::Pairs;
 use crate::batch::summary::Summary;
 use crate::batch::sweep::Sweep;
 use crate::batch::table::{Table, TableError};
-use crate::batch::{Batch, MatchRow, Variants, run_batch};
+use crate::batch::{Batch, MatchRow, Variants, run_part};
 use crate::behaviour::BehaviourRegistry;
 use crate::scenario::wording::one_of;
 use crate::scenario::{FieldPath, Realism, ScenarioError, ScenarioFile, Setting};
@@ -50,6 +52,12 @@ pub struct BatchArguments {
     /// Write a row a match; a file of the same batch that is there already is gone on with
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
+    /// Play only this part of the matches: I of N, from 1/N to N/N; --merge makes one table of the parts
+    #[arg(long, value_name = "I/N")]
+    pub shard: Option<Shard>,
+    /// Play nothing, and make one table, and one summary, of the tables of all parts of this very batch
+    #[arg(long, value_name = "FILE", num_args = 1.., conflicts_with_all = ["shard", "threads"])]
+    pub merge: Vec<PathBuf>,
     /// Stop each match after this many simulated seconds
     #[arg(long, value_name = "S", value_parser = super::run_arguments::positive_seconds, allow_negative_numbers = true)]
     pub duration: Option<f32>,
@@ -58,6 +66,27 @@ pub struct BatchArguments {
     /// Print nothing but errors
     #[arg(long)]
     pub quiet: bool,
+}
+
+/// One of several parts of a batch.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Shard {
+    /// Which part, from 1.
+    part: usize,
+    /// How many there are.
+    parts: usize,
+}
+
+impl FromStr for Shard {
+    type Err = String;
+
+    fn from_str(word: &str) -> Result<Self, String> {
+        let numbers = word.split_once('/').and_then(|(part, parts)| Some((part.parse().ok()?, parts.parse().ok()?)));
+        match numbers {
+            Some((part, parts)) if (1..=parts).contains(&part) => Ok(Self { part, parts }),
+            _ => Err("expected a part and how many there are, from 1/4 to 4/4".to_owned()),
+        }
+    }
 }
 
 /// The values of a setting.
@@ -91,8 +120,12 @@ pub fn batch(program: Program, arguments: &BatchArguments) -> ExitCode {
     let first_seed = arguments.seed.or_else(|| Some(sweep.scenario(0).ok()?.seed)).unwrap_or(1);
     let threads = arguments.threads.map_or(cores, usize::from);
     let batch = Batch { variants: sweep, matches: arguments.matches as usize / sides, first_seed, threads };
+    if !arguments.merge.is_empty() {
+        return merge_parts(&batch, arguments);
+    }
+    let part = arguments.shard.map_or(0..batch.len(), |shard| batch.part(shard.part, shard.parts));
     let opened = match &arguments.csv {
-        Some(path) => Table::open(path, &batch),
+        Some(path) => Table::open_part(path, &batch, part.clone()),
         None => Ok((Table::unwritten(), Vec::new())),
     };
     let (mut table, mut rows) = match opened {
@@ -106,14 +139,14 @@ pub fn batch(program: Program, arguments: &BatchArguments) -> ExitCode {
         Err(message) => return report::failure(&message),
     };
     let earlier = rows.len();
-    let progress = progress_bar(batch.len(), earlier, arguments.quiet);
+    let progress = progress_bar(part.len(), earlier, arguments.quiet);
     let mut failed_to_write: Option<TableError> = None;
     silence_panics();
     let agents = agent_settings(arguments);
     let started = Instant::now();
-    run_batch(
+    run_part(
         &batch,
-        earlier,
+        part.start + earlier..part.end,
         || {
             let mut app = program.simulator();
             app.insert_resource(agents.clone());
@@ -136,7 +169,7 @@ pub fn batch(program: Program, arguments: &BatchArguments) -> ExitCode {
     );
     let wall_s = started.elapsed().as_secs_f64();
     progress.finish_and_clear();
-    let is_interrupted = rows.len() < batch.len();
+    let is_interrupted = rows.len() < part.len();
     if let Some(error) = failed_to_write {
         return report::failure(&error.to_string());
     }
@@ -166,6 +199,32 @@ fn agent_settings(arguments: &BatchArguments) -> AgentSettings {
     } else {
         AgentSettings { folders: PerTeam::default(), ..settings }
     }
+}
+
+/// Makes one table, and one summary, of the tables of parts.
+fn merge_parts(batch: &Batch<Sweep>, arguments: &BatchArguments) -> ExitCode {
+    let mut rows = match merge(batch, &arguments.merge) {
+        Ok(rows) => rows,
+        Err(error) => return report::usage_error(&format!("--merge: {error}")),
+    };
+    if let Some(path) = &arguments.csv {
+        let written = Table::open(path, batch)
+            .and_then(|(mut table, there)| rows[there.len()..].iter().try_for_each(|row| table.write(batch, row)));
+        match written {
+            Ok(()) => {}
+            Err(error @ TableError::NotWritten { .. }) => return report::failure(&error.to_string()),
+            Err(error) => return report::usage_error(&error.to_string()),
+        }
+    }
+    let mut printer = Printer::default();
+    if !arguments.quiet {
+        print_summaries(&mut printer, &batch.variants, &mut rows);
+        let tables = if arguments.merge.len() == 1 { "1 table" } else { &format!("{} tables", arguments.merge.len()) };
+        printer.print(format_args!("{} matches of {tables}\n", rows.len()));
+        printer.print("Intervals are those of 95 % confidence.\n");
+    }
+    let all_valid = rows.iter().all(|row| row.outcome.is_valid());
+    printer.finish(if all_valid { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
 /// What the arguments ask for. Every value of every setting can be started with the first values of the others.

@@ -2,21 +2,31 @@
 
 use bevy::prelude::*;
 use clap::Args;
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use super::agents::AgentArguments;
 use super::check_program::check_program;
+use super::expect::{play_many, print_verdicts, write_junit};
+use super::teams::TeamArguments;
 use super::terminal::Printer;
 use super::{Program, report};
+use crate::expectations::Verdict;
 use crate::scenario::{ScenarioError, ScenarioFile, TeamsSpec};
 use crate::simulation::{MatchApp, names};
 
 /// Arguments of `naoisis check`.
 #[derive(Args, Debug, Clone)]
 pub struct CheckArguments {
-    /// Scenario files (.ron or .json), names of built-in scenarios, or programs that are to play: "exec:python3 my_team.py"
+    /// Scenario files (.ron or .json), names of built-in scenarios, or programs that are to play: "exec:python3 team.py"
     #[arg(required = true, value_name = "FILE")]
     pub files: Vec<String>,
+    /// Play the scenarios, too, and check what they expect; exit status 1 if it is otherwise
+    #[arg(long)]
+    pub play: bool,
+    /// With --play, write what became of expectations as JUnit XML
+    #[arg(long, value_name = "FILE", requires = "play")]
+    pub junit: Option<PathBuf>,
     #[command(flatten)]
     pub agents: AgentArguments,
 }
@@ -26,6 +36,7 @@ pub fn check(program: Program, arguments: &CheckArguments) -> ExitCode {
     let mut status = ExitCode::SUCCESS;
     let mut printer = Printer::default();
     let mut app = program.simulator();
+    let mut played = Vec::new();
     for file in &arguments.files {
         if file.starts_with(TeamsSpec::EXEC) {
             printer.print(format_args!("{file}:\n"));
@@ -37,6 +48,17 @@ pub fn check(program: Program, arguments: &CheckArguments) -> ExitCode {
         let errors = errors_of(file, &mut app);
         if errors.is_empty() {
             printer.print(format_args!("{file}: ok\n"));
+            if arguments.play {
+                match play(program, file, arguments) {
+                    Ok(verdicts) => {
+                        if !print_verdicts(&mut printer, &verdicts, false) && status == ExitCode::SUCCESS {
+                            status = ExitCode::FAILURE;
+                        }
+                        played.push((file.clone(), verdicts));
+                    }
+                    Err(message) => status = report::failure(&format!("{file}: {message}")),
+                }
+            }
         }
         for error in &errors {
             status = report::scenario_error(error);
@@ -45,7 +67,22 @@ pub fn check(program: Program, arguments: &CheckArguments) -> ExitCode {
             report::note(&format!("{file}: there may be more errors than these {}", errors.len()));
         }
     }
+    if let Some(Err(message)) = arguments.junit.as_ref().map(|path| write_junit(path, &played)) {
+        status = report::failure(&message);
+    }
     printer.finish(status)
+}
+
+/// Plays a scenario that is right, and judges what it expects.
+fn play(program: Program, file: &str, arguments: &CheckArguments) -> Result<Vec<Verdict>, String> {
+    let file = ScenarioFile::find(file).map_err(|error| error.to_string())?;
+    let settings = arguments.agents.settings(&file.source.name, &TeamArguments::default());
+    let simulator = || {
+        let mut app = program.simulator();
+        app.insert_resource(settings.clone());
+        app
+    };
+    play_many(simulator, &file.scenario, &file.scenario.expectations)
 }
 
 /// What is wrong with a file: with its fields, with the names in it, and at last with starting its match.

@@ -8,6 +8,8 @@ use super::report;
 use super::terminal::Printer;
 use crate::ball::Rolling;
 use crate::behaviour::{BehaviourRegistry, TeamRecipe};
+use crate::environment::Challenge;
+use crate::environment::challenge::CHALLENGES;
 use crate::game::Rules;
 use crate::pitch::Pitch;
 use crate::record::formats::LogFormats;
@@ -46,6 +48,8 @@ pub enum Listing {
     Robots,
     /// Leagues: what is played with, and how
     Leagues,
+    /// Tasks for whatever learns
+    Challenges,
     /// Log formats
     Logs,
 }
@@ -64,6 +68,7 @@ pub fn list(arguments: &ListArguments, world: &World) -> ExitCode {
         Listing::Balls => Ok(balls()),
         Listing::Robots => Ok(robots()),
         Listing::Leagues => Ok(leagues()),
+        Listing::Challenges => Ok(challenges()),
         Listing::Logs => {
             let formats = world.resource::<LogFormats>().iter();
             Ok(formats.map(|(name, format)| (name.to_owned(), format.description.clone())).collect())
@@ -81,6 +86,12 @@ pub fn list(arguments: &ListArguments, world: &World) -> ExitCode {
 
 fn scenarios() -> Result<Vec<(String, String)>, ScenarioError> {
     LIBRARY.iter().map(|entry| Ok((entry.name.to_owned(), entry.description()?))).collect()
+}
+
+fn challenges() -> Vec<(String, String)> {
+    // That all of them can be read is tested.
+    let challenges = CHALLENGES.iter().filter_map(|(name, _)| Challenge::named(name).ok());
+    challenges.map(|challenge| (challenge.name, challenge.description)).collect()
 }
 
 /// Every behaviour, with the teams that play it.

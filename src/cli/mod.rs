@@ -43,6 +43,7 @@ mod beliefs;
 mod calibrate;
 mod check;
 mod check_program;
+mod expect;
 mod figures;
 mod interrupt;
 mod list;

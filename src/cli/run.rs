@@ -7,14 +7,16 @@ use std::collections::BTreeMap;
 use std::process::ExitCode;
 use std::time::Instant;
 
+use super::expect::{print_verdicts, write_junit};
 use super::interrupt::Interrupt;
 use super::run_arguments::RunArguments;
 use super::terminal::Printer;
 use super::{Program, begin, outputs, report};
-use crate::agents;
 use crate::agents::server::{Address, Server, free_robots};
+use crate::agents::{self, AgentSettings};
 use crate::cycle::{CycleClock, run_cycle};
 use crate::events::{CycleEvents, MatchEvent};
+use crate::expectations::{self, Watch};
 use crate::game::Game;
 use crate::record::RecordPlugin;
 use crate::record::recorder::{self, EndReason, Recorders};
@@ -54,6 +56,9 @@ pub(super) fn run_match(
         return status;
     }
     let scenario = app.world().resource::<Scenario>().clone();
+    if let Err(message) = arguments.expectations.check(&scenario) {
+        return report::usage_error(&message);
+    }
     if let Err(message) = arguments.check_time_of_saving(app.world(), &scenario) {
         return report::usage_error(&message);
     }
@@ -91,6 +96,11 @@ pub(super) fn run_match(
     }
     agents::dismiss(app.world_mut(), words_of(outcome.reason));
     let status = finish(app.world_mut(), &outcome, started_at_cycle, wall_s, &mut printer, arguments);
+    let status = match judge(program, &outcome, &scenario, &mut printer, &app, arguments) {
+        Ok(()) => status,
+        Err(failed) if status == ExitCode::SUCCESS => failed,
+        Err(_) => status,
+    };
     let status = printer.finish(status);
     if outcome.reason == EndReason::Interrupted { interrupt.finish(status) } else { status }
 }
@@ -107,6 +117,38 @@ fn let_programs_in(world: &mut World, address: &Address, interrupt: &Interrupt) 
     Ok(())
 }
 
+/// Judges what was expected, says what became of it, and writes it down.
+///
+/// # Errors
+/// The exit status if something is not as it should be.
+fn judge(
+    program: Program,
+    outcome: &Outcome,
+    scenario: &Scenario,
+    printer: &mut Printer,
+    app: &App,
+    arguments: &RunArguments,
+) -> Result<(), ExitCode> {
+    let expectations = &arguments.expectations;
+    if expectations.expect.is_empty() && expectations.junit.is_none() || outcome.reason == EndReason::Interrupted {
+        return Ok(());
+    }
+    let mut verdicts = expectations::judge(&outcome.watch, &expectations.of_match());
+    let settings = app.world().get_resource::<AgentSettings>().cloned().unwrap_or_default();
+    let simulator = || {
+        let mut app = program.simulator();
+        app.insert_resource(settings.clone());
+        app
+    };
+    verdicts.extend(expectations.judge_many(simulator, scenario).map_err(|message| report::failure(&message))?);
+    let all_hold = print_verdicts(printer, &verdicts, arguments.quiet);
+    if let Some(path) = &expectations.junit {
+        let written = write_junit(path, &[(arguments.scenario.clone(), verdicts)]);
+        written.map_err(|message| report::failure(&message))?;
+    }
+    if all_hold { Ok(()) } else { Err(ExitCode::FAILURE) }
+}
+
 /// Saves the match, if that is asked for.
 fn save(world: &mut World, arguments: &RunArguments) -> Result<(), String> {
     let Some(path) = &arguments.save else { return Ok(()) };
@@ -120,6 +162,8 @@ struct Outcome {
     reason: EndReason,
     goals: Vec<(f64, Team)>,
     broken_invariants: Vec<String>,
+    /// What is measured for what was expected.
+    watch: Watch,
     /// Robots whose programs were lost.
     agents_lost: PerTeam<u32>,
     /// What the referee decided, and how often, if that is to be explained.
@@ -141,6 +185,7 @@ fn run_to_the_end(
     let last_cycle = scenario.last_cycle();
     let progress = progress_bar(length_s(scenario), arguments.quiet);
     let mut outcome = Outcome { reason: EndReason::Duration, ..default() };
+    let expected = arguments.expectations.of_match();
     let save_cycle = arguments.save_at.map(|at_s| outputs::cycle_at(at_s, world.resource::<CycleClock>()));
     loop {
         let cycle = world.resource::<CycleClock>().cycle;
@@ -167,6 +212,9 @@ fn run_to_the_end(
             break;
         }
         run_cycle(world);
+        if !expected.is_empty() {
+            outcome.watch.observe(world, &expected);
+        }
         let time_s = world.resource::<CycleClock>().end_time_s();
         let to_play_s = world.resource::<Game>().time_left_s(world.resource::<CycleClock>());
         for event in world.resource::<CycleEvents>().iter() {

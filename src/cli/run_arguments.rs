@@ -5,6 +5,7 @@ use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
 
 use super::agents::AgentArguments;
+use super::expect::ExpectArguments;
 use super::outputs::{Output, check_files, cycle_at};
 use super::recordings::Recordings;
 use super::teams::TeamArguments;
@@ -62,6 +63,8 @@ pub struct RunArguments {
     pub recordings: Recordings,
     #[command(flatten)]
     pub agents: AgentArguments,
+    #[command(flatten)]
+    pub expectations: ExpectArguments,
     /// Save the match (.naoisis), to go on with it later
     #[arg(long, value_name = "FILE")]
     pub save: Option<PathBuf>,
@@ -98,6 +101,7 @@ impl RunArguments {
         self.recordings.check()?;
         let mut files = self.recordings.outputs();
         files.extend(self.save.clone().map(|path| Output { option: "--save", path }));
+        files.extend(self.expectations.output());
         check_files(Path::new(&self.scenario), &files, self.force)?;
         let Some(path) = &self.save else { return Ok(()) };
         if path.extension().is_none_or(|extension| extension != EXTENSION) {

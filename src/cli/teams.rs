@@ -12,7 +12,7 @@ use crate::team::Team;
 #[derive(Args, Debug, Clone, Default)]
 pub struct TeamArguments {
     /// The blue team, instead of the scenario's: a name (see `naoisis list teams`), or a program of your own, which is
-    /// started for each robot: "exec:python3 my_team.py"
+    /// started for each robot: "exec:python3 team.py"
     #[arg(long, value_name = "TEAM")]
     pub blue: Option<String>,
     /// The pink team, instead of the scenario's

@@ -14,6 +14,7 @@
 mod build;
 mod bytes;
 mod error;
+mod expectation;
 mod fault;
 mod field_path;
 mod format;
@@ -37,6 +38,7 @@ mod validate;
 pub(crate) mod wording;
 
 pub use error::{Place, ScenarioError, ScenarioErrorKind};
+pub use expectation::{Comparison, Expectation, Frequency, NotAnExpectation, Quantity, RobotQuantity, TeamQuantity};
 pub use fault::ScenarioFault;
 pub(crate) use fault::unknown_name;
 pub use field_path::{FieldPath, Segment};

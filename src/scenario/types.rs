@@ -6,6 +6,7 @@ use serde::de::{self, MapAccess, Visitor};
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+use super::expectation::Expectation;
 use super::realism::Realisms;
 use crate::ball::Rolling;
 use crate::behaviour::script::ScriptEntry;
@@ -94,6 +95,9 @@ pub struct Scenario {
     /// What the referee is made to do, and when.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub interventions: Vec<TimedIntervention>,
+    /// What is expected of it: a test, for `naoisis check --play`.
+    #[serde(rename = "expect", skip_serializing_if = "Vec::is_empty")]
+    pub expectations: Vec<Expectation>,
 }
 
 impl Default for Scenario {
@@ -127,6 +131,7 @@ impl Default for Scenario {
             teams: None,
             posts: Vec::new(),
             interventions: Vec::new(),
+            expectations: Vec::new(),
         }
     }
 }

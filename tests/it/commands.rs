@@ -1,6 +1,7 @@
 //! The command line, run as its user runs it.
 
-use std::process::Command;
+use std::fs;
+use std::process::{Command, Output};
 
 use crate::support::{naoisis, text};
 
@@ -42,8 +43,8 @@ fn a_trace_is_compressed_by_its_name() {
         let output = naoisis(folder.path(), &["run", "match3v3", "--duration", "1", "--trace", name, "--quiet"]);
         assert!(output.status.success(), "{}", text(&output.stderr));
     }
-    let plain = std::fs::read(folder.path().join("plain.jsonl")).unwrap();
-    let small = std::fs::read(folder.path().join("small.jsonl.zst")).unwrap();
+    let plain = fs::read(folder.path().join("plain.jsonl")).unwrap();
+    let small = fs::read(folder.path().join("small.jsonl.zst")).unwrap();
     assert!(small.len() < plain.len());
     assert!(zstd::decode_all(small.as_slice()).unwrap() == plain);
 }
@@ -54,7 +55,7 @@ fn the_match_report_says_what_was_decided_why_and_what_would_have_changed_it() {
     let goal = r#"{ "name": "a goal", "duration_s": 2, "ball": { "position_m": [2.5, 0.2], "velocity_mps": [2, 0] },
         "robots": [{ "number": 2, "pose": [-1, 1, 0] }],
         "interventions": [{ "at_s": 1.5, "do": { "penalise": { "robot": "blue2" } } }] }"#;
-    std::fs::write(folder.path().join("goal.json"), goal).unwrap();
+    fs::write(folder.path().join("goal.json"), goal).unwrap();
     let output = naoisis(folder.path(), &["run", "goal.json", "--explain"]);
     let report = text(&output.stdout);
     let lines: Vec<&str> = report.lines().collect();
@@ -78,8 +79,8 @@ fn the_match_report_says_what_was_decided_why_and_what_would_have_changed_it() {
 #[test]
 fn what_is_wrong_is_said_with_exit_status_2() {
     let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("typo.json"), "{\n  \"sede\": 3\n}\n").unwrap();
-    std::fs::write(folder.path().join("team.json"), r#"{ "teams": { "blue": "dragons" } }"#).unwrap();
+    fs::write(folder.path().join("typo.json"), "{\n  \"sede\": 3\n}\n").unwrap();
+    fs::write(folder.path().join("team.json"), r#"{ "teams": { "blue": "dragons" } }"#).unwrap();
     for (arguments, expected) in [
         (&["run", "nowhere.json"][..], "nowhere.json"),
         (&["run", "match3v4"], "match3v3"),
@@ -111,6 +112,7 @@ fn lists_name_what_there_is() {
         ("behaviours", "striker"),
         ("fields", "spl2025"),
         ("rules", "naoisis"),
+        ("challenges", "ScoreEmptyGoal"),
     ] {
         let output = naoisis(folder.path(), &["list", what]);
         assert!(output.status.success() && text(&output.stdout).contains(expected), "{}", text(&output.stdout));
@@ -153,6 +155,38 @@ fn a_saved_match_goes_on_as_if_it_had_never_stopped_or_branches_off() {
 }
 
 #[test]
+fn the_parts_of_a_batch_merge_to_the_table_and_the_summary_of_one_machine() {
+    let folder = tempfile::tempdir().unwrap();
+    let batch = |more: &[&str]| {
+        let arguments = ["batch", "match3v3", "--matches", "4", "--duration", "1", "--set", "messages.loss=0,0.5"];
+        naoisis(folder.path(), &[&arguments, more].concat())
+    };
+    assert!(batch(&["--csv", "whole.csv"]).status.success());
+    for shard in ["3/3", "1/3", "2/3"] {
+        let file = format!("part{}.csv", &shard[..1]);
+        assert!(batch(&["--shard", shard, "--csv", &file]).status.success());
+        // A part that is there already is gone on with.
+        assert!(batch(&["--shard", shard, "--csv", &file, "--threads", "1"]).status.success());
+    }
+    let merged = batch(&["--csv", "merged.csv", "--merge", "part2.csv", "part3.csv", "part1.csv"]);
+    assert!(merged.status.success());
+    let read = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
+    assert_eq!(read("merged.csv"), read("whole.csv"));
+    let summary = |output: &Output| text(&output.stdout).split("\n8 ").next().unwrap().to_owned();
+    let again = batch(&["--csv", "whole.csv"]);
+    assert_eq!(summary(&merged), summary(&again));
+    let missing = batch(&["--merge", "part1.csv", "part3.csv"]);
+    assert_eq!(missing.status.code(), Some(2));
+    let words = "of 8 matches 3 are in none of the tables: 3 to 5; expected all of them";
+    assert!(text(&missing.stderr).contains(words), "{}", text(&missing.stderr));
+    for wrong in ["0/3", "4/3", "1", "a/b", "1/0"] {
+        let refused = batch(&["--shard", wrong]);
+        assert_eq!(refused.status.code(), Some(2));
+        assert!(text(&refused.stderr).contains("from 1/4 to 4/4"), "{}", text(&refused.stderr));
+    }
+}
+
+#[test]
 fn a_batch_goes_on_where_it_was_and_reports_what_fails() {
     let folder = tempfile::tempdir().unwrap();
     let batch = |matches: &str, threads: &str| {
@@ -161,11 +195,11 @@ fn a_batch_goes_on_where_it_was_and_reports_what_fails() {
         naoisis(folder.path(), &[&arguments[..], &["--matches", matches, "--threads", threads]].concat())
     };
     assert!(batch("1", "1").status.success());
-    let first = std::fs::read_to_string(folder.path().join("table.csv")).unwrap();
+    let first = fs::read_to_string(folder.path().join("table.csv")).unwrap();
     let output = batch("3", "2");
     assert!(output.status.success());
     assert!(text(&output.stdout).contains("6 of 6 matches, 2 of them earlier"), "{}", text(&output.stdout));
-    let table = std::fs::read_to_string(folder.path().join("table.csv")).unwrap();
+    let table = fs::read_to_string(folder.path().join("table.csv")).unwrap();
     assert!(table.starts_with(&first) && table.lines().count() == 7, "{table}");
     let output = naoisis(folder.path(), &["batch", "match3v3", "--matches", "1", "--csv", "table.csv"]);
     assert_eq!(output.status.code(), Some(2));
@@ -191,7 +225,7 @@ fn all_pairs_of_teams_play_in_both_colours_and_go_on_where_they_were() {
     let words = text(&output.stdout);
     assert!(output.status.success() && words.contains("12 of 12 matches, 6 of them earlier"), "{words}");
     assert!(words.contains("against passers") && words.contains("no difference that is sure"), "{words}");
-    let table = std::fs::read_to_string(folder.path().join("pairs.csv")).unwrap();
+    let table = fs::read_to_string(folder.path().join("pairs.csv")).unwrap();
     assert!(table.lines().next().unwrap().contains("teams.blue") && table.lines().count() == 13, "{table}");
     for (teams, matches, wrong) in [
         ("roles", "2", "two teams"),
@@ -209,7 +243,7 @@ fn all_pairs_of_teams_play_in_both_colours_and_go_on_where_they_were() {
 fn folder_with_one_robot() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let scenario = r#"{ "rules": "free", "robots": [{ "number": 1 }], "cameras": { "width": 64, "height": 48 } }"#;
-    std::fs::write(folder.path().join("one.json"), scenario).unwrap();
+    fs::write(folder.path().join("one.json"), scenario).unwrap();
     folder
 }
 
@@ -217,7 +251,7 @@ fn folder_with_one_robot() -> tempfile::TempDir {
 fn without_a_display_a_recorded_match_is_frames_of_the_field() {
     let folder = folder_with_one_robot();
     let scenario = r#"{ "rules": "free", "robots": [{ "number": 1 }], "duration_s": 0.1 }"#;
-    std::fs::write(folder.path().join("one.json"), scenario).unwrap();
+    fs::write(folder.path().join("one.json"), scenario).unwrap();
     let play = || {
         let mut command = Command::new(env!("CARGO_BIN_EXE_naoisis"));
         command.current_dir(folder.path()).env_remove("DISPLAY").args(["play", "one.json", "--record", "film"]);
@@ -238,7 +272,7 @@ fn frames_are_numbered_by_cycle_and_nothing_is_written_over() {
     let output = naoisis(folder.path(), &[&arguments[..], &["--cameras", "software"]].concat());
     assert!(output.status.success(), "{}", text(&output.stderr));
     let names = |name: &str| {
-        let entries = std::fs::read_dir(folder.path().join("frames").join(name)).unwrap();
+        let entries = fs::read_dir(folder.path().join("frames").join(name)).unwrap();
         let mut names: Vec<String> =
             entries.map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned()).collect();
         names.sort();
@@ -259,7 +293,7 @@ fn frames_are_numbered_by_cycle_and_nothing_is_written_over() {
     // Chosen views are drawn whether or not the match renders images; those of robots that do not play cannot be.
     let arguments = ["run", "one.json", "--duration", "0.1", "--frames", "chosen", "--quiet", "--views"];
     assert!(naoisis(folder.path(), &[&arguments[..], &["blue1.bottom"]].concat()).status.success());
-    let chosen = std::fs::read_dir(folder.path().join("chosen")).unwrap();
+    let chosen = fs::read_dir(folder.path().join("chosen")).unwrap();
     assert_eq!(chosen.map(|entry| entry.unwrap().file_name()).collect::<Vec<_>>(), ["blue1_bottom"]);
     let output = naoisis(folder.path(), &[&arguments[..], &["pink1.top"]].concat());
     assert_eq!(output.status.code(), Some(2));
@@ -278,12 +312,12 @@ fn a_video_and_a_contact_sheet_come_of_a_match_and_nothing_is_written_over() {
     let arguments = ["run", "one.json", "--duration", "0.4", "--video", "match.mp4", "--sheet", "sheet.png", "--quiet"];
     let output = naoisis(folder.path(), &[&arguments[..], &["--views", "field,blue1.top", "--every", "4"]].concat());
     assert!(output.status.success(), "{}", text(&output.stderr));
-    let video = std::fs::read(folder.path().join("match.mp4")).unwrap();
+    let video = fs::read(folder.path().join("match.mp4")).unwrap();
     assert_eq!(&video[4..8], b"ftyp");
     // The video is as wide as the field's 960 pixels and a camera's 720 beside it: the track's header says so, in 16.16.
     let size: Vec<u8> = [960u32 + 720, 540].iter().flat_map(|size| (size << 16).to_be_bytes()).collect();
     assert!(video.windows(8).any(|bytes| bytes == size), "the size of the video");
-    let sheet = std::fs::read(folder.path().join("sheet.png")).unwrap();
+    let sheet = fs::read(folder.path().join("sheet.png")).unwrap();
     assert_eq!(&sheet[1..4], b"PNG");
     for (more, message) in [
         (&["--video", "match.mp4"][..], "--video: match.mp4: there is such a file already"),
@@ -298,7 +332,7 @@ fn a_video_and_a_contact_sheet_come_of_a_match_and_nothing_is_written_over() {
         assert_eq!(output.status.code(), Some(2), "{more:?}");
         assert!(text(&output.stderr).contains(message), "{more:?}: {}", text(&output.stderr));
     }
-    assert_eq!(std::fs::read(folder.path().join("match.mp4")).unwrap(), video);
+    assert_eq!(fs::read(folder.path().join("match.mp4")).unwrap(), video);
     assert!(!folder.path().join("other.mp4").exists());
 }
 

@@ -16,6 +16,7 @@ mod damaged_saves;
 mod determinism;
 mod event_messages;
 mod exit_status;
+mod expectations;
 mod figures;
 mod golden;
 mod images;

@@ -10,6 +10,7 @@ pub(super) use placement::place_ball_beside_robots;
 use core::fmt::Display;
 use core::ops::RangeInclusive;
 
+use super::expectation::Quantity;
 use super::fault::{ScenarioFault, WrongPlace};
 use super::field_path::FieldPath;
 use super::types::{BehaviourSpec, RobotSpec, Scenario};
@@ -73,7 +74,7 @@ impl Scenario {
     }
 
     fn checked(&self, check: impl FnOnce(&mut Checks)) -> Vec<ScenarioFault> {
-        let lengths = [self.robots.len(), self.posts.len(), self.interventions.len()];
+        let lengths = [self.robots.len(), self.posts.len(), self.interventions.len(), self.expectations.len()];
         let longer = LONGEST_LISTS.into_iter().zip(lengths).find(|((_, most), length)| length > most);
         if let Some(((field, most), length)) = longer {
             return vec![too_long(field, length, most)];
@@ -95,8 +96,8 @@ const CYCLE_S: RangeInclusive<f64> = 0.001..=1.0;
 pub(crate) const MOST_POSTS: usize = 1000;
 /// The most robots, posts and interventions that a scenario may have: more would take a program's memory and time for
 /// nothing.
-pub(super) const LONGEST_LISTS: [(&str, usize); 3] =
-    [("robots", 2 * u8::MAX as usize), ("posts", MOST_POSTS), ("interventions", 10_000)];
+pub(super) const LONGEST_LISTS: [(&str, usize); 4] =
+    [("robots", 2 * u8::MAX as usize), ("posts", MOST_POSTS), ("interventions", 10_000), ("expect", 1000)];
 
 /// What is said of a list that is too long.
 pub(super) fn too_long(field: &str, length: usize, most: usize) -> ScenarioFault {
@@ -229,6 +230,14 @@ impl Checks {
         self.numbers(&scenario.robots);
         if scenario.teams.is_some() && !scenario.robots.is_empty() {
             self.fault(root.field("teams"), "both `teams` and `robots` are given", "one of the two");
+        }
+        for (index, expectation) in scenario.expectations.iter().enumerate() {
+            if let Quantity::OfRobot(robot, _) = expectation.quantity
+                && !scenario.has_robot(robot)
+            {
+                let message = format!("there is no robot `{robot}` in the match");
+                self.value_fault(root.field("expect").index(index), message, "a robot of the match");
+            }
         }
         for (index, timed) in scenario.interventions.iter().enumerate() {
             self.intervention(&root.field("interventions").index(index), timed, scenario);

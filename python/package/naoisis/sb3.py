@@ -1,0 +1,81 @@
+"""Environments of Stable-Baselines3, natively: no wrappers, no processes. Needs ``pip install naoisis[sb3]``.
+
+>>> from stable_baselines3 import PPO
+>>> from naoisis.sb3 import VecEnv
+>>> model = PPO("MlpPolicy", VecEnv("ScoreEmptyGoal", num_envs=16, action="discrete"))
+>>> model = model.learn(10_000)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from stable_baselines3.common import vec_env
+
+from naoisis._arguments import Scenario
+from naoisis.environments import VectorEnv
+
+__all__ = ["VecEnv"]
+
+
+class VecEnv(vec_env.VecEnv):
+    """Many worlds in step: a row for each agent of each world. The arguments are those of :class:`naoisis.VectorEnv`.
+
+    Agents of one team share a policy then. A step that ends an episode returns the first observation of the next one; the last one
+    is in ``infos[row]["terminal_observation"]``, and ``infos[row]["TimeLimit.truncated"]`` says whether its time was over.
+    """
+
+    def __init__(self, scenario: Scenario = "ScoreEmptyGoal", num_envs: int = 1, **options: Any):
+        self.envs = VectorEnv(scenario, num_envs, autoreset_mode="same_step", **options)
+        self._actions: np.ndarray | None = None
+        self._seed: int | None = None
+        # The base class asks for it.
+        self.render_mode = self.envs.render_mode
+        super().__init__(self.envs.num_envs, self.envs.single_observation_space, self.envs.single_action_space)
+
+    def seed(self, seed: int | None = None) -> Sequence[int | None]:
+        self._seed = seed
+        return [None if seed is None else seed + row // len(self.envs.agents) for row in range(self.num_envs)]
+
+    def reset(self) -> Any:
+        observations, _ = self.envs.reset(seed=self._seed)
+        self._seed = None
+        return observations
+
+    def step_async(self, actions: np.ndarray) -> None:
+        self._actions = actions
+
+    def step_wait(self) -> tuple[Any, np.ndarray, np.ndarray, list[dict[str, Any]]]:
+        observations, rewards, terminations, truncations, info = self.envs.step(self._actions)
+        dones = terminations | truncations
+        infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
+        for row in np.flatnonzero(dones):
+            success = bool(info["final_info"]["success"][row])
+            infos[row] = {
+                "terminal_observation": info["final_obs"][row],
+                "TimeLimit.truncated": bool(truncations[row] and not terminations[row]),
+                "is_success": success,
+            }
+        return observations, rewards, dones, infos
+
+    def close(self) -> None:
+        self.envs.close()
+
+    def get_images(self) -> Sequence[np.ndarray | None]:
+        pictures = self.envs.render() or ()
+        return [*pictures, *[None] * (self.num_envs - len(pictures))][: self.num_envs]
+
+    def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
+        return [getattr(self.envs, attr_name)] * len(list(self._get_indices(indices)))
+
+    def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
+        setattr(self.envs, attr_name, value)
+
+    def env_method(self, method_name: str, *arguments: Any, indices: Any = None, **options: Any) -> list[Any]:
+        result = getattr(self.envs, method_name)(*arguments, **options)
+        return [result] * len(list(self._get_indices(indices)))
+
+    def env_is_wrapped(self, wrapper_class: type, indices: Any = None) -> list[bool]:
+        return [False] * len(list(self._get_indices(indices)))
