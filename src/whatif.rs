@@ -57,8 +57,7 @@ impl Moment {
 }
 
 fn score(world: &World) -> PerTeam<u32> {
-    let score = world.resource::<Game>().score;
-    PerTeam { blue: score[Team::Blue].into(), pink: score[Team::Pink].into() }
+    world.resource::<Game>().score
 }
 
 /// What came of a moment, once.

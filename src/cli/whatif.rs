@@ -39,7 +39,7 @@ pub struct WhatIfArguments {
     /// For how long after the moment, s; at most until the final whistle
     #[arg(long, value_name = "S", default_value_t = 30.0, value_parser = super::run_arguments::positive_seconds)]
     until: f32,
-    /// Change a field of the scenario at the moment: messages.loss=1, motion.max_linear_mps=0.3
+    /// Change a field of the scenario at the moment: messages.loss=1
     #[arg(long, value_name = "PATH=VALUE")]
     set: Vec<Setting>,
     /// Seed of the first time; the next has the next seed
