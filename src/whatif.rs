@@ -226,11 +226,11 @@ mod tests {
 
     fn moment() -> Moment {
         let mut app = simulator();
-        let scenario = Scenario::from_json(
-            r#"{ "league": "spl2010", "rules": { "half_s": 60 }, "teams": { "blue": "roles", "pink": "chasers" } }"#,
-        );
+        let scenario =
+            Scenario::from_json(r#"{ "realism": "realistic", "teams": { "blue": "roles", "pink": "chasers" } }"#);
         app.start_match(&scenario.unwrap()).unwrap();
-        app.run_cycles(100);
+        // The ball is in play by then.
+        app.run_cycles(300);
         Moment::of(app.world_mut()).unwrap()
     }
 
