@@ -113,7 +113,7 @@ pub fn run(extend: impl Fn(&mut App) + Sync) -> ExitCode {
     run_with(env::args_os(), extend)
 }
 
-/// As [`run`], with a command line of one's own; its first word is the program's name.
+/// As [`run()`], with a command line of one's own; its first word is the program's name.
 ///
 /// # Panics
 /// When `extend` does.

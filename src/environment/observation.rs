@@ -354,7 +354,7 @@ fn put_game(sink: &mut impl Sink, status: &GameStatus, body: BodyStatus, team: T
     }
 }
 
-/// The entries of the [`state`].
+/// The entries of the state that a critic may know.
 pub fn state_entries(world: &World) -> Vec<Entry> {
     let mut entries = Entries::default();
     state_into(&mut entries, world);
