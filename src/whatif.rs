@@ -226,11 +226,13 @@ mod tests {
 
     fn moment() -> Moment {
         let mut app = simulator();
-        let scenario =
-            Scenario::from_json(r#"{ "realism": "realistic", "teams": { "blue": "roles", "pink": "chasers" } }"#);
+        let scenario = Scenario::from_json(
+            r#"{ "realism": "realistic", "rules": "free", "ball": { "position_m": [0.16, -0.05] }, "robots": [
+                 { "number": 1, "behaviour": { "script": [{ "from_s": 4, "kick": { "type": "right_straight" } }] } }] }"#,
+        );
         app.start_match(&scenario.unwrap()).unwrap();
-        // The ball is in play by then.
-        app.run_cycles(300);
+        // Shortly before the kick, of which direction and speed are left to chance.
+        app.run_cycles(100);
         Moment::of(app.world_mut()).unwrap()
     }
 

@@ -181,7 +181,9 @@ def test_a_second_thread_on_a_busy_match_is_told_so():
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are sent otherwise there")
 def test_ctrl_c_stops_a_long_run_between_two_cycles():
     program = (
-        "import naoisis\n"
+        # Who is started in the background of a shell ignores it.
+        "import naoisis, signal\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "match = naoisis.Match('match7v7')\n"
         "print('on', flush=True)\n"
         "try:\n    match.run()\n"
