@@ -28,6 +28,9 @@ const LOST_SD: [f32; 2] = [0.3, 0.2];
 const CANDIDATE_RANGE_M: f32 = 1.5;
 /// Marks on the ground that are used in a cycle.
 const MARKS_PER_CYCLE: usize = 3;
+/// A goal further away does not tell a lost robot with cameras that err where it is, m: from there the 3 pixels of a post's foot
+/// are 0.2 m of its distance.
+const GOAL_RANGE_M: f32 = 3.0;
 /// Stretches of lines that are used in a cycle.
 const LINES_PER_CYCLE: usize = 2;
 /// The weight of evidence at which a robot decides which end of the pitch it sees: squared Mahalanobis distance.
@@ -184,6 +187,11 @@ impl KalmanLocaliser {
 
     /// A lost robot that sees a goal knows where it is.
     fn start_from_goal(&mut self, posts: [Vec2; 2], seen: [Vec2; 2], observation: &PitchObservation) {
+        // From far away the distances of the posts, and with them the direction of the goal, are anything: better to search.
+        let is_far = seen.iter().any(|place| place.length_squared() > GOAL_RANGE_M * GOAL_RANGE_M);
+        if observation.camera.is_some() && is_far {
+            return;
+        }
         let mut place_sd = LOST_SD[0];
         let seen = seen.map(|place| match self.camera.zip(observation.camera) {
             Some((camera, motion)) => {
