@@ -8,7 +8,6 @@ use common::fastest;
 use naoisis::appearance::robot::RobotDesign;
 use naoisis::appearance::scene::Scene;
 use naoisis::appearance::view::View;
-use naoisis::camera_model::{CameraIntrinsics, CameraSide, CameraView};
 use naoisis::prelude::*;
 use naoisis::sensing::camera::image::{Image, Layers};
 use naoisis::sensing::camera::software::{Detail, PreparedScene, Renderer};
@@ -27,16 +26,15 @@ const IMAGES: usize = 6000;
 const ROUNDS: usize = 3;
 
 /// The camera views of all robots of a match that is under way.
-fn views_of_match(name: &str) -> (Scene, Vec<(CameraSide, CameraView, View)>) {
+fn views_of_match(name: &str) -> (Scene, Vec<(CameraName, CameraView, View)>) {
     let mut app = App::new();
     app.add_plugins(NaoisisPlugins);
     app.start_match(&Scenario::named(name).unwrap()).unwrap().run_cycles(WARM_UP_CYCLES);
     let mut scene = Scene::default();
     scene.gather(app.world_mut());
-    let intrinsics = CameraIntrinsics::from(&CameraSettings::default());
     let mut views = Vec::new();
     for robot in &scene.robots {
-        for (side, camera) in CameraSide::BOTH.into_iter().zip(CameraView::both(intrinsics, robot.head)) {
+        for (side, &camera) in CameraSettings::default().views(robot.head).named() {
             views.push((side, camera, View::of_robot(&camera, robot.world_from_robot(), robot.id)));
         }
     }
@@ -80,7 +78,7 @@ fn drawing_and_looking() {
             println!("drawing, 3v3, {design:?} robots, 320 x 240{how}: {one:.0} images/s on one core, {two:.0} on two");
         }
         let mut renderer = Renderer::default();
-        let images: Vec<(CameraSide, CameraView, Image)> = views
+        let images: Vec<(CameraName, CameraView, Image)> = views
             .iter()
             .map(|(side, camera, view)| {
                 let mut image = Image::default();

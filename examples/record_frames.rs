@@ -11,7 +11,7 @@ mod common;
 
 use bevy::prelude::*;
 use core::error::Error;
-use naoisis::camera_model::CameraSide;
+use naoisis::camera_model::CameraName;
 use naoisis::prelude::*;
 use naoisis::record::frames::FrameRecorder;
 use naoisis::record::match_renderer::MatchRenderer;
@@ -32,7 +32,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     app.add_plugins(NaoisisPlugins);
     app.start_match(&Scenario::named("match3v3")?)?;
     let mut renderer = MatchRenderer::default();
-    let pictures = vec![Picture::Field, Picture::Camera(striker, CameraSide::Top)];
+    let pictures = vec![Picture::Field, Picture::Camera(striker, CameraName::TOP)];
     let mut frames = FrameRecorder::create(&folder, EVERY, pictures).map_err(|error| error.to_string())?;
     for _ in 0..30 * DURATION_S {
         app.run_cycles(1);

@@ -21,14 +21,6 @@ impl Side {
             Side::Right => "right",
         }
     }
-
-    /// The tip of the foot on this side, robot frame, m (paper, caption of Table 2).
-    pub fn foot_tip(self) -> Vec2 {
-        match self {
-            Side::Left => Vec2::new(0.10, 0.05),
-            Side::Right => Vec2::new(0.10, -0.05),
-        }
-    }
 }
 
 /// The four types of kick (paper, section 3.2).
@@ -81,18 +73,13 @@ impl KickType {
 
     /// The rectangle in which the ball's centre must lie, robot frame, m (paper, Table 2).
     pub fn admissible_rectangle(self) -> Rect {
-        let (min, max) = match self {
-            KickType::LeftStraight => (Vec2::new(0.10, 0.0), Vec2::new(0.20, 0.10)),
-            KickType::RightStraight => (Vec2::new(0.10, -0.10), Vec2::new(0.20, 0.0)),
-            KickType::LeftSide => (Vec2::new(0.10, -0.15), Vec2::new(0.22, 0.0)),
-            KickType::RightSide => (Vec2::new(0.10, 0.0), Vec2::new(0.22, 0.15)),
-        };
-        Rect { min, max }
+        KickGeometry::of_paper(self).rectangle()
     }
 
-    /// Whether a ball there can be struck by this kick: edges included, with a hundredth of a millimetre for rounding.
+    /// Whether a ball there can be struck by this kick of the paper's robot: edges included, with a hundredth of a millimetre
+    /// for rounding.
     pub fn admits(self, ball_in_robot: Vec2) -> bool {
-        self.admissible_rectangle().inflate(1e-5).contains(ball_in_robot)
+        KickGeometry::of_paper(self).admits(ball_in_robot)
     }
 
     /// The straight kick of the same foot.
@@ -100,6 +87,71 @@ impl KickType {
         match self.foot() {
             Side::Left => KickType::LeftStraight,
             Side::Right => KickType::RightStraight,
+        }
+    }
+}
+
+/// Where the ball must lie for a kick, and where it goes from there.
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct KickGeometry {
+    /// Nearest and farthest the ball's centre may lie, ahead, m, robot frame.
+    pub x_m: [f32; 2],
+    /// Furthest to the right and furthest to the left, m, robot frame.
+    pub y_m: [f32; 2],
+    /// The tip of the foot that kicks, m, robot frame.
+    pub foot_m: Vec2,
+    /// Where the ball lies best, m, robot frame: whoever walks up to it makes for that.
+    pub best_m: Vec2,
+    /// Where the ball goes.
+    #[serde(default)]
+    pub direction: KickDirection,
+}
+
+/// In which direction a kick sends the ball.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum KickDirection {
+    /// Away from the tip of the foot, straight ahead if the ball lies on it (paper, section 3.2).
+    #[default]
+    FromFoot,
+    /// Straight ahead wherever the ball lies: kicks that were learned correct for that.
+    Ahead,
+}
+
+impl KickGeometry {
+    /// That of the paper's robot (Table 2, and its caption).
+    pub fn of_paper(kick_type: KickType) -> Self {
+        let (x_m, y_m, best_m) = match kick_type {
+            KickType::LeftStraight => ([0.10, 0.20], [0.0, 0.10], Vec2::new(0.175, 0.05)),
+            KickType::RightStraight => ([0.10, 0.20], [-0.10, 0.0], Vec2::new(0.175, -0.05)),
+            KickType::LeftSide => ([0.10, 0.22], [-0.15, 0.0], Vec2::new(0.17, -0.07)),
+            KickType::RightSide => ([0.10, 0.22], [0.0, 0.15], Vec2::new(0.17, 0.07)),
+        };
+        let foot_m = match kick_type.foot() {
+            Side::Left => Vec2::new(0.10, 0.05),
+            Side::Right => Vec2::new(0.10, -0.05),
+        };
+        Self { x_m, y_m, foot_m, best_m, direction: KickDirection::FromFoot }
+    }
+
+    /// The rectangle in which the ball's centre must lie, m, robot frame.
+    pub fn rectangle(&self) -> Rect {
+        let corner = |end: usize| Vec2::new(self.x_m[end], self.y_m[end]);
+        Rect { min: corner(0), max: corner(1) }
+    }
+
+    /// Whether a ball there can be struck: edges included, with a hundredth of a millimetre for rounding.
+    pub fn admits(&self, ball_in_robot: Vec2) -> bool {
+        self.rectangle().inflate(1e-5).contains(ball_in_robot)
+    }
+
+    /// The direction in which a ball leaves that lies there, unit vector, robot frame.
+    pub fn leaves(&self, ball_in_robot: Vec2) -> Vec2 {
+        match self.direction {
+            KickDirection::FromFoot => (ball_in_robot - self.foot_m).normalize_or(Vec2::X),
+            KickDirection::Ahead => Vec2::X,
         }
     }
 }
@@ -121,14 +173,22 @@ pub struct Strike {
 /// A side kick from the wrong side, with the ball where the same foot's straight kick reaches it, is a straight kick
 /// of reduced speed.
 pub fn strike(kick_type: KickType, ball_in_robot: Vec2) -> Option<Strike> {
-    let direction = || (ball_in_robot - kick_type.foot().foot_tip()).normalize_or(Vec2::X);
-    if kick_type.admits(ball_in_robot) {
-        Some(Strike { direction: direction(), range_of: kick_type, reduced: false })
-    } else if kick_type.straight().admits(ball_in_robot) {
-        Some(Strike { direction: direction(), range_of: kick_type.straight(), reduced: true })
-    } else {
-        None
+    strike_by(kick_type, ball_in_robot, |kick| Some(KickGeometry::of_paper(kick)))
+}
+
+/// As [`strike`], with the geometry of a robot's own kicks; none of a kick that it does not have.
+pub fn strike_by(
+    kick_type: KickType,
+    ball_in_robot: Vec2,
+    geometry_of: impl Fn(KickType) -> Option<KickGeometry>,
+) -> Option<Strike> {
+    let geometry = geometry_of(kick_type)?;
+    if geometry.admits(ball_in_robot) {
+        return Some(Strike { direction: geometry.leaves(ball_in_robot), range_of: kick_type, reduced: false });
     }
+    let straight = kick_type.straight();
+    let geometry = geometry_of(straight).filter(|geometry| geometry.admits(ball_in_robot))?;
+    Some(Strike { direction: geometry.leaves(ball_in_robot), range_of: straight, reduced: true })
 }
 
 #[cfg(test)]
@@ -140,7 +200,7 @@ mod tests {
     fn over_the_whole_of_each_rectangle_the_ball_leaves_along_the_ray_from_the_foot_tip() {
         for kick_type in KickType::ALL {
             let rectangle = kick_type.admissible_rectangle();
-            let tip = kick_type.foot().foot_tip();
+            let tip = KickGeometry::of_paper(kick_type).foot_m;
             for column in 0..=20 {
                 for row in 0..=20 {
                     let share = Vec2::new(column as f32, row as f32) / 20.0;

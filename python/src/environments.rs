@@ -1,7 +1,7 @@
 //! Worlds in which something learns, stepped together.
 
 use bevy::ecs::world::World;
-use naoisis::camera_model::CameraSide;
+use naoisis::camera_model::CameraName;
 use naoisis::environment::challenge::{CHALLENGES, EndConditions, Situation};
 use naoisis::environment::reward::REWARDS;
 use naoisis::environment::{
@@ -193,8 +193,8 @@ impl Environments {
             }
         };
         let camera = match shape.camera.as_str() {
-            "top" => CameraSide::Top,
-            "bottom" => CameraSide::Bottom,
+            "top" => CameraName::TOP,
+            "bottom" => CameraName::BOTTOM,
             other => {
                 return Err(PyValueError::new_err(format!(
                     "camera: there is no {other:?}; expected 'top' or 'bottom'"

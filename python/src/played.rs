@@ -3,7 +3,7 @@
 use bevy::ecs::world::World;
 use naoisis::agents::{self, AgentError, CommandError, RobotCommand};
 use naoisis::behaviour::Program;
-use naoisis::camera_model::CameraSide;
+use naoisis::camera_model::CameraName;
 use naoisis::cycle::{CycleClock, CyclePart, perceive, try_run_cycle};
 use naoisis::events::{CycleEvents, MatchEvent};
 use naoisis::game::{Game, GameState};
@@ -134,7 +134,7 @@ impl Played {
     }
 
     /// A picture of a robot's camera: the newest that the match rendered, unless other layers are wanted than that has.
-    fn picture(&mut self, py: Python<'_>, id: RobotId, side: CameraSide, layers: Layers) -> PyResult<Image> {
+    fn picture(&mut self, py: Python<'_>, id: RobotId, side: CameraName, layers: Layers) -> PyResult<Image> {
         self.robot(py, id)?;
         self.look();
         let newest = self.renderer.through_the_eyes_of(&mut self.world, id, side);
@@ -179,10 +179,10 @@ fn agent_error(py: Python<'_>, error: AgentError) -> PyErr {
     match_error(py, &error.to_string())
 }
 
-fn camera_side(word: &str) -> PyResult<CameraSide> {
+fn camera_side(word: &str) -> PyResult<CameraName> {
     match word {
-        "top" => Ok(CameraSide::Top),
-        "bottom" => Ok(CameraSide::Bottom),
+        "top" => Ok(CameraName::TOP),
+        "bottom" => Ok(CameraName::BOTTOM),
         _ => Err(PyValueError::new_err(format!("there is no camera {word:?}; expected 'top' or 'bottom'"))),
     }
 }

@@ -7,11 +7,10 @@ use std::time::Instant;
 
 use super::connection::{Connection, Loss};
 use super::process::{self, Process};
-use super::protocol::{
-    Answer, EXAMPLE_HELLO, Hello, HelloMessage, ImageMessage, ImageSource, Message, PROTOCOL, Turn, Welcome,
-};
+use super::protocol::{Answer, EXAMPLE_HELLO, Hello, HelloMessage, ImageMessage, Message, PROTOCOL, Turn, Welcome};
 use super::settings::AgentSettings;
 use crate::belief::Belief;
+use crate::camera_model::CameraName;
 use crate::cycle::CycleClock;
 use crate::events::AgentLoss;
 use crate::game::Score;
@@ -124,15 +123,11 @@ impl Agent {
         &self,
         clock: &CycleClock,
         images: Option<&'a CameraImages>,
-    ) -> BTreeMap<ImageSource, ImageMessage<'a>> {
+    ) -> BTreeMap<CameraName, ImageMessage<'a>> {
         let wanted = self.hello.as_ref().map_or(&[][..], |hello| &hello.images);
         let taken = images.filter(|images| !wanted.is_empty() && images.cycle == Some(clock.cycle));
         let Some(taken) = taken else { return BTreeMap::new() };
-        let of = |source| match source {
-            ImageSource::Top => (source, ImageMessage::of(&taken.top)),
-            ImageSource::Bottom => (source, ImageMessage::of(&taken.bottom)),
-        };
-        wanted.iter().copied().map(of).collect()
+        wanted.iter().map(|camera| (*camera, ImageMessage::of(taken.of(*camera)))).collect()
     }
 
     /// What the program decides in this cycle.

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize, Serializer};
 use std::collections::BTreeMap;
 
 use crate::belief::Belief;
+use crate::camera_model::CameraName;
 use crate::game::{Rules, Score};
 use crate::pitch::Pitch;
 use crate::record::vocabulary::{Perception, RobotCommand};
@@ -35,16 +36,6 @@ pub enum Encoding {
     Msgpack,
 }
 
-/// A camera of which a program wants the images.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum ImageSource {
-    /// The top camera.
-    Top,
-    /// The bottom camera.
-    Bottom,
-}
-
 /// What a program says of itself.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -62,7 +53,7 @@ pub struct Hello {
     pub encoding: Encoding,
     /// The cameras of which it wants images.
     #[serde(default)]
-    pub images: Vec<ImageSource>,
+    pub images: Vec<CameraName>,
     /// Whether the built-in estimator shall run for it.
     #[serde(default)]
     pub belief: bool,
@@ -185,7 +176,7 @@ pub struct Turn<'a> {
     pub belief: Option<&'a Belief>,
     /// Camera images, if they were asked for and are new.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
-    pub images: BTreeMap<ImageSource, ImageMessage<'a>>,
+    pub images: BTreeMap<CameraName, ImageMessage<'a>>,
 }
 
 /// A camera image.

@@ -24,7 +24,9 @@ pub const NET: Colour = Colour([228, 230, 232]);
 pub const BALL: Colour = Colour([255, 112, 16]);
 /// The plastic of a NAO.
 pub const SHELL: Colour = Colour([228, 230, 234]);
-/// Its joints, and the number on its chest.
+/// Dark shells.
+pub const DARK_SHELL: Colour = Colour([74, 78, 86]);
+/// The joints of a NAO, and the number on its chest.
 pub const JOINT: Colour = Colour([58, 61, 67]);
 /// Its eyes.
 pub const EYE: Colour = Colour([60, 205, 190]);

@@ -9,7 +9,7 @@ use crate::ball::{Ball, BallPhysics};
 use crate::game::Penalty;
 use crate::geometry::Pose;
 use crate::pitch::{Pitch, Post};
-use crate::robot::body::BodyBounds;
+use crate::robot::body::Body;
 use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
 use crate::team::RobotId;
@@ -24,7 +24,7 @@ pub struct MatchScene<'w, 's> {
         (
             &'static RobotId,
             &'static Pose,
-            &'static BodyBounds,
+            &'static Body,
             &'static HeadAngles,
             Option<&'static Posture>,
             Option<&'static Stride>,
@@ -40,17 +40,13 @@ impl MatchScene<'_, '_> {
     pub fn gather(&self, scene: &mut Scene) {
         scene.set_pitch(&self.pitch);
         scene.robots.clear();
-        for (&id, &pose, &bounds, &head, posture, stride, penalty) in &self.robots {
+        for (&id, &pose, &body, &head, posture, stride, penalty) in &self.robots {
             if penalty.is_some_and(Penalty::is_active) {
                 continue;
             }
             let posture = posture.copied().unwrap_or_default();
             let stride = stride.copied().unwrap_or_default();
-            scene.robots.push(SceneRobot {
-                head,
-                stride,
-                ..SceneRobot::standing(id, pose, bounds).in_posture(posture)
-            });
+            scene.robots.push(SceneRobot { head, stride, ..SceneRobot::standing(id, pose, body).in_posture(posture) });
         }
         scene.robots.sort_unstable_by_key(|robot| robot.id);
         scene.posts.clear();

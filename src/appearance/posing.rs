@@ -1,27 +1,16 @@
 //! How a robot holds its limbs: where the joints are, and what walking and kicking make of them.
 //!
-//! The joints are where a NAO's are (Aldebaran's documentation of the V4: hips at 0.248 m, thigh 0.100 m, shank 0.1029 m,
-//! ankle 0.0452 m above the ground, shoulders at (0, ±0.098, 0.4335) m with the neck at 0.4595 m). The simulation leaves
-//! joints out, so the legs are for the eye only: they step as fast as the robot walks, such that the foot on the ground
-//! does not slide. The head is where the simulation has it.
+//! The joints are where the robot's [body](crate::robot::body) has them. The simulation leaves joints out, so the legs are for
+//! the eye only: they step as fast as the robot walks, such that the foot on the ground does not slide. The head is where the
+//! simulation has it.
 
 use bevy::math::{Affine3A, Mat3, Vec2, Vec3, ops};
 use core::f32::consts::PI;
 
 use crate::geometry::{Pose, unit};
 use crate::kick_geometry::KickType;
-use crate::robot::head::{HeadAngles, NECK};
-
-/// The left hip in the robot frame, m; the right one mirrored.
-pub const HIP: Vec3 = Vec3::new(0.0, 0.05, 0.2481);
-/// From hip to knee, m.
-pub const THIGH: f32 = 0.1;
-/// From knee to ankle, m.
-pub const SHANK: f32 = 0.1029;
-/// From the ankle to the sole, m.
-pub const ANKLE_HEIGHT: f32 = 0.0452;
-/// The left shoulder in the robot frame, m; the right one mirrored.
-pub const SHOULDER: Vec3 = Vec3::new(0.0, 0.098, 0.4335);
+use crate::robot::body::{Body, Legs};
+use crate::robot::head::HeadAngles;
 
 /// Pairs of steps a second.
 pub const STEP_FREQUENCY: f32 = 1.6;
@@ -93,22 +82,26 @@ pub struct JointAngles {
 }
 
 impl JointAngles {
-    /// Where the limbs of a robot are that is at this place: standing, lying or in the air. Indexed by [`Limb`].
-    pub fn world_from_limbs(&self, world_from_robot: Affine3A) -> [Affine3A; Limb::COUNT] {
+    /// Where the limbs of a robot are that is at this place: standing, lying or in the air. Indexed by [`Limb`]. Limbs that it
+    /// lacks are where it is.
+    pub fn world_from_limbs(&self, body: &Body, world_from_robot: Affine3A) -> [Affine3A; Limb::COUNT] {
         let mut limbs = [world_from_robot; Limb::COUNT];
         let about = |joint: Vec3, rotation: Mat3| Affine3A::from_mat3_translation(rotation, joint);
         let head = about_z(self.head.yaw) * about_y(self.head.pitch);
-        limbs[Limb::Head as usize] = world_from_robot * about(NECK, head);
+        limbs[Limb::Head as usize] = world_from_robot * about(body.neck_m, head);
         for side in 0..2 {
-            let arm = about(on_side(SHOULDER, side), about_y(self.arms[side]));
-            limbs[Limb::ARMS[side] as usize] = world_from_robot * arm;
+            if let Some(arms) = body.arms {
+                let arm = about(on_side(arms.shoulder_m, side), about_y(self.arms[side]));
+                limbs[Limb::ARMS[side] as usize] = world_from_robot * arm;
+            }
+            let Some(legs) = body.legs else { continue };
             let LegAngles { hip, knee, aside } = self.legs[side];
             // A rotation about y that is positive takes what hangs down backwards.
             let thigh = about_x(aside) * about_y(-hip);
-            let thigh = world_from_robot * about(on_side(HIP, side), thigh);
-            let shank = thigh * about(Vec3::NEG_Z * THIGH, about_y(knee));
+            let thigh = world_from_robot * about(on_side(legs.hip_m, side), thigh);
+            let shank = thigh * about(Vec3::NEG_Z * legs.thigh_m, about_y(knee));
             // The foot stays level.
-            let foot = shank * about(Vec3::NEG_Z * SHANK, about_y(hip - knee));
+            let foot = shank * about(Vec3::NEG_Z * legs.shank_m, about_y(hip - knee));
             limbs[Limb::THIGHS[side] as usize] = thigh;
             limbs[Limb::SHANKS[side] as usize] = shank;
             limbs[Limb::FEET[side] as usize] = foot;
@@ -170,15 +163,16 @@ pub fn kick_pose(kick_type: KickType, age_s: f32) -> (Vec2, f32) {
 }
 
 /// The angles that take a foot forward and up from where it stands, m; as far as the leg reaches.
-pub fn leg_angles(step: Vec2) -> LegAngles {
+pub fn leg_angles(legs: &Legs, step: Vec2) -> LegAngles {
+    let (thigh, shank) = (legs.thigh_m, legs.shank_m);
     // From the hip, forward and down.
-    let target = Vec2::new(step.x, THIGH + SHANK - step.y);
-    let distance = target.length().clamp(0.05, THIGH + SHANK);
+    let target = Vec2::new(step.x, thigh + shank - step.y);
+    let distance = target.length().clamp((thigh + shank) / 4.0, thigh + shank);
     // The law of cosines, with the ankle `distance` away from the hip.
     let cosine =
         |a: f32, b: f32, opposite: f32| ((a * a + b * b - opposite * opposite) / (2.0 * a * b)).clamp(-1.0, 1.0);
-    let at_hip = ops::acos(cosine(THIGH, distance, SHANK));
-    let at_knee = ops::acos(cosine(THIGH, SHANK, distance));
+    let at_hip = ops::acos(cosine(thigh, distance, shank));
+    let at_knee = ops::acos(cosine(thigh, shank, distance));
     LegAngles { hip: ops::atan2(target.x, target.y) + at_hip, knee: PI - at_knee, aside: 0.0 }
 }
 
@@ -187,14 +181,14 @@ mod tests {
     use super::*;
 
     fn limbs(joints: &JointAngles) -> [Vec3; Limb::COUNT] {
-        joints.world_from_limbs(Affine3A::IDENTITY).map(|limb| limb.translation.into())
+        joints.world_from_limbs(&Body::default(), Affine3A::IDENTITY).map(|limb| limb.translation.into())
     }
 
     #[test]
     fn the_foot_goes_where_it_should() {
         for step in [Vec2::ZERO, Vec2::new(0.0, 0.02), Vec2::new(0.05, 0.03), Vec2::new(-0.04, 0.02)] {
-            let joints = JointAngles { legs: [leg_angles(step); 2], ..JointAngles::default() };
-            let expected = on_side(HIP, 1) + Vec3::new(step.x, 0.0, step.y - THIGH - SHANK);
+            let joints = JointAngles { legs: [leg_angles(&Legs::default(), step); 2], ..JointAngles::default() };
+            let expected = on_side(Legs::default().hip_m, 1) + Vec3::new(step.x, 0.0, step.y - 0.1 - 0.1029);
             let reached = limbs(&joints)[Limb::RightFoot as usize];
             // The arc cosine near 1 loses half of the digits.
             assert!(reached.abs_diff_eq(expected, 1e-4), "{step}: {reached}");
@@ -204,26 +198,27 @@ mod tests {
     #[test]
     fn soles_are_on_the_ground_and_level() {
         let standing = limbs(&JointAngles::default())[Limb::LeftFoot as usize];
-        assert!((standing.z - ANKLE_HEIGHT).abs() < 1e-6);
-        let joints = JointAngles { legs: [leg_angles(Vec2::new(0.05, 0.03)); 2], ..JointAngles::default() };
-        let foot = joints.world_from_limbs(Affine3A::IDENTITY)[Limb::LeftFoot as usize];
+        assert!((standing.z - Legs::default().ankle_m).abs() < 1e-6);
+        let joints =
+            JointAngles { legs: [leg_angles(&Legs::default(), Vec2::new(0.05, 0.03)); 2], ..JointAngles::default() };
+        let foot = joints.world_from_limbs(&Body::default(), Affine3A::IDENTITY)[Limb::LeftFoot as usize];
         assert!(Vec3::from(foot.matrix3.z_axis).abs_diff_eq(Vec3::Z, 1e-5));
     }
 
     #[test]
     fn knees_bend_forward() {
-        let angles = leg_angles(Vec2::new(0.0, 0.03));
+        let angles = leg_angles(&Legs::default(), Vec2::new(0.0, 0.03));
         assert!(angles.hip > 0.0 && angles.knee > 0.0);
     }
 
     #[test]
     fn the_head_turns_about_the_neck() {
         let joints = JointAngles { head: HeadAngles { yaw: PI / 2.0, pitch: 0.0 }, ..JointAngles::default() };
-        let head = joints.world_from_limbs(Affine3A::IDENTITY)[Limb::Head as usize];
-        assert!(head.transform_point3(Vec3::X).abs_diff_eq(NECK + Vec3::Y, 1e-6));
+        let head = joints.world_from_limbs(&Body::default(), Affine3A::IDENTITY)[Limb::Head as usize];
+        assert!(head.transform_point3(Vec3::X).abs_diff_eq(Body::default().neck_m + Vec3::Y, 1e-6));
         let joints = JointAngles { head: HeadAngles { yaw: 0.0, pitch: PI / 2.0 }, ..JointAngles::default() };
-        let head = joints.world_from_limbs(Affine3A::IDENTITY)[Limb::Head as usize];
-        assert!(head.transform_point3(Vec3::X).abs_diff_eq(NECK - Vec3::Z, 1e-6));
+        let head = joints.world_from_limbs(&Body::default(), Affine3A::IDENTITY)[Limb::Head as usize];
+        assert!(head.transform_point3(Vec3::X).abs_diff_eq(Body::default().neck_m - Vec3::Z, 1e-6));
     }
 
     #[test]

@@ -1,5 +1,7 @@
-//! The two designs of a robot (paper, section 3.1 and Fig. 2): one close to the real NAO, and one of a few boxes, which is
-//! quicker to draw. Both have the NAO's size and joints, and the team's waistband.
+//! The two designs of a robot (paper, section 3.1 and Fig. 2): one close to the real robot, and one of a few boxes, which is
+//! quicker to draw. Both have the robot's size and joints, and the team's waistband.
+//!
+//! The NAO is drawn as it is; [other robots](by_measures) by the measures of their bodies.
 
 use bevy::math::{Affine3A, Mat3, Quat, Vec2, Vec3};
 use bevy::prelude::Reflect;
@@ -7,27 +9,22 @@ use serde::{Deserialize, Serialize};
 
 use super::Label;
 use super::colours::{self, Colour};
-use super::posing::{ANKLE_HEIGHT, Limb, SHANK, THIGH, on_side};
+use super::posing::{Limb, on_side};
 use super::shapes::{Part, Shape};
+use crate::robot::body::{Arms, Body, Legs, Look};
 use crate::team::{RobotId, Team};
 
+mod by_measures;
 mod number;
 
 /// A part of a robot, placed in the frame of a limb.
 pub type RobotPart = Part<Limb>;
 
-/// Lower and upper edge of the waistband, m above the ground when the robot stands. The 2010 rule book's bands are 10 cm
-/// high.
-pub const WAISTBAND_Z: [f32; 2] = [0.25, 0.35];
-
-/// Half the depth and half the width of the waistband, m, of both designs.
-pub const WAISTBAND_RADII: Vec2 = Vec2::new(0.056, 0.074);
-
 /// How robots look.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Hash, Default, Reflect, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RobotDesign {
-    /// Close to the real NAO, with a number on chest and back.
+    /// Close to the real robot, with a number on chest and back.
     Nao,
     /// A few boxes.
     #[default]
@@ -38,11 +35,13 @@ impl RobotDesign {
     /// Both designs.
     pub const BOTH: [RobotDesign; 2] = [RobotDesign::Nao, RobotDesign::Simple];
 
-    /// The parts of a robot of this design.
-    pub fn parts(self, id: RobotId) -> Vec<RobotPart> {
-        match self {
-            RobotDesign::Nao => nao(id),
-            RobotDesign::Simple => simple(id.team),
+    /// The parts of a robot with this body, of this design.
+    pub fn parts(self, id: RobotId, body: &Body) -> Vec<RobotPart> {
+        match (self, body.look) {
+            (RobotDesign::Nao, Look::Nao) => nao(id, body),
+            (RobotDesign::Nao, Look::Light | Look::Dark) => by_measures::detailed(id, body),
+            (RobotDesign::Simple, Look::Nao) => simple(id.team, body),
+            (RobotDesign::Simple, Look::Light | Look::Dark) => by_measures::simple(id, body),
         }
     }
 }
@@ -55,22 +54,24 @@ pub const fn labels(team: Team) -> [Label; 2] {
     }
 }
 
-/// The middle of the waistband, m, robot frame.
-fn waist() -> Vec3 {
-    Vec3::Z * ((WAISTBAND_Z[0] + WAISTBAND_Z[1]) / 2.0)
-}
-
-fn waistband_height() -> f32 {
-    WAISTBAND_Z[1] - WAISTBAND_Z[0]
-}
-
 /// Collects the parts of a body.
-struct Body {
+struct PartList {
     label: Label,
     parts: Vec<RobotPart>,
 }
 
-impl Body {
+impl PartList {
+    fn new(id: RobotId, capacity: usize) -> Self {
+        let [label, _] = labels(id.team);
+        Self { label, parts: Vec::with_capacity(capacity) }
+    }
+
+    /// The band in the team's colour.
+    fn band(&mut self, team: Team, body: &Body, shape: Shape) {
+        let [_, label] = labels(team);
+        self.parts.push(Part::at(Limb::Trunk, label, colours::team(team), shape, body.waistband.middle()));
+    }
+
     fn add(&mut self, limb: Limb, colour: Colour, shape: Shape, centre: Vec3) {
         self.parts.push(Part::at(limb, self.label, colour, shape, centre));
     }
@@ -98,17 +99,24 @@ impl Body {
     }
 }
 
-fn nao(id: RobotId) -> Vec<RobotPart> {
+/// The measures of the limbs of a body that looks like a NAO.
+fn limbs_of_nao(measures: &Body) -> (Legs, Arms) {
+    (measures.legs.unwrap_or_default(), measures.arms.unwrap_or_default())
+}
+
+fn nao(id: RobotId, measures: &Body) -> Vec<RobotPart> {
     use colours::{EYE, JOINT, SHELL};
 
-    let [label, band_label] = labels(id.team);
-    let mut body = Body { label, parts: Vec::with_capacity(96) };
+    let (Legs { thigh_m, shank_m, ankle_m, .. }, _) = limbs_of_nao(measures);
+    let mut body = PartList::new(id, 96);
+    let label = body.label;
 
     // Trunk: pelvis, waistband, chest that widens to the shoulders, collar and neck.
     let trunk = Limb::Trunk;
     body.ellipsoid(trunk, JOINT, Vec3::new(0.046, 0.062, 0.03), Vec3::Z * 0.246);
-    let band = Shape::Frustum { bottom: WAISTBAND_RADII, top: WAISTBAND_RADII, half_height: waistband_height() / 2.0 };
-    body.parts.push(Part::at(trunk, band_label, colours::team(id.team), band, waist()));
+    let radii = measures.waistband.half_size_m;
+    let band = Shape::Frustum { bottom: radii, top: radii, half_height: measures.waistband.height() / 2.0 };
+    body.band(id.team, measures, band);
     let (chest, shoulders, collar) = (Vec2::new(0.053, 0.07), Vec2::new(0.061, 0.09), Vec2::new(0.036, 0.05));
     body.frustum(trunk, SHELL, [(chest, 0.35), (shoulders, 0.425)]);
     body.frustum(trunk, SHELL, [(shoulders, 0.425), (collar, 0.452)]);
@@ -118,9 +126,14 @@ fn nao(id: RobotId) -> Vec<RobotPart> {
     let shape = Shape::cylinder(0.011, 0.012);
     body.parts.push(Part { frame: trunk, label, colour: JOINT, shape, frame_from_shape: button });
     for facing in [1.0, -1.0] {
-        body.cuboid(trunk, SHELL, Vec3::new(0.012, 0.088, 0.066), Vec3::new(facing * 0.057, 0.0, number::PLATE_Z));
+        body.cuboid(
+            trunk,
+            SHELL,
+            Vec3::new(0.012, 0.088, 0.066),
+            Vec3::new(facing * 0.057, 0.0, number::Plates::of_nao().z_m),
+        );
     }
-    number::write(&mut body, id.number);
+    number::write(&mut body, id.number, &number::Plates::of_nao());
 
     // Head: skull with a brow, eyes, cameras in forehead and chin, ears.
     let head = Limb::Head;
@@ -164,16 +177,16 @@ fn nao(id: RobotId) -> Vec<RobotPart> {
         // Legs: shells over the joints.
         let [thigh, shank, foot] = [Limb::THIGHS[side], Limb::SHANKS[side], Limb::FEET[side]];
         body.ball(thigh, JOINT, 0.034, Vec3::ZERO);
-        body.frustum(thigh, SHELL, [(Vec2::new(0.033, 0.034), 0.018 - THIGH), (Vec2::new(0.04, 0.0385), -0.012)]);
+        body.frustum(thigh, SHELL, [(Vec2::new(0.033, 0.034), 0.018 - thigh_m), (Vec2::new(0.04, 0.0385), -0.012)]);
         body.ellipsoid(thigh, SHELL, Vec3::new(0.038, 0.037, 0.05), Vec3::new(0.006, 0.0, -0.05));
         body.ball(shank, JOINT, 0.031, Vec3::ZERO);
         body.ellipsoid(shank, SHELL, Vec3::new(0.026, 0.028, 0.03), Vec3::new(0.014, 0.0, 0.0));
-        body.frustum(shank, SHELL, [(Vec2::new(0.031, 0.033), 0.022 - SHANK), (Vec2::new(0.037, 0.036), -0.02)]);
+        body.frustum(shank, SHELL, [(Vec2::new(0.031, 0.033), 0.022 - shank_m), (Vec2::new(0.037, 0.036), -0.02)]);
         body.ellipsoid(shank, SHELL, Vec3::new(0.036, 0.034, 0.05), Vec3::new(0.006, 0.0, -0.055));
         body.ball(foot, JOINT, 0.028, Vec3::ZERO);
         // The sole is 15 cm long and rounded in front and behind.
         let middle = on_side(Vec3::new(0.025, 0.003, 0.0), side);
-        let (sole, height) = (-ANKLE_HEIGHT, 0.034);
+        let (sole, height) = (-ankle_m, 0.034);
         body.cuboid(foot, SHELL, Vec3::new(0.09, 0.084, height), middle + Vec3::Z * (sole + height / 2.0));
         for (end, radius) in [(0.045, 0.042), (-0.045, 0.042)] {
             let shape = Shape::Frustum {
@@ -188,14 +201,13 @@ fn nao(id: RobotId) -> Vec<RobotPart> {
     body.parts
 }
 
-fn simple(team: Team) -> Vec<RobotPart> {
+fn simple(team: Team, measures: &Body) -> Vec<RobotPart> {
     use colours::{JOINT, SHELL};
 
-    let [label, band_label] = labels(team);
-    let mut body = Body { label, parts: Vec::with_capacity(16) };
-    let band_size = (2.0 * WAISTBAND_RADII).extend(waistband_height());
-    let band = Shape::Box { half_size: band_size / 2.0 };
-    body.parts.push(Part::at(Limb::Trunk, band_label, colours::team(team), band, waist()));
+    let (Legs { thigh_m, shank_m, ankle_m, .. }, _) = limbs_of_nao(measures);
+    let mut body = PartList::new(RobotId::new(team, 1), 16);
+    let band_size = (2.0 * measures.waistband.half_size_m).extend(measures.waistband.height());
+    body.band(team, measures, Shape::Box { half_size: band_size / 2.0 });
     body.cuboid(Limb::Trunk, SHELL, Vec3::new(0.1, 0.15, 0.118), Vec3::Z * 0.409);
     body.cuboid(Limb::Head, SHELL, Vec3::new(0.1, 0.11, 0.105), Vec3::Z * 0.061);
     // The face is dark, so that front and back differ.
@@ -203,12 +215,12 @@ fn simple(team: Team) -> Vec<RobotPart> {
     for side in 0..2 {
         let arm = on_side(Vec3::new(0.0, 0.012, -0.07), side);
         body.cuboid(Limb::ARMS[side], SHELL, Vec3::new(0.05, 0.045, 0.17), arm);
-        let thigh = Vec3::Z * (-THIGH / 2.0);
-        body.cuboid(Limb::THIGHS[side], JOINT, Vec3::new(0.07, 0.07, THIGH), thigh);
-        let shank = Vec3::Z * (-(SHANK + 0.01) / 2.0);
-        body.cuboid(Limb::SHANKS[side], SHELL, Vec3::new(0.066, 0.066, SHANK + 0.01), shank);
+        let thigh = Vec3::Z * (-thigh_m / 2.0);
+        body.cuboid(Limb::THIGHS[side], JOINT, Vec3::new(0.07, 0.07, thigh_m), thigh);
+        let shank = Vec3::Z * (-(shank_m + 0.01) / 2.0);
+        body.cuboid(Limb::SHANKS[side], SHELL, Vec3::new(0.066, 0.066, shank_m + 0.01), shank);
         let height = 0.036;
-        let foot = on_side(Vec3::new(0.025, 0.003, height / 2.0 - ANKLE_HEIGHT), side);
+        let foot = on_side(Vec3::new(0.025, 0.003, height / 2.0 - ankle_m), side);
         body.cuboid(Limb::FEET[side], SHELL, Vec3::new(0.15, 0.084, height), foot);
     }
     body.parts
@@ -230,10 +242,10 @@ mod tests {
     use crate::appearance::posing::JointAngles;
 
     /// The least and greatest height of a standing robot's parts, m.
-    fn heights(design: RobotDesign) -> [f32; 2] {
-        let limbs = JointAngles::default().world_from_limbs(Affine3A::IDENTITY);
+    fn heights(design: RobotDesign, body: &Body) -> [f32; 2] {
+        let limbs = JointAngles::default().world_from_limbs(body, Affine3A::IDENTITY);
         let mut range = [f32::MAX, f32::MIN];
-        for part in design.parts(RobotId::new(Team::Blue, 3)) {
+        for part in design.parts(RobotId::new(Team::Blue, 3), body) {
             let place = limbs[part.frame as usize] * part.frame_from_shape;
             // How far the shape reaches along z of the robot frame.
             let up = place.matrix3.transpose() * bevy::math::Vec3A::Z;
@@ -252,18 +264,22 @@ mod tests {
     }
 
     #[test]
-    fn robots_stand_on_the_ground_and_are_as_high_as_a_nao() {
+    fn robots_stand_on_the_ground_and_are_as_high_as_they_should() {
+        let tall = Body { height_m: 1.2, neck_m: Vec3::Z, look: Look::Dark, ..Body::default() };
+        let wheeled = Body { legs: None, arms: None, look: Look::Light, ..Body::default() };
         for design in RobotDesign::BOTH {
-            let [sole, top] = heights(design);
             // Aldebaran: 573 mm.
-            assert!(sole.abs() < 1e-3 && (top - 0.573).abs() < 0.006, "{design:?}: {sole} {top}");
+            for body in [Body::default(), tall, wheeled] {
+                let [sole, top] = heights(design, &body);
+                assert!(sole.abs() < 1e-3 && (top - body.height_m).abs() < 0.006, "{design:?}: {sole} {top}");
+            }
         }
     }
 
     #[test]
     fn waistbands_have_the_teams_colour_and_nothing_else_has() {
         for (design, team) in [(RobotDesign::Nao, Team::Blue), (RobotDesign::Simple, Team::Pink)] {
-            let parts = design.parts(RobotId::new(team, 1));
+            let parts = design.parts(RobotId::new(team, 1), &Body::default());
             let [_, band] = labels(team);
             assert_eq!(parts.iter().filter(|part| part.label == band).count(), 1);
             assert!(parts.iter().all(|part| (part.colour == colours::team(team)) == (part.label == band)));
@@ -272,7 +288,7 @@ mod tests {
 
     #[test]
     fn numbers_are_on_chest_and_back() {
-        let count = |number| RobotDesign::Nao.parts(RobotId::new(Team::Blue, number)).len();
+        let count = |number| RobotDesign::Nao.parts(RobotId::new(Team::Blue, number), &Body::default()).len();
         // A 1 has two segments, an 8 seven, each on chest and back.
         assert_eq!(count(8) - count(1), 2 * 5);
         assert_eq!(count(18) - count(8), 2 * 2);

@@ -11,7 +11,7 @@ use crate::geometry::{Pose, unit};
 use crate::kick_geometry::Side;
 use crate::knowledge::Knowledge;
 use crate::pitch::{Markings, Pitch, Post};
-use crate::robot::body::BodyBounds;
+use crate::robot::body::Body;
 use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
 use crate::team::RobotId;
@@ -48,8 +48,10 @@ pub struct SceneRobot {
     pub head: HeadAngles,
     /// How its limbs are moving.
     pub stride: Stride,
-    /// Its boxes, as it stands or lies.
-    pub bounds: BodyBounds,
+    /// Its body on its feet.
+    pub body: Body,
+    /// The room that its body takes, as it stands or lies.
+    pub bounds: Body,
     /// The greatest distance of a point of its boxes from its origin, on the ground, m.
     pub reach: f32,
 }
@@ -109,8 +111,8 @@ impl Scene {
 }
 
 impl SceneRobot {
-    /// A robot that stands upright and still at a pose, with these boxes.
-    pub fn standing(id: RobotId, pose: Pose, bounds: BodyBounds) -> Self {
+    /// A robot that stands upright and still at a pose, with this body.
+    pub fn standing(id: RobotId, pose: Pose, body: Body) -> Self {
         Self {
             id,
             pose,
@@ -118,25 +120,26 @@ impl SceneRobot {
             posture: Posture::Upright,
             head: HeadAngles::default(),
             stride: Stride::default(),
-            bounds,
-            reach: bounds.torso.reach().max(bounds.base.reach()),
+            body,
+            bounds: body,
+            reach: body.torso.reach().max(body.base.reach()),
         }
     }
 
     /// The robot in this posture instead.
     #[must_use]
     pub fn in_posture(self, posture: Posture) -> Self {
-        Self { posture, bounds: self.bounds.in_posture(posture), ..self }
+        Self { posture, bounds: self.body.in_posture(posture), ..self }
     }
 
     /// Where its body is: standing, lying or in the air.
     pub fn world_from_robot(&self) -> Affine3A {
-        world_from_body(self.pose, self.posture)
+        world_from_body(self.pose, self.posture, &self.body)
     }
 
     /// Where its limbs are, each at the index of its [`Limb`].
     pub fn world_from_limbs(&self) -> [Affine3A; Limb::COUNT] {
-        self.stride.joints(self.id, self.head).world_from_limbs(self.world_from_robot())
+        self.stride.joints(self.id, self.head, &self.body).world_from_limbs(&self.body, self.world_from_robot())
     }
 
     /// Whether it stands on its feet.
@@ -146,14 +149,18 @@ impl SceneRobot {
 }
 
 /// Where a robot is whose body is in this posture at a pose.
-pub fn world_from_body(pose: Pose, posture: Posture) -> Affine3A {
+pub fn world_from_body(pose: Pose, posture: Posture, body: &Body) -> Affine3A {
+    let middle_m = body.height_m / 2.0;
+    // On its face its back is as high as a body that lies; on its side, its upper arm.
+    let lying_middle_m = body.lying_height_m / 2.0;
+    let aside_middle_m = body.torso.half_width_m;
     let standing = world_from_standing(pose);
     // Tilted by so much of a quarter turn, about the middle of the body, which then is so high above the ground.
     let tilted = |tilt: Mat3, middle: Vec3| {
-        standing * Affine3A::from_mat3_translation(tilt, middle) * Affine3A::from_translation(Vec3::NEG_Z * MIDDLE_M)
+        standing * Affine3A::from_mat3_translation(tilt, middle) * Affine3A::from_translation(Vec3::NEG_Z * middle_m)
     };
     let forward = |share: f32| {
-        let height = LYING_MIDDLE_M + (1.0 - share) * (MIDDLE_M - LYING_MIDDLE_M);
+        let height = lying_middle_m + (1.0 - share) * (middle_m - lying_middle_m);
         tilted(about_y(share * FRAC_PI_2), Vec3::Z * height)
     };
     match posture {
@@ -162,17 +169,11 @@ pub fn world_from_body(pose: Pose, posture: Posture) -> Affine3A {
         Posture::GettingUp { cycles_left, .. } => forward((cycles_left as f32 / GETTING_UP_CYCLES).min(1.0)),
         Posture::Diving { side, .. } => {
             let sign = if side == Side::Left { 1.0 } else { -1.0 };
-            tilted(about_x(-sign * FRAC_PI_2), Vec3::new(0.0, sign * MIDDLE_M, LYING_ASIDE_MIDDLE_M))
+            tilted(about_x(-sign * FRAC_PI_2), Vec3::new(0.0, sign * middle_m, aside_middle_m))
         }
     }
 }
 
-/// Height of the middle of a standing body, m.
-const MIDDLE_M: f32 = 0.287;
-/// Height of the middle of a body that lies on its face, m.
-const LYING_MIDDLE_M: f32 = 0.08;
-/// Height of the middle of a body that lies on its side, m.
-const LYING_ASIDE_MIDDLE_M: f32 = 0.15;
 /// A robot that gets up straightens itself in the last cycles of that.
 const GETTING_UP_CYCLES: f32 = 30.0;
 
@@ -183,11 +184,11 @@ mod tests {
     #[test]
     fn who_has_fallen_lies_on_its_face_and_a_diver_beside_its_place() {
         let pose = Pose::new(1.0, 2.0, 0.0);
-        let head = |posture| world_from_body(pose, posture).transform_point3(Vec3::Z * 0.55);
+        let head = |posture| world_from_body(pose, posture, &Body::default()).transform_point3(Vec3::Z * 0.55);
         assert!(head(Posture::Upright).abs_diff_eq(Vec3::new(1.0, 2.0, 0.55), 1e-6));
-        // Half of the body lies before the place, which is 0.55 - 0.287 = 0.263 m.
+        // Half of the body lies before the place, which is 0.55 - 0.2865 = 0.2635 m.
         let fallen = head(Posture::Fallen { cycles: 3 });
-        assert!(fallen.abs_diff_eq(Vec3::new(1.263, 2.0, 0.08), 1e-4), "{fallen}");
+        assert!(fallen.abs_diff_eq(Vec3::new(1.2635, 2.0, 0.075), 1e-4), "{fallen}");
         let dive = Posture::Diving { side: Side::Right, cycles_left: 3, blocks: true };
         assert!((head(dive) - Vec3::new(1.0, 1.45, 0.15)).length() < 1e-4, "{}", head(dive));
     }

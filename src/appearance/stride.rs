@@ -12,6 +12,7 @@ use crate::game::Penalty;
 use crate::geometry::{Pose, unrotate};
 use crate::kick_geometry::{KickType, Side};
 use crate::knowledge::Knowledge;
+use crate::robot::body::Body;
 use crate::robot::head::HeadAngles;
 use crate::robot::{Roster, Velocity};
 use crate::team::RobotId;
@@ -61,7 +62,7 @@ impl Stride {
     }
 
     /// How the robot holds its limbs at that time.
-    pub fn joints(&self, id: RobotId, head: HeadAngles) -> JointAngles {
+    pub fn joints(&self, id: RobotId, head: HeadAngles, body: &Body) -> JointAngles {
         // Robots that started together need not step together. In double precision, as late as the match may be.
         let turns = f64::from(posing::STEP_FREQUENCY) * self.time_s;
         let phase = TAU * (turns - turns.floor()) as f32 + id.stable_number() as f32;
@@ -78,7 +79,9 @@ impl Stride {
                 step += reach;
                 aside = swing;
             }
-            joints.legs[side] = posing::LegAngles { aside, ..posing::leg_angles(step) };
+            if let Some(legs) = &body.legs {
+                joints.legs[side] = posing::LegAngles { aside, ..posing::leg_angles(legs, step) };
+            }
             joints.arms[side] = 0.3 * ops::sin(side_phase) * (self.speed / 0.2).clamp(-1.0, 1.0);
         }
         joints
@@ -125,13 +128,13 @@ mod tests {
             stride.follow(pose, Velocity::default(), f64::from(cycle) / 30.0);
         }
         let id = RobotId::new(Team::Blue, 1);
-        assert!(stride.speed < 0.001 && stride.joints(id, HeadAngles::default()).legs[0].knee < 0.2);
+        assert!(stride.speed < 0.001 && stride.joints(id, HeadAngles::default(), &Body::default()).legs[0].knee < 0.2);
     }
 
     #[test]
     fn the_kicking_leg_swings_and_the_other_does_not() {
         let stride = Stride { time_s: 1.0, kick: Some((KickType::RightStraight, 1.0)), ..Stride::default() };
-        let joints = stride.joints(RobotId::new(Team::Pink, 2), HeadAngles::default());
+        let joints = stride.joints(RobotId::new(Team::Pink, 2), HeadAngles::default(), &Body::default());
         assert!(joints.legs[1].hip > 0.5 && joints.legs[0].hip.abs() < 1e-3, "{joints:?}");
     }
 }

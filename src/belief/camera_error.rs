@@ -198,7 +198,7 @@ mod tests {
     use crate::belief::landmarks::{LandmarkModel, Landmarks, PitchObservation};
     use crate::belief::localisation_method::KalmanFilter;
     use crate::belief::pose_estimate::PoseEstimate;
-    use crate::camera_model::CameraSide;
+    use crate::camera_model::CameraName;
     use crate::geometry::Pose;
     use crate::pitch::{End, GoalColour, JunctionShape, Pitch};
     use crate::random::RandomStream;
@@ -286,7 +286,7 @@ mod tests {
                 let percepts = Percepts {
                     goal_posts: posts
                         .map(|post| GoalPostPercept {
-                            camera: CameraSide::Top,
+                            camera: CameraName::TOP,
                             colour: GoalColour::Yellow,
                             pixel,
                             position_m: place(post),
@@ -294,7 +294,7 @@ mod tests {
                         .to_vec(),
                     landmarks: crossings
                         .map(|crossing| LandmarkPercept {
-                            camera: CameraSide::Bottom,
+                            camera: CameraName::BOTTOM,
                             kind: LandmarkKind::Junction { shape: JunctionShape::X },
                             pixel,
                             position_m: place(crossing),

@@ -295,7 +295,7 @@ impl KalmanLocaliser {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::camera_model::CameraSide;
+    use crate::camera_model::CameraName;
     use crate::pitch::{End, GoalColour, JunctionShape, Pitch};
     use crate::sensing::vision::Percepts;
     use approx::assert_abs_diff_eq;
@@ -304,7 +304,7 @@ mod tests {
 
     fn post(from: Pose, colour: GoalColour, place: Vec2) -> GoalPostPercept {
         GoalPostPercept {
-            camera: CameraSide::Top,
+            camera: CameraName::TOP,
             colour,
             pixel: IMAGE / 2.0,
             position_m: from.inverse_transform_point(place),
@@ -313,7 +313,7 @@ mod tests {
 
     fn mark(from: Pose, kind: LandmarkKind, place: Vec2) -> LandmarkPercept {
         LandmarkPercept {
-            camera: CameraSide::Bottom,
+            camera: CameraName::BOTTOM,
             kind,
             pixel: IMAGE / 2.0,
             position_m: from.inverse_transform_point(place),
@@ -404,7 +404,7 @@ mod tests {
         let seen = |from: Vec2, to: Vec2| {
             let [place, end_position_m] = [from, to].map(|end| truth.inverse_transform_point(end));
             LandmarkPercept {
-                camera: CameraSide::Bottom,
+                camera: CameraName::BOTTOM,
                 kind: LandmarkKind::Line { end_pixel: Vec2::ZERO, end_position_m },
                 pixel: IMAGE / 2.0,
                 position_m: place,

@@ -295,7 +295,7 @@ fn pose_from_posts(
 mod tests {
     use super::*;
     use crate::belief::landmarks::LandmarkModel;
-    use crate::camera_model::CameraSide;
+    use crate::camera_model::CameraName;
     use crate::pitch::{GoalColour, Pitch};
     use crate::sensing::vision::Percepts;
     use crate::team::Team;
@@ -307,7 +307,7 @@ mod tests {
     /// The yellow goal, as seen from a pose.
     fn goal_from(pose: Pose) -> Percepts {
         let post = |y| GoalPostPercept {
-            camera: CameraSide::Top,
+            camera: CameraName::TOP,
             colour: GoalColour::Yellow,
             pixel: IMAGE / 2.0,
             position_m: pose.inverse_transform_point(Vec2::new(2.975, y)),
@@ -354,7 +354,7 @@ mod tests {
             let mut filter = ParticleFilter::search(robot, was, &landmarks);
             let (x, y) = (-pitch.goal_post_x(), pitch.goal.width_m / 2.0);
             let post = |place: Vec2| GoalPostPercept {
-                camera: CameraSide::Top,
+                camera: CameraName::TOP,
                 colour: pitch.goal_colour(End::NegativeX),
                 pixel: Vec2::splat(100.0),
                 position_m: truth.inverse_transform_point(place),

@@ -1,24 +1,28 @@
 //! The camera model: where each lens is, what it looks at, and how points, pixels and the ground relate.
 //!
-//! Pure geometry in the robot frame, computed once per camera and cycle ([`CameraView::both`]) and cheap from then
+//! Pure geometry in the robot frame, computed once per camera and cycle ([`CameraViews`]) and cheap from then
 //! on. The vision, the renderers and the overlays all use this one model.
 //!
-//! Table 1(a) of the paper gives the lens positions at zero head angles. A lens turns with the head about the
-//! [`NECK`]; the top camera looks along the head's x axis, the bottom camera [`BOTTOM_TILT`] further down. Both are
-//! pinholes with square pixels and the principal point at the image's centre: at 320 x 240 and 58° along the
-//! diagonal, the focal length is 200 px / tan 29° = 360.81 px.
+//! A robot has as many cameras as its model says ([`CameraMounts`]). A lens turns with the head about the neck. Cameras are
+//! pinholes with square pixels and the principal point at the image's centre. Of the NAO, Table 1(a) of the paper gives the
+//! lens positions at zero head angles; its top camera looks along the head's x axis, its bottom camera [`BOTTOM_TILT`]
+//! further down: at 320 x 240 and 58° along the diagonal, the focal length is 200 px / tan 29° = 360.81 px.
 
 use bevy::math::ops;
 use bevy::prelude::*;
-use serde::{Deserialize, Serialize};
+use core::ops::Deref;
 
 #[cfg(test)]
 mod tests;
 
 use crate::geometry::unit;
-use crate::robot::head::{HeadAngles, NECK};
+use crate::robot::head::HeadAngles;
 
-/// How much further down the bottom camera looks than the top one, radians: 40° (paper, section 3.1).
+mod mount;
+
+pub use mount::{CameraMount, CameraMounts, CameraName, NotACameraName};
+
+/// How much further down a NAO's bottom camera looks than its top one, radians: 40° (paper, section 3.1).
 pub const BOTTOM_TILT: f32 = 0.698_131_7;
 
 /// Cosine and sine of [`BOTTOM_TILT`].
@@ -26,44 +30,6 @@ const BOTTOM_TILT_UNIT: Vec2 = Vec2::new(0.766_044_44, 0.642_787_6);
 
 /// Nearer than this to the plane of the lens, a point has no pixel, m.
 const NEAR_PLANE_M: f32 = 1e-3;
-
-/// One of the two cameras in the head.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Reflect, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum CameraSide {
-    /// The upper camera, which looks ahead.
-    Top,
-    /// The lower camera, which looks 40° further down.
-    Bottom,
-}
-
-impl CameraSide {
-    /// Both cameras, top first.
-    pub const BOTH: [CameraSide; 2] = [CameraSide::Top, CameraSide::Bottom];
-
-    /// The lens at zero head angles, m, robot frame (paper, Table 1a).
-    pub const fn lens(self) -> Vec3 {
-        match self {
-            CameraSide::Top => Vec3::new(0.0539, 0.0, 0.5372),
-            CameraSide::Bottom => Vec3::new(0.0488, 0.0, 0.4709),
-        }
-    }
-
-    /// How far below the head's x axis the camera looks, radians.
-    pub const fn tilt(self) -> f32 {
-        match self {
-            CameraSide::Top => 0.0,
-            CameraSide::Bottom => BOTTOM_TILT,
-        }
-    }
-
-    const fn tilt_unit(self) -> Vec2 {
-        match self {
-            CameraSide::Top => Vec2::X,
-            CameraSide::Bottom => BOTTOM_TILT_UNIT,
-        }
-    }
-}
 
 /// The pinhole: focal length, principal point and size of the image.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -81,6 +47,55 @@ impl CameraIntrinsics {
     pub fn new(size: Vec2, diagonal_fov: f32) -> Self {
         let focal_length = size.length() / 2.0 / ops::tan(diagonal_fov / 2.0);
         Self { focal_length, centre: size / 2.0, size }
+    }
+}
+
+/// The views of all cameras of a robot at one instant, in the order of its model.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct CameraViews {
+    views: [CameraView; CameraMounts::MOST],
+    names: [CameraName; CameraMounts::MOST],
+    count: usize,
+}
+
+impl CameraViews {
+    /// The views of cameras in a head at these angles, which turns about `neck`, m, robot frame; each with its pinhole.
+    pub fn new(
+        mounts: &CameraMounts,
+        intrinsics: impl Fn(&CameraMount) -> CameraIntrinsics,
+        neck: Vec3,
+        head: HeadAngles,
+    ) -> Self {
+        let (yaw, pitch) = (unit(head.yaw), unit(head.pitch));
+        let mounts = mounts.as_slice();
+        let mut views = Self {
+            views: [CameraView::NOWHERE; CameraMounts::MOST],
+            names: [CameraName::TOP; CameraMounts::MOST],
+            count: mounts.len(),
+        };
+        for (index, mount) in mounts.iter().enumerate() {
+            views.views[index] = CameraView::from_units(intrinsics(mount), mount, neck, yaw, pitch);
+            views.names[index] = mount.name;
+        }
+        views
+    }
+
+    /// The name of the camera at a place in their order.
+    pub fn name(&self, index: usize) -> CameraName {
+        self.names[index]
+    }
+
+    /// Names and views.
+    pub fn named(&self) -> impl Iterator<Item = (CameraName, &CameraView)> {
+        self.names.iter().copied().zip(self.iter())
+    }
+}
+
+impl Deref for CameraViews {
+    type Target = [CameraView];
+
+    fn deref(&self) -> &[CameraView] {
+        &self.views[..self.count]
     }
 }
 
@@ -111,26 +126,29 @@ pub struct CameraView {
 }
 
 impl CameraView {
-    /// The view of one camera of a head at these angles.
-    pub fn new(intrinsics: CameraIntrinsics, side: CameraSide, head: HeadAngles) -> Self {
-        Self::from_units(intrinsics, side, unit(head.yaw), unit(head.pitch))
-    }
+    const NOWHERE: CameraView = CameraView {
+        intrinsics: CameraIntrinsics { focal_length: 1.0, centre: Vec2::ZERO, size: Vec2::ZERO },
+        lens: Vec3::ZERO,
+        right: Vec3::NEG_Y,
+        down: Vec3::NEG_Z,
+        forward: Vec3::X,
+    };
 
-    /// The views of both cameras, in the order of [`CameraSide::BOTH`].
-    pub fn both(intrinsics: CameraIntrinsics, head: HeadAngles) -> [Self; 2] {
-        let (yaw, pitch) = (unit(head.yaw), unit(head.pitch));
-        CameraSide::BOTH.map(|side| Self::from_units(intrinsics, side, yaw, pitch))
+    /// The view of a camera in a head at these angles, which turns about `neck`, m, robot frame.
+    pub fn new(intrinsics: CameraIntrinsics, mount: &CameraMount, neck: Vec3, head: HeadAngles) -> Self {
+        Self::from_units(intrinsics, mount, neck, unit(head.yaw), unit(head.pitch))
     }
 
     /// From the unit vectors at the head's yaw and pitch. The head's rotation is Rz(yaw) Ry(pitch).
-    fn from_units(intrinsics: CameraIntrinsics, side: CameraSide, yaw: Vec2, pitch: Vec2) -> Self {
-        let offset = side.lens() - NECK;
+    fn from_units(intrinsics: CameraIntrinsics, mount: &CameraMount, neck: Vec3, yaw: Vec2, pitch: Vec2) -> Self {
+        let offset = mount.lens_m - neck;
         let lens_ahead = offset.x * pitch.x + offset.z * pitch.y;
         let lens_up = offset.z * pitch.x - offset.x * pitch.y;
-        let gaze = pitch.rotate(side.tilt_unit());
+        let gaze = pitch.rotate(mount.tilt_unit());
         Self {
             intrinsics,
-            lens: NECK + Vec3::new(yaw.x * lens_ahead, yaw.y * lens_ahead, lens_up),
+            lens: neck
+                + Vec3::new(yaw.x * lens_ahead - yaw.y * offset.y, yaw.y * lens_ahead + yaw.x * offset.y, lens_up),
             right: Vec3::new(yaw.y, -yaw.x, 0.0),
             down: Vec3::new(-yaw.x * gaze.y, -yaw.y * gaze.y, -gaze.x),
             forward: Vec3::new(yaw.x * gaze.x, yaw.y * gaze.x, -gaze.y),

@@ -5,9 +5,9 @@ use crate::geometry::to_radians;
 use crate::sensing::camera::CameraSettings;
 use approx::assert_abs_diff_eq;
 
-fn view(side: CameraSide, yaw_deg: f32, pitch_deg: f32) -> CameraView {
+fn view(side: CameraName, yaw_deg: f32, pitch_deg: f32) -> CameraView {
     let head = HeadAngles { yaw: to_radians(yaw_deg), pitch: to_radians(pitch_deg) };
-    CameraView::new((&CameraSettings::default()).into(), side, head)
+    CameraSettings::default().view(side, head).unwrap()
 }
 
 #[track_caller]
@@ -29,7 +29,7 @@ fn the_focal_length_follows_from_the_diagonal() {
 
 #[test]
 fn a_level_top_camera_sees_what_is_ahead_in_the_middle() {
-    let level = view(CameraSide::Top, 0.0, 0.0);
+    let level = view(CameraName::TOP, 0.0, 0.0);
     assert_pixel(level, [2.0539, 0.0, 0.5372], [160.0, 120.0]);
     // 0.5 m to the left at 2 m: 360.81 * 0.25 = 90.20 px left of the centre.
     assert_pixel(level, [2.0539, 0.5, 0.5372], [160.0 - 90.20, 120.0]);
@@ -41,11 +41,11 @@ fn a_level_top_camera_sees_what_is_ahead_in_the_middle() {
 #[test]
 fn turning_the_head_turns_the_lens_and_the_view() {
     // At 90° to the left, the lens is 5.39 cm to the left of the neck and looks along +y.
-    let left = view(CameraSide::Top, 90.0, 0.0);
+    let left = view(CameraName::TOP, 90.0, 0.0);
     assert_abs_diff_eq!(left.lens, Vec3::new(0.0, 0.0539, 0.5372), epsilon = 1e-6);
     // What is ahead of the robot is to the right in the image.
     assert_pixel(left, [0.5, 2.0539, 0.5372], [160.0 + 90.20, 120.0]);
-    let right = view(CameraSide::Top, -120.0, 0.0);
+    let right = view(CameraName::TOP, -120.0, 0.0);
     // Looks along (cos -120°, sin -120°) = (-0.5, -0.8660).
     assert_pixel(right, [-0.5 * 2.0539, -0.866_025 * 2.0539, 0.5372], [160.0, 120.0]);
 }
@@ -54,26 +54,26 @@ fn turning_the_head_turns_the_lens_and_the_view() {
 fn nodding_moves_the_lens_about_the_neck() {
     // Lens offset (0.0539, 0.0777) turned down by 30°: x = 0.0539 cos 30 + 0.0777 sin 30 = 0.08553,
     // z = 0.4595 - 0.0539 sin 30 + 0.0777 cos 30 = 0.49984.
-    let down = view(CameraSide::Top, 0.0, 30.0);
+    let down = view(CameraName::TOP, 0.0, 30.0);
     assert_abs_diff_eq!(down.lens, Vec3::new(0.085_53, 0.0, 0.499_84), epsilon = 1e-5);
     // The middle of the image looks at x = 0.08553 + 0.49984 / tan 30° = 0.95128.
     let ground = down.ground_point(down.intrinsics.centre).unwrap();
     assert_abs_diff_eq!(ground, Vec2::new(0.951_28, 0.0), epsilon = 1e-4);
     // Up by 35° nothing of the ground is in the image of the top camera: its lower edge looks 35° - 18.4° up.
-    let up = view(CameraSide::Top, 0.0, -35.0);
+    let up = view(CameraName::TOP, 0.0, -35.0);
     assert_eq!(up.ground_point(Vec2::new(160.0, 239.9)), None);
 }
 
 #[test]
 fn the_bottom_camera_looks_40_degrees_further_down() {
     // x = 0.0488 + 0.4709 / tan 40° = 0.6100.
-    let level = view(CameraSide::Bottom, 0.0, 0.0);
+    let level = view(CameraName::BOTTOM, 0.0, 0.0);
     assert_abs_diff_eq!(level.ground_point(Vec2::new(160.0, 120.0)).unwrap().x, 0.6100, epsilon = 1e-4);
     assert_pixel(level, [0.6100, 0.0, 0.0], [160.0, 120.0]);
     // Head to the left by 40° and down by 10°: the lens is (0.0488 cos 10 + 0.0114 sin 10) = 0.05004 ahead of
     // the neck and 0.4595 - 0.0488 sin 10 + 0.0114 cos 10 = 0.46225 high; the centre looks 50° down:
     // 0.05004 + 0.46225 / tan 50° = 0.43791 along the yaw.
-    let turned = view(CameraSide::Bottom, 40.0, 10.0);
+    let turned = view(CameraName::BOTTOM, 40.0, 10.0);
     let ground = turned.ground_point(turned.intrinsics.centre).unwrap();
     assert_abs_diff_eq!(ground, 0.437_91 * unit(to_radians(40.0)), epsilon = 1e-4);
 }
@@ -82,11 +82,11 @@ fn the_bottom_camera_looks_40_degrees_further_down() {
 fn the_visible_stretch_of_floor_with_a_level_head() {
     // Half the vertical opening is atan(120 / 360.81) = 18.396°.
     // Top: 0.0539 + 0.5372 / tan 18.396° = 1.669 m to the horizon.
-    let top = view(CameraSide::Top, 0.0, 0.0);
+    let top = view(CameraName::TOP, 0.0, 0.0);
     assert_abs_diff_eq!(top.ground_point(Vec2::new(160.0, 240.0)).unwrap().x, 1.669, epsilon = 5e-4);
     assert_eq!(top.ground_point(Vec2::new(160.0, 120.0)), None);
     // Bottom: 0.0488 + 0.4709 / tan(40° + 18.396°) = 0.339 to 0.0488 + 0.4709 / tan(40° - 18.396°) = 1.238.
-    let bottom = view(CameraSide::Bottom, 0.0, 0.0);
+    let bottom = view(CameraName::BOTTOM, 0.0, 0.0);
     assert_abs_diff_eq!(bottom.ground_point(Vec2::new(160.0, 240.0)).unwrap().x, 0.339, epsilon = 5e-4);
     assert_abs_diff_eq!(bottom.ground_point(Vec2::new(160.0, 0.0)).unwrap().x, 1.238, epsilon = 5e-4);
 }
@@ -98,14 +98,14 @@ fn a_ball_at_the_feet_needs_a_nod_of_19_degrees() {
     // at x = 0.0488 cos 19.17 + 0.0114 sin 19.17 = 0.04984 and z = 0.4595 - 0.0488 sin 19.17 + 0.0114 cos 19.17 =
     // 0.45424, and tan(77.566°) = 4.5354 = 0.45424 / (0.15 - 0.04984).
     let ball = Vec3::new(0.15, 0.0, 0.0);
-    assert_eq!(view(CameraSide::Bottom, 0.0, 19.1).pixel_in_image(ball), None);
-    assert!(view(CameraSide::Bottom, 0.0, 19.25).pixel_in_image(ball).is_some());
+    assert_eq!(view(CameraName::BOTTOM, 0.0, 19.1).pixel_in_image(ball), None);
+    assert!(view(CameraName::BOTTOM, 0.0, 19.25).pixel_in_image(ball).is_some());
 }
 
 #[test]
 fn pixel_and_ray_are_inverse_in_any_head_pose() {
     for (side, yaw, pitch) in
-        [(CameraSide::Top, 33.0, 17.0), (CameraSide::Bottom, -75.0, -20.0), (CameraSide::Top, -120.0, 30.0)]
+        [(CameraName::TOP, 33.0, 17.0), (CameraName::BOTTOM, -75.0, -20.0), (CameraName::TOP, -120.0, 30.0)]
     {
         let view = view(side, yaw, pitch);
         for pixel in [Vec2::new(0.0, 0.0), Vec2::new(319.0, 100.0), Vec2::new(47.5, 239.5)] {
@@ -125,7 +125,7 @@ fn pixel_and_ray_are_inverse_in_any_head_pose() {
 fn what_is_beside_the_view_is_not_in_the_image() {
     let mut sides = [0; 3];
     for (side, yaw, pitch) in
-        [(CameraSide::Top, 0.0, 0.0), (CameraSide::Bottom, 70.0, 30.0), (CameraSide::Top, -50.0, -35.0)]
+        [(CameraName::TOP, 0.0, 0.0), (CameraName::BOTTOM, 70.0, 30.0), (CameraName::TOP, -50.0, -35.0)]
     {
         let view = view(side, yaw, pitch);
         for index in 0..4000 {
@@ -147,7 +147,7 @@ fn what_is_beside_the_view_is_not_in_the_image() {
 
 #[test]
 fn the_image_includes_its_left_and_upper_edges_only() {
-    let view = view(CameraSide::Top, 0.0, 0.0);
+    let view = view(CameraName::TOP, 0.0, 0.0);
     assert!(view.contains(Vec2::ZERO) && view.contains(Vec2::new(319.99, 239.99)));
     assert!(!view.contains(Vec2::new(320.0, 100.0)) && !view.contains(Vec2::new(100.0, -0.01)));
 }
@@ -156,7 +156,7 @@ fn the_image_includes_its_left_and_upper_edges_only() {
 fn a_segment_is_clipped_at_the_edges_of_the_image() {
     // A line across the view at x = 2.0539: 2 m ahead of the lens, visible to 160 / 360.81 * 2 = 0.88689 m on
     // either side. Of a segment from y = -2 to 2 that is (2 ± 0.88689) / 4.
-    let top = view(CameraSide::Top, 0.0, 0.0);
+    let top = view(CameraName::TOP, 0.0, 0.0);
     let part = top.visible_part(Vec3::new(2.0539, -2.0, 0.0), Vec3::new(2.0539, 2.0, 0.0)).unwrap();
     assert_abs_diff_eq!(part[0], (2.0 - 0.886_89) / 4.0, epsilon = 1e-4);
     assert_abs_diff_eq!(part[1], (2.0 + 0.886_89) / 4.0, epsilon = 1e-4);

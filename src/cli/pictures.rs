@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use super::outputs::Output;
 use super::recording::Recording;
-use crate::camera_model::CameraSide;
+use crate::camera_model::CameraName;
 use crate::cycle::CycleClock;
 use crate::record::encoder::RecordError;
 use crate::record::frames::{FrameRecorder, remove_frames};
@@ -79,7 +79,7 @@ impl Recording for PictureArguments {
                 Picture::Camera(robot, side) => Some((*robot, *side)),
                 Picture::Field => None,
             });
-            let first = || world.resource::<Roster>().iter().next().map(|(id, _)| (id, CameraSide::Top));
+            let first = || world.resource::<Roster>().iter().next().map(|(id, _)| (id, CameraName::TOP));
             let Some((robot, side)) = camera.or_else(first) else {
                 return Err("--sheet: no robot plays; expected one through whose eyes it can be seen".to_owned());
             };

@@ -169,7 +169,7 @@ mod tests {
     use crate::ball::Rolling;
     use crate::geometry::unit;
     use crate::geometry::{Pose, wrap_angle};
-    use crate::robot::body::BodyBounds;
+    use crate::robot::body::Body;
     use approx::assert_abs_diff_eq;
     use proptest::prelude::*;
 
@@ -190,7 +190,7 @@ mod tests {
     }
 
     fn base(start: Pose, end: Pose) -> BallObstacle {
-        BallObstacle::Base { start, end, base: BodyBounds::default().base }
+        BallObstacle::Base { start, end, base: Body::default().base }
     }
 
     #[test]

@@ -104,13 +104,13 @@ pub fn distance_from_segment(start: Vec2, end: Vec2, point: Vec2) -> (f32, Vec2)
 mod tests {
     use super::*;
     use crate::geometry::{Pose, unit};
-    use crate::robot::body::BodyBounds;
+    use crate::robot::body::Body;
     use approx::assert_abs_diff_eq;
     use parry3d::query::intersection_test;
     use proptest::prelude::*;
 
     fn torso(pose: Pose) -> Footprint {
-        BodyBounds::default().torso.footprint(pose)
+        Body::default().torso.footprint(pose)
     }
 
     #[test]
@@ -139,7 +139,7 @@ mod tests {
         fn overlap_agrees_with_parry_and_its_depth_separates(
             x in -0.4f32..0.4, y in -0.4f32..0.4, first in -3.2f32..3.2, second in -3.2f32..3.2,
         ) {
-            let bounds = BodyBounds::default().torso;
+            let bounds = Body::default().torso;
             let (a, b) = (Pose::new(0.0, 0.0, first), Pose::new(x, y, second));
             let expected =
                 intersection_test(&bounds.isometry(a), &bounds.shape(), &bounds.isometry(b), &bounds.shape()).unwrap();

@@ -21,7 +21,7 @@ use crate::game::{Penalty, Rules};
 use crate::geometry::{Pose, wrap_angle};
 use crate::knowledge::Knowledge;
 use crate::pitch::{Pitch, Post};
-use crate::robot::body::{BodyBounds, BodyBox};
+use crate::robot::body::{Body, BodyBox};
 use crate::robot::motion::MotionLimits;
 use crate::robot::posture::Posture;
 use crate::robot::{PreviousPose, Roster, Velocity};
@@ -92,7 +92,7 @@ struct Collision {
 struct Scratch {
     ids: Vec<RobotId>,
     entities: Vec<Entity>,
-    bounds: Vec<BodyBounds>,
+    bounds: Vec<Body>,
     bodies: Vec<RobotBody>,
     cylinders: Vec<Cylinder>,
     obstacles: Vec<BallObstacle>,
@@ -111,7 +111,7 @@ struct Scratch {
 struct CollidingRobot {
     pose: &'static mut Pose,
     previous: &'static PreviousPose,
-    bounds: &'static BodyBounds,
+    bounds: &'static Body,
     limits: &'static MotionLimits,
     penalty: &'static Penalty,
     posture: &'static Posture,
@@ -191,7 +191,7 @@ impl Scratch {
             if robot.penalty.is_active() {
                 continue;
             }
-            if let Some((middle, strip)) = robot.posture.strip(dive_reach_m) {
+            if let Some((middle, strip)) = robot.posture.strip(robot.bounds, dive_reach_m) {
                 self.strips.push((self.bodies.len(), middle, strip));
             }
             self.ids.push(id);

@@ -246,13 +246,13 @@ fn hold_overlapping(robots: &[RobotBody], cylinders: &[Cylinder], poses: &[Pose]
 mod tests {
     use super::*;
     use crate::geometry::unit;
-    use crate::robot::body::BodyBounds;
+    use crate::robot::body::Body;
     use approx::assert_abs_diff_eq;
     use core::f32::consts::{FRAC_PI_2, PI};
     use proptest::prelude::*;
 
     fn robot(start: Pose, end: Pose) -> RobotBody {
-        RobotBody { start, end, torso: BodyBounds::default().torso, most_way: 0.0 }
+        RobotBody { start, end, torso: Body::default().torso, most_way: 0.0 }
     }
 
     fn resolve(robots: &mut [RobotBody], cylinders: &[Cylinder]) -> Vec<RobotContact> {

@@ -8,7 +8,7 @@ use super::challenge::{EndConditions, Situation};
 use super::observation::{Memory, ObservationKind, observe};
 use super::reward::{RewardWeights, Standing};
 use crate::agents::{self, RobotCommand};
-use crate::camera_model::CameraSide;
+use crate::camera_model::CameraName;
 use crate::cycle::{CycleClock, perceive, run_cycle};
 use crate::events::CycleEvents;
 use crate::game::{Game, GameState};
@@ -35,7 +35,7 @@ pub struct EnvironmentSettings {
     /// What agents observe.
     pub observation: ObservationKind,
     /// The camera whose images they observe, too, if any.
-    pub camera: Option<CameraSide>,
+    pub camera: Option<CameraName>,
     /// What agents do.
     pub action: ActionKind,
     /// Cycles that an action lasts, at least 1.
@@ -157,7 +157,7 @@ impl Episode {
             if let Some(side) = settings.camera {
                 let image = &mut images[index * bytes..(index + 1) * bytes];
                 let seen = entity.and_then(|entity| self.world.get::<CameraImages>(entity));
-                match seen.map(|images| &images.side(side).rgb) {
+                match seen.map(|images| &images.of(side).rgb) {
                     Some(rgb) if rgb.len() == image.len() => image.copy_from_slice(rgb),
                     // Who is not on the pitch sees nothing.
                     _ => image.fill(0),

@@ -7,7 +7,7 @@ use super::axes::{caption, remark};
 use super::figure_match::{self, BLUE, FigureMatch, view_from, view_of_robot};
 use super::marks::bright_words;
 use crate::appearance::view::View;
-use crate::camera_model::CameraSide;
+use crate::camera_model::CameraName;
 use crate::geometry::to_degrees;
 use crate::record::canvas::{Anchor, Canvas, PAPER};
 use crate::robot::head::HeadAngles;
@@ -55,7 +55,7 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
 
     for (index, letter) in ('b'..='i').enumerate() {
         played.play((30.0 * LOOK_S) as usize, |_| ());
-        let Some((view, _)) = view_of_robot(played.scene(), BLUE, CameraSide::Bottom, VIEW_WIDTH, scale) else {
+        let Some((view, _)) = view_of_robot(played.scene(), BLUE, CameraName::BOTTOM, VIEW_WIDTH, scale) else {
             return Err(FigureError::Missing { figure: 3, missing: "the robot is not on the pitch" });
         };
         let (column, row) = ((index % 4) as f32, (index / 4) as f32);

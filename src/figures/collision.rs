@@ -11,7 +11,7 @@ use crate::appearance::view::View;
 use crate::events::{CollisionPartner, MatchEvent};
 use crate::geometry::{angle_of, to_degrees};
 use crate::record::canvas::{Anchor, Canvas, INK, PAPER};
-use crate::robot::body::BodyBounds;
+use crate::robot::body::Body;
 use crate::sensing::camera::image::Image;
 use crate::simulation::MatchApp;
 
@@ -74,7 +74,7 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
 /// The corners of the bounds of the robot's base, pitch frame, m.
 fn base(played: &FigureMatch) -> [Vec2; 4] {
     let pose = played.app.robot_pose(PINK).unwrap_or_default();
-    let area = played.app.robot::<BodyBounds>(PINK).copied().unwrap_or_default().base.footprint(pose);
+    let area = played.app.robot::<Body>(PINK).copied().unwrap_or_default().base.footprint(pose);
     let [x, y] = [area.half_extents.x * area.forward, area.half_extents.y * area.forward.perp()];
     [area.centre + x + y, area.centre - x + y, area.centre - x - y, area.centre + x - y]
 }

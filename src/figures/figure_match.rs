@@ -7,7 +7,7 @@ use super::FigureError;
 use crate::appearance::robot::RobotDesign;
 use crate::appearance::scene::Scene;
 use crate::appearance::view::View;
-use crate::camera_model::{CameraIntrinsics, CameraSide, CameraView};
+use crate::camera_model::{CameraIntrinsics, CameraName, CameraView};
 use crate::cycle::CycleClock;
 use crate::record::match_renderer::MatchRenderer;
 use crate::scenario::Scenario;
@@ -130,7 +130,7 @@ pub fn view_from_above(centre: Vec2, points_per_metre: f32, x_is_up: bool, size:
 pub fn view_of_robot(
     scene: &Scene,
     id: RobotId,
-    side: CameraSide,
+    side: CameraName,
     width: f32,
     scale: f32,
 ) -> Option<(View, CameraView)> {
@@ -139,7 +139,7 @@ pub fn view_of_robot(
     let height = width * settings.height as f32 / settings.width as f32;
     let [width, height] = pixels(Vec2::new(width, height), scale);
     let settings = CameraSettings { width, height, ..settings };
-    let camera = CameraView::new((&settings).into(), side, robot.head);
+    let camera = settings.view(side, robot.head)?;
     let view = View::of_robot(&camera, robot.world_from_robot(), id);
     Some((View { supersampling: supersampling([width, height]), shadows: true, ..view }, camera))
 }

@@ -7,7 +7,7 @@ use super::figure_match::{self, FigureMatch, PINK, pixels, supersampling, view_o
 use super::marks::YELLOW;
 use crate::appearance::scene::Scene;
 use crate::appearance::view::View;
-use crate::camera_model::CameraSide;
+use crate::camera_model::CameraName;
 use crate::events::MatchEvent;
 use crate::game::GameState;
 use crate::record::canvas::{Anchor, Canvas, GREY, INK, PAPER, ellipse};
@@ -58,7 +58,7 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
             canvas.outline(&ring, YELLOW, 2.0);
         }
         let below = at + Vec2::Y * (FIELD_HEIGHT + 4.0);
-        match view_of_robot(&sample.scene, PINK, CameraSide::Top, WIDTH, scale) {
+        match view_of_robot(&sample.scene, PINK, CameraName::TOP, WIDTH, scale) {
             Some((view, _)) => canvas.pixels(&figure_match::draw(&sample.scene, &view), below),
             None => {
                 let size = Vec2::new(WIDTH, 0.75 * WIDTH);

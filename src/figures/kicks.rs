@@ -7,10 +7,10 @@ use super::axes::{Plan, caption, remark};
 use super::figure_match::{self, BLUE, FigureMatch, view_of_robot};
 use super::marks::{ORANGE, YELLOW, bright_arrow, bright_dot, bright_line};
 use crate::appearance::colours::{self, Colour};
-use crate::camera_model::CameraSide;
+use crate::camera_model::CameraName;
 use crate::events::{KickResult, MatchEvent};
 use crate::geometry::{Pose, to_degrees, wrap_angle};
-use crate::kick_geometry::KickType;
+use crate::kick_geometry::{KickGeometry, KickType};
 use crate::record::canvas::{Canvas, PAPER};
 use crate::sensing::camera::image::Image;
 use crate::simulation::MatchApp;
@@ -98,7 +98,7 @@ fn reach(kick: KickType) -> Vec<Vec2> {
 /// What the robot sees of its bottom camera, with the rectangle of the kick.
 fn draw_view(canvas: &mut Canvas, played: &FigureMatch, kick: KickType, at: Vec2) -> Result<(), FigureError> {
     let scale = canvas.scale();
-    let Some((view, _)) = view_of_robot(played.scene(), BLUE, CameraSide::Bottom, WIDTH, scale) else {
+    let Some((view, _)) = view_of_robot(played.scene(), BLUE, CameraName::BOTTOM, WIDTH, scale) else {
         return Err(FigureError::Missing { figure: 5, missing: "the robot is not on the pitch" });
     };
     let mut image = Canvas::scaled(Vec2::new(WIDTH, 0.75 * WIDTH), scale, PAPER);
@@ -127,7 +127,7 @@ fn draw_reach(canvas: &mut Canvas, played: &FigureMatch, kick: KickType, ball: V
         // From the wrong side it is a straight kick, whose rectangle this is.
         canvas.dashes(&closed(&plan.places(reach(KickType::RightStraight))), YELLOW, 1.6);
     }
-    let tip = kick.foot().foot_tip();
+    let tip = KickGeometry::of_paper(kick).foot_m;
     let [tip_place, ball_place] = [tip, ball].map(|place| plan.place(ROBOT.transform_point(place)));
     if kick.admits(ball) || kick == KickType::RightSide {
         let end = ball_place + (ball_place - tip_place).normalize_or(Vec2::NEG_Y) * 46.0;

@@ -10,7 +10,7 @@ use crate::appearance::robot::RobotDesign;
 use crate::appearance::scene::Scene;
 use crate::appearance::view::View;
 use crate::record::canvas::{Canvas, GREY, PAPER};
-use crate::robot::body::BodyBounds;
+use crate::robot::body::Body;
 use crate::sensing::camera::image::{Image, Layers};
 
 const SIZE: Vec2 = Vec2::new(1600.0, 800.0);
@@ -48,7 +48,7 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
         let fov = 2.0 * bevy::math::ops::atan((HEIGHT_M[1] - HEIGHT_M[0]) / 2.0 / EYE_M);
         let view = view_from(middle + EYE_M * Vec3::NEG_Y, middle, fov, PANEL, scale);
         canvas.pixels(&cut_out(played.scene(), &view, design, pixels(PANEL, scale)), at);
-        let height_m = BodyBounds::default().height_m;
+        let height_m = Body::default().height_m;
         axes.frame(&mut canvas, [0.1, 0.1], [across_label, if column % 2 == 0 { "z, m" } else { "" }]);
         for z in [0.0, height_m] {
             let ends = [across[0], across[1]].map(|x| axes.place(Vec2::new(x, z)));

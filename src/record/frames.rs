@@ -10,9 +10,9 @@ use std::sync::Arc;
 use super::encoder::{EncoderThreads, Layer, PngWork, RecordError};
 use super::match_renderer::{MatchRenderer, newest_image};
 use super::picture::Picture;
-use crate::camera_model::CameraSide;
 use crate::cycle::CycleClock;
 use crate::robot::Roster;
+use crate::sensing::camera::CameraSettings;
 use crate::sensing::camera::image::Image;
 
 /// Frames that are being written.
@@ -159,8 +159,10 @@ pub(super) fn make_empty_folder(folder: &Path) -> Result<(), RecordError> {
 
 /// The field, and the images that robots have.
 fn what_there_is(world: &World) -> Vec<Picture> {
-    let robots = world.resource::<Roster>().iter().map(|(id, _)| id);
-    let cameras = robots.flat_map(|id| CameraSide::BOTH.map(|side| (id, side)));
+    let cameras = world.resource::<Roster>().iter().flat_map(|(id, robot)| {
+        let mounts = world.get::<CameraSettings>(robot).map(|settings| settings.mounts).unwrap_or_default();
+        mounts.names().map(|camera| (id, camera)).collect::<Vec<_>>()
+    });
     let cameras = cameras.filter(|(id, side)| newest_image(world, *id, *side).is_some());
     core::iter::once(Picture::Field).chain(cameras.map(|(id, side)| Picture::Camera(id, side))).collect()
 }
@@ -168,8 +170,7 @@ fn what_there_is(world: &World) -> Vec<Picture> {
 fn folder_name(picture: Picture) -> String {
     match picture {
         Picture::Field => "field".to_owned(),
-        Picture::Camera(robot, CameraSide::Top) => format!("{robot}_top"),
-        Picture::Camera(robot, CameraSide::Bottom) => format!("{robot}_bottom"),
+        Picture::Camera(robot, camera) => format!("{robot}_{camera}"),
     }
 }
 

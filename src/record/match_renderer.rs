@@ -9,7 +9,7 @@ use bevy::prelude::*;
 use crate::appearance::robot::RobotDesign;
 use crate::appearance::scene::Scene;
 use crate::appearance::view::View;
-use crate::camera_model::{CameraSide, CameraView};
+use crate::camera_model::CameraName;
 use crate::cycle::CycleClock;
 use crate::pitch::Pitch;
 use crate::robot::Roster;
@@ -89,7 +89,7 @@ impl MatchRenderer {
 
     /// What a robot's camera sees: the newest image that the match rendered for it, or where there is none, one that is drawn
     /// now. None of a robot that is not on the pitch.
-    pub fn through_the_eyes_of(&mut self, world: &mut World, id: RobotId, side: CameraSide) -> Option<Image> {
+    pub fn through_the_eyes_of(&mut self, world: &mut World, id: RobotId, side: CameraName) -> Option<Image> {
         if let Some((_, image)) = newest_image(world, id, side) {
             return Some(image.clone());
         }
@@ -103,13 +103,13 @@ impl MatchRenderer {
         &mut self,
         world: &mut World,
         id: RobotId,
-        side: CameraSide,
+        side: CameraName,
         layers: Layers,
     ) -> Option<Image> {
         let robot = *self.scene.robot(id)?;
         let entity = world.resource::<Roster>().get(id)?;
         let settings = world.get::<CameraSettings>(entity).copied().unwrap_or_default();
-        let camera = CameraView::new((&settings).into(), side, robot.head);
+        let camera = settings.view(side, robot.head)?;
         let mut view = View::of_robot(&camera, robot.world_from_robot(), id);
         view.shadows = settings.shadows;
         // Before its first image it sees what it will see in that.
@@ -121,13 +121,13 @@ impl MatchRenderer {
 
 /// The newest image that the match rendered for a robot's camera, and in which cycle; none that the camera should have
 /// replaced by now.
-pub(super) fn newest_image(world: &World, id: RobotId, side: CameraSide) -> Option<(u64, &Image)> {
+pub(super) fn newest_image(world: &World, id: RobotId, side: CameraName) -> Option<(u64, &Image)> {
     let entity = world.resource::<Roster>().get(id)?;
     let images = world.get::<CameraImages>(entity)?;
     let every = world.get::<CameraSettings>(entity).map_or(1, |settings| settings.every_cycles.max(1));
     let taken = images.cycle?;
     let age = world.resource::<CycleClock>().cycle.checked_sub(taken)?;
-    (age < u64::from(every) && !images.side(side).is_empty()).then(|| (taken, images.side(side)))
+    (age < u64::from(every) && !images.of(side).is_empty()).then(|| (taken, images.of(side)))
 }
 
 /// The whole pitch and all goals, from above one side line and as large as they can be in a picture of this size in
@@ -195,7 +195,7 @@ mod tests {
             app.run_cycles(1);
             renderer.look(app.world_mut());
             let robot = renderer.scene().robots[0];
-            hips.push(robot.stride.joints(robot.id, robot.head).legs[1].hip);
+            hips.push(robot.stride.joints(robot.id, robot.head, &robot.body).legs[1].hip);
         }
         // It stands still before, and its right leg is far in front when the ball is struck.
         assert!(hips[0].abs() < 0.01 && hips.iter().any(|hip| *hip > 0.3), "{hips:?}");

@@ -5,7 +5,7 @@ use core::fmt;
 use core::str::FromStr;
 
 use super::match_renderer::{MatchRenderer, view_of_field};
-use crate::camera_model::CameraSide;
+use crate::camera_model::CameraName;
 use crate::sensing::camera::image::Image;
 use crate::team::{RobotId, Team};
 
@@ -19,7 +19,7 @@ pub enum Picture {
     /// The whole field, from above one side line.
     Field,
     /// What a robot's camera sees.
-    Camera(RobotId, CameraSide),
+    Camera(RobotId, CameraName),
 }
 
 impl Picture {
@@ -39,8 +39,7 @@ impl fmt::Display for Picture {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Picture::Field => formatter.write_str("field"),
-            Picture::Camera(robot, CameraSide::Top) => write!(formatter, "{}{}.top", robot.team, robot.number),
-            Picture::Camera(robot, CameraSide::Bottom) => write!(formatter, "{}{}.bottom", robot.team, robot.number),
+            Picture::Camera(robot, camera) => write!(formatter, "{robot}.{camera}"),
         }
     }
 }
@@ -77,12 +76,8 @@ impl FromStr for Picture {
         }
         let unknown = || NoPicture(word.to_owned());
         let (who, side) = word.split_once('.').ok_or_else(unknown)?;
-        let side = match side {
-            "top" => CameraSide::Top,
-            "bottom" => CameraSide::Bottom,
-            _ => return Err(unknown()),
-        };
-        Ok(Picture::Camera(robot(who).map_err(|_| unknown())?, side))
+        let camera = side.parse().map_err(|_| unknown())?;
+        Ok(Picture::Camera(robot(who).map_err(|_| unknown())?, camera))
     }
 }
 
@@ -95,7 +90,8 @@ mod tests {
         for word in ["field", "blue1.top", "pink12.bottom"] {
             assert_eq!(word.parse::<Picture>().unwrap().to_string(), word);
         }
-        for word in ["", "fields", "blue.top", "blue0.top", "blue1", "blue1.left", "green1.top", "blü1.top"] {
+        for word in ["", "fields", "blue.top", "blue0.top", "blue1", "blue1.", "blue1.LEFT", "green1.top", "blü1.top"]
+        {
             assert!(word.parse::<Picture>().is_err(), "{word}");
         }
     }

@@ -9,7 +9,7 @@ use super::canvas::{Anchor, Canvas, GREY, INK, PAPER};
 use super::encoder::{Layer, RecordError, write_png};
 use super::match_renderer::{MatchRenderer, view_of_field};
 use super::video::check_extension;
-use crate::camera_model::CameraSide;
+use crate::camera_model::CameraName;
 use crate::cycle::CycleClock;
 use crate::game::Game;
 use crate::replace_file::UnfinishedFile;
@@ -32,7 +32,7 @@ const CAPTION: u32 = 30;
 pub struct SheetRecorder {
     path: PathBuf,
     robot: RobotId,
-    side: CameraSide,
+    side: CameraName,
     /// A moment every so many cycles: the more, the longer the match.
     interval: u64,
     moments: Vec<Moment>,
@@ -50,7 +50,7 @@ impl SheetRecorder {
     ///
     /// # Errors
     /// When the file's name does not end in `.png`, or it cannot be written.
-    pub fn create(path: &Path, robot: RobotId, side: CameraSide) -> Result<Self, RecordError> {
+    pub fn create(path: &Path, robot: RobotId, side: CameraName) -> Result<Self, RecordError> {
         check_extension(path, "png")?;
         // That it can be written is found out now, not after the match.
         UnfinishedFile::whole(path).map_err(RecordError::io(path))?;
@@ -140,7 +140,7 @@ mod tests {
         let scenario = Scenario::from_json(r#"{ "rules": "free", "robots": [{ "number": 1 }] }"#).unwrap();
         app.start_match(&scenario).unwrap();
         let path = folder.path().join("sheet.png");
-        let mut sheet = SheetRecorder::create(&path, RobotId::new(Team::Blue, 1), CameraSide::Top).unwrap();
+        let mut sheet = SheetRecorder::create(&path, RobotId::new(Team::Blue, 1), CameraName::TOP).unwrap();
         let mut renderer = MatchRenderer::default();
         renderer.look(app.world_mut());
         for cycles in [20, 30, 50] {

@@ -151,12 +151,12 @@ fn put(canvas: &mut Canvas, [left, top, width, height]: [u32; 4], image: Option<
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::camera_model::CameraSide;
+    use crate::camera_model::CameraName;
     use crate::team::{RobotId, Team};
 
     #[test]
     fn pictures_do_not_overlap_and_sizes_are_even() {
-        let camera = |number| Picture::Camera(RobotId::new(Team::Blue, number), CameraSide::Top);
+        let camera = |number| Picture::Camera(RobotId::new(Team::Blue, number), CameraName::TOP);
         for fields in 0..2 {
             for cameras in 0..12u8 {
                 let mut pictures = vec![Picture::Field; fields];

@@ -5,15 +5,13 @@ use bevy::prelude::*;
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use crate::pitch::{AreaDimensions, End, Pitch};
 
-/// Where the feet are, m to the left and right of a robot's origin (paper, caption of Table 2).
-const FOOT_Y: f32 = 0.05;
-
 /// A robot goes to the ball when it walks within 60 degrees of straight towards it: the cosine.
 const TO_BALL_COSINE: f32 = 0.5;
 
 /// The places of a robot's feet, m, pitch frame.
 pub fn feet(robot: &RobotSnapshot) -> [Vec2; 2] {
-    [FOOT_Y, -FOOT_Y].map(|y| robot.pose.transform_point(Vec2::new(0.0, y)))
+    let foot_y = robot.bounds.foot_y_m;
+    [foot_y, -foot_y].map(|y| robot.pose.transform_point(Vec2::new(0.0, y)))
 }
 
 /// The corners of a robot's base, m, pitch frame.

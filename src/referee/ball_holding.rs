@@ -7,7 +7,7 @@ use bevy::prelude::*;
 use super::areas::{feet, in_area};
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use crate::game::Evidence;
-use crate::robot::body::{BodyBounds, BodyBox};
+use crate::robot::body::{Body, BodyBox};
 
 /// For how many cycles the robot has held the ball, this one included. Letting go counts back as fast: the rule asks
 /// for a release about as long as the hold.
@@ -23,7 +23,7 @@ fn holds_ball(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
 }
 
 /// Whether a place in the robot frame is within the convex hull of the robot's two boxes, seen from above.
-pub fn is_in_hull(bounds: &BodyBounds, place: Vec2) -> bool {
+pub fn is_in_hull(bounds: &Body, place: Vec2) -> bool {
     // Both boxes are symmetric about the x axis: so is the hull, and its half above the axis decides.
     let corners = |part: &BodyBox| part.x_m.map(|x| Vec2::new(x, part.half_width_m));
     let [a, b] = corners(&bounds.torso);

@@ -86,7 +86,7 @@ fn field_place(pitch: &Pitch, index: usize, kicking_off: bool) -> Vec2 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::body::BodyBounds;
+    use crate::robot::body::Body;
     use approx::assert_abs_diff_eq;
     use core::f32::consts::PI;
 
@@ -96,7 +96,7 @@ mod tests {
 
     #[test]
     fn eleven_robots_a_side_have_places_of_their_own_in_their_half() {
-        let bounds = BodyBounds::default();
+        let bounds = Body::default();
         for pitch in pitches() {
             for kicking_off in [Some(End::NegativeX), Some(End::PositiveX)] {
                 let poses: Vec<(End, Pose)> = End::BOTH
@@ -124,7 +124,7 @@ mod tests {
     #[test]
     fn the_places_are_legal_by_the_rule_book_of_2010() {
         let pitch = Pitch::default();
-        let bounds = BodyBounds::default();
+        let bounds = Body::default();
         let keeper = formation(&pitch, 3, 1, End::PositiveX, false);
         assert!(pitch.in_penalty_area(End::PositiveX, keeper.position));
         for number in 2..=11 {

@@ -13,7 +13,7 @@ use super::snapshot::{Disc, MatchSnapshot};
 use crate::game::Game;
 use crate::geometry::{Pose, unit};
 use crate::pitch::Pitch;
-use crate::robot::body::{BodyBounds, Footprint};
+use crate::robot::body::{Body, Footprint};
 use crate::team::{RobotId, Team};
 
 /// Room that is left around whatever is placed, m.
@@ -77,13 +77,13 @@ impl Occupied {
     }
 
     /// Adds a robot.
-    pub fn add_robot(&mut self, pose: Pose, bounds: &BodyBounds) {
+    pub fn add_robot(&mut self, pose: Pose, bounds: &Body) {
         self.torsos.push(grown(bounds.torso.footprint(pose)));
         self.bases.push(grown(bounds.base.footprint(pose)));
     }
 
     /// Whether a robot can stand there.
-    pub fn admits_robot(&self, pose: Pose, bounds: &BodyBounds) -> bool {
+    pub fn admits_robot(&self, pose: Pose, bounds: &Body) -> bool {
         let torso = bounds.torso.footprint(pose);
         let base = bounds.base.footprint(pose);
         self.torsos.iter().all(|other| other.overlap(&torso).is_none())
@@ -102,12 +102,12 @@ impl Occupied {
 
     /// The free pose on the carpet nearest to the one wanted, with its heading; one beside the carpet where nothing is
     /// free for metres.
-    pub fn free_pose(&self, wanted: Pose, bounds: &BodyBounds) -> Pose {
+    pub fn free_pose(&self, wanted: Pose, bounds: &Body) -> Pose {
         self.free_pose_from(0, wanted, bounds).1
     }
 
     /// The same, with the first `tried` places known to be taken; and how many places are, now.
-    fn free_pose_from(&self, tried: usize, wanted: Pose, bounds: &BodyBounds) -> (usize, Pose) {
+    fn free_pose_from(&self, tried: usize, wanted: Pose, bounds: &Body) -> (usize, Pose) {
         let is_free = |position| self.admits_robot(Pose { position, ..wanted }, bounds);
         let (tried, position) = self.free_place_from(tried, wanted.position, is_free);
         (tried, Pose { position, ..wanted })
@@ -154,7 +154,7 @@ pub struct LineUp<'a> {
     kick_off_team: Option<Team>,
     occupied: Occupied,
     /// How many of the places around those of the formation are taken, for each body.
-    tried: Vec<(Pose, BodyBounds, usize)>,
+    tried: Vec<(Pose, Body, usize)>,
 }
 
 impl<'a> LineUp<'a> {
@@ -172,7 +172,7 @@ impl<'a> LineUp<'a> {
     }
 
     /// Puts a robot down: at its place in the formation, or at the free one nearest to that.
-    pub fn put_down(&mut self, id: RobotId, bounds: &BodyBounds) -> Pose {
+    pub fn put_down(&mut self, id: RobotId, bounds: &Body) -> Pose {
         let wanted = self.place_of(id);
         // Jersey numbers beyond those of a formation share its places: what one found taken the next need not try.
         let known = self.tried.iter().position(|(place, body, _)| *place == wanted && body == bounds);
@@ -205,7 +205,7 @@ mod tests {
 
     #[test]
     fn a_place_that_is_taken_is_left_for_the_nearest_free_one() {
-        let bounds = BodyBounds::default();
+        let bounds = Body::default();
         let posts = [Disc { centre: Vec2::new(1.0, 0.0), radius: 0.05 }];
         let mut occupied = Occupied::by_posts(&Pitch::default(), &posts, None);
         let wanted = Pose::new(0.0, 0.0, 0.0);
@@ -223,12 +223,12 @@ mod tests {
         let ball = Disc { centre: Vec2::new(0.0, 0.25), radius: 0.12 };
         let occupied = Occupied::by_posts(&Pitch::default(), &[], Some(ball));
         // The base ends at 10 cm, the torso at 15 cm, and the ball at 13 cm.
-        assert!(!occupied.admits_robot(Pose::default(), &BodyBounds::default()));
+        assert!(!occupied.admits_robot(Pose::default(), &Body::default()));
     }
 
     #[test]
     fn the_ball_is_not_put_into_a_robot() {
-        let bounds = BodyBounds::default();
+        let bounds = Body::default();
         let mut occupied = Occupied::by_posts(&Pitch::default(), &[], None);
         occupied.add_robot(Pose::new(1.0, 1.6, 0.0), &bounds);
         let place = occupied.free_ball_place(Vec2::new(1.0, 1.6), 0.03);
@@ -238,7 +238,7 @@ mod tests {
 
     #[test]
     fn on_a_full_carpet_things_are_put_beside_it_and_never_into_anything() {
-        let (bounds, pitch) = (BodyBounds::default(), Pitch::default());
+        let (bounds, pitch) = (Body::default(), Pitch::default());
         let wall = [Disc { centre: Vec2::ZERO, radius: 6.0 }];
         let mut occupied = Occupied::by_posts(&Pitch { border_m: 0.2, ..pitch }, &wall, None);
         for _ in 0..30 {
@@ -258,7 +258,7 @@ mod tests {
             posts in proptest::collection::vec((-1.2f32..1.2, -0.95f32..0.95, 0.005f32..0.3), 0..4),
             team_size in 1u8..=11, kick_off_team in proptest::option::of(proptest::sample::select(Team::BOTH.to_vec())),
         ) {
-            let (bounds, game) = (BodyBounds::default(), Game::default());
+            let (bounds, game) = (Body::default(), Game::default());
             let pitch = Pitch { length_m: 2.0, width_m: 1.5, border_m: 0.4, ..Pitch::default() };
             let posts: Vec<Disc> =
                 posts.into_iter().map(|(x, y, radius)| Disc { centre: Vec2::new(x, y), radius }).collect();

@@ -10,7 +10,7 @@ use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use crate::game::ReturnPlace;
 use crate::geometry::Pose;
 use crate::pitch::End;
-use crate::robot::body::BodyBounds;
+use crate::robot::body::Body;
 
 /// Distance of a waiting robot from the side line, m (rule book of 2025).
 const WAITING_DISTANCE: f32 = 0.5;
@@ -21,13 +21,7 @@ const WAITING_ROWS: u32 = 64;
 
 /// Where a robot that was removed from `position` waits: beyond the side line nearest to it, level with its own
 /// penalty mark, where there is room. It faces away from the pitch (2010), or towards it (2025).
-pub fn waiting_pose(
-    snapshot: &MatchSnapshot,
-    own_end: End,
-    position: Vec2,
-    bounds: &BodyBounds,
-    waiting: &Occupied,
-) -> Pose {
+pub fn waiting_pose(snapshot: &MatchSnapshot, own_end: End, position: Vec2, bounds: &Body, waiting: &Occupied) -> Pose {
     let pitch = snapshot.pitch;
     let side = side_of(position.y);
     let faces_pitch = snapshot.rules.return_place == ReturnPlace::PenaltyMark;
@@ -49,13 +43,7 @@ pub fn waiting_pose(
 }
 
 /// Where a robot comes back: at the halfway line, or by the rules of 2025 where it waited.
-pub fn return_pose(
-    snapshot: &MatchSnapshot,
-    own_end: End,
-    waiting: Pose,
-    bounds: &BodyBounds,
-    occupied: &Occupied,
-) -> Pose {
+pub fn return_pose(snapshot: &MatchSnapshot, own_end: End, waiting: Pose, bounds: &Body, occupied: &Occupied) -> Pose {
     match snapshot.rules.return_place {
         ReturnPlace::HalfwayLine => halfway_pose(snapshot, own_end, bounds, occupied),
         ReturnPlace::PenaltyMark => occupied.free_pose(waiting, bounds),
@@ -64,7 +52,7 @@ pub fn return_pose(
 
 /// On the halfway line at the side line farther from the ball, facing the opposite side line; if somebody stands
 /// there, at the nearest free place along the side line, rather away from the ball (2010 rule book, section 4.3).
-pub fn halfway_pose(snapshot: &MatchSnapshot, own_end: End, bounds: &BodyBounds, occupied: &Occupied) -> Pose {
+pub fn halfway_pose(snapshot: &MatchSnapshot, own_end: End, bounds: &Body, occupied: &Occupied) -> Pose {
     let pitch = snapshot.pitch;
     let ball = snapshot.ball.map_or(Vec2::ZERO, |ball| ball.position);
     let side = -side_of(ball.y);

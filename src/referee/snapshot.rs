@@ -8,7 +8,7 @@ use crate::cycle::CycleClock;
 use crate::game::{Evidence, Game, Intervention, Penalty, RobotEvidence, Rules};
 use crate::geometry::Pose;
 use crate::pitch::Pitch;
-use crate::robot::body::BodyBounds;
+use crate::robot::body::Body;
 use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
 use crate::team::{PerTeam, RobotId};
@@ -113,7 +113,7 @@ pub struct RobotSnapshot {
     /// Whether it kicks, or regains its balance after a kick.
     pub is_kicking: bool,
     /// The outlines of its body, robot frame.
-    pub bounds: BodyBounds,
+    pub bounds: Body,
     /// Whether it is on its feet.
     pub posture: Posture,
     /// The penalty that it serves, if any.

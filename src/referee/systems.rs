@@ -18,7 +18,7 @@ use crate::events::{CycleEvents, MatchEvent};
 use crate::game::{Game, GameState, Interventions, KickOffProcedure, Penalty, Rules, SetPlay, SetPlayKind};
 use crate::geometry::Pose;
 use crate::pitch::{Pitch, Post};
-use crate::robot::body::BodyBounds;
+use crate::robot::body::Body;
 use crate::robot::head::HeadAngles;
 use crate::robot::kick::{KickCommand, KickPhase};
 use crate::robot::motion::{ExecutedStep, WalkCommand};
@@ -71,7 +71,7 @@ pub(super) struct JudgedRobot {
     pose: &'static mut Pose,
     previous: &'static mut PreviousPose,
     velocity: &'static mut Velocity,
-    bounds: &'static BodyBounds,
+    bounds: &'static Body,
     step: &'static ExecutedStep,
     head: &'static HeadAngles,
     penalty: &'static mut Penalty,

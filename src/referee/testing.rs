@@ -12,7 +12,7 @@ use crate::cycle::CycleClock;
 use crate::game::{Game, GameState, Intervention, Penalty, Rules};
 use crate::geometry::Pose;
 use crate::pitch::Pitch;
-use crate::robot::body::BodyBounds;
+use crate::robot::body::Body;
 use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
 use crate::team::{PerTeam, RobotId, Team};
@@ -52,7 +52,7 @@ impl MatchFixture {
                     wanted_velocity: Vec2::ZERO,
                     head: HeadAngles::default(),
                     is_kicking: false,
-                    bounds: BodyBounds::default(),
+                    bounds: Body::default(),
                     posture: Posture::Upright,
                     penalty: Penalty(None),
                 }

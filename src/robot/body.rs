@@ -1,4 +1,4 @@
-//! The body of a NAO as collisions, sonars and cameras see it: two boxes, torso and base.
+//! The body of a robot as collisions, sonars and cameras see it: two boxes, torso and base, and the limbs that are drawn.
 //!
 //! The paper's section 3.2 has "two different sets of rectangular bounds, one for its base and one for its
 //! torso": the torso's are used between robots and against posts, the base's against the ball.
@@ -68,29 +68,145 @@ pub struct Footprint {
     pub half_extents: Vec2,
 }
 
-/// The two boxes of a robot on its feet; [`BodyBounds::in_posture`] has the room that it takes otherwise. The defaults are the top-view rectangles of the NAO (B-Human 2025's two-dimensional
-/// model: upper body x -3..+5 cm and y ±15 cm, feet x -3..+11 cm and y ±10 cm), with heights to match a robot of
-/// 57.3 cm: the feet and legs below the torso, the torso from hip to neck.
+/// The body of a robot: what collides, what hides, and what is drawn. [`Body::in_posture`] has the room that it takes when it
+/// is not on its feet.
+///
+/// The default is the NAO. Its boxes are its top-view rectangles (B-Human 2025's two-dimensional model: upper body x -3..+5 cm
+/// and y ±15 cm, feet x -3..+11 cm and y ±10 cm), with heights to match a robot of 57.3 cm: the feet and legs below the
+/// torso, the torso from hip to neck.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
-#[reflect(Component, @Knowledge::Truth)]
+#[reflect(Component, @Knowledge::Public)]
 #[serde(default, deny_unknown_fields)]
-pub struct BodyBounds {
-    /// Trunk and arms.
+pub struct Body {
+    /// Trunk and arms: what meets robots and posts.
     pub torso: BodyBox,
-    /// Feet and legs.
+    /// Feet and legs, or wheels: what meets the ball.
     pub base: BodyBox,
     /// Height of the top of the head, m.
     pub height_m: f32,
+    /// Height when it lies, m.
+    pub lying_height_m: f32,
+    /// How far to the left and to the right of its middle its feet, or wheels, touch the ground, m.
+    pub foot_y_m: f32,
+    /// The point about which the head, and the cameras in it, turn, m, robot frame (NAO V3.2: straight legs, 459.5 mm).
+    pub neck_m: Vec3,
+    /// The band in the team's colour.
+    pub waistband: Waistband,
+    /// Its legs; none on wheels.
+    pub legs: Option<Legs>,
+    /// Its arms, if it has any.
+    pub arms: Option<Arms>,
+    /// What it looks like.
+    pub look: Look,
 }
 
-impl Default for BodyBounds {
+impl Default for Body {
     fn default() -> Self {
         Self {
             torso: BodyBox { x_m: [-0.03, 0.05], half_width_m: 0.15, z_m: [0.25, 0.46] },
             base: BodyBox { x_m: [-0.03, 0.11], half_width_m: 0.10, z_m: [0.0, 0.25] },
             height_m: 0.573,
+            lying_height_m: 0.15,
+            foot_y_m: 0.05,
+            neck_m: Vec3::new(0.0, 0.0, 0.4595),
+            waistband: Waistband::default(),
+            legs: Some(Legs::default()),
+            arms: Some(Arms::default()),
+            look: Look::Nao,
         }
     }
+}
+
+impl Body {
+    /// Whether it is the NAO's.
+    pub fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// How large it is, as a multiple of the NAO: by how wide it is, which is how much room others need to get past it.
+    pub fn width_in_naos(&self) -> f32 {
+        self.torso.half_width_m / 0.15
+    }
+}
+
+/// The band about a robot's waist in its team's colour, by which robots are recognised. The NAO's is 10 cm high (rule book
+/// of 2010).
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Waistband {
+    /// Lower and upper edge, m above the ground when the robot stands.
+    pub z_m: [f32; 2],
+    /// Half its depth and half its width, m.
+    pub half_size_m: Vec2,
+}
+
+impl Default for Waistband {
+    fn default() -> Self {
+        Self { z_m: [0.25, 0.35], half_size_m: Vec2::new(0.056, 0.074) }
+    }
+}
+
+impl Waistband {
+    /// Its middle, m, robot frame.
+    pub fn middle(&self) -> Vec3 {
+        Vec3::Z * ((self.z_m[0] + self.z_m[1]) / 2.0)
+    }
+
+    /// Its height, m.
+    pub fn height(&self) -> f32 {
+        self.z_m[1] - self.z_m[0]
+    }
+}
+
+/// The legs. The simulation leaves joints out: they are for the eye, and step as fast as the robot walks. The NAO's are those
+/// of Aldebaran's documentation of the V4.
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Legs {
+    /// The left hip in the robot frame, m; the right one mirrored.
+    pub hip_m: Vec3,
+    /// From hip to knee, m.
+    pub thigh_m: f32,
+    /// From knee to ankle, m.
+    pub shank_m: f32,
+    /// From the ankle to the sole, m.
+    pub ankle_m: f32,
+}
+
+impl Default for Legs {
+    fn default() -> Self {
+        Self { hip_m: Vec3::new(0.0, 0.05, 0.2481), thigh_m: 0.1, shank_m: 0.1029, ankle_m: 0.0452 }
+    }
+}
+
+/// The arms, for the eye as the [`Legs`].
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Arms {
+    /// The left shoulder in the robot frame, m; the right one mirrored. The NAO's is that of Aldebaran's documentation.
+    pub shoulder_m: Vec3,
+    /// From the shoulder to the fingertips, m.
+    pub length_m: f32,
+}
+
+impl Default for Arms {
+    fn default() -> Self {
+        Self { shoulder_m: Vec3::new(0.0, 0.098, 0.4335), length_m: 0.19 }
+    }
+}
+
+/// What a robot looks like.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default, Reflect, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum Look {
+    /// The NAO, whatever the measures of the body.
+    Nao,
+    /// A robot of the body's measures: a trunk, a head, and such legs and arms as it has, with light shells.
+    #[default]
+    Light,
+    /// The same with dark shells.
+    Dark,
 }
 
 #[cfg(test)]
@@ -100,7 +216,7 @@ mod tests {
 
     #[test]
     fn footprint_and_shape_agree() {
-        let torso = BodyBounds::default().torso;
+        let torso = Body::default().torso;
         let pose = Pose::new(1.0, 2.0, core::f32::consts::FRAC_PI_2);
         // Centre 1 cm in front of the origin; the robot faces +y.
         assert_abs_diff_eq!(torso.footprint(pose).centre.y, 2.01, epsilon = 1e-6);

@@ -24,6 +24,7 @@ use crate::game::{Game, GameState, Penalty, Rules};
 use crate::geometry::Pose;
 use crate::knowledge::Knowledge;
 use crate::random::RandomStreams;
+use crate::robot::body::Body;
 use crate::team::RobotId;
 
 /// Takes posture commands in [`ActSystems::Body`]; robots fall after the collisions, before the referee looks.
@@ -109,7 +110,7 @@ fn take_posture_commands(
     let cycles = |seconds: f32| u64::from(clock.cycles_in(seconds));
     for entity in roster.entities() {
         let Ok(robot) = robots.get_mut(entity) else { continue };
-        let PosturedRobotItem { id, pose, penalty, kick, balance, mut command, mut posture, mut streams } = robot;
+        let PosturedRobotItem { id, pose, body, penalty, kick, balance, mut command, mut posture, mut streams } = robot;
         // Without a request nothing changes for who stands: the usual case.
         if command.0.is_none() && posture.is_upright() {
             continue;
@@ -126,7 +127,7 @@ fn take_posture_commands(
         let mut next = posture.advance(request, cycles(get_up_s), cycles(rules.dive_s));
         if let (Posture::Upright, Posture::Diving { side, blocks, .. }) = (*posture, &mut next) {
             events.push(MatchEvent::Dive { robot: *id, side: *side });
-            let (middle, strip) = dive_strip(*side, rules.dive_reach_m);
+            let (middle, strip) = dive_strip(*side, body, rules.dive_reach_m);
             let strip = strip.footprint(pose.compose(middle));
             *blocks = balls.iter().all(|(ball, physics)| strip.overlap_disc(ball.position, physics.radius_m).is_none());
         }
@@ -148,6 +149,7 @@ fn take_posture_commands(
 #[derive(QueryData)]
 #[query_data(mutable)]
 struct PosturedRobot {
+    body: &'static Body,
     id: &'static RobotId,
     pose: &'static Pose,
     penalty: &'static Penalty,

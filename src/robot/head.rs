@@ -25,9 +25,6 @@ impl Plugin for HeadPlugin {
     }
 }
 
-/// The point about which the head turns, m, robot frame (NAO V3.2: straight legs, 459.5 mm).
-pub const NECK: Vec3 = Vec3::new(0.0, 0.0, 0.4595);
-
 /// Measured joint angles of the head.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Sensor)]

@@ -10,7 +10,7 @@ use crate::cycle::{ActSystems, Cycle, CycleClock, CycleSystems};
 use crate::events::{CommandKind, CycleEvents, KickMiss, KickResult, MatchEvent, Refusal};
 use crate::game::{Game, GameState, Penalty};
 use crate::geometry::{Pose, angle_of, file_units, unit, wrap_angle};
-use crate::kick_geometry::{KickType, Strike, strike};
+use crate::kick_geometry::{KickGeometry, KickType, Strike, strike_by};
 use crate::knowledge::Knowledge;
 use crate::random::{RandomStream, RandomStreams};
 use crate::team::RobotId;
@@ -75,13 +75,23 @@ pub enum KickPhase {
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct KickRange {
-    /// Distance that the ball rolls at speed 1 with nothing in its way, m.
+    /// Distance that the ball rolls at speed 1 with nothing in its way, m; nought of a kick that the robot does not have.
     pub max_distance_m: f32,
+    /// Where the ball must lie, and where it goes: where nothing is said, as in the paper's Table 2.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub region: Option<KickGeometry>,
+}
+
+impl KickRange {
+    /// A kick with the paper's geometry.
+    pub const fn of(max_distance_m: f32) -> Self {
+        Self { max_distance_m, region: None }
+    }
 }
 
 impl Default for KickRange {
     fn default() -> Self {
-        Self { max_distance_m: 4.0 }
+        Self::of(4.0)
     }
 }
 
@@ -116,10 +126,10 @@ pub struct KickSettings {
 impl Default for KickSettings {
     fn default() -> Self {
         Self {
-            left_straight: KickRange { max_distance_m: 4.0 },
-            right_straight: KickRange { max_distance_m: 4.0 },
-            left_side: KickRange { max_distance_m: 2.0 },
-            right_side: KickRange { max_distance_m: 2.0 },
+            left_straight: KickRange::of(4.0),
+            right_straight: KickRange::of(4.0),
+            left_side: KickRange::of(2.0),
+            right_side: KickRange::of(2.0),
             wrong_side_speed_factor: 0.5,
             wind_up_s: 0.0,
             recovery_s: 1.0,
@@ -138,6 +148,17 @@ impl KickSettings {
             KickType::LeftSide => self.left_side,
             KickType::RightSide => self.right_side,
         }
+    }
+
+    /// Where the ball must lie for a type of kick, and where it goes; none if the robot does not have it.
+    pub fn geometry(&self, kick_type: KickType) -> Option<KickGeometry> {
+        let range = self.range(kick_type);
+        (range.max_distance_m > 0.0).then(|| range.region.unwrap_or_else(|| KickGeometry::of_paper(kick_type)))
+    }
+
+    /// What this robot's kick does to a ball at this place in its frame, if anything.
+    pub fn strike(&self, kick_type: KickType, ball_in_robot: Vec2) -> Option<Strike> {
+        strike_by(kick_type, ball_in_robot, |kick| self.geometry(kick))
     }
 }
 
@@ -211,7 +232,7 @@ fn swing_legs(
             events.push(missed(*id, request, KickMiss::NoBall));
             continue;
         };
-        let Some(strike) = strike(request.kick_type, pose.inverse_transform_point(ball_pose.position)) else {
+        let Some(strike) = settings.strike(request.kick_type, pose.inverse_transform_point(ball_pose.position)) else {
             events.push(missed(*id, request, KickMiss::OutOfReach));
             continue;
         };
@@ -266,6 +287,7 @@ pub fn advance_phase(phase: KickPhase, recovery_cycles: u32) -> (Option<KickRequ
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::kick_geometry::strike;
     use approx::assert_abs_diff_eq;
 
     #[test]

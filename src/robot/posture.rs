@@ -3,7 +3,7 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::body::{BodyBounds, BodyBox};
+use super::body::{Body, BodyBox};
 use crate::geometry::Pose;
 use crate::kick_geometry::Side;
 use crate::knowledge::Knowledge;
@@ -55,12 +55,10 @@ pub enum Posture {
     },
 }
 
-/// Height of a lying body, m.
-const LYING_HEIGHT_M: f32 = 0.15;
-/// The strip that a dive blocks begins this far from the robot's middle, m: where its base ends.
-const STRIP_START_M: f32 = 0.10;
-/// Rear and front of the strip, robot frame, m.
-const STRIP_X_M: [f32; 2] = [-0.05, 0.10];
+/// Rear and front of the strip that a dive blocks, robot frame, m: as thick as a body that lies.
+fn strip_x_m(body: &Body) -> [f32; 2] {
+    [-body.lying_height_m / 3.0, body.lying_height_m * 2.0 / 3.0]
+}
 
 impl Posture {
     /// Whether the robot stands on its feet.
@@ -77,9 +75,9 @@ impl Posture {
     }
 
     /// The strip that a dive blocks against the ball: the pose of its middle in the robot frame, and its box.
-    pub fn strip(self, reach_m: f32) -> Option<(Pose, BodyBox)> {
+    pub fn strip(self, body: &Body, reach_m: f32) -> Option<(Pose, BodyBox)> {
         match self {
-            Posture::Diving { side, blocks: true, .. } => Some(dive_strip(side, reach_m)),
+            Posture::Diving { side, blocks: true, .. } => Some(dive_strip(side, body, reach_m)),
             _ => None,
         }
     }
@@ -108,27 +106,29 @@ impl Posture {
 }
 
 /// The strip that a dive to `side` covers: the pose of its middle in the robot frame, and its box.
-pub(super) fn dive_strip(side: Side, reach_m: f32) -> (Pose, BodyBox) {
+/// It begins where the base ends.
+pub(super) fn dive_strip(side: Side, body: &Body, reach_m: f32) -> (Pose, BodyBox) {
     let sign = match side {
         Side::Left => 1.0,
         Side::Right => -1.0,
     };
-    let middle = Pose::new(0.0, sign * (STRIP_START_M + reach_m / 2.0), 0.0);
-    (middle, BodyBox { x_m: STRIP_X_M, half_width_m: reach_m / 2.0, z_m: [0.0, LYING_HEIGHT_M] })
+    let middle = Pose::new(0.0, sign * (body.base.half_width_m + reach_m / 2.0), 0.0);
+    (middle, BodyBox { x_m: strip_x_m(body), half_width_m: reach_m / 2.0, z_m: [0.0, body.lying_height_m] })
 }
 
-impl BodyBounds {
+impl Body {
     /// The room that this body takes in a posture: as it is on its feet, and low where it lies.
     #[must_use]
-    pub fn in_posture(self, posture: Posture) -> BodyBounds {
+    pub fn in_posture(self, posture: Posture) -> Body {
         if !matches!(posture, Posture::Fallen { .. } | Posture::Diving { .. }) {
             return self;
         }
-        let z_m = [0.0, LYING_HEIGHT_M];
-        BodyBounds {
+        let z_m = [0.0, self.lying_height_m];
+        Body {
             torso: BodyBox { z_m, ..self.torso },
             base: BodyBox { z_m, ..self.base },
-            height_m: LYING_HEIGHT_M,
+            height_m: self.lying_height_m,
+            ..self
         }
     }
 }
@@ -158,20 +158,20 @@ mod tests {
     #[test]
     fn a_dive_blocks_a_strip_on_its_side_for_its_time_and_ends_on_the_ground() {
         let mut posture = Posture::Upright.advance(Some(PostureRequest::Dive(Side::Right)), 5, 3);
-        let (middle, strip) = posture.strip(0.5).unwrap();
+        let (middle, strip) = posture.strip(&Body::default(), 0.5).unwrap();
         // From 10 cm to 60 cm to the right.
         assert_abs_diff_eq!(middle.position.y + strip.half_width_m, -0.1, epsilon = 1e-6);
         assert_abs_diff_eq!(middle.position.y - strip.half_width_m, -0.6, epsilon = 1e-6);
         for _ in 0..4 {
             posture = posture.advance(Some(PostureRequest::GetUp), 5, 3);
         }
-        assert_eq!((posture, posture.strip(0.5)), (Posture::Fallen { cycles: 1 }, None));
+        assert_eq!((posture, posture.strip(&Body::default(), 0.5)), (Posture::Fallen { cycles: 1 }, None));
     }
 
     #[test]
     fn a_lying_body_is_low_and_any_other_as_it_is_on_its_feet() {
-        let tall = BodyBounds { height_m: 1.2, ..BodyBounds::default() };
-        for body in [BodyBounds::default(), tall] {
+        let tall = Body { height_m: 1.2, ..Body::default() };
+        for body in [Body::default(), tall] {
             let lying = body.in_posture(Posture::Fallen { cycles: 0 });
             assert!(lying.height_m < 0.2 && lying.torso.z_m[1] < 0.2);
             assert_eq!((lying.torso.x_m, lying.base.half_width_m), (body.torso.x_m, body.base.half_width_m));

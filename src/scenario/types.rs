@@ -17,6 +17,7 @@ use crate::geometry::{Pose, file_units};
 use crate::knowledge::Knowledge;
 use crate::named_values::NamedValues;
 use crate::pitch::Pitch;
+use crate::robot::body::Body;
 use crate::robot::falls::Balance;
 use crate::robot::head::HeadLimits;
 use crate::robot::kick::KickSettings;
@@ -57,6 +58,9 @@ pub struct Scenario {
     pub rules: Rules,
     /// The ball; none with `null`.
     pub ball: Option<BallSpec>,
+    /// The bodies of robots, unless they say otherwise.
+    #[serde(skip_serializing_if = "Body::is_default")]
+    pub body: Body,
     /// How robots walk, unless they say otherwise.
     pub motion: MotionLimits,
     /// How robots kick.
@@ -114,6 +118,7 @@ impl Default for Scenario {
             field: Pitch::default(),
             rules: Rules::default(),
             ball: Some(BallSpec::default()),
+            body: Body::default(),
             motion: MotionLimits::default(),
             kicks: KickSettings::default(),
             falls: Balance::default(),
@@ -206,6 +211,24 @@ pub struct RobotSpec {
     pub head: [f32; 2],
     /// What controls it.
     pub behaviour: BehaviourSpec,
+    /// The [model](super::RobotModel) of this robot, if it is another than the scenario's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub model: Option<String>,
+    /// Its own body.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub body: Option<Body>,
+    /// Its own way of kicking.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub kicks: Option<KickSettings>,
+    /// Its own sense of balance.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub falls: Option<Balance>,
+    /// Its own cameras.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cameras: Option<CameraSettings>,
+    /// How late it is what it sees and does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub latency: Option<Latency>,
     /// Its own way of walking.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub motion: Option<MotionLimits>,

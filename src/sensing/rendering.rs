@@ -16,7 +16,7 @@ use super::vision::{VisionSettings, VisionSource};
 use crate::appearance::robot::RobotDesign;
 use crate::appearance::scene::Scene;
 use crate::appearance::view::View;
-use crate::camera_model::{CameraSide, CameraView};
+use crate::camera_model::CameraName;
 use crate::cycle::{Cycle, CycleClock};
 use crate::random::RandomStreams;
 use crate::robot::head::HeadAngles;
@@ -43,7 +43,7 @@ struct RenderBuffers {
 /// An image to be drawn.
 struct Job {
     robot: Entity,
-    side: CameraSide,
+    side: CameraName,
     lens: LensEffect,
     noise: DrawnNoise,
     is_gpu: bool,
@@ -112,20 +112,20 @@ fn take_images(
         is_wanted[settings.design as usize] |= !is_gpu;
         images.cycle = Some(clock.cycle);
         let looks = gaze.map_or(*head, |gaze| gaze.actual(*head));
-        let views = CameraView::both(settings.into(), looks);
+        let views = settings.views(looks);
         let turn = if settings.lens.exposure_s > 0.0 {
             let angles = Vec2::new(body.pose.heading + looks.yaw, looks.pitch);
             last_look.turn(clock.cycle, angles, clock.period())
         } else {
             Vec2::ZERO
         };
-        let lens = settings.lens.effect(settings.into(), turn);
-        for (side, camera) in CameraSide::BOTH.into_iter().zip(views) {
+        for (side, camera) in views.named() {
+            let lens = settings.lens.effect(camera.intrinsics, turn);
             if !settings.which.includes(side) {
-                images.side_mut(side).clear();
+                images.of_mut(side).clear();
                 continue;
             }
-            let mut view = View::of_robot(&camera, body.world_from_robot(), *id);
+            let mut view = View::of_robot(camera, body.world_from_robot(), *id);
             view.intrinsics = lens.drawn();
             view.antialiasing = settings.antialiasing;
             view.shadows = settings.shadows;
@@ -139,7 +139,7 @@ fn take_images(
                     view,
                     design: settings.design,
                     layers: Layers { labels: settings.labels, depth: settings.depth },
-                    image: core::mem::take(images.side_mut(side)),
+                    image: core::mem::take(images.of_mut(side)),
                 },
             });
         }
@@ -171,7 +171,7 @@ fn take_images(
     });
     for job in buffers.jobs.drain(..) {
         if let Ok((.., (mut images, _), _)) = robots.get_mut(job.robot) {
-            *images.side_mut(job.side) = job.request.image;
+            *images.of_mut(job.side) = job.request.image;
         }
     }
 }

@@ -12,7 +12,7 @@ use crate::cycle::{CyclePlugin, run_cycle};
 use crate::geometry::{Pose, to_radians};
 use crate::pitch::Post;
 use crate::random::RandomStreams;
-use crate::robot::body::BodyBounds;
+use crate::robot::body::Body;
 use crate::robot::head::HeadAngles;
 use crate::robot::motion::ExecutedStep;
 use crate::team::{RobotId, Team};
@@ -42,7 +42,7 @@ pub(crate) fn spawn_robot(app: &mut App, team: Team, number: u8, pose: [f32; 3],
         .spawn((
             id,
             Pose::new(x, y, to_radians(heading)),
-            BodyBounds::default(),
+            Body::default(),
             HeadAngles { yaw, pitch },
             CameraSettings::default(),
             exact_sensors(),

@@ -13,7 +13,7 @@ use crate::events::{CycleEvents, MatchEvent, PublishEvents};
 use crate::game::Penalty;
 use crate::geometry::Pose;
 use crate::pitch::Post;
-use crate::robot::body::BodyBounds;
+use crate::robot::body::Body;
 use crate::robot::head::HeadAngles;
 use crate::robot::{PreviousPose, Roster, Velocity};
 use crate::sensing::odometry::Odometry;
@@ -47,7 +47,7 @@ pub struct RobotState {
     /// Its velocity at the end of the cycle, m/s, pitch frame.
     pub velocity: Velocity,
     /// The outlines of its body, robot frame.
-    pub bounds: BodyBounds,
+    pub bounds: Body,
 }
 
 /// What a robot senses, hears and believes, as far as it must be finite.
@@ -79,7 +79,7 @@ fn check_invariants(
     roster: Res<Roster>,
     clock: Res<CycleClock>,
     mut events: ResMut<CycleEvents>,
-    robots: Query<(&Pose, &PreviousPose, &Velocity, &BodyBounds, &Penalty)>,
+    robots: Query<(&Pose, &PreviousPose, &Velocity, &Body, &Penalty)>,
     minds: Query<Mind>,
     posts: Query<(&Pose, &Post)>,
     balls: Query<(&Pose, &PreviousPose, &BallVelocity, &BallPhysics), (With<Ball>, With<BallPath>)>,

@@ -6,6 +6,7 @@ use super::names;
 use super::sensors::SensorRegistry;
 use crate::ball::BallPhysics;
 use crate::robot::Roster;
+use crate::robot::body::Body;
 use crate::robot::falls::Balance;
 use crate::robot::head::HeadLimits;
 use crate::robot::kick::KickSettings;
@@ -22,6 +23,7 @@ use crate::team::RobotId;
 /// The settings of one robot: its own, and the scenario's for the rest.
 #[derive(Bundle, Clone, PartialEq, Debug)]
 pub(super) struct RobotSettings {
+    pub body: Body,
     pub motion: MotionLimits,
     pub head: HeadLimits,
     pub kicks: KickSettings,
@@ -37,15 +39,19 @@ impl RobotSettings {
     pub fn of(scenario: &Scenario, robot: &RobotSpec) -> Self {
         let fidelity = scenario.fidelity_of(robot);
         Self {
+            body: robot.body.unwrap_or(scenario.body),
             motion: robot.motion.unwrap_or(scenario.motion),
             head: robot.head_limits.unwrap_or(scenario.head),
-            kicks: scenario.kicks,
-            balance: scenario.falls,
+            kicks: robot.kicks.unwrap_or(scenario.kicks),
+            balance: robot.falls.unwrap_or(scenario.falls),
             sonar: robot.sonar.unwrap_or(scenario.sonar).with_fidelity(fidelity.sonar),
-            cameras: scenario.cameras,
+            cameras: CameraSettings {
+                neck_m: robot.body.unwrap_or(scenario.body).neck_m,
+                ..robot.cameras.unwrap_or(scenario.cameras)
+            },
             vision: robot.vision.as_ref().unwrap_or(&scenario.vision).clone().with_fidelity(fidelity.vision),
             odometry: robot.odometry.unwrap_or(scenario.odometry).with_fidelity(fidelity.odometry),
-            latency: scenario.latency,
+            latency: robot.latency.unwrap_or(scenario.latency),
         }
     }
 }
@@ -71,6 +77,7 @@ pub fn change_settings(world: &mut World, scenario: &Scenario) -> Result<(), Sce
         ("robots", same_robots(&old, scenario)),
         ("ball", old.ball.is_some() == scenario.ball.is_some()),
         ("posts", old.posts == scenario.posts),
+        ("body", old.body == scenario.body),
     ];
     if let Some((field, _)) = fixed.iter().find(|(_, same)| !same) {
         let message = format!("`{field}` cannot change in the middle of a match");

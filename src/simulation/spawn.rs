@@ -22,7 +22,7 @@ use crate::pitch::{Pitch, Post};
 use crate::random::RandomStreams;
 use crate::referee;
 use crate::referee::placing::LineUp;
-use crate::robot::body::BodyBounds;
+use crate::robot::body::Body;
 use crate::robot::head::{HeadAngles, HeadCommand};
 use crate::robot::kick::{KickCommand, KickPhase};
 use crate::robot::motion::{ExecutedStep, WalkCommand};
@@ -125,7 +125,7 @@ fn team_of(
     let mut spec_of = |number, behaviour| RobotSpec {
         team,
         number,
-        pose: line_up.put_down(RobotId::new(team, number), &BodyBounds::default()),
+        pose: line_up.put_down(RobotId::new(team, number), &Body::default()),
         behaviour,
         ..RobotSpec::default()
     };
@@ -190,7 +190,7 @@ fn spawn_robot<'w>(world: &'w mut World, scenario: &Scenario, robot: &RobotSpec)
         MatchEntity,
         id,
         RobotSettings::of(scenario, robot),
-        (robot.pose, PreviousPose(robot.pose), Velocity::default(), BodyBounds::default()),
+        (robot.pose, PreviousPose(robot.pose), Velocity::default()),
         (WalkCommand::default(), ExecutedStep::default()),
         (HeadAngles { yaw, pitch }, HeadCommand { yaw, pitch }),
         (KickCommand::default(), KickPhase::default()),

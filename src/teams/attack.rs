@@ -105,7 +105,8 @@ fn line_up(
         memory.at_ball_since_s = Some(player.status.time_s);
     }
     let mut obstacles = player.obstacles();
-    let plan = KickPlan::choose(meeting_place, aim, player.pose(), &obstacles, player.kicks, memory.kick);
+    let plan =
+        KickPlan::choose(meeting_place, aim, player.pose(), &obstacles, (player.kicks, player.limits), memory.kick);
     memory.kick = Some(plan.kick_type);
     let (place, last_stretch) = approach(player.position(), player.forward, plan.position, plan.facing);
     if last_stretch {
@@ -203,7 +204,7 @@ mod tests {
     use super::*;
     use crate::geometry::Pose;
     use crate::geometry::unit;
-    use crate::robot::body::BodyBounds;
+    use crate::robot::body::Body;
     use crate::sensing::status::BodyStatus;
     use crate::teams::player::tests::{PlayerFixture, after_decision};
 
@@ -225,7 +226,7 @@ mod tests {
                     break;
                 }
                 situation.belief.pose = after_decision(situation.belief.pose, &decision);
-                let base = BodyBounds::default().base.footprint(situation.belief.pose);
+                let base = Body::default().base.footprint(situation.belief.pose);
                 let gap = base.signed_distance(ball).0 - BALL_RADIUS_M;
                 assert!(gap > 0.0, "start {index}: touches the ball at {:?}", situation.belief.pose);
                 situation.status.time_s += situation.period;

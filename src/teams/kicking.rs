@@ -1,15 +1,17 @@
 //! Where to stand for a kick, and when to strike.
 
 use bevy::prelude::*;
+use core::f32::consts::FRAC_PI_2;
 
 use super::aiming::{Aim, BLOCKED_HALF_WIDTH_M};
 use super::walking::Obstacles;
 use crate::ball::Rolling;
 use crate::belief::RobotBelief;
 use crate::geometry::{Pose, unrotate};
-use crate::kick_geometry::{KickType, strike};
+use crate::kick_geometry::{KickGeometry, KickType};
 use crate::pitch::Pitch;
 use crate::robot::kick::{KickRequest, KickSettings};
+use crate::robot::motion::MotionLimits;
 
 /// A ball that is passed stays this far from the lines, m.
 const LINE_MARGIN_M: f32 = 0.35;
@@ -26,23 +28,11 @@ const OCCUPIED_COST_S: f32 = 2.5;
 /// A place is taken if it is in an obstacle's circle reduced to this share.
 const OCCUPIED_SHARE: f32 = 0.8;
 
-/// Where the ball should lie for each type of kick, m, robot frame: well inside its rectangle (paper, Table 2).
-pub fn best_spot(kick_type: KickType) -> Vec2 {
-    match kick_type {
-        KickType::LeftStraight => Vec2::new(0.175, 0.05),
-        KickType::RightStraight => Vec2::new(0.175, -0.05),
-        KickType::LeftSide => Vec2::new(0.17, -0.07),
-        KickType::RightSide => Vec2::new(0.17, 0.07),
-    }
-}
-
-/// Where to stand for a kick of this type that sends a ball at `ball` in this direction (team frame): the position, m,
+/// Where to stand for a kick of this geometry that sends a ball at `ball` in this direction (team frame): the position, m,
 /// and the direction to face.
-pub fn stand_for(kick_type: KickType, ball: Vec2, direction: Vec2) -> (Vec2, Vec2) {
-    let spot = best_spot(kick_type);
-    let leaves = (spot - kick_type.foot().foot_tip()).normalize_or(Vec2::X);
-    let facing = unrotate(leaves, direction);
-    (ball - facing.rotate(spot), facing)
+pub fn stand_for(kick: &KickGeometry, ball: Vec2, direction: Vec2) -> (Vec2, Vec2) {
+    let facing = unrotate(kick.leaves(kick.best_m), direction);
+    (ball - facing.rotate(kick.best_m), facing)
 }
 
 /// A kick to prepare.
@@ -63,20 +53,27 @@ impl KickPlan {
         aim: &Aim,
         own: Pose,
         obstacles: &Obstacles,
-        kicks: &KickSettings,
+        (kicks, limits): (&KickSettings, &MotionLimits),
         previous: Option<KickType>,
     ) -> Self {
         let forward = own.forward();
+        let turns_radps = 1.4 * (limits.max_angular / FRAC_PI_2).max(0.1);
         let plan = |kick_type: KickType| {
-            let (position, facing) = stand_for(kick_type, ball, aim.direction);
+            let geometry = kicks.geometry(kick_type);
+            let stands = geometry.unwrap_or_else(|| KickGeometry::of_paper(kick_type));
+            let (position, facing) = stand_for(&stands, ball, aim.direction);
             let way = position - own.position;
             // The chord of the angle to turn by is near enough to it.
-            let turn_s = (facing - forward).length() / 1.4;
+            let turn_s = (facing - forward).length() / turns_radps;
             let ball_side = -way.normalize_or_zero().perp_dot(ball - own.position).abs();
             let passes_ball =
                 way.dot(ball - own.position) > 0.0 && way.length_squared() > ball.distance_squared(own.position);
             let detour_s = if passes_ball { 4.0 * (0.25 + ball_side).max(0.0) } else { 0.0 };
-            let mut cost_s = (way.length() / 0.2).max(turn_s) + 0.4 * turn_s + detour_s;
+            let mut cost_s = (way.length() / limits.max_linear_mps.max(0.01)).max(turn_s) + 0.4 * turn_s + detour_s;
+            if geometry.is_none() {
+                // It does not have this one.
+                return (f32::MAX, Self { kick_type, position, facing });
+            }
             if is_side_kick(kick_type) {
                 cost_s += SIDE_KICK_COST_S;
                 if aim.is_shot && aim.distance_m > 0.7 * kicks.range(kick_type).max_distance_m {
@@ -124,10 +121,10 @@ pub struct BallAtFeet {
 
 impl BallAtFeet {
     /// The kicks that reach the ball, each with the direction in which the ball leaves, unit vector, team frame.
-    fn kicks(self) -> impl Iterator<Item = (KickType, Vec2)> {
+    fn kicks(self, settings: &KickSettings) -> impl Iterator<Item = (KickType, Vec2)> {
         KickType::ALL.into_iter().filter_map(move |kick_type| {
-            let rectangle = kick_type.admissible_rectangle().inflate(-RECTANGLE_MARGIN_M);
-            let strike = strike(kick_type, self.in_robot).filter(|_| rectangle.contains(self.in_robot))?;
+            let rectangle = settings.geometry(kick_type)?.rectangle().inflate(-RECTANGLE_MARGIN_M);
+            let strike = settings.strike(kick_type, self.in_robot).filter(|_| rectangle.contains(self.in_robot))?;
             Some((kick_type, self.forward.rotate(strike.direction)))
         })
     }
@@ -142,7 +139,7 @@ pub fn kick_now(
     pitch: &Pitch,
     patience: f32,
 ) -> Option<KickRequest> {
-    ball.kicks()
+    ball.kicks(kicks)
         .filter_map(|(kick_type, direction)| {
             let error = aim.direction.perp_dot(direction).abs();
             let reach_m = kicks.range(kick_type).max_distance_m;
@@ -169,7 +166,7 @@ pub fn any_kick(
     const OPPONENT_RANGE_M: f32 = 0.8;
     /// The x component of the direction that is furthest backwards.
     const LEAST_FORWARDS: f32 = -0.2;
-    ball.kicks()
+    ball.kicks(kicks)
         .filter_map(|(kick_type, direction)| {
             let is_free = opponents.iter().all(|opponent| {
                 let offset = opponent.position_m - ball.place;
@@ -210,10 +207,11 @@ mod tests {
         for kick_type in KickType::ALL {
             for angle in [-2.5, -1.0, 0.0, 0.4, 3.0] {
                 let direction = unit(angle);
-                let (position, facing) = stand_for(kick_type, ball, direction);
+                let kick = KickGeometry::of_paper(kick_type);
+                let (position, facing) = stand_for(&kick, ball, direction);
                 let in_robot = unrotate(facing, ball - position);
                 assert!(kick_type.admissible_rectangle().contains(in_robot));
-                let strike = strike(kick_type, in_robot).unwrap();
+                let strike = KickSettings::default().strike(kick_type, in_robot).unwrap();
                 assert!(!strike.reduced);
                 assert_abs_diff_eq!(facing.rotate(strike.direction), direction, epsilon = 1e-5);
                 // Far enough away for the toes, at x = 11 cm, not to touch a ball of 3 cm radius.
@@ -227,7 +225,15 @@ mod tests {
         let ball = Vec2::new(1.0, 0.0);
         let choose = |own: Pose, direction: Vec2| {
             let aim = Aim { direction, distance_m: 1.0, tolerance: 0.2, is_shot: false };
-            KickPlan::choose(ball, &aim, own, &Obstacles::default(), &KickSettings::default(), None).kick_type
+            KickPlan::choose(
+                ball,
+                &aim,
+                own,
+                &Obstacles::default(),
+                (&KickSettings::default(), &MotionLimits::default()),
+                None,
+            )
+            .kick_type
         };
         assert_eq!(choose(Pose::new(0.7, -0.1, 0.0), Vec2::X), KickType::LeftStraight);
         assert_eq!(choose(Pose::new(0.7, 0.1, 0.0), Vec2::X), KickType::RightStraight);
@@ -242,7 +248,8 @@ mod tests {
         let own = Pose::new(0.7, -0.1, 0.0);
         let mut obstacles = Obstacles::default();
         obstacles.add(Vec2::new(0.8, -0.25), 0.36);
-        let plan = KickPlan::choose(ball, &aim, own, &obstacles, &KickSettings::default(), None);
+        let plan =
+            KickPlan::choose(ball, &aim, own, &obstacles, (&KickSettings::default(), &MotionLimits::default()), None);
         assert!(plan.position.distance(Vec2::new(0.8, -0.25)) > 0.2, "{plan:?}");
     }
 

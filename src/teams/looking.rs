@@ -41,14 +41,13 @@ pub fn search(time_s: f32) -> HeadCommand {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::camera_model::{CameraIntrinsics, CameraView};
     use crate::geometry::Pose;
     use crate::robot::head::HeadAngles;
     use crate::sensing::camera::CameraSettings;
 
     fn sees(head: HeadCommand, place: Vec2) -> bool {
-        let intrinsics = CameraIntrinsics::from(&CameraSettings::default());
-        CameraView::both(intrinsics, HeadAngles { yaw: head.yaw, pitch: head.pitch })
+        CameraSettings::default()
+            .views(HeadAngles { yaw: head.yaw, pitch: head.pitch })
             .iter()
             .any(|view| view.pixel_in_image(place.extend(0.03)).is_some())
     }

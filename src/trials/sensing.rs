@@ -1,14 +1,15 @@
 //! Trials of sonars, vision and messages.
 
-use bevy::math::{Vec2, ops};
+use bevy::math::{Vec2, Vec3, ops};
 use serde_json::{Value, json};
 
 use super::{Laboratory, Quantity, TrialError, deviation_of, mean_of};
-use crate::camera_model::{CameraIntrinsics, CameraSide};
+use crate::camera_model::CameraIntrinsics;
 use crate::communication::MessageStatistics;
 use crate::cycle::CycleClock;
 use crate::geometry::{to_degrees, to_radians, unit};
 use crate::scenario::RobotModel;
+use crate::sensing::camera::CameraSettings;
 use crate::sensing::sonar::{SonarNoise, SonarReading};
 use crate::sensing::vision::Percepts;
 use crate::simulation::MatchApp;
@@ -80,9 +81,8 @@ fn look(laboratory: &mut Laboratory, distance_m: f32, cycles: u32) -> Result<Vec
         .collect())
 }
 
-/// The angles to a ball on the ground as the upper camera sees it: to the left, and down; degrees.
-fn angles_to(place: Vec2, radius_m: f32) -> [f64; 2] {
-    let lens = CameraSide::Top.lens();
+/// The angles to a ball on the ground as a camera with this lens sees it: to the left, and down; degrees.
+fn angles_to(lens: Vec3, place: Vec2, radius_m: f32) -> [f64; 2] {
     let from_lens = place - lens.truncate();
     [ops::atan2(place.y, place.x), ops::atan2(lens.z - radius_m, from_lens.length())].map(to_degrees).map(f64::from)
 }
@@ -112,7 +112,10 @@ fn angle_errors(
                 let pose = laboratory.pose();
                 laboratory.app.run_cycles(1);
                 let seen = laboratory.reading::<Percepts>().ball?.position_m;
-                let [seen, real] = [seen, pose.inverse_transform_point(ball)].map(|place| angles_to(place, radius_m));
+                let cameras = laboratory.reading::<CameraSettings>();
+                let lens = cameras.mounts.as_slice().first()?.lens_m;
+                let places = [seen, pose.inverse_transform_point(ball)];
+                let [seen, real] = places.map(|place| angles_to(lens, place, radius_m));
                 let error = [seen[0] - real[0], seen[1] - real[1]];
                 error.iter().all(|error| error.abs() < 12.0).then_some(error)
             })

@@ -13,12 +13,12 @@ use crate::appearance::gather::MatchScene;
 use crate::appearance::scene::{Scene, SceneBall, SceneRobot};
 use crate::appearance::stride::Stride;
 use crate::appearance::view::View;
-use crate::camera_model::{CameraSide, CameraView};
+use crate::camera_model::{CameraName, CameraView};
 use crate::cycle::{Cycle, CycleClock};
 use crate::record::cycle_record::CycleRecord;
 use crate::record::history::History;
 use crate::robot::Roster;
-use crate::robot::body::BodyBounds;
+use crate::robot::body::Body;
 use crate::scenario::Scenario;
 use crate::sensing::camera::image::{Image, Layers};
 use crate::sensing::camera::software::{Detail, PreparedScene, Renderer};
@@ -61,7 +61,7 @@ pub struct EyesSystems;
 #[derive(Resource, Clone, PartialEq, Eq, Debug, Default)]
 pub struct Watched {
     /// Robots and their cameras.
-    pub cameras: BTreeSet<(RobotId, CameraSide)>,
+    pub cameras: BTreeSet<(RobotId, CameraName)>,
 }
 
 /// The match as it was when the robots sensed it last.
@@ -78,7 +78,7 @@ pub struct SensedScene {
 #[derive(Resource, Default)]
 pub struct EyeImages {
     /// Each with the cycle in which it was taken.
-    images: BTreeMap<(RobotId, CameraSide), (u64, Image)>,
+    images: BTreeMap<(RobotId, CameraName), (u64, Image)>,
     prepared: PreparedScene,
     workers: Vec<Renderer>,
     /// Images drawn since the program began.
@@ -91,7 +91,7 @@ pub struct EyeImages {
 
 impl EyeImages {
     /// The image of a camera that is watched, and the cycle in which it was taken.
-    pub fn image(&self, robot: RobotId, side: CameraSide) -> Option<(u64, &Image)> {
+    pub fn image(&self, robot: RobotId, side: CameraName) -> Option<(u64, &Image)> {
         self.images.get(&(robot, side)).map(|(cycle, image)| (*cycle, image))
     }
 }
@@ -114,7 +114,7 @@ fn find_past_scene(
     timeline: Res<Timeline>,
     now: MatchScene,
     roster: Res<Roster>,
-    bodies: Query<&BodyBounds>,
+    bodies: Query<&Body>,
     mut sensed: ResMut<SensedScene>,
     mut history: ResMut<History>,
 ) {
@@ -139,7 +139,7 @@ impl SensedScene {
         record: &CycleRecord,
         history: &History,
         period_s: f64,
-        body: impl Fn(RobotId) -> BodyBounds,
+        body: impl Fn(RobotId) -> Body,
     ) {
         self.cycle = Some(cycle);
         let on_pitch = record.robots.iter().filter(|robot| robot.penalised.is_none());
@@ -161,7 +161,7 @@ impl SensedScene {
 
 /// An image to be drawn.
 struct ImageJob {
-    camera: (RobotId, CameraSide),
+    camera: (RobotId, CameraName),
     view: View,
     image: Image,
 }
@@ -245,7 +245,7 @@ mod tests {
             app.update();
         }
         assert_eq!(drawn(&app), 0);
-        app.world_mut().resource_mut::<Watched>().cameras.insert((BLUE, CameraSide::Bottom));
+        app.world_mut().resource_mut::<Watched>().cameras.insert((BLUE, CameraName::BOTTOM));
         for _ in 0..5 {
             app.run_cycles(1);
             app.update();
@@ -253,9 +253,9 @@ mod tests {
         }
         assert_eq!(drawn(&app), 5);
         let eyes = app.world().resource::<EyeImages>();
-        let (cycle, image) = eyes.image(BLUE, CameraSide::Bottom).unwrap();
+        let (cycle, image) = eyes.image(BLUE, CameraName::BOTTOM).unwrap();
         assert_eq!((cycle, image.width, image.height), (10, 320, 240));
-        assert!(eyes.image(BLUE, CameraSide::Top).is_none());
+        assert!(eyes.image(BLUE, CameraName::TOP).is_none());
         app.world_mut().resource_mut::<Watched>().cameras.clear();
         app.run_cycles(1);
         app.update();
@@ -265,13 +265,13 @@ mod tests {
     #[test]
     fn an_image_is_of_the_instant_at_which_the_robot_sensed() {
         let mut app = app();
-        app.world_mut().resource_mut::<Watched>().cameras.insert((BLUE, CameraSide::Bottom));
+        app.world_mut().resource_mut::<Watched>().cameras.insert((BLUE, CameraName::BOTTOM));
         app.run_cycles(1);
         app.update();
         // The ball was 0.9 m ahead then, whatever it has rolled since.
-        let camera = CameraView::new((&CameraSettings::default()).into(), CameraSide::Bottom, HeadAngles::default());
+        let camera = CameraView::new((&CameraSettings::default()).into(), CameraName::BOTTOM, HeadAngles::default());
         let pixel = camera.pixel_in_image(Vec3::new(0.9, 0.0, 0.03)).unwrap();
-        let (_, image) = app.world().resource::<EyeImages>().image(BLUE, CameraSide::Bottom).unwrap();
+        let (_, image) = app.world().resource::<EyeImages>().image(BLUE, CameraName::BOTTOM).unwrap();
         let [red, green, blue] = image.colour(pixel.x as u32, pixel.y as u32).unwrap();
         assert!(red > 150 && red > green + 50 && green > blue, "{red} {green} {blue}");
     }

@@ -12,7 +12,7 @@ use super::shared::{
     Action, CameraSystems, Choice, HandAction, KeysSystems, SelectionSystems, TimelineCommand, ToggleFilm, ViewPreset,
     ViewerCommand,
 };
-use crate::camera_model::CameraSide;
+use crate::camera_model::CameraName;
 use crate::cycle::CycleClock;
 use crate::team::Team;
 
@@ -81,8 +81,8 @@ pub const BINDINGS: &[Binding] = &[
     binding(KeyCode::F2, "F2", "View from above", Action::View(ViewPreset::TopDown)),
     binding(KeyCode::F3, "F3", "Follow the ball", Action::View(ViewPreset::FollowBall)),
     binding(KeyCode::F4, "F4", "Follow the selected robot", Action::View(ViewPreset::FollowRobot)),
-    binding(KeyCode::F5, "F5", "Through its upper camera", Action::View(ViewPreset::Eyes(CameraSide::Top))),
-    binding(KeyCode::F6, "F6", "Through its lower camera", Action::View(ViewPreset::Eyes(CameraSide::Bottom))),
+    binding(KeyCode::F5, "F5", "Through its upper camera", Action::View(ViewPreset::Eyes(CameraName::TOP))),
+    binding(KeyCode::F6, "F6", "Through its lower camera", Action::View(ViewPreset::Eyes(CameraName::BOTTOM))),
     binding(KeyCode::F7, "F7", "Fly with the mouse", Action::View(ViewPreset::Fly)),
     binding(KeyCode::Tab, "Tab", "Next robot", Action::Select(Choice::Next)),
     with_shift(binding(KeyCode::Tab, "Shift Tab", "Previous robot", Action::Select(Choice::Previous))),

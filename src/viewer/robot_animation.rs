@@ -12,6 +12,7 @@ use crate::appearance::stride::Stride;
 use crate::cycle::CycleClock;
 use crate::geometry::Pose;
 use crate::robot::Velocity;
+use crate::robot::body::Body;
 use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
 use crate::team::RobotId;
@@ -36,15 +37,22 @@ fn start_stride(added: On<Add, RobotId>, mut commands: Commands) {
 fn move_limbs(
     clock: Res<CycleClock>,
     fraction: Res<DisplayFraction>,
-    mut robots: Query<(&RobotId, &Pose, &Velocity, &HeadAngles, &Posture, &Stride, &RobotLimbs, &mut DisplayedStride)>,
+    mut robots: Query<(
+        (&RobotId, &Pose, &Velocity),
+        (&HeadAngles, &Posture, &Body),
+        (&Stride, &RobotLimbs, &mut DisplayedStride),
+    )>,
     mut transforms: Query<&mut Transform>,
 ) {
     let now_s = clock.start_time_s() + f64::from(fraction.0) * clock.period_s;
-    for (id, pose, velocity, head, posture, stride, robot_limbs, mut displayed) in &mut robots {
+    for ((id, pose, velocity), (head, posture, body), (stride, robot_limbs, mut displayed)) in &mut robots {
         displayed.0.kick = stride.kick;
         displayed.0.follow(*pose, *velocity, now_s);
         // The robot's own transform places it on the pitch.
-        let limbs = displayed.0.joints(*id, *head).world_from_limbs(world_from_body(Pose::default(), *posture));
+        let limbs = displayed
+            .0
+            .joints(*id, *head, body)
+            .world_from_limbs(body, world_from_body(Pose::default(), *posture, body));
         for (limb, place) in robot_limbs.limbs.into_iter().zip(limbs) {
             if let Ok(mut transform) = transforms.get_mut(limb) {
                 transform.set_if_neq(Transform::from_matrix(place.into()));

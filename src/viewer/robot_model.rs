@@ -2,11 +2,11 @@
 
 use bevy::prelude::*;
 use core::array;
-use std::collections::BTreeMap;
 
 use super::part_mesh::{mesh_of_parts, part_material};
 use crate::appearance::posing::Limb;
 use crate::appearance::robot::{RobotDesign, RobotPart};
+use crate::robot::body::Body;
 use crate::team::RobotId;
 
 /// Shows robots as they come into the match.
@@ -29,40 +29,50 @@ pub struct RobotLimbs {
 #[derive(Resource)]
 struct RobotMeshes {
     material: Handle<StandardMaterial>,
-    /// All robots share those of their limbs. The trunk has the number and the team's colour.
-    limbs: Option<[Handle<Mesh>; Limb::COUNT]>,
-    trunks: BTreeMap<RobotId, Handle<Mesh>>,
+    /// Robots with the same body share those of their limbs.
+    limbs: Vec<(Body, [Handle<Mesh>; Limb::COUNT])>,
+    /// The trunk has the number and the team's colour.
+    trunks: Vec<(RobotId, Body, Handle<Mesh>)>,
 }
 
 impl FromWorld for RobotMeshes {
     fn from_world(world: &mut World) -> Self {
         let material = world.resource_mut::<Assets<StandardMaterial>>().add(part_material());
-        Self { material, limbs: None, trunks: BTreeMap::new() }
+        Self { material, limbs: Vec::new(), trunks: Vec::new() }
     }
 }
 
 fn show_robot(
     added: On<Add, RobotId>,
-    ids: Query<&RobotId>,
+    robots: Query<(&RobotId, &Body)>,
     mut shared: ResMut<RobotMeshes>,
     mut commands: Commands,
     mut meshes: ResMut<Assets<Mesh>>,
 ) {
-    let Ok(id) = ids.get(added.entity) else { return };
+    let Ok((id, body)) = robots.get(added.entity) else { return };
     let RobotMeshes { material, limbs, trunks } = &mut *shared;
     let mut mesh_of_limb = |index: usize, parts: &[RobotPart]| {
         meshes.add(mesh_of_parts(parts.iter().filter(|part| part.frame as usize == index)))
     };
-    if limbs.is_none() || !trunks.contains_key(id) {
-        let parts = RobotDesign::Nao.parts(*id);
-        trunks.insert(*id, mesh_of_limb(Limb::Trunk as usize, &parts));
-        limbs.get_or_insert_with(|| array::from_fn(|index| mesh_of_limb(index, &parts)));
-    }
-    let Some(limbs) = limbs else { return };
-    let mut handles = limbs.clone();
-    if let Some(trunk) = trunks.get(id) {
-        handles[Limb::Trunk as usize] = trunk.clone();
-    }
+    let known = limbs.iter().find(|(of, _)| of == body).map(|(_, handles)| handles.clone());
+    let trunk = trunks.iter().find(|(of, with, _)| of == id && with == body).map(|(.., trunk)| trunk.clone());
+    let handles = match (known, trunk) {
+        (Some(mut handles), Some(trunk)) => {
+            handles[Limb::Trunk as usize] = trunk;
+            handles
+        }
+        (known, _) => {
+            let parts = RobotDesign::Nao.parts(*id, body);
+            let mut handles = known.unwrap_or_else(|| {
+                let handles: [Handle<Mesh>; Limb::COUNT] = array::from_fn(|index| mesh_of_limb(index, &parts));
+                limbs.push((*body, handles.clone()));
+                handles
+            });
+            handles[Limb::Trunk as usize] = mesh_of_limb(Limb::Trunk as usize, &parts);
+            trunks.push((*id, *body, handles[Limb::Trunk as usize].clone()));
+            handles
+        }
+    };
     let robot = added.entity;
     let limbs = handles.map(|mesh| {
         let limb = (ChildOf(robot), Mesh3d(mesh), MeshMaterial3d(material.clone()), Transform::default());

@@ -5,7 +5,7 @@ use bevy::prelude::*;
 
 use super::display_settings::Switch;
 use super::speed::Speed;
-use crate::camera_model::CameraSide;
+use crate::camera_model::CameraName;
 use crate::cycle::CycleClock;
 use crate::game::{Game, GameState};
 use crate::team::{RobotId, Team};
@@ -91,7 +91,7 @@ pub enum ViewPreset {
     /// Behind the selected robot, wherever it goes.
     FollowRobot,
     /// What one of the selected robot's cameras sees.
-    Eyes(CameraSide),
+    Eyes(CameraName),
     /// Wherever the mouse flies to.
     Fly,
 }

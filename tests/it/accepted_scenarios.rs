@@ -394,7 +394,7 @@ fn abilities() -> impl Strategy<Value = Abilities> {
     let seconds = || within(0.0..=2.0);
     let kicks = (within(0.001..=50.0), 0.0f32..=1.0, seconds(), seconds(), degrees(0.0..=180.0), within(0.0..=10.0))
         .prop_map(|(max_distance_m, wrong_side_speed_factor, wind_up_s, recovery_s, direction_sd, speed_sd)| {
-            let range = KickRange { max_distance_m };
+            let range = KickRange::of(max_distance_m);
             KickSettings {
                 left_straight: range,
                 right_straight: range,

@@ -8,11 +8,10 @@ use naoisis::appearance::robot::{RobotDesign, WAISTBAND_Z, labels};
 use naoisis::appearance::scene::{Scene, SceneBall, SceneRobot};
 use naoisis::appearance::stride::Stride;
 use naoisis::appearance::view::View;
-use naoisis::camera_model::{CameraIntrinsics, CameraView};
 use naoisis::geometry::Pose;
 use naoisis::pitch::Pitch;
 use naoisis::random::RandomStream;
-use naoisis::robot::body::BodyBounds;
+use naoisis::robot::body::Body;
 use naoisis::robot::head::HeadAngles;
 use naoisis::scenario::Scenario;
 use naoisis::sensing::camera::gpu::{GpuError, GpuRenderer};
@@ -48,7 +47,7 @@ fn random_scene(dice: &mut RandomStream) -> Scene {
         let head = HeadAngles { yaw: between(-0.5, 0.5), pitch: between(-0.3, 0.4) };
         let stride =
             Stride { time_s: between(0.0, 1.0).into(), speed: between(-0.2, 0.2), liveliness: 1.0, kick: None };
-        let standing = SceneRobot::standing(RobotId::new(team, 1 + number), pose, BodyBounds::default());
+        let standing = SceneRobot::standing(RobotId::new(team, 1 + number), pose, Body::default());
         scene.robots.push(SceneRobot { head, stride, ..standing });
     }
     scene
@@ -56,7 +55,7 @@ fn random_scene(dice: &mut RandomStream) -> Scene {
 
 fn shot(scene: &Scene, index: usize) -> ImageRequest {
     let robot = scene.robots[0];
-    let camera = CameraView::both(CameraIntrinsics::from(&CameraSettings::default()), robot.head)[index % 2];
+    let camera = CameraSettings::default().views(robot.head)[index % 2];
     let mut view = View::of_robot(&camera, robot.world_from_robot(), robot.id);
     view.shadows = index.is_multiple_of(3);
     let design = if index % 4 < 2 { RobotDesign::Nao } else { RobotDesign::Simple };
@@ -128,9 +127,9 @@ fn far_lines_are_lines_in_both_and_dashes_in_none() {
     let Some(mut gpu) = renderer() else { return };
     // Along the pitch from beside one goal, turned a little: the halfway line is 4 m away, half a pixel wide.
     let scene = Scene::empty(Pitch { length_m: 9.0, width_m: 6.0, ..Pitch::default() });
-    let camera = CameraView::both(CameraIntrinsics::from(&CameraSettings::default()), HeadAngles::default())[0];
+    let camera = CameraSettings::default().views(HeadAngles::default())[0];
     let place = Pose::new(-4.2, 1.0, 0.06);
-    let looker = SceneRobot::standing(RobotId::new(Team::Blue, 1), place, BodyBounds::default());
+    let looker = SceneRobot::standing(RobotId::new(Team::Blue, 1), place, Body::default());
     for antialiasing in [true, false] {
         let view = View { antialiasing, ..View::of_robot(&camera, looker.world_from_robot(), looker.id) };
         let mut shot = ImageRequest { view, design: RobotDesign::Simple, layers: Layers::ALL, image: Image::default() };

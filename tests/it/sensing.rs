@@ -92,7 +92,7 @@ fn a_word_says_how_true_a_robots_sensors_are() {
 #[test]
 fn an_image_vision_of_ones_own_takes_the_place_of_the_built_in_one() {
     use bevy::prelude::*;
-    use naoisis::camera_model::CameraSide;
+    use naoisis::camera_model::CameraName;
     use naoisis::cycle::Cycle;
     use naoisis::sensing::camera::CameraImages;
     use naoisis::sensing::scene::SensingSystems;
@@ -101,9 +101,9 @@ fn an_image_vision_of_ones_own_takes_the_place_of_the_built_in_one() {
     /// Sees the ball a metre ahead in any image.
     fn hallucinate(mut robots: Query<(&CameraImages, &mut Percepts)>) {
         for (images, mut percepts) in &mut robots {
-            if !images.top.is_empty() {
+            if !images.of(CameraName::TOP).is_empty() {
                 let position_m = Vec2::X;
-                percepts.ball = Some(BallPercept::new(CameraSide::Top, Vec2::ZERO, position_m));
+                percepts.ball = Some(BallPercept::new(CameraName::TOP, Vec2::ZERO, position_m));
             }
         }
     }
@@ -120,16 +120,17 @@ fn an_image_vision_of_ones_own_takes_the_place_of_the_built_in_one() {
 #[test]
 fn a_robot_keeps_its_own_body_when_it_dives_gets_up_and_is_placed() {
     use naoisis::game::Intervention;
-    use naoisis::robot::body::{BodyBounds, BodyBox};
+    use naoisis::robot::body::{Body, BodyBox};
     use naoisis::robot::posture::Posture;
 
-    let standard = BodyBounds::default();
+    let standard = Body::default();
     // Below the sonars, which are 40 cm high; and so high that they hear it.
     for (top_m, is_heard) in [(0.35, false), (1.0, true)] {
-        let own = BodyBounds {
+        let own = Body {
             torso: BodyBox { z_m: [0.2, top_m], ..standard.torso },
             base: BodyBox { z_m: [0.0, 0.2], ..standard.base },
             height_m: top_m + 0.1,
+            ..standard
         };
         let mut app = match_of(
             r#"{ "rules": { "preset": "free", "dives": true }, "ball": { "position_m": [0, 1] },
@@ -152,6 +153,6 @@ fn a_robot_keeps_its_own_body_when_it_dives_gets_up_and_is_placed() {
         app.world_mut().commands().queue(Intervention::PlaceRobot { robot: pink(1), pose: Pose::new(0.4, 0.0, 3.0) });
         app.world_mut().flush();
         assert_eq!(hears(app.run_cycles(3)), is_heard, "it was placed");
-        assert_eq!(app.robot::<BodyBounds>(pink(1)), Some(&own));
+        assert_eq!(app.robot::<Body>(pink(1)), Some(&own));
     }
 }

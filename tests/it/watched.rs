@@ -12,7 +12,7 @@ use naoisis::viewer::{Speed, TimelineCommand, ViewerCommand};
 
 use crate::determinism::trace_of;
 use crate::support::begin_trace;
-use naoisis::camera_model::CameraSide;
+use naoisis::camera_model::CameraName;
 use naoisis::viewer::shared::Playback;
 
 #[test]
@@ -22,7 +22,7 @@ fn the_trace_of_a_match_watched_at_changing_speeds_is_the_headless_one_byte_for_
     app.add_plugins((MinimalPlugins, NaoisisPlugins, EventLogPlugin, DrivePlugin));
     app.add_plugins((CycleSamplesPlugin, EyesPlugin));
     // Somebody looks through a robot's eyes, too.
-    let looked_through = (RobotId::new(Team::Blue, 2), CameraSide::Top);
+    let looked_through = (RobotId::new(Team::Blue, 2), CameraName::TOP);
     app.world_mut().resource_mut::<Watched>().cameras.insert(looked_through);
     app.start_match(&scenario).unwrap();
     let bytes = begin_trace(&mut app);

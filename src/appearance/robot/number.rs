@@ -2,13 +2,25 @@
 
 use bevy::math::{Vec2, Vec3};
 
-use super::{Body, Limb};
+use super::{Limb, PartList};
 use crate::appearance::colours;
 
-/// Where the number's plates are: ±x of their surface and z of their middle, m, robot frame.
-pub(super) const PLATE_X: f32 = 0.063;
-/// See [`PLATE_X`].
-pub(super) const PLATE_Z: f32 = 0.386;
+/// Where the number's plates are.
+pub(super) struct Plates {
+    /// Their surfaces, in front and behind, m, robot frame.
+    pub x_m: [f32; 2],
+    /// The height of their middle, m.
+    pub z_m: f32,
+    /// How large the digits are, as a multiple of those of a NAO.
+    pub size: f32,
+}
+
+impl Plates {
+    /// Those on a NAO's chest and back.
+    pub(super) const fn of_nao() -> Self {
+        Self { x_m: [0.063, -0.063], z_m: 0.386, size: 1.0 }
+    }
+}
 
 /// Half width and half height of a digit between the middles of its segments, m.
 const HALF: Vec2 = Vec2::new(0.011, 0.021);
@@ -42,18 +54,19 @@ const SEGMENTS: [[u8; 7]; 10] = [
 ];
 
 /// Writes a number on the plates of chest and back.
-pub(super) fn write(body: &mut Body, number: u8) {
+pub(super) fn write(body: &mut PartList, number: u8, plates: &Plates) {
     let digits = number.to_string();
-    let spacing = 0.036_f32.min(0.075 / digits.len() as f32);
+    let Plates { x_m, z_m, size: scale } = *plates;
+    let spacing = scale * 0.036_f32.min(0.075 / digits.len() as f32);
     for (index, digit) in digits.bytes().enumerate() {
         let middle = (index as f32 - (digits.len() - 1) as f32 / 2.0) * spacing;
         let lit = SEGMENTS[usize::from(digit - b'0')];
         for ((place, lies), _) in PLACES.iter().zip(lit).filter(|(_, lit)| *lit == 1) {
-            let size = if *lies { Vec2::new(2.0 * HALF.x, 0.0) } else { Vec2::new(0.0, HALF.y) } + STROKE;
-            let right = middle + place.x * HALF.x;
+            let size = scale * (if *lies { Vec2::new(2.0 * HALF.x, 0.0) } else { Vec2::new(0.0, HALF.y) } + STROKE);
+            let right = middle + place.x * scale * HALF.x;
             // Whoever reads the chest has the robot's left, +y, on the right.
-            for facing in [1.0, -1.0] {
-                let centre = Vec3::new(facing * (PLATE_X + 0.0005), facing * right, PLATE_Z + place.y * HALF.y);
+            for (facing, surface) in [(1.0, x_m[0]), (-1.0, x_m[1])] {
+                let centre = Vec3::new(surface + facing * 0.0005, facing * right, z_m + place.y * scale * HALF.y);
                 body.cuboid(Limb::Trunk, colours::JOINT, Vec3::new(0.002, size.x, size.y), centre);
             }
         }

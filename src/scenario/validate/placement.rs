@@ -9,7 +9,7 @@ use crate::geometry::Pose;
 use crate::pitch::End;
 use crate::referee::placing::LineUp;
 use crate::referee::snapshot::Disc;
-use crate::robot::body::{BodyBounds, Footprint};
+use crate::robot::body::{Body, Footprint};
 use crate::scenario::field_path::FieldPath;
 use crate::scenario::types::{RobotSpec, Scenario};
 use crate::team::{RobotId, Team};
@@ -114,7 +114,7 @@ impl Checks {
             for &ball in &balls {
                 let mut line_up = scenario.line_up(&game, kick_off_team, scenario.ball.map(|_| ball));
                 let crowded_out =
-                    robots.iter().find(|id| is_outside(line_up.put_down(**id, &BodyBounds::default()).position));
+                    robots.iter().find(|id| is_outside(line_up.put_down(**id, &Body::default()).position));
                 let without_room = match (crowded_out, &scenario.ball) {
                     (Some(id), _) => Some((id.to_string(), line_up.place_of(*id).position)),
                     (None, Some(ball)) => {
@@ -169,7 +169,7 @@ pub fn place_ball_beside_robots(scenario: &mut Scenario) {
     let Some(ball) = scenario.ball else { return };
     let carpet = scenario.field.carpet_half_extents();
     let is_free = |place: Vec2| {
-        let base = BodyBounds::default().base;
+        let base = Body::default().base;
         let clear_of_robots = scenario.robots.iter().all(|robot| {
             !torso_reaches(robot, place, ball.radius_m) && !reaches(base.footprint(robot.pose), place, ball.radius_m)
         });
@@ -191,13 +191,13 @@ fn posts(scenario: &Scenario) -> impl Iterator<Item = (Vec2, f32)> {
 }
 
 fn torsos_overlap(one: Pose, other: Pose) -> bool {
-    let torso = BodyBounds::default().torso;
+    let torso = Body::default().torso;
     let overlap = torso.footprint(one).overlap(&torso.footprint(other));
     overlap.is_some_and(|overlap| overlap.depth > TOLERANCE_M)
 }
 
 fn torso_reaches(robot: &RobotSpec, centre: Vec2, radius: f32) -> bool {
-    reaches(BodyBounds::default().torso.footprint(robot.pose), centre, radius)
+    reaches(Body::default().torso.footprint(robot.pose), centre, radius)
 }
 
 fn reaches(footprint: Footprint, centre: Vec2, radius: f32) -> bool {

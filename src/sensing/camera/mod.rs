@@ -1,7 +1,7 @@
-//! The two cameras of a NAO (paper, section 3.1 and Table 1).
+//! Cameras: those that the robot's model has. A NAO has two (paper, section 3.1 and Table 1).
 //!
-//! **What it measures.** Two images, one from the upper camera that looks ahead and one from the lower that looks
-//! 40° further down, of 320 x 240 pixels with a field of view of 58° along the diagonal (47.8° x 36.8°). The
+//! **What it measures.** An image from each. Of a NAO, one from the upper camera that looks ahead and one from the lower that
+//! looks 40° further down, of 320 x 240 pixels with a field of view of 58° along the diagonal (47.8° x 36.8°). The
 //! geometry of both is the [model](crate::camera_model). What is recognised in them is the [vision](crate::sensing::vision)'s matter,
 //! which need not have an image rendered.
 //!
@@ -18,14 +18,16 @@
 //! sees the floor from 1.67 m on, the lower from 0.34 to 1.24 m: what lies between is seen by neither.
 
 use bevy::prelude::*;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::appearance::robot::RobotDesign;
 use crate::appearance::stride::{Stride, StridePlugin};
-use crate::camera_model::{CameraIntrinsics, CameraSide};
+use crate::camera_model::{CameraIntrinsics, CameraMount, CameraMounts, CameraName, CameraView, CameraViews};
 use crate::geometry::{file_units, to_radians};
 use crate::knowledge::Knowledge;
 use crate::pitch::Pitch;
+use crate::robot::body::Body;
+use crate::robot::head::HeadAngles;
 
 #[cfg(feature = "gpu")]
 pub mod gpu;
@@ -95,26 +97,42 @@ impl CameraRendering {
 }
 
 /// Which of a robot's cameras return images.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-#[non_exhaustive]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect)]
+#[reflect(opaque)]
+#[reflect(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub enum CameraChoice {
-    /// Both.
+    /// All of them.
     #[default]
     Both,
-    /// The upper one.
-    Top,
-    /// The lower one.
-    Bottom,
+    /// The one of this name.
+    Only(CameraName),
 }
 
 impl CameraChoice {
     /// Whether this camera is among them.
-    pub const fn includes(self, side: CameraSide) -> bool {
+    pub fn includes(self, camera: CameraName) -> bool {
         match self {
             CameraChoice::Both => true,
-            CameraChoice::Top => matches!(side, CameraSide::Top),
-            CameraChoice::Bottom => matches!(side, CameraSide::Bottom),
+            CameraChoice::Only(name) => camera == name,
+        }
+    }
+}
+
+impl Serialize for CameraChoice {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            CameraChoice::Both => serializer.serialize_str("both"),
+            CameraChoice::Only(name) => name.serialize(serializer),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for CameraChoice {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let word = String::deserialize(deserializer)?;
+        match word.as_str() {
+            "both" | "all" => Ok(CameraChoice::Both),
+            name => name.parse().map(CameraChoice::Only).map_err(serde::de::Error::custom),
         }
     }
 }
@@ -126,38 +144,40 @@ impl CameraChoice {
 pub struct CameraImages {
     /// The cycle at the start of which they were taken; none without images.
     pub cycle: Option<u64>,
-    /// The upper camera's; empty without one.
-    pub top: Image,
-    /// The lower camera's; empty without one.
-    pub bottom: Image,
+    /// The images of the cameras that ever had one, by their names; empty without one.
+    images: Vec<(CameraName, Image)>,
 }
 
+static NO_IMAGE: Image = Image { width: 0, height: 0, rgb: Vec::new(), labels: Vec::new(), depth_m: Vec::new() };
+
 impl CameraImages {
-    /// The image of one camera.
-    pub fn side(&self, side: CameraSide) -> &Image {
-        match side {
-            CameraSide::Top => &self.top,
-            CameraSide::Bottom => &self.bottom,
-        }
+    /// The image of one camera; empty without one.
+    pub fn of(&self, camera: CameraName) -> &Image {
+        self.iter().find(|(name, _)| *name == camera).map_or(&NO_IMAGE, |(_, image)| image)
     }
 
-    /// The image of one camera.
-    pub fn side_mut(&mut self, side: CameraSide) -> &mut Image {
-        match side {
-            CameraSide::Top => &mut self.top,
-            CameraSide::Bottom => &mut self.bottom,
-        }
+    /// The image of one camera, to be changed.
+    pub fn of_mut(&mut self, camera: CameraName) -> &mut Image {
+        let index = self.images.iter().position(|(name, _)| *name == camera).unwrap_or_else(|| {
+            self.images.push((camera, Image::default()));
+            self.images.len() - 1
+        });
+        &mut self.images[index].1
+    }
+
+    /// All images, by their cameras' names.
+    pub fn iter(&self) -> impl Iterator<Item = (CameraName, &Image)> {
+        self.images.iter().map(|(name, image)| (*name, image))
     }
 
     /// Forgets the images, and keeps the memory.
     pub fn clear(&mut self) {
         self.cycle = None;
-        self.top.clear();
-        self.bottom.clear();
+        self.images.iter_mut().for_each(|(_, image)| image.clear());
     }
 }
 
-/// The lens and the image of both cameras.
+/// The cameras of a robot, and their images.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Public)]
 #[require(CameraImages, LastLook)]
@@ -172,6 +192,12 @@ pub struct CameraSettings {
     /// Field of view along the diagonal, radians (degrees in files): 58° (paper, section 3.1).
     #[serde(rename = "diagonal_fov_deg", with = "file_units::degrees")]
     pub diagonal_fov: f32,
+    /// Which cameras there are.
+    #[serde(skip_serializing_if = "CameraMounts::is_default")]
+    pub mounts: CameraMounts,
+    /// The point about which they turn with the head, m, robot frame: where the body has its neck.
+    #[serde(skip)]
+    pub neck_m: Vec3,
     /// Which cameras return images.
     pub which: CameraChoice,
     /// Images are taken in every so many cycles, at least 1.
@@ -199,6 +225,8 @@ impl Default for CameraSettings {
             width: 320,
             height: 240,
             diagonal_fov: to_radians(58.0),
+            mounts: CameraMounts::default(),
+            neck_m: Body::default().neck_m,
             which: CameraChoice::default(),
             every_cycles: 1,
             design: RobotDesign::default(),
@@ -215,6 +243,31 @@ impl Default for CameraSettings {
 impl From<&CameraSettings> for CameraIntrinsics {
     fn from(settings: &CameraSettings) -> Self {
         CameraIntrinsics::new(Vec2::new(settings.width as f32, settings.height as f32), settings.diagonal_fov)
+    }
+}
+
+impl CameraSettings {
+    /// The pinhole of one of the cameras.
+    pub fn intrinsics(&self, mount: &CameraMount) -> CameraIntrinsics {
+        let [width, height] = mount.size.unwrap_or([self.width, self.height]);
+        let size = Vec2::new(width as f32, height as f32);
+        CameraIntrinsics::new(size, mount.diagonal_fov.unwrap_or(self.diagonal_fov))
+    }
+
+    /// What all cameras see in a head at these angles.
+    pub fn views(&self, head: HeadAngles) -> CameraViews {
+        let common = CameraIntrinsics::from(self);
+        let own = |mount: &CameraMount| match (mount.size, mount.diagonal_fov) {
+            (None, None) => common,
+            _ => self.intrinsics(mount),
+        };
+        CameraViews::new(&self.mounts, own, self.neck_m, head)
+    }
+
+    /// What one camera sees in a head at these angles, if there is one of this name.
+    pub fn view(&self, camera: CameraName, head: HeadAngles) -> Option<CameraView> {
+        let mount = self.mounts.get(camera)?;
+        Some(CameraView::new(self.intrinsics(mount), mount, self.neck_m, head))
     }
 }
 

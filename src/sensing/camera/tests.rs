@@ -1,6 +1,5 @@
 use super::*;
 use crate::appearance::Label;
-use crate::camera_model::CameraView;
 use crate::cycle::run_cycle;
 use crate::geometry::Pose;
 use crate::random::RandomStreams;
@@ -43,13 +42,13 @@ fn images_show_what_is_in_front_of_the_robot() {
     let settings = small();
     let images = images(&mut app, robot, settings);
     assert_eq!(images.cycle, Some(1));
-    let views = CameraView::both((&settings).into(), *app.world().get::<HeadAngles>(robot).unwrap());
-    let label = |side: CameraSide, point: Vec3| {
-        let pixel = views[side as usize].project(point).unwrap();
-        images.side(side).label(pixel.x as u32, pixel.y as u32)
+    let views = settings.views(*app.world().get::<HeadAngles>(robot).unwrap());
+    let label = |side: CameraName, point: Vec3| {
+        let pixel = views[settings.mounts.order(side)].project(point).unwrap();
+        images.of(side).label(pixel.x as u32, pixel.y as u32)
     };
-    assert_eq!(label(CameraSide::Bottom, Vec3::new(0.6, 0.1, 0.03)), Some(Label::Ball));
-    assert_eq!(label(CameraSide::Top, Vec3::new(1.5, 0.0, 0.3)), Some(Label::PinkWaistband));
+    assert_eq!(label(CameraName::BOTTOM, Vec3::new(0.6, 0.1, 0.03)), Some(Label::Ball));
+    assert_eq!(label(CameraName::TOP, Vec3::new(1.5, 0.0, 0.3)), Some(Label::PinkWaistband));
     // Nobody else has images.
     assert_eq!(app.world().get::<CameraImages>(other).unwrap().cycle, None);
 }
@@ -58,18 +57,18 @@ fn images_show_what_is_in_front_of_the_robot() {
 fn labels_and_depth_are_there_only_on_request() {
     let (mut app, robot, _) = world();
     let images = images(&mut app, robot, CameraSettings { labels: false, depth: false, ..small() });
-    assert_eq!(images.top.rgb.len(), 3 * 80 * 60);
-    assert!(images.top.labels.is_empty() && images.top.depth_m.is_empty());
+    assert_eq!(images.of(CameraName::TOP).rgb.len(), 3 * 80 * 60);
+    assert!(images.of(CameraName::TOP).labels.is_empty() && images.of(CameraName::TOP).depth_m.is_empty());
 }
 
 #[test]
 fn which_cameras_and_how_often_can_be_chosen() {
     let (mut app, robot, _) = world();
-    set(&mut app, robot, CameraSettings { every_cycles: 3, which: CameraChoice::Bottom, ..small() });
+    set(&mut app, robot, CameraSettings { every_cycles: 3, which: CameraChoice::Only(CameraName::BOTTOM), ..small() });
     let cycles: Vec<Option<u64>> = (0..7).map(|_| sense::<CameraImages>(&mut app, robot).cycle).collect();
     assert_eq!(cycles, [1, 1, 1, 4, 4, 4, 7].map(Some));
     let images = app.world().get::<CameraImages>(robot).unwrap();
-    assert!(images.top.is_empty() && !images.bottom.is_empty());
+    assert!(images.of(CameraName::TOP).is_empty() && !images.of(CameraName::BOTTOM).is_empty());
 }
 
 #[test]
@@ -96,7 +95,10 @@ fn images_are_the_same_on_any_number_of_threads_noise_included() {
     assert!(taken[0] == taken[1]);
     let (mut app, robot, _) = world();
     let clear = images(&mut app, robot, CameraSettings { shadows: true, ..small() });
-    assert!(clear.top.rgb != taken[0].0.top.rgb && clear.top.labels == taken[0].0.top.labels);
+    assert!(
+        clear.of(CameraName::TOP).rgb != taken[0].0.of(CameraName::TOP).rgb
+            && clear.of(CameraName::TOP).labels == taken[0].0.of(CameraName::TOP).labels
+    );
 }
 
 #[test]
@@ -113,7 +115,7 @@ fn who_lies_has_no_images() {
     images(&mut app, robot, small());
     set(&mut app, robot, Posture::Fallen { cycles: 1 });
     let images: CameraImages = sense(&mut app, robot);
-    assert!(images.cycle.is_none() && images.top.is_empty());
+    assert!(images.cycle.is_none() && images.of(CameraName::TOP).is_empty());
 }
 
 #[test]
@@ -124,5 +126,5 @@ fn a_robot_that_walks_moves_its_legs() {
     (0..8).for_each(|_| run_cycle(app.world_mut()));
     let later: CameraImages = sense(&mut app, robot);
     assert_eq!(*app.world().get::<Pose>(other).unwrap(), Pose::new(1.5, 0.0, core::f32::consts::PI));
-    assert!(first.top.rgb != later.top.rgb);
+    assert!(first.of(CameraName::TOP).rgb != later.of(CameraName::TOP).rgb);
 }

@@ -7,7 +7,7 @@ use super::noise::HiddenFeet;
 use super::occlusion::{Occluders, Target};
 use super::{BallPercept, ClassNoise, GoalPostPercept, Percepts, RobotPercept, VisionNoise};
 use crate::appearance::scene::{Scene, SceneBall, ScenePost, SceneRobot};
-use crate::camera_model::{CameraIntrinsics, CameraSide, CameraView, ViewSide};
+use crate::camera_model::{CameraName, CameraView, CameraViews, ViewSide};
 use crate::geometry::{Pose, unrotate};
 use crate::random::RandomStream;
 use crate::robot::head::HeadAngles;
@@ -55,9 +55,11 @@ pub(super) struct Observer<'a> {
     pub(super) pose: Pose,
     forward: Vec2,
     /// Where the cameras are.
-    pub(super) actual: [CameraView; 2],
+    pub(super) actual: CameraViews,
+    /// Which of them sees furthest aside.
+    guide: usize,
     /// Where the robot thinks that they are.
-    believed: [CameraView; 2],
+    believed: CameraViews,
     pub(super) noise: &'a VisionNoise,
     occluders: &'a Occluders,
     pub(super) stream: &'a mut RandomStream,
@@ -85,14 +87,14 @@ impl<'a> Observer<'a> {
         occluders: &'a Occluders,
         [stream, recognition]: [&'a mut RandomStream; 2],
     ) -> Self {
-        let intrinsics = CameraIntrinsics::from(camera);
-        let believed = CameraView::both(intrinsics, measured);
+        let believed = camera.views(measured);
         let HeadAngles { yaw, pitch } = gaze.actual(measured);
         let yaw = yaw + stream.gaussian(noise.head_angle_sd);
         let pitch = pitch + stream.gaussian(noise.head_angle_sd);
         let looks_there = measured == HeadAngles { yaw, pitch };
-        let actual = if looks_there { believed } else { CameraView::both(intrinsics, HeadAngles { yaw, pitch }) };
-        Self { pose, forward: pose.forward(), actual, believed, noise, occluders, stream, recognition }
+        let actual = if looks_there { believed } else { camera.views(HeadAngles { yaw, pitch }) };
+        let guide = widest(&believed);
+        Self { pose, forward: pose.forward(), guide, actual, believed, noise, occluders, stream, recognition }
     }
 
     /// The same robot in the same cycle, whose noise is drawn from another stream.
@@ -101,6 +103,9 @@ impl<'a> Observer<'a> {
     }
 
     pub(super) fn recognise_everything(&mut self, percepts: &mut Percepts, scene: &Scene, own_index: Option<usize>) {
+        if self.actual.is_empty() {
+            return;
+        }
         percepts.ball = scene.ball.and_then(|ball| self.see_ball(ball));
         for (index, post) in scene.posts.iter().enumerate() {
             percepts.goal_posts.extend(self.see_goal_post(index, post));
@@ -167,7 +172,7 @@ impl<'a> Observer<'a> {
         }
         let pixel = self.measured_pixel_in_image(side, centre, class.pixel_sd)?;
         let position_m = on_pitch(self.believed[side].point_at_height(pixel, ball.radius))?;
-        Some(BallPercept { camera: CameraSide::BOTH[side], pixel, position_m })
+        Some(BallPercept { camera: self.actual.name(side), pixel, position_m })
     }
 
     fn see_goal_post(&mut self, index: usize, post: &ScenePost) -> Option<GoalPostPercept> {
@@ -175,7 +180,7 @@ impl<'a> Observer<'a> {
         let class = self.noise.goal_posts;
         let place = self.in_robot_frame(post.position);
         let height = post.post.height;
-        let is_beside = height <= 2.0 * self.actual[0].lens.z && self.side_of(place) != ViewSide::Inside;
+        let is_beside = height <= 2.0 * self.actual[self.guide].lens.z && self.side_of(place) != ViewSide::Inside;
         if class.is_too_far(place) || is_beside {
             return None;
         }
@@ -209,7 +214,7 @@ impl<'a> Observer<'a> {
             return None;
         }
         let (pixel, position_m) = self.measured_standing_point(side, place, post.post.radius, cue, class.pixel_sd)?;
-        Some(GoalPostPercept { camera: CameraSide::BOTH[side], colour, pixel, position_m })
+        Some(GoalPostPercept { camera: self.actual.name(side), colour, pixel, position_m })
     }
 
     fn see_robot(&mut self, index: usize, robot: &SceneRobot) -> Option<RobotPercept> {
@@ -247,7 +252,7 @@ impl<'a> Observer<'a> {
             position_m = on_pitch(Some(position_m * self.error_without_feet(side, place, target)))?;
             pixel = self.believed[side].project_anywhere(position_m.extend(0.0));
         }
-        Some(RobotPercept { camera: CameraSide::BOTH[side], team, pixel, position_m })
+        Some(RobotPercept { camera: self.actual.name(side), team, pixel, position_m })
     }
 
     /// By which factor a robot seems further away whose foot is not seen: the more, the higher it is hidden.
@@ -308,13 +313,14 @@ impl<'a> Observer<'a> {
     }
 
     /// A pixel anywhere in the two images that has a place on the ground within the class's greatest distance.
-    fn imagined_place(&mut self, class: &ClassNoise, height: f32) -> Option<(CameraSide, Vec2, Vec2)> {
+    fn imagined_place(&mut self, class: &ClassNoise, height: f32) -> Option<(CameraName, Vec2, Vec2)> {
         (0..FALSE_POSITIVE_ATTEMPTS).find_map(|_| {
-            let side = usize::from(self.stream.chance(0.5));
+            let count = self.believed.len();
+            let side = count - 1 - ((self.stream.uniform() * count as f32) as usize).min(count - 1);
             let view = &self.believed[side];
             let pixel = view.intrinsics.size * Vec2::new(self.stream.uniform(), self.stream.uniform());
             let place = on_pitch(view.point_at_height(pixel, height)).filter(|&place| !class.is_too_far(place))?;
-            Some((CameraSide::BOTH[side], pixel, place))
+            Some((self.actual.name(side), pixel, place))
         })
     }
 
@@ -325,7 +331,7 @@ impl<'a> Observer<'a> {
 
     /// On which side of the view of both cameras a place certainly is (robot frame, m).
     pub(super) fn side_of(&self, place: Vec2) -> ViewSide {
-        self.actual[0].side_of(place)
+        self.actual[self.guide].side_of(place)
     }
 
     /// Whether a camera sees a point (robot frame, m) of a target.
@@ -350,18 +356,24 @@ impl<'a> Observer<'a> {
 
     /// The target as [`Occluders::judge`] sees it, for either camera.
     pub(super) fn judge(&self, target: Target, place: Vec2, radius: f32) -> Target {
-        // The lenses are less than 5 cm apart on the ground, whatever the head's pitch.
-        self.occluders.judge(target, self.actual[0].lens, place, radius + 0.05)
+        // The lenses of a head are less than 5 cm apart on the ground, whatever its pitch, or so much further.
+        let lens = self.actual[self.guide].lens;
+        let apart = |view: &CameraView| (view.lens - lens).truncate().length();
+        let apart = if self.actual.len() > 2 { self.actual.iter().map(apart).fold(0.05, f32::max) } else { 0.05 };
+        self.occluders.judge(target, lens, place, radius + apart)
     }
 
     /// The camera with the least score, if any has one.
     pub(super) fn best_camera(&self, score: impl Fn(&Self, usize) -> Option<f32>) -> Option<usize> {
-        match [score(self, 0), score(self, 1)] {
-            [Some(top), Some(bottom)] => Some(usize::from(bottom < top)),
-            [Some(_), None] => Some(0),
-            [None, Some(_)] => Some(1),
-            [None, None] => None,
+        let mut best: Option<(usize, f32)> = None;
+        for index in 0..self.actual.len() {
+            if let Some(score) = score(self, index)
+                && best.is_none_or(|(_, least)| score < least)
+            {
+                best = Some((index, score));
+            }
         }
+        best.map(|(index, _)| index)
     }
 
     /// The camera and the cue by which a target that stands at `place` is best located, if a camera recognises it by a
@@ -369,27 +381,21 @@ impl<'a> Observer<'a> {
     /// middle of its image.
     fn best_cue(&self, place: Vec2, target: Target, cue: impl Fn(&Self, usize) -> Option<Cue>) -> Option<(usize, Cue)> {
         let foot = place.extend(0.0);
-        let cues = [cue(self, 0), cue(self, 1)];
-        let sees_foot = |side: usize| cues[side] == Some(Cue::Foot) || self.is_visible(side, foot, target);
-        let by_foot = |side: usize| Some((side, Cue::Foot));
-        match cues {
-            [None, None] => None,
-            _ => match [sees_foot(0), sees_foot(1)] {
-                [true, true] => {
-                    let offset = |side: usize| {
-                        let view = &self.actual[side];
-                        view.offset_from_centre_squared(view.project_anywhere(foot))
-                    };
-                    by_foot(usize::from(offset(1) < offset(0)))
-                }
-                [true, false] => by_foot(0),
-                [false, true] => by_foot(1),
-                [false, false] => match cues {
-                    [Some(top), Some(bottom)] if bottom < top => Some((1, bottom)),
-                    [top, bottom] => top.map(|cue| (0, cue)).or(bottom.map(|cue| (1, cue))),
-                },
-            },
+        let mut best: Option<(usize, Cue)> = None;
+        for index in 0..self.actual.len() {
+            if let Some(cue) = cue(self, index)
+                && best.is_none_or(|(_, least)| cue < least)
+            {
+                best = Some((index, cue));
+            }
         }
+        best?;
+        let by_foot = self.best_camera(|observer, index| {
+            let view = &observer.actual[index];
+            let sees_foot = observer.is_visible(index, foot, target);
+            sees_foot.then(|| view.offset_from_centre_squared(view.project_anywhere(foot)))
+        });
+        by_foot.map(|index| (index, Cue::Foot)).or(best)
     }
 
     /// The measured pixel of a point (robot frame, m).
@@ -442,6 +448,13 @@ impl<'a> Observer<'a> {
         let position = on_pitch(position)?;
         Some((self.believed[side].project_anywhere(position.extend(0.0)), position))
     }
+}
+
+/// Which of the cameras sees furthest aside; the first of several. They all look the same way.
+fn widest(views: &CameraViews) -> usize {
+    let slope = |view: &CameraView| view.intrinsics.centre.x / view.intrinsics.focal_length;
+    let widest = |best: usize, next: usize| if slope(&views[next]) > slope(&views[best]) { next } else { best };
+    (1..views.len()).fold(0, widest)
 }
 
 /// Where the waistband of a robot at `place` is looked at.

@@ -5,7 +5,7 @@ use bevy::prelude::*;
 use super::geometric::Observer;
 use super::occlusion::Target;
 use super::{ClassNoise, LandmarkKind, LandmarkPercept};
-use crate::camera_model::{CameraSide, ViewSide};
+use crate::camera_model::ViewSide;
 use crate::pitch::{LineSegment, Markings};
 
 /// A shorter stretch of line is not recognised, pixels.
@@ -45,7 +45,7 @@ impl Observer<'_> {
         }
         let reach = self.draw_reach(class);
         let Some([start, end]) = within_distance(ends, reach) else { return };
-        for side in [0, 1] {
+        for side in 0..self.actual.len() {
             landmarks.extend(self.see_stretch(side, [start.extend(0.0), end.extend(0.0)], class));
         }
     }
@@ -69,7 +69,7 @@ impl Observer<'_> {
         let (pixel, end_pixel) =
             if start_pixel.x <= end_pixel.x { (start_pixel, end_pixel) } else { (end_pixel, start_pixel) };
         Some(LandmarkPercept {
-            camera: CameraSide::BOTH[side],
+            camera: self.actual.name(side),
             kind: LandmarkKind::Line { end_pixel, end_position_m: self.place_on_ground(side, end_pixel)? },
             pixel,
             position_m: self.place_on_ground(side, pixel)?,
@@ -117,7 +117,7 @@ impl Observer<'_> {
 
     fn landmark(&self, side: usize, kind: LandmarkKind, pixel: Vec2) -> Option<LandmarkPercept> {
         let position_m = self.place_on_ground(side, pixel)?;
-        Some(LandmarkPercept { camera: CameraSide::BOTH[side], kind, pixel, position_m })
+        Some(LandmarkPercept { camera: self.actual.name(side), kind, pixel, position_m })
     }
 
     fn offset_in_image(&self, side: usize, point: Vec3) -> f32 {

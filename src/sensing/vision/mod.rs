@@ -43,10 +43,11 @@
 //! pose to about a degree, and saw a ball at up to 3 m, goals across the pitch.
 
 use bevy::prelude::*;
+use core::cmp::Ordering;
 use serde::{Deserialize, Serialize};
 
 use crate::appearance::scene::Scene;
-use crate::camera_model::CameraSide;
+use crate::camera_model::{CameraMounts, CameraName};
 use crate::cycle::{Cycle, CycleClock};
 use crate::geometry::{Pose, angle_of};
 use crate::knowledge::Knowledge;
@@ -97,7 +98,7 @@ impl Plugin for VisionPlugin {
 #[non_exhaustive]
 pub struct BallPercept {
     /// The camera that sees it.
-    pub camera: CameraSide,
+    pub camera: CameraName,
     /// The centre's pixel, [u, v].
     pub pixel: Vec2,
     /// Its estimated place on the ground, m, robot frame.
@@ -109,7 +110,7 @@ pub struct BallPercept {
 #[non_exhaustive]
 pub struct GoalPostPercept {
     /// The camera that sees it.
-    pub camera: CameraSide,
+    pub camera: CameraName,
     /// The post's colour.
     pub colour: GoalColour,
     /// The pixel where it stands on the ground, [u, v].
@@ -123,7 +124,7 @@ pub struct GoalPostPercept {
 #[non_exhaustive]
 pub struct RobotPercept {
     /// The camera that sees it.
-    pub camera: CameraSide,
+    pub camera: CameraName,
     /// The team, by the colour of the waistband.
     pub team: Team,
     /// The pixel where it stands on the ground, [u, v].
@@ -137,7 +138,7 @@ pub struct RobotPercept {
 #[non_exhaustive]
 pub struct LandmarkPercept {
     /// The camera that sees it.
-    pub camera: CameraSide,
+    pub camera: CameraName,
     /// What it is.
     #[serde(flatten)]
     pub kind: LandmarkKind,
@@ -151,7 +152,7 @@ macro_rules! percepts {
     ($($percept:ident($($what:ident: $type:ty)?))*) => {
         $(impl $percept {
             /// A percept of this camera, at this pixel, [u, v], and at this place on the ground, m, robot frame.
-            pub const fn new(camera: CameraSide, $($what: $type,)? pixel: Vec2, position_m: Vec2) -> Self {
+            pub const fn new(camera: CameraName, $($what: $type,)? pixel: Vec2, position_m: Vec2) -> Self {
                 Self { camera, $($what,)? pixel, position_m }
             }
 
@@ -254,16 +255,16 @@ impl Percepts {
         }
     }
 
-    /// Puts everything in the order of the images: upper camera first, from left to right.
-    fn sort(&mut self) {
-        self.goal_posts.sort_unstable_by(|a, b| image_order((a.camera, a.pixel), (b.camera, b.pixel)));
-        self.robots.sort_unstable_by(|a, b| image_order((a.camera, a.pixel), (b.camera, b.pixel)));
-        self.landmarks.sort_unstable_by(|a, b| image_order((a.camera, a.pixel), (b.camera, b.pixel)));
+    /// Puts everything in the order of the images: camera by camera, from left to right.
+    fn sort(&mut self, mounts: &CameraMounts) {
+        let order = |a: (CameraName, Vec2), b: (CameraName, Vec2)| {
+            let cameras = if a.0 == b.0 { Ordering::Equal } else { mounts.order(a.0).cmp(&mounts.order(b.0)) };
+            cameras.then(a.1.x.total_cmp(&b.1.x)).then(a.1.y.total_cmp(&b.1.y))
+        };
+        self.goal_posts.sort_unstable_by(|a, b| order((a.camera, a.pixel), (b.camera, b.pixel)));
+        self.robots.sort_unstable_by(|a, b| order((a.camera, a.pixel), (b.camera, b.pixel)));
+        self.landmarks.sort_unstable_by(|a, b| order((a.camera, a.pixel), (b.camera, b.pixel)));
     }
-}
-
-fn image_order(a: (CameraSide, Vec2), b: (CameraSide, Vec2)) -> core::cmp::Ordering {
-    a.0.cmp(&b.0).then(a.1.x.total_cmp(&b.1.x)).then(a.1.y.total_cmp(&b.1.y))
 }
 
 /// Where a robot's percepts come from.
@@ -324,7 +325,7 @@ fn recognise(
                 mistaken.see(&mut observer.with_stream(false_places), &mut percepts, &scene);
             }
         }
-        percepts.sort();
+        percepts.sort(&camera.mounts);
     }
 }
 

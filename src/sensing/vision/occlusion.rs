@@ -166,13 +166,13 @@ mod tests {
     use super::*;
     use crate::appearance::scene::{ScenePost, SceneRobot};
     use crate::pitch::Post;
-    use crate::robot::body::BodyBounds;
+    use crate::robot::body::Body;
     use crate::team::{RobotId, Team};
 
     const LENS: Vec3 = Vec3::new(0.0539, 0.0, 0.5372);
 
     fn robot(team: Team, x: f32, y: f32, heading: f32) -> SceneRobot {
-        SceneRobot::standing(RobotId::new(team, 1), Pose::new(x, y, heading), BodyBounds::default())
+        SceneRobot::standing(RobotId::new(team, 1), Pose::new(x, y, heading), Body::default())
     }
 
     fn around(others: &[SceneRobot], posts: &[ScenePost]) -> Occluders {

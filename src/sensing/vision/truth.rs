@@ -4,13 +4,13 @@ use bevy::prelude::*;
 
 use super::{BallPercept, GoalPostPercept, LandmarkKind, LandmarkPercept, Percepts, RobotPercept};
 use crate::appearance::scene::Scene;
-use crate::camera_model::{CameraIntrinsics, CameraSide, CameraView};
 use crate::geometry::Pose;
 use crate::robot::head::HeadAngles;
 use crate::sensing::camera::CameraSettings;
 
-/// Fills the percepts with everything, wherever the robot looks. The camera is the lower one if that has the thing in its
-/// image, otherwise the upper one; the pixel of what no camera sees is outside the image.
+/// Fills the percepts with everything, wherever the robot looks. The camera is the last one that has the thing in its image
+/// (of a NAO, the lower), otherwise the first; the pixel of what no camera sees is outside the image. A robot without cameras
+/// sees nothing.
 pub(super) fn know_everything(
     percepts: &mut Percepts,
     scene: &Scene,
@@ -19,15 +19,16 @@ pub(super) fn know_everything(
     camera: &CameraSettings,
     head: HeadAngles,
 ) {
-    let views = CameraView::both(CameraIntrinsics::from(camera), head);
+    let views = camera.views(head);
+    let Some(last) = views.len().checked_sub(1) else { return };
     let pixel_of = |point: Vec3| {
-        let side = usize::from(views[1].pixel_in_image(point).is_some());
-        (CameraSide::BOTH[side], views[side].project_anywhere(point))
+        let index = (0..=last).rev().find(|&index| views[index].pixel_in_image(point).is_some()).unwrap_or(0);
+        (views.name(index), views[index].project_anywhere(point))
     };
     let look_at = |point: Vec2| {
         let position_m = pose.inverse_transform_point(point);
-        let (camera, pixel) = pixel_of(position_m.extend(0.0));
-        (camera, pixel, position_m)
+        let (name, pixel) = pixel_of(position_m.extend(0.0));
+        (name, pixel, position_m)
     };
     percepts.ball = scene.ball.map(|ball| {
         let position_m = pose.inverse_transform_point(ball.position);
@@ -52,7 +53,7 @@ pub(super) fn know_everything(
     percepts.landmarks.extend(markings.lines.iter().map(|line| {
         let end_position_m = pose.inverse_transform_point(line.end);
         let mut percept = landmark(LandmarkKind::Line { end_pixel: Vec2::ZERO, end_position_m }, line.start);
-        let view = &views[percept.camera as usize];
+        let view = &views[camera.mounts.order(percept.camera).min(last)];
         let end_pixel = view.project_anywhere(end_position_m.extend(0.0));
         percept.kind = LandmarkKind::Line { end_pixel, end_position_m };
         percept

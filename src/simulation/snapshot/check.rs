@@ -22,7 +22,7 @@ use crate::knowledge::Knowledge;
 use crate::pitch::{Pitch, Post};
 use crate::random::RandomStreams;
 use crate::referee::RefereeMemory;
-use crate::robot::body::{BodyBounds, BodyBox};
+use crate::robot::body::{Body, BodyBox};
 use crate::robot::falls::Balance;
 use crate::robot::head::{HeadAngles, HeadLimits};
 use crate::robot::kick::{KickCommand, KickPhase, KickSettings};
@@ -133,6 +133,7 @@ fn check_robot(
         falls: parts.copy_or::<Balance>(settings.falls),
         latency: parts.copy_or::<Latency>(settings.latency),
         cameras: parts.copy_or::<CameraSettings>(settings.cameras),
+        body: *parts.need::<Body>()?,
         robots: vec![RobotSpec {
             team: id.team,
             number: id.number,
@@ -149,17 +150,17 @@ fn check_robot(
         ..settings.clone()
     };
     parts.check_settings(&own)?;
-    let bounds = *parts.need::<BodyBounds>()?;
+    let bounds = *parts.need::<Body>()?;
     let is_sound = |part: BodyBox| {
         let [lengths, heights] =
             [part.x_m, part.z_m].map(|[least, most]| least < most && least.abs().max(most.abs()) <= LARGEST_BODY_M);
         lengths && heights && part.half_width_m > 0.0 && part.half_width_m <= LARGEST_BODY_M
     };
     if !(is_sound(bounds.torso) && is_sound(bounds.base)) {
-        return Err(parts.wrong::<BodyBounds>("this is no body of a robot"));
+        return Err(parts.wrong::<Body>("this is no body of a robot"));
     }
     if let Some(images) = parts.get::<CameraImages>()
-        && ![&images.top, &images.bottom].into_iter().all(is_whole)
+        && !images.iter().all(|(_, image)| is_whole(image))
     {
         return Err(parts.wrong::<CameraImages>("an image has more or fewer pixels than its width and height say"));
     }

@@ -29,7 +29,7 @@ pub fn image_in_window(intrinsics: CameraIntrinsics, window: Vec2) -> Rect {
 mod tests {
     use super::*;
     use crate::appearance::scene::world_from_body;
-    use crate::camera_model::CameraSide;
+    use crate::camera_model::CameraName;
     use crate::geometry::Pose;
     use crate::robot::head::HeadAngles;
     use crate::robot::posture::Posture;
@@ -50,7 +50,7 @@ mod tests {
         let intrinsics = CameraIntrinsics::from(&CameraSettings::default());
         let robot = Pose::new(-1.0, 0.7, 0.8);
         let head = HeadAngles { yaw: -0.4, pitch: 0.2 };
-        for (side, window) in CameraSide::BOTH.into_iter().zip([Vec2::new(1280.0, 720.0), Vec2::new(600.0, 900.0)]) {
+        for (side, window) in CameraName::BOTH.into_iter().zip([Vec2::new(1280.0, 720.0), Vec2::new(600.0, 900.0)]) {
             let camera = CameraView::new(intrinsics, side, head);
             for pixel in [Vec2::new(10.0, 200.0), Vec2::new(300.0, 230.0), Vec2::new(160.0, 120.0)] {
                 let Some(ground) = camera.ground_point(pixel) else { continue };

@@ -18,7 +18,7 @@ use super::shared::{CameraSystems, Selection, SelectionSystems, ViewPreset};
 use super::stage::{PitchRoot, StageSystems, pose_of};
 use crate::appearance::scene::world_from_body;
 use crate::ball::Ball;
-use crate::camera_model::{CameraSide, CameraView};
+use crate::camera_model::{CameraName, CameraView};
 use crate::game::Penalty;
 use crate::geometry::wrap_angle;
 use crate::pitch::Pitch;
@@ -95,7 +95,7 @@ pub enum CameraMode {
         heading: f32,
     },
     /// A camera of the selected robot.
-    Eyes(CameraSide),
+    Eyes(CameraName),
 }
 
 /// The camera of the window: where it is, and where it goes.
@@ -322,7 +322,7 @@ fn hide_own_body(
 
 impl ViewerCamera {
     /// The camera through which the match is watched, and whose: none but for a robot's eyes.
-    pub fn eyes(&self, selection: &Selection) -> Option<(RobotId, CameraSide)> {
+    pub fn eyes(&self, selection: &Selection) -> Option<(RobotId, CameraName)> {
         match self.mode {
             CameraMode::Eyes(side) => selection.0.map(|id| (id, side)),
             _ => None,
@@ -340,8 +340,8 @@ mod tests {
         let view = Viewpoint::behind(Pose::default());
         let camera = |mode| ViewerCamera { current: view, wanted: view, mode };
         let selection = Selection(Some(RobotId::new(crate::team::Team::Pink, 2)));
-        let eyes = camera(CameraMode::Eyes(CameraSide::Bottom)).eyes(&selection);
-        assert_eq!(eyes.map(|(_, side)| side), Some(CameraSide::Bottom));
+        let eyes = camera(CameraMode::Eyes(CameraName::BOTTOM)).eyes(&selection);
+        assert_eq!(eyes.map(|(_, side)| side), Some(CameraName::BOTTOM));
         assert_eq!(camera(CameraMode::Ball).eyes(&selection), None);
     }
 }

@@ -7,7 +7,7 @@ use bevy::prelude::*;
 use bevy_egui::input::EguiWantsInput;
 
 use crate::behaviour::DecideSystems;
-use crate::camera_model::CameraSide;
+use crate::camera_model::CameraName;
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
 use crate::kick_geometry::KickType;
 use crate::robot::Roster;
@@ -113,7 +113,7 @@ pub(super) fn toggle(world: &mut World) {
     let view = world.query::<&ViewerCamera>().iter(world).next().copied();
     *world.resource_mut::<Driving>() = Driving { robot: Some(robot), wish: Wish::default(), view };
     world.resource_mut::<Selection>().0 = Some(robot);
-    world.write_message(ViewPreset::Eyes(CameraSide::Top));
+    world.write_message(ViewPreset::Eyes(CameraName::TOP));
 }
 
 fn stop(world: &mut World) {

@@ -12,7 +12,7 @@ use crate::geometry::{Pose, unit};
 use crate::kick_geometry::{KickType, strike};
 use crate::record::gather::CurrentRecord;
 use crate::robot::PreviousPose;
-use crate::robot::body::{BodyBounds, BodyBox};
+use crate::robot::body::{Body, BodyBox};
 use crate::team::RobotId;
 use crate::viewer::cycle_samples::{CycleSample, CycleSamples};
 use crate::viewer::palette;
@@ -30,7 +30,7 @@ const JUMP_M: f32 = 0.4;
 
 pub(super) fn draw_bounds(
     showing: Showing,
-    robots: Query<(&RobotId, &Pose, &PreviousPose, &Penalty, &BodyBounds)>,
+    robots: Query<(&RobotId, &Pose, &PreviousPose, &Penalty, &Body)>,
     balls: Query<(&Pose, &PreviousPose, &BallPhysics), (With<Ball>, Without<RobotId>)>,
     mut brush: Brush,
 ) {

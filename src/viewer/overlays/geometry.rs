@@ -73,19 +73,19 @@ pub fn corners(rectangle: Rect) -> [Vec2; 4] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::camera_model::{CameraIntrinsics, CameraSide};
+    use crate::camera_model::{CameraIntrinsics, CameraName};
     use crate::robot::head::HeadAngles;
     use crate::sensing::camera::CameraSettings;
     use approx::assert_abs_diff_eq;
     use core::f32::consts::{FRAC_PI_2, FRAC_PI_4, FRAC_PI_6, PI};
 
-    fn camera(side: CameraSide, head: HeadAngles) -> CameraView {
+    fn camera(side: CameraName, head: HeadAngles) -> CameraView {
         CameraView::new(CameraIntrinsics::from(&CameraSettings::default()), side, head)
     }
 
     #[test]
     fn the_lower_camera_of_a_level_head_sees_a_trapezium() {
-        let camera = camera(CameraSide::Bottom, HeadAngles::default());
+        let camera = camera(CameraName::BOTTOM, HeadAngles::default());
         let outline = seen_ground(&camera, 8.0);
         // The edges look 40° ± 18.4° down: the lens is h above the ground, so that they meet it at h / tan(angle).
         let half = ops::atan(camera.intrinsics.size.y / 2.0 / camera.intrinsics.focal_length);
@@ -101,14 +101,14 @@ mod tests {
 
     #[test]
     fn the_upper_camera_sees_the_ground_as_far_as_asked_for_and_none_above_the_horizon() {
-        let level = camera(CameraSide::Top, HeadAngles::default());
+        let level = camera(CameraName::TOP, HeadAngles::default());
         let outline = seen_ground(&level, 6.0);
         let furthest = outline.iter().map(|corner| corner.x).fold(0.0, f32::max);
         assert_abs_diff_eq!(furthest, 6.0 + level.lens.x, epsilon = 1e-3);
-        let up = camera(CameraSide::Top, HeadAngles { yaw: 0.0, pitch: -30.0_f32.to_radians() });
+        let up = camera(CameraName::TOP, HeadAngles { yaw: 0.0, pitch: -30.0_f32.to_radians() });
         assert_eq!(seen_ground(&up, 6.0), []);
         // Turned with the head.
-        let left = camera(CameraSide::Top, HeadAngles { yaw: FRAC_PI_2, pitch: 0.0 });
+        let left = camera(CameraName::TOP, HeadAngles { yaw: FRAC_PI_2, pitch: 0.0 });
         assert!(seen_ground(&left, 6.0).iter().all(|corner| corner.y > 1.0));
     }
 

@@ -5,7 +5,7 @@ use bevy::prelude::*;
 use super::geometry::{arc, sector, seen_ground};
 use super::{Brush, Overlay, Showing};
 use crate::behaviour::drawings::Ink;
-use crate::camera_model::{CameraSide, CameraView};
+use crate::camera_model::{CameraName, CameraView};
 use crate::game::Penalty;
 use crate::geometry::{Pose, angle_of, unit};
 use crate::pitch::JunctionShape;
@@ -22,10 +22,10 @@ use crate::viewer::palette;
 const FURTHEST_M: f32 = 4.0;
 
 /// The colour of a camera's field of view.
-pub fn camera_ink(side: CameraSide) -> Ink {
+pub fn camera_ink(side: CameraName) -> Ink {
     match side {
-        CameraSide::Top => Ink::Yellow,
-        CameraSide::Bottom => Ink::Orange,
+        CameraName::TOP => Ink::Yellow,
+        CameraName::BOTTOM => Ink::Orange,
     }
 }
 
@@ -43,7 +43,7 @@ pub(super) fn draw_fields_of_view(
             continue;
         }
         let place = showing.place(pose, previous);
-        for side in CameraSide::BOTH.into_iter().filter(|side| settings.which.includes(*side)) {
+        for side in CameraName::BOTH.into_iter().filter(|side| settings.which.includes(*side)) {
             let camera = CameraView::new(settings.into(), side, *head);
             let outline = seen_ground(&camera, FURTHEST_M);
             let colour = palette::ink(camera_ink(side));

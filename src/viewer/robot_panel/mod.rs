@@ -21,7 +21,7 @@ use super::shared::{Action, CameraSystems, Choice, Selection};
 use super::theme::{MARGIN, ThemeSystems, band, bright, card, dim, panel, text_size};
 use super::timeline::Timeline;
 use crate::belief::Belief;
-use crate::camera_model::CameraSide;
+use crate::camera_model::CameraName;
 use crate::communication::{Inbox, TeamMessage};
 use crate::cycle::CycleClock;
 use crate::game::{Game, Penalty};
@@ -113,7 +113,7 @@ fn watch_cameras(
 ) {
     let selected = selection.0.filter(|_| display.robot && opened.cameras);
     let all = roster.iter().map(|(id, _)| id).filter(|_| display.cameras);
-    let cameras = all.chain(selected).flat_map(|id| CameraSide::BOTH.map(|side| (id, side))).collect();
+    let cameras = all.chain(selected).flat_map(|id| CameraName::BOTH.map(|side| (id, side))).collect();
     if watched.cameras != cameras {
         watched.cameras = cameras;
     }
@@ -175,7 +175,7 @@ fn show_robot(
                 let cameras = section(ui, "Cameras", true, |ui| {
                     ui.horizontal(|ui| {
                         ui.spacing_mut().item_spacing.x = 4.0;
-                        for side in CameraSide::BOTH {
+                        for side in CameraName::BOTH {
                             pictures.show(ui, (id, side), Some(robot.percepts), (width - 4.0) / 2.0);
                         }
                     });

@@ -8,7 +8,7 @@ use bevy_egui::{EguiContexts, EguiTextureHandle, EguiUserTextures};
 use std::collections::BTreeMap;
 
 use crate::behaviour::drawings::Ink;
-use crate::camera_model::{CameraIntrinsics, CameraSide};
+use crate::camera_model::{CameraIntrinsics, CameraName};
 use crate::robot::Roster;
 use crate::sensing::camera::CameraSettings;
 use crate::sensing::camera::image::Image;
@@ -24,7 +24,7 @@ use crate::viewer::theme::text_size;
 
 /// The images as the panels have them.
 #[derive(Resource, Default)]
-pub struct Pictures(BTreeMap<(RobotId, CameraSide), Picture>);
+pub struct Pictures(BTreeMap<(RobotId, CameraName), Picture>);
 
 struct Picture {
     texture: Handle<bevy::image::Image>,
@@ -115,7 +115,7 @@ impl Pictures {
     pub fn show(
         &self,
         ui: &mut egui::Ui,
-        (id, side): (RobotId, CameraSide),
+        (id, side): (RobotId, CameraName),
         percepts: Option<&Percepts>,
         width: f32,
     ) -> egui::Response {
@@ -140,7 +140,7 @@ impl Pictures {
 }
 
 /// Draws what was recognised by one camera; `place` is where a pixel of its image is.
-fn draw_percepts(painter: &egui::Painter, percepts: &Percepts, side: CameraSide, place: impl Fn(Vec2) -> Pos2) {
+fn draw_percepts(painter: &egui::Painter, percepts: &Percepts, side: CameraName, place: impl Fn(Vec2) -> Pos2) {
     let stroke = |colour: Color| Stroke::new(1.5, palette::in_panel(colour));
     let write = |at: Pos2, text: &str, colour: Color| {
         let font = FontId::proportional(10.0);

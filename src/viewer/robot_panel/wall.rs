@@ -5,7 +5,7 @@ use bevy_egui::EguiContexts;
 use bevy_egui::egui::{self, Align2, Grid};
 
 use super::pictures::Pictures;
-use crate::camera_model::CameraSide;
+use crate::camera_model::CameraName;
 use crate::robot::Roster;
 use crate::sensing::vision::Percepts;
 use crate::team::RobotId;
@@ -43,7 +43,7 @@ pub(super) fn show_wall(
                             });
                             ui.horizontal(|ui| {
                                 ui.spacing_mut().item_spacing.x = 2.0;
-                                for side in CameraSide::BOTH {
+                                for side in CameraName::BOTH {
                                     let percepts = robots.get(*robot).ok();
                                     let image = pictures.show(ui, (*id, side), percepts, width);
                                     if image.on_hover_text("Select").clicked() {

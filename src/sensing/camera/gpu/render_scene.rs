@@ -111,7 +111,7 @@ impl RenderScene {
             let count = self.robots.len();
             let entities = self.robots.entry(robot.id).or_insert_with(|| RobotEntities { index: count, ..default() });
             for variant in variants {
-                is_new |= entities.add_missing(world, &mut self.materials, robot.id, *variant)?;
+                is_new |= entities.add_missing(world, &mut self.materials, robot, *variant)?;
             }
         }
         for (id, robot) in &self.robots {
@@ -215,14 +215,14 @@ impl RobotEntities {
         &mut self,
         world: &mut World,
         materials: &mut BTreeMap<usize, Handle<SceneMaterial>>,
-        id: RobotId,
+        robot: &SceneRobot,
         variant: SceneVariant,
     ) -> Result<bool, MeshMergeError> {
         let design = variant.design as usize;
         let wanted = [!variant.depth, variant.shadows && !variant.depth, variant.depth];
         let surfaces = [Surface::Body, Surface::Shadow, Surface::Depth];
         let mut is_new = false;
-        let parts = variant.design.parts(id);
+        let parts = variant.design.parts(robot.id, &robot.body);
         for kind in 0..3 {
             if !wanted[kind] || self.has[design][kind] {
                 continue;

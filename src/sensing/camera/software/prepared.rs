@@ -13,6 +13,7 @@ use crate::appearance::scene::{Scene, ScenePost};
 use crate::appearance::view::View;
 use crate::appearance::{Label, colours};
 use crate::pitch::{End, Pitch};
+use crate::robot::body::Body as RobotBody;
 use crate::team::RobotId;
 
 /// How finely things are drawn.
@@ -94,10 +95,8 @@ pub(super) struct Net {
     pub(super) strings: Vec<[Vec3; 2]>,
 }
 
-/// A robot's limbs reach no further than this from the middle of its body, m.
-const ROBOT_REACH: f32 = 0.42;
-/// Height of the middle of a robot's body, m.
-const ROBOT_MIDDLE: f32 = 0.29;
+/// A robot's limbs reach no further than this from the middle of its body, in heights of it: with an arm and a leg stretched out.
+const ROBOT_REACH_IN_HEIGHTS: f32 = 0.733;
 
 /// What stands still as long as the match lasts, and how finely it is drawn.
 #[derive(Clone, PartialEq, Debug)]
@@ -113,7 +112,7 @@ pub struct PreparedScene {
     pub(super) still: Option<Still>,
     /// How many bodies, faces, corners and rounds there are of what stands still. They come first.
     still_counts: [usize; 4],
-    robots: Vec<(RobotId, Model<Limb>)>,
+    robots: Vec<((RobotId, RobotBody), Model<Limb>)>,
     pub(super) ground: Vec<(GroundMark, u32)>,
     pub(super) nets: Vec<Net>,
     pub(super) bodies: Vec<Body>,
@@ -144,15 +143,16 @@ impl PreparedScene {
         let robots = core::mem::take(&mut self.robots);
         let mut unknown = Vec::new();
         for robot in &scene.robots {
-            let middle = robot.world_from_robot().transform_point3(Vec3::Z * ROBOT_MIDDLE);
+            let middle = robot.world_from_robot().transform_point3(Vec3::Z * (robot.body.height_m / 2.0));
             let limbs = robot.world_from_limbs();
             let place = |limb: Limb| limbs[limb as usize];
-            match robots.iter().find(|(id, _)| *id == robot.id) {
-                Some((_, model)) => self.add(Some(robot.id), middle, ROBOT_REACH, model, place),
+            let reach = ROBOT_REACH_IN_HEIGHTS * robot.body.height_m;
+            match robots.iter().find(|((id, body), _)| *id == robot.id && *body == robot.body) {
+                Some((_, model)) => self.add(Some(robot.id), middle, reach, model, place),
                 None => {
-                    let model = Model::new(&detail.design.parts(robot.id), detail.segments);
-                    self.add(Some(robot.id), middle, ROBOT_REACH, &model, place);
-                    unknown.push((robot.id, model));
+                    let model = Model::new(&detail.design.parts(robot.id, &robot.body), detail.segments);
+                    self.add(Some(robot.id), middle, reach, &model, place);
+                    unknown.push(((robot.id, robot.body), model));
                 }
             }
         }

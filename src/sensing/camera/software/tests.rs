@@ -7,7 +7,7 @@ use crate::appearance::stride::Stride;
 use crate::geometry::{Pose, unit};
 use crate::pitch::Pitch;
 use crate::random::RandomStream;
-use crate::robot::body::BodyBounds;
+use crate::robot::body::Body;
 use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
 use crate::team::{RobotId, Team};
@@ -19,7 +19,7 @@ fn scene() -> Scene {
     let head = HeadAngles { yaw: 0.4, pitch: 0.1 };
     let stride = Stride { time_s: 0.2, speed: 0.2, liveliness: 1.0, kick: None };
     for (team, x, y, heading) in [(Team::Blue, 0.5, 0.2, 1.0), (Team::Pink, 1.2, -0.2, 3.0)] {
-        let standing = SceneRobot::standing(RobotId::new(team, 3), Pose::new(x, y, heading), BodyBounds::default());
+        let standing = SceneRobot::standing(RobotId::new(team, 3), Pose::new(x, y, heading), Body::default());
         scene.robots.push(SceneRobot { head, stride, ..standing });
     }
     scene.ball = Some(SceneBall { position: Vec2::new(0.1, -0.3), radius: 0.03 });
@@ -162,7 +162,7 @@ fn busy_scene(dice: &mut RandomStream, pitch: &Pitch) -> Scene {
     let mut scene = Scene::empty(pitch.clone());
     for number in 1..=2 {
         let pose = Pose::new(between(1.5, 3.5), between(-1.5, 1.5), between(-3.0, 3.0));
-        let body = SceneRobot::standing(RobotId::new(Team::Pink, number), pose, BodyBounds::default());
+        let body = SceneRobot::standing(RobotId::new(Team::Pink, number), pose, Body::default());
         let posture = if between(0.0, 1.0) < 0.2 { Posture::Fallen { cycles: 1 } } else { Posture::Upright };
         scene.robots.push(body.in_posture(posture));
     }
@@ -209,7 +209,7 @@ fn a_robot_does_not_see_itself() {
 fn a_robot_that_lies_down_is_flat() {
     let mut scene = scene();
     scene.robots.truncate(1);
-    let standing = SceneRobot::standing(scene.robots[0].id, Pose::new(1.0, 0.0, 0.0), BodyBounds::default());
+    let standing = SceneRobot::standing(scene.robots[0].id, Pose::new(1.0, 0.0, 0.0), Body::default());
     scene.robots[0] = standing.in_posture(Posture::Fallen { cycles: 3 });
     let (image, view) = (draw(&scene, &view(), RobotDesign::Nao), view());
     let highest = image.labels.iter().position(|&label| label == Label::BlueRobot as u8).unwrap() / 160;

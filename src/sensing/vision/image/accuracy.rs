@@ -22,10 +22,9 @@ use crate::appearance::robot::{RobotDesign, labels};
 use crate::appearance::scene::{Scene, SceneBall, ScenePost, SceneRobot};
 use crate::appearance::stride::Stride;
 use crate::appearance::view::View;
-use crate::camera_model::{CameraIntrinsics, CameraSide, CameraView};
 use crate::geometry::{Pose, to_radians};
 use crate::pitch::Pitch;
-use crate::robot::body::BodyBounds;
+use crate::robot::body::Body;
 use crate::robot::head::HeadAngles;
 use crate::sensing::camera::CameraSettings;
 use crate::sensing::camera::image::{Image, Layers};
@@ -187,19 +186,19 @@ pub fn measure(scenes: usize, conditions: Conditions, uniform: &mut dyn FnMut() 
     let mut vision = ImageVision::default();
     let mut findings = Findings::default();
     let mut image = Image::default();
-    let intrinsics = CameraIntrinsics::from(&CameraSettings::default());
+    let settings = CameraSettings::default();
     for _ in 0..scenes {
         let (scene, head) = random_scene(conditions, uniform);
         let known = Known::new(&scene.pitch, conditions.ball_radius);
         prepared.prepare(&scene, Detail { design: conditions.design, ..Detail::default() });
         let own = scene.robots[0];
-        for (side, camera) in CameraSide::BOTH.into_iter().zip(CameraView::both(intrinsics, head)) {
-            let mut view = View::of_robot(&camera, own.world_from_robot(), own.id);
+        for (side, camera) in settings.views(head).named() {
+            let mut view = View::of_robot(camera, own.world_from_robot(), own.id);
             view.shadows = conditions.shadows;
             view.antialiasing = conditions.antialiasing;
             renderer.draw(&prepared, &view, Layers::ALL, &mut image);
             let started = Instant::now();
-            vision.recognise(&image, side, &camera, &known, &mut findings);
+            vision.recognise(&image, side, camera, &known, &mut findings);
             accuracy.looking_s += started.elapsed().as_secs_f64();
             accuracy.images += 1;
             accuracy.judge(&scene, &image, &view, &findings);
@@ -317,7 +316,7 @@ fn random_scene(conditions: Conditions, uniform: &mut dyn FnMut() -> f32) -> (Sc
     let ball = pose.position + between(0.15, 3.5) * Vec2::new(ops::cos(bearing), ops::sin(bearing));
     scene.ball = Some(SceneBall { position: ball, radius: conditions.ball_radius });
     let own = RobotId::new(Team::Blue, 1);
-    scene.robots.push(SceneRobot { head, ..SceneRobot::standing(own, pose, BodyBounds::default()) });
+    scene.robots.push(SceneRobot { head, ..SceneRobot::standing(own, pose, Body::default()) });
     for index in 0..5u8 {
         let id = RobotId::new(if index % 2 == 0 { Team::Pink } else { Team::Blue }, 2 + index);
         let heading = to_radians(between(-180.0, 180.0));
@@ -335,7 +334,7 @@ fn random_scene(conditions: Conditions, uniform: &mut dyn FnMut() -> f32) -> (Sc
         scene.robots.push(SceneRobot {
             head: HeadAngles { yaw: head_yaw, pitch: 0.0 },
             stride: Stride { time_s, speed, liveliness: 1.0, kick: None },
-            ..SceneRobot::standing(id, Pose { position: place, heading }, BodyBounds::default())
+            ..SceneRobot::standing(id, Pose { position: place, heading }, Body::default())
         });
     }
     (scene, head)

@@ -32,10 +32,11 @@ pub(super) mod seeing;
 use bevy::math::Vec2;
 
 use super::{BallPercept, GoalPostPercept, LandmarkPercept, RobotPercept};
-use crate::appearance::robot::WAISTBAND_Z;
-use crate::camera_model::{CameraSide, CameraView};
+use crate::camera_model::{CameraName, CameraView};
 use crate::pitch::{End, GoalColour, Pitch};
+use crate::robot::body::Waistband;
 use crate::sensing::camera::image::Image;
+use crate::team::PerTeam;
 use blobs::Segmentation;
 use colour::ColourClass;
 
@@ -51,8 +52,8 @@ pub struct Known {
     pub post_radius: f32,
     /// Their height, m.
     pub post_height: f32,
-    /// Lower and upper edge of the waistbands, m above the ground.
-    pub waistband_z: [f32; 2],
+    /// The waistbands of the teams' robots.
+    pub waistbands: PerTeam<Waistband>,
     /// The colours of the two goals.
     pub goal_colours: [GoalColour; 2],
     /// Width of the lines, m.
@@ -64,13 +65,13 @@ pub struct Known {
 }
 
 impl Known {
-    /// By the rule book's pitch, with a ball of this radius.
+    /// By the rule book's pitch, with a ball of this radius, and NAOs.
     pub fn new(pitch: &Pitch, ball_radius: f32) -> Self {
         Self {
             ball_radius,
             post_radius: pitch.goal.post_diameter_m / 2.0,
             post_height: pitch.goal.height_m,
-            waistband_z: WAISTBAND_Z,
+            waistbands: PerTeam::default(),
             goal_colours: End::BOTH.map(|end| pitch.goal_colour(end)),
             line_width: pitch.line_width_m,
             penalty_mark_size: pitch.penalty_mark_size_m,
@@ -114,7 +115,7 @@ pub struct ImageVision {
 
 /// One image, and from where it was taken.
 struct Look<'a> {
-    side: CameraSide,
+    side: CameraName,
     view: &'a CameraView,
     known: &'a Known,
     segmentation: &'a Segmentation,
@@ -125,7 +126,7 @@ impl ImageVision {
     pub fn recognise(
         &mut self,
         image: &Image,
-        side: CameraSide,
+        side: CameraName,
         view: &CameraView,
         known: &Known,
         findings: &mut Findings,

@@ -5,7 +5,7 @@ use bevy::math::Vec2;
 use super::Look;
 use super::blobs::Blob;
 use super::colour::ColourClass;
-use crate::appearance::robot::WAISTBAND_RADII;
+use crate::robot::body::Waistband;
 use crate::sensing::vision::RobotPercept;
 use crate::team::Team;
 
@@ -27,7 +27,7 @@ impl Look<'_> {
             if blob.area < LEAST_AREA {
                 continue;
             }
-            if let Some((has_lower_edge, position_m)) = self.robot(blob, edges) {
+            if let Some((has_lower_edge, position_m)) = self.robot(blob, &self.known.waistbands[team], edges) {
                 let pixel = self.view.project_anywhere(position_m.extend(0.0));
                 let percept = RobotPercept { camera: self.side, team, pixel, position_m };
                 insert(found, blob.area, has_lower_edge, percept);
@@ -36,14 +36,14 @@ impl Look<'_> {
     }
 
     /// Where a robot is whose waistband a blob may be.
-    fn robot(&self, blob: &Blob, edges: &mut Vec<[u16; 2]>) -> Option<(bool, Vec2)> {
+    fn robot(&self, blob: &Blob, band: &Waistband, edges: &mut Vec<[u16; 2]>) -> Option<(bool, Vec2)> {
         let [upper, lower] = self.edges(blob, edges);
         let (is_cut_above, is_cut_below) = (blob.top == 0, usize::from(blob.bottom) == self.height());
         let column = f32::from(blob.left + blob.right) / 2.0;
-        let [low_z, high_z] = self.known.waistband_z;
+        let [low_z, high_z] = band.z_m;
+        let half_size = band.half_size_m;
         // The surface of the band is before the robot's middle.
-        let behind =
-            |place: Vec2| place + place.normalize_or(Vec2::X) * ((WAISTBAND_RADII.x + WAISTBAND_RADII.y) / 2.0);
+        let behind = |place: Vec2| place + place.normalize_or(Vec2::X) * ((half_size.x + half_size.y) / 2.0);
         let by_lower = || self.place(Vec2::new(column, lower), low_z).map(behind);
         let by_upper = || self.place(Vec2::new(column, upper), high_z).map(behind);
         let (place, has_lower) = match (is_cut_above, is_cut_below) {
@@ -54,7 +54,7 @@ impl Look<'_> {
         // The size that a band there has.
         let focal_length = self.view.intrinsics.focal_length;
         let depth = self.depth(place, low_z).max(0.1);
-        let across = focal_length * 2.0 * WAISTBAND_RADII.y / depth;
+        let across = focal_length * 2.0 * half_size.y / depth;
         let high = self.view.project(place.extend(low_z))?.y - self.view.project(place.extend(high_z))?.y;
         let (width, height) = (f32::from(blob.width()), lower - upper);
         let is_no_wider = width < 1.5 * across + 2.0;

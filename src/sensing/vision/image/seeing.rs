@@ -4,14 +4,16 @@ use bevy::prelude::*;
 
 use super::{Findings, ImageVision, Known};
 use crate::ball::BallPhysics;
-use crate::camera_model::{CameraSide, CameraView};
+use crate::camera_model::{CameraName, CameraView};
 use crate::cycle::CycleClock;
 use crate::pitch::Pitch;
+use crate::robot::body::{Body, Waistband};
 use crate::robot::head::HeadAngles;
 use crate::sensing::camera::image::Image;
 use crate::sensing::camera::{CameraImages, CameraSettings};
 use crate::sensing::jobs::{self, SensingThreads};
 use crate::sensing::vision::{LandmarkKind, LandmarkPercept, Percepts, VisionSettings, VisionSource};
+use crate::team::{PerTeam, RobotId, Team};
 
 /// Landmarks of one kind that are no further apart are one, m.
 const SAME_LANDMARK_M: f32 = 0.25;
@@ -27,7 +29,7 @@ pub struct VisionBuffers {
 /// An image to be looked through.
 struct Job {
     robot: Entity,
-    side: CameraSide,
+    side: CameraName,
     view: CameraView,
     image: Image,
     findings: Findings,
@@ -40,6 +42,7 @@ pub fn look_through_images(
     threads: Res<SensingThreads>,
     pitch: Res<Pitch>,
     balls: Query<&BallPhysics>,
+    bodies: Query<(&RobotId, &Body)>,
     mut robots: Query<(Entity, &HeadAngles, &CameraSettings, &VisionSettings, &mut CameraImages, &mut Percepts)>,
 ) {
     let buffers = &mut *buffers;
@@ -47,8 +50,8 @@ pub fn look_through_images(
         if settings.source != VisionSource::Image || images.cycle != Some(clock.cycle) {
             continue;
         }
-        for (side, view) in CameraSide::BOTH.into_iter().zip(CameraView::both(camera.into(), *head)) {
-            let image = core::mem::take(images.side_mut(side));
+        for (side, &view) in camera.views(*head).named() {
+            let image = core::mem::take(images.of_mut(side));
             let findings = buffers.done.pop().unwrap_or_default();
             buffers.jobs.push(Job { robot, side, view, image, findings });
         }
@@ -58,29 +61,35 @@ pub fn look_through_images(
     }
     // The size of the ball is known to everybody.
     let ball_radius = balls.iter().next().map_or(BallPhysics::default().radius_m, |ball| ball.radius_m);
-    let known = Known::new(&pitch, ball_radius);
+    // So is how high the bands of each team are.
+    let band = |team: Team| {
+        let of_team = bodies.iter().filter(|(id, _)| id.team == team);
+        of_team.min_by_key(|(id, _)| **id).map_or_else(Waistband::default, |(_, body)| body.waistband)
+    };
+    let known = Known { waistbands: PerTeam::new(band), ..Known::new(&pitch, ball_radius) };
     jobs::for_each(*threads, &mut buffers.workers, &mut buffers.jobs, |vision, job| {
         vision.recognise(&job.image, job.side, &job.view, &known, &mut job.findings);
     });
-    // Both jobs of a robot follow each other.
+    // The jobs of a robot follow each other.
     for job in buffers.jobs.drain(..) {
-        let Ok((.., mut images, mut percepts)) = robots.get_mut(job.robot) else { continue };
-        *images.side_mut(job.side) = job.image;
-        merge(&mut percepts, job.side, &job.findings);
+        let Ok((_, _, camera, _, mut images, mut percepts)) = robots.get_mut(job.robot) else { continue };
+        *images.of_mut(job.side) = job.image;
+        let is_lower = camera.mounts.order(job.side) > 0;
+        merge(&mut percepts, is_lower, &job.findings);
         buffers.done.push(job.findings);
     }
-    for (.., settings, _, mut percepts) in &mut robots {
+    for (_, _, camera, settings, _, mut percepts) in &mut robots {
         if settings.source == VisionSource::Image {
-            percepts.sort();
+            percepts.sort(&camera.mounts);
         }
     }
 }
 
 /// Adds what one camera saw to what the other did: a thing that both see is one percept.
-fn merge(percepts: &mut Percepts, side: CameraSide, findings: &Findings) {
-    // Of two balls, the one that is seen better; the lower camera is nearer to what it sees.
+fn merge(percepts: &mut Percepts, is_lower: bool, findings: &Findings) {
+    // Of two balls, the one that is seen better; a lower camera, which comes later in the model, is nearer to what it sees.
     if let Some((_, ball)) = findings.ball
-        && (percepts.ball.is_none() || side == CameraSide::Bottom)
+        && (percepts.ball.is_none() || is_lower)
     {
         percepts.ball = Some(ball);
     }

@@ -6,7 +6,7 @@ use crate::appearance::view::View;
 use crate::geometry::{Pose, to_radians};
 use crate::pitch::JunctionShape;
 use crate::random::RandomStream;
-use crate::robot::body::BodyBounds;
+use crate::robot::body::Body;
 use crate::robot::head::HeadAngles;
 use crate::sensing::camera::CameraSettings;
 use crate::sensing::camera::image::Layers;
@@ -16,11 +16,11 @@ use crate::team::{RobotId, Team};
 
 /// What a robot at `[x m, y m, heading deg]`, looking straight ahead and `pitch_deg` down, finds in the image of one of its
 /// cameras. The scene is given in the pitch frame.
-fn look(scene: &Scene, [x, y, heading]: [f32; 3], pitch_deg: f32, side: CameraSide) -> Findings {
+fn look(scene: &Scene, [x, y, heading]: [f32; 3], pitch_deg: f32, side: CameraName) -> Findings {
     let pose = Pose::new(x, y, to_radians(heading));
     let head = HeadAngles { yaw: 0.0, pitch: to_radians(pitch_deg) };
-    let camera = CameraView::new((&CameraSettings::default()).into(), side, head);
-    let own = SceneRobot::standing(RobotId::new(Team::Blue, 1), pose, BodyBounds::default());
+    let camera = CameraSettings::default().view(side, head).unwrap();
+    let own = SceneRobot::standing(RobotId::new(Team::Blue, 1), pose, Body::default());
     let mut prepared = PreparedScene::default();
     prepared.prepare(scene, Detail::default());
     let mut image = Image::default();
@@ -36,15 +36,15 @@ fn pitch() -> Scene {
 }
 
 fn robot(team: Team, number: u8, x: f32, y: f32, heading: f32) -> SceneRobot {
-    SceneRobot::standing(RobotId::new(team, number), Pose::new(x, y, heading), BodyBounds::default())
+    SceneRobot::standing(RobotId::new(team, number), Pose::new(x, y, heading), Body::default())
 }
 
 #[test]
 fn the_ball_is_found_where_it_is() {
     for (place, pitch_deg, side) in [
-        (Vec2::new(2.0, 0.3), 0.0, CameraSide::Top),
-        (Vec2::new(0.8, -0.2), 0.0, CameraSide::Bottom),
-        (Vec2::new(0.2, 0.05), 25.0, CameraSide::Bottom),
+        (Vec2::new(2.0, 0.3), 0.0, CameraName::TOP),
+        (Vec2::new(0.8, -0.2), 0.0, CameraName::BOTTOM),
+        (Vec2::new(0.2, 0.05), 25.0, CameraName::BOTTOM),
     ] {
         let scene = Scene { ball: Some(SceneBall { position: place, radius: 0.03 }), ..pitch() };
         let (pixels, ball) = look(&scene, [0.0, 0.0, 0.0], pitch_deg, side).ball.unwrap();
@@ -59,21 +59,21 @@ fn half_a_ball_at_the_edge_of_the_image_is_still_found_where_it_is() {
     // Looking ahead, the lower camera's image ends at x = 0.339 m on the ground (half of 36.8° and 40° below the horizon).
     let place = Vec2::new(0.345, 0.0);
     let scene = Scene { ball: Some(SceneBall { position: place, radius: 0.03 }), ..pitch() };
-    let (_, ball) = look(&scene, [0.0, 0.0, 0.0], 0.0, CameraSide::Bottom).ball.unwrap();
+    let (_, ball) = look(&scene, [0.0, 0.0, 0.0], 0.0, CameraName::BOTTOM).ball.unwrap();
     assert!(ball.position_m.distance(place) < 0.02, "{ball:?}");
 }
 
 #[test]
 fn an_orange_thing_of_the_wrong_size_is_no_ball() {
     let scene = Scene { ball: Some(SceneBall { position: Vec2::new(1.9, 0.0), radius: 0.15 }), ..pitch() };
-    assert_eq!(look(&scene, [0.0, 0.0, 0.0], 0.0, CameraSide::Top).ball, None);
-    assert_eq!(look(&pitch(), [0.0, 0.0, 0.0], 0.0, CameraSide::Top).ball, None);
+    assert_eq!(look(&scene, [0.0, 0.0, 0.0], 0.0, CameraName::TOP).ball, None);
+    assert_eq!(look(&pitch(), [0.0, 0.0, 0.0], 0.0, CameraName::TOP).ball, None);
 }
 
 #[test]
 fn both_posts_of_a_goal_are_found_with_their_colour() {
     for (pose, colour) in [([0.5, 0.0, 0.0], GoalColour::Yellow), ([-0.5, 0.0, 180.0], GoalColour::Blue)] {
-        let findings = look(&pitch(), pose, 0.0, CameraSide::Top);
+        let findings = look(&pitch(), pose, 0.0, CameraName::TOP);
         let mut posts: Vec<_> = findings.goal_posts.iter().map(|(_, post)| (post.position_m, post.colour)).collect();
         posts.sort_by(|a, b| a.0.y.total_cmp(&b.0.y));
         // They stand at x = 2.975 m.
@@ -88,7 +88,7 @@ fn both_posts_of_a_goal_are_found_with_their_colour() {
 #[test]
 fn a_post_without_a_foot_in_the_image_is_located_all_the_same() {
     // The upper camera sees the ground from 1.67 m on; the post is 1.05 m away.
-    let findings = look(&pitch(), [2.0, -0.7, 0.0], 0.0, CameraSide::Top);
+    let findings = look(&pitch(), [2.0, -0.7, 0.0], 0.0, CameraName::TOP);
     let nearest =
         findings.goal_posts.iter().map(|(foot, post)| (*foot, post.position_m)).find(|(_, p)| p.y.abs() < 0.2);
     let (has_foot, place) = nearest.unwrap();
@@ -99,7 +99,7 @@ fn a_post_without_a_foot_in_the_image_is_located_all_the_same() {
 fn robots_are_found_by_their_waistbands_with_team_and_distance() {
     let mut scene = pitch();
     scene.robots = vec![robot(Team::Pink, 1, 1.2, 0.2, 3.0), robot(Team::Blue, 2, 2.5, -0.6, 1.0)];
-    let mut robots = look(&scene, [0.0, 0.0, 0.0], 5.0, CameraSide::Top).robots;
+    let mut robots = look(&scene, [0.0, 0.0, 0.0], 5.0, CameraName::TOP).robots;
     robots.sort_by(|a, b| a.1.position_m.x.total_cmp(&b.1.position_m.x));
     assert_eq!(robots.iter().map(|(_, robot)| robot.team).collect::<Vec<_>>(), [Team::Pink, Team::Blue]);
     for ((_, robot), place) in robots.iter().zip([Vec2::new(1.2, 0.2), Vec2::new(2.5, -0.6)]) {
@@ -110,14 +110,14 @@ fn robots_are_found_by_their_waistbands_with_team_and_distance() {
 #[test]
 fn lines_corners_and_the_circle_are_found() {
     // From inside the pitch at the corner (3, 2): two lines that meet there.
-    let findings = look(&pitch(), [1.5, 0.5, 45.0], 0.0, CameraSide::Top);
+    let findings = look(&pitch(), [1.5, 0.5, 45.0], 0.0, CameraName::TOP);
     let corner = findings.landmarks.iter().find(|mark| mark.kind == LandmarkKind::Junction { shape: JunctionShape::L });
     let place = corner.unwrap().position_m;
     assert!(place.distance(Vec2::new(1.5 * core::f32::consts::SQRT_2, 0.0)) < 0.06, "{place}");
     let lines = findings.landmarks.iter().filter(|mark| matches!(mark.kind, LandmarkKind::Line { .. })).count();
     assert!(lines >= 2);
 
-    let findings = look(&pitch(), [-1.6, 0.3, 0.0], 5.0, CameraSide::Top);
+    let findings = look(&pitch(), [-1.6, 0.3, 0.0], 5.0, CameraName::TOP);
     let circle = findings.landmarks.iter().find(|mark| mark.kind == LandmarkKind::CentreCircle).unwrap();
     assert!(circle.position_m.distance(Vec2::new(1.6, -0.3)) < 0.1, "{circle:?}");
 }
@@ -133,7 +133,7 @@ fn a_penalty_cross_is_found_from_every_side() {
     // The cross is at (1.2, 0).
     for heading in [0.0f32, 20.0, 45.0, 90.0, 165.0, -120.0] {
         for (distance, pitch_deg, side) in
-            [(0.5, 10.0, CameraSide::Bottom), (1.0, 0.0, CameraSide::Bottom), (2.5, 0.0, CameraSide::Top)]
+            [(0.5, 10.0, CameraName::BOTTOM), (1.0, 0.0, CameraName::BOTTOM), (2.5, 0.0, CameraName::TOP)]
         {
             let place = Vec2::new(1.2, 0.0) - distance * Vec2::from_angle(heading.to_radians());
             let findings = look(&pitch(), [place.x, place.y, heading], pitch_deg, side);
@@ -150,7 +150,7 @@ fn a_penalty_cross_is_found_from_every_side() {
 #[test]
 fn neither_the_centre_mark_nor_pieces_of_lines_are_penalty_crosses() {
     for pose in [[-0.7, 0.0, 0.0], [0.0, 0.7, -90.0], [0.5, 0.5, -135.0], [1.5, 1.5, 45.0], [2.0, -1.5, 0.0]] {
-        for (pitch_deg, side) in [(0.0, CameraSide::Bottom), (20.0, CameraSide::Top)] {
+        for (pitch_deg, side) in [(0.0, CameraName::BOTTOM), (20.0, CameraName::TOP)] {
             let findings = look(&pitch(), pose, pitch_deg, side);
             let in_pitch =
                 |cross: Vec2| Vec2::new(pose[0], pose[1]) + Vec2::from_angle(pose[2].to_radians()).rotate(cross);
@@ -166,16 +166,16 @@ fn neither_the_centre_mark_nor_pieces_of_lines_are_penalty_crosses() {
 fn goals_without_a_colour_are_not_found() {
     let mut white = Pitch::default();
     (white.goal.negative_x_colour, white.goal.positive_x_colour) = (GoalColour::White, GoalColour::White);
-    let findings = look(&Scene::empty(white), [0.5, 0.0, 0.0], 0.0, CameraSide::Top);
+    let findings = look(&Scene::empty(white), [0.5, 0.0, 0.0], 0.0, CameraName::TOP);
     assert!(findings.goal_posts.is_empty());
 }
 
 #[test]
 fn an_empty_image_has_nothing_in_it() {
-    let camera = CameraView::new((&CameraSettings::default()).into(), CameraSide::Top, HeadAngles::default());
+    let camera = CameraSettings::default().view(CameraName::TOP, HeadAngles::default()).unwrap();
     let mut findings = Findings::default();
     let known = Known::new(&Pitch::default(), 0.03);
-    ImageVision::default().recognise(&Image::default(), CameraSide::Top, &camera, &known, &mut findings);
+    ImageVision::default().recognise(&Image::default(), CameraName::TOP, &camera, &known, &mut findings);
     assert_eq!(findings, Findings::default());
 }
 

@@ -28,13 +28,13 @@ fn assert_place(actual: Vec2, x: f32, y: f32) {
 fn a_ball_ahead_is_seen_where_it_is() {
     // Centre 3 cm above the ground: 360.81 (0.5372 - 0.03) / 2 = 91.50 px below the middle, at 2 m from the lens.
     let ball = ball_at(2.0539, 0.0, LEVEL).unwrap();
-    assert_eq!(ball.camera, CameraSide::Top);
+    assert_eq!(ball.camera, CameraName::TOP);
     assert_abs_diff_eq!(ball.pixel, Vec2::new(160.0, 211.50), epsilon = 0.01);
     assert_place(ball.position_m, 2.0539, 0.0);
     // Near, in the lower camera: from its lens 0.5512 ahead and 0.4409 down; in the camera's frame
     // 0.5512 cos 40 + 0.4409 sin 40 = 0.70565 ahead and 0.4409 cos 40 - 0.5512 sin 40 = -0.01655 down: v = 120 - 8.46.
     let ball = ball_at(0.6, 0.1, LEVEL).unwrap();
-    assert_eq!(ball.camera, CameraSide::Bottom);
+    assert_eq!(ball.camera, CameraName::BOTTOM);
     // 0.1 m to the left: 360.81 * 0.1 / 0.70565 = 51.13 px.
     assert_abs_diff_eq!(ball.pixel, Vec2::new(160.0 - 51.13, 111.54), epsilon = 0.01);
     assert_place(ball.position_m, 0.6, 0.1);
@@ -46,10 +46,10 @@ fn a_ball_ahead_is_seen_where_it_is() {
 fn a_ball_is_seen_while_most_of_it_is_in_an_image() {
     // The upper camera's lower edge looks 18.396° down: at the height of the centre (0.5072 m below the lens) it ends
     // at x = 0.0539 + 0.5072 / 0.33259 = 1.5789.
-    assert_eq!(ball_at(1.60, 0.0, LEVEL).unwrap().camera, CameraSide::Top);
+    assert_eq!(ball_at(1.60, 0.0, LEVEL).unwrap().camera, CameraName::TOP);
     assert_eq!(ball_at(1.56, 0.0, LEVEL), None);
     // The lower camera's upper edge looks 21.604° down: x = 0.0488 + 0.4409 / 0.39602 = 1.1621.
-    assert_eq!(ball_at(1.15, 0.0, LEVEL).unwrap().camera, CameraSide::Bottom);
+    assert_eq!(ball_at(1.15, 0.0, LEVEL).unwrap().camera, CameraName::BOTTOM);
     assert_eq!(ball_at(1.18, 0.0, LEVEL), None);
     // To the side: 160 / 360.81 of the depth, 2 m: 0.8869 m.
     assert!(ball_at(2.0539, 0.880, LEVEL).is_some() && ball_at(2.0539, -0.880, LEVEL).is_some());
@@ -122,13 +122,13 @@ fn a_post_between_the_cameras_is_located_by_its_top_and_a_near_one_by_its_width(
     // At 1.4 m the ground is between the two images, but the top is at (0.8 - 0.5372) / 1.3461 = 11.05° in the upper.
     let by_top = goal_post(1.4, LEVEL).unwrap();
     assert_place(by_top.position_m, 1.4, 0.1);
-    assert!(by_top.camera == CameraSide::Top && by_top.pixel.y > 240.0);
+    assert!(by_top.camera == CameraName::TOP && by_top.pixel.y > 240.0);
     // At 0.32 m the upper camera sees it from 0.449 to 0.626 m, and neither its top nor its foot is in view.
     assert_eq!(goal_post(0.32, LEVEL), None, "one of five points in each is not enough");
     // With the head 10° up, the lower camera sees about 0.15 to 0.41 m of it: two points, neither of them an end.
     let by_width = goal_post(0.33, [0.0, -10.0]).unwrap();
     assert_place(by_width.position_m, 0.33, 0.1);
-    assert!(by_width.camera == CameraSide::Bottom && by_width.pixel.y > 240.0);
+    assert!(by_width.camera == CameraName::BOTTOM && by_width.pixel.y > 240.0);
 }
 
 #[test]
@@ -149,12 +149,12 @@ fn robots_have_the_team_of_their_waistband() {
     let percepts = sense::<Percepts>(&mut app, robot);
     let near = percepts.robots.iter().find(|percept| percept.team == Team::Pink).unwrap();
     assert_place(near.position_m, 1.4, -0.3);
-    assert!(near.camera == CameraSide::Top && near.pixel.y > 240.0);
+    assert!(near.camera == CameraName::TOP && near.pixel.y > 240.0);
     // At 1 m the upper camera sees the waistband and the lower one the feet.
     set(&mut app, pink, Pose::new(1.0, 0.0, 0.0));
     let percepts = sense::<Percepts>(&mut app, robot);
     let near = percepts.robots.iter().find(|percept| percept.team == Team::Pink).unwrap();
-    assert_eq!(near.camera, CameraSide::Bottom);
+    assert_eq!(near.camera, CameraName::BOTTOM);
     assert_place(near.position_m, 1.0, 0.0);
 }
 
@@ -192,7 +192,7 @@ fn the_markings_ahead_are_seen() {
     let circle = landmarks.iter().find(|percept| percept.kind == LandmarkKind::CentreCircle).unwrap();
     assert_place(circle.position_m, 2.0, 0.0);
     // The halfway line, in the upper image from 1.669 m to its end, in the lower from 0.339 to 1.238 m.
-    let stretches: Vec<(CameraSide, f32, f32)> = landmarks
+    let stretches: Vec<(CameraName, f32, f32)> = landmarks
         .iter()
         .filter_map(|percept| match percept.kind {
             LandmarkKind::Line { end_position_m: end, .. } if percept.position_m.y.abs().max(end.y.abs()) < 1e-3 => {
@@ -202,7 +202,7 @@ fn the_markings_ahead_are_seen() {
             _ => None,
         })
         .collect();
-    let [(CameraSide::Top, near, far), (CameraSide::Bottom, nearest, less_near)] = stretches[..] else {
+    let [(CameraName::TOP, near, far), (CameraName::BOTTOM, nearest, less_near)] = stretches[..] else {
         panic!("{stretches:?}")
     };
     for (actual, expected) in [(near, 1.669), (far, 4.0), (nearest, 0.339), (less_near, 1.238)] {

@@ -1,0 +1,268 @@
+//! Which cameras a robot has: their names, and where they are in its head.
+
+use bevy::prelude::*;
+use core::fmt;
+use core::str::FromStr;
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use crate::geometry::{file_units, unit};
+
+/// The name of one of a robot's cameras: what percepts, images and pictures say of which camera they are.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Reflect)]
+#[reflect(opaque)]
+#[reflect(Clone, PartialEq, Debug, Hash, Serialize, Deserialize)]
+pub struct CameraName {
+    /// Filled up with noughts.
+    letters: [u8; CameraName::LONGEST],
+}
+
+impl CameraName {
+    /// The most letters of a name.
+    pub const LONGEST: usize = 15;
+
+    /// The upper camera of a NAO, which looks ahead.
+    pub const TOP: CameraName = CameraName::of_letters(*b"top\0\0\0\0\0\0\0\0\0\0\0\0");
+
+    /// The lower camera of a NAO, which looks 40° further down.
+    pub const BOTTOM: CameraName = CameraName::of_letters(*b"bottom\0\0\0\0\0\0\0\0\0");
+
+    const fn of_letters(letters: [u8; Self::LONGEST]) -> Self {
+        Self { letters }
+    }
+
+    /// The name as a word.
+    pub fn as_str(&self) -> &str {
+        let length = self.letters.iter().position(|letter| *letter == 0).unwrap_or(Self::LONGEST);
+        core::str::from_utf8(&self.letters[..length]).unwrap_or_default()
+    }
+}
+
+impl fmt::Display for CameraName {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.pad(self.as_str())
+    }
+}
+
+impl fmt::Debug for CameraName {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "CameraName({})", self.as_str())
+    }
+}
+
+/// A word that can be no camera's name.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{0:?} is no name of a camera: expected a word of 1 to {longest} small letters, digits and `_`", longest = CameraName::LONGEST)]
+pub struct NotACameraName(pub String);
+
+impl FromStr for CameraName {
+    type Err = NotACameraName;
+
+    fn from_str(word: &str) -> Result<Self, NotACameraName> {
+        let is_letter = |letter: u8| letter.is_ascii_lowercase() || letter.is_ascii_digit() || letter == b'_';
+        if word.is_empty() || word.len() > Self::LONGEST || !word.bytes().all(is_letter) {
+            return Err(NotACameraName(word.to_owned()));
+        }
+        let mut letters = [0; Self::LONGEST];
+        letters[..word.len()].copy_from_slice(word.as_bytes());
+        Ok(Self { letters })
+    }
+}
+
+impl Serialize for CameraName {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.as_str())
+    }
+}
+
+impl<'de> Deserialize<'de> for CameraName {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        String::deserialize(deserializer)?.parse().map_err(D::Error::custom)
+    }
+}
+
+/// A camera in a robot's head.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+#[serde(from = "MountFields", into = "MountFields")]
+pub struct CameraMount {
+    /// Its name.
+    pub name: CameraName,
+    /// Its lens with the head straight, m, robot frame.
+    pub lens_m: Vec3,
+    /// Its own image, where that is another than the common one: width and height, pixels.
+    pub size: Option<[u32; 2]>,
+    /// Its own field of view along the diagonal, radians, where that is another than the common one.
+    pub diagonal_fov: Option<f32>,
+    /// How far below the head's x axis it looks, radians.
+    tilt: f32,
+    /// Cosine and sine of that.
+    tilt_unit: Vec2,
+}
+
+impl CameraMount {
+    /// A camera with its lens there, m, robot frame, which looks so far below the head's x axis, radians.
+    pub fn new(name: CameraName, lens_m: Vec3, tilt: f32) -> Self {
+        Self { name, lens_m, size: None, diagonal_fov: None, tilt, tilt_unit: unit(tilt) }
+    }
+
+    /// How far below the head's x axis it looks, radians.
+    pub fn tilt(&self) -> f32 {
+        self.tilt
+    }
+
+    pub(super) fn tilt_unit(&self) -> Vec2 {
+        self.tilt_unit
+    }
+}
+
+/// A camera as files have it.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MountFields {
+    name: CameraName,
+    position_m: Vec3,
+    #[serde(default, with = "file_units::degrees")]
+    tilt_deg: f32,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    size: Option<[u32; 2]>,
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "file_units::optional_degrees")]
+    diagonal_fov_deg: Option<f32>,
+}
+
+impl From<MountFields> for CameraMount {
+    fn from(fields: MountFields) -> Self {
+        let MountFields { name, position_m, tilt_deg, size, diagonal_fov_deg } = fields;
+        Self { size, diagonal_fov: diagonal_fov_deg, ..Self::new(name, position_m, tilt_deg) }
+    }
+}
+
+impl From<CameraMount> for MountFields {
+    fn from(mount: CameraMount) -> Self {
+        let CameraMount { name, lens_m, size, diagonal_fov, tilt, .. } = mount;
+        Self { name, position_m: lens_m, tilt_deg: tilt, size, diagonal_fov_deg: diagonal_fov }
+    }
+}
+
+/// The cameras of a robot, none to [`CameraMounts::MOST`].
+#[derive(Clone, Copy, PartialEq, Reflect)]
+#[reflect(opaque)]
+#[reflect(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
+pub struct CameraMounts {
+    mounts: [CameraMount; CameraMounts::MOST],
+    count: usize,
+}
+
+impl CameraMounts {
+    /// The most cameras that a robot may have.
+    pub const MOST: usize = 4;
+
+    /// The two of a NAO.
+    pub const NAO: CameraMounts = {
+        let top = CameraMount {
+            name: CameraName::TOP,
+            lens_m: Vec3::new(0.0539, 0.0, 0.5372),
+            size: None,
+            diagonal_fov: None,
+            tilt: 0.0,
+            tilt_unit: Vec2::X,
+        };
+        let bottom = CameraMount {
+            name: CameraName::BOTTOM,
+            lens_m: Vec3::new(0.0488, 0.0, 0.4709),
+            tilt: super::BOTTOM_TILT,
+            tilt_unit: super::BOTTOM_TILT_UNIT,
+            ..top
+        };
+        CameraMounts { mounts: [top, bottom, top, top], count: 2 }
+    };
+
+    /// These cameras. None if there are too many.
+    pub fn new(cameras: &[CameraMount]) -> Option<Self> {
+        let mut mounts = Self::NAO;
+        mounts.mounts.get_mut(..cameras.len())?.copy_from_slice(cameras);
+        mounts.count = cameras.len();
+        Some(mounts)
+    }
+
+    /// Whether they are those of a NAO.
+    pub fn is_default(&self) -> bool {
+        *self == Self::NAO
+    }
+
+    /// The cameras, in the order of the robot's model.
+    pub fn as_slice(&self) -> &[CameraMount] {
+        &self.mounts[..self.count]
+    }
+
+    /// The camera of this name.
+    pub fn get(&self, name: CameraName) -> Option<&CameraMount> {
+        self.as_slice().iter().find(|mount| mount.name == name)
+    }
+
+    /// At which place in their order the camera of this name is; that after the last for one that there is not.
+    pub fn order(&self, name: CameraName) -> usize {
+        self.as_slice().iter().position(|mount| mount.name == name).unwrap_or(self.count)
+    }
+
+    /// Their names.
+    pub fn names(&self) -> impl Iterator<Item = CameraName> + '_ {
+        self.as_slice().iter().map(|mount| mount.name)
+    }
+}
+
+impl Default for CameraMounts {
+    fn default() -> Self {
+        Self::NAO
+    }
+}
+
+impl fmt::Debug for CameraMounts {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.debug_list().entries(self.as_slice()).finish()
+    }
+}
+
+impl Serialize for CameraMounts {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.as_slice().serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for CameraMounts {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let cameras = Vec::<CameraMount>::deserialize(deserializer)?;
+        let too_many = || D::Error::custom(format!("{} cameras; expected at most {}", cameras.len(), Self::MOST));
+        Self::new(&cameras).ok_or_else(too_many)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_short_words() {
+        for name in ["top", "bottom", "c", "fisheye_front_0"] {
+            let parsed: CameraName = name.parse().unwrap();
+            assert_eq!((parsed.as_str(), parsed.to_string().as_str()), (name, name));
+        }
+        assert_eq!(["top".parse(), "bottom".parse()], [Ok(CameraName::TOP), Ok(CameraName::BOTTOM)]);
+        for wrong in ["", "Top", "sixteen_letters_", "a b", "ü"] {
+            assert!(wrong.parse::<CameraName>().is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn files_have_them_as_a_list() {
+        let text =
+            r#"[{ "name": "head", "position_m": [0.05, 0.0, 0.9], "tilt_deg": 12.0, "diagonal_fov_deg": 101.0 }]"#;
+        let mounts: CameraMounts = serde_json::from_str(text).unwrap();
+        let again: CameraMounts = serde_json::from_str(&serde_json::to_string(&mounts).unwrap()).unwrap();
+        assert_eq!((mounts.as_slice().len(), again), (1, mounts));
+        assert_eq!(mounts.order("head".parse().unwrap()), 0);
+        assert!(mounts.get(CameraName::TOP).is_none());
+        let five = vec![mounts.as_slice()[0]; 5];
+        assert!(serde_json::from_str::<CameraMounts>(&serde_json::to_string(&five).unwrap()).is_err());
+        assert!(serde_json::from_str::<CameraMounts>("[]").unwrap().as_slice().is_empty());
+    }
+}
