@@ -8,6 +8,7 @@ use common::fastest;
 use naoisis::appearance::robot::RobotDesign;
 use naoisis::appearance::scene::Scene;
 use naoisis::appearance::view::View;
+use naoisis::camera_model::{CameraName, CameraView};
 use naoisis::prelude::*;
 use naoisis::sensing::camera::image::{Image, Layers};
 use naoisis::sensing::camera::software::{Detail, PreparedScene, Renderer};

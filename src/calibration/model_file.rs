@@ -8,6 +8,7 @@ use crate::scenario::RobotModel;
 /// The file of a model of this name: that of `model` with the figures that were found in place of its own, and where they are from.
 pub fn model_file(model: &RobotModel, name: &str, log: &str, calibration: &Calibration) -> String {
     let mut realistic = model.realistic.clone();
+    let settings = &model.settings;
     let mut sources = model.sources.clone();
     for Figure { path, estimate, basis } in &calibration.figures {
         let digits = rounded(estimate.value, estimate.margin());
@@ -19,7 +20,7 @@ pub fn model_file(model: &RobotModel, name: &str, log: &str, calibration: &Calib
     let description = format!("{}; calibrated by {log}", model.description);
     let mut text = String::new();
     text.push_str("// Made by `naoisis calibrate`. A scenario with `model: \"./this_file.ron\"` and `realism: \"realistic\"` plays with it.\n");
-    let value = json!({ "name": name, "description": description, "realistic": realistic, "sources": sources });
+    let value = json!({ "name": name, "description": description, "settings": settings, "realistic": realistic, "sources": sources });
     write(&value, 0, false, &mut text);
     text.push('\n');
     text

@@ -63,9 +63,10 @@ fn found(model: &RobotModel, calibration: &Calibration) -> String {
     let width = calibration.figures.iter().map(|figure| figure.path.chars().count()).max().unwrap_or_default();
     let mut text = format!("{:width$}      found   95 % confidence          {}\n", "figure", model.name);
     for figure in &calibration.figures {
+        let settings = model.all_settings();
         let before = figure.path.split('.').try_fold(None, |value: Option<&serde_json::Value>, name| {
             let inner = match value {
-                None => model.realistic.get(name),
+                None => settings.get(name),
                 Some(value) => value.get(name),
             };
             inner.map(Some)

@@ -65,11 +65,20 @@ pub fn build(
 /// The file of a model is meant to lie beside the scenario's, whatever folder the program runs in.
 fn place_model_beside(source: &ScenarioSource, value: &mut Value) {
     let Some(folder) = Path::new(&source.name).parent().filter(|folder| !folder.as_os_str().is_empty()) else { return };
-    if let Some(Value::String(model)) = value.get_mut("model")
-        && is_file(model)
-        && Path::new(model.as_str()).is_relative()
-    {
-        *model = folder.join(model.as_str()).to_string_lossy().into_owned();
+    let place = |value: &mut Value| {
+        if let Some(Value::String(model)) = value.get_mut("model")
+            && is_file(model)
+            && Path::new(model.as_str()).is_relative()
+        {
+            *model = folder.join(model.as_str()).to_string_lossy().into_owned();
+        }
+    };
+    place(value);
+    if let Some(Value::Object(teams)) = value.get_mut("teams") {
+        teams.values_mut().for_each(place);
+    }
+    if let Some(Value::Array(robots)) = value.get_mut("robots") {
+        robots.iter_mut().for_each(place);
     }
 }
 

@@ -9,6 +9,7 @@ use super::bytes::{LARGEST_FILE_BYTES, read_bytes};
 use super::error::ScenarioError;
 use super::format::Format;
 use super::preset::Preset;
+use super::presets::lay_over;
 use super::read::read;
 use super::shape;
 use super::types::Scenario;
@@ -34,6 +35,9 @@ pub struct RobotModel {
     pub name: String,
     /// What it is, in a sentence.
     pub description: String,
+    /// A scenario's settings that the robot has in any realism: its body, head, cameras and kicks, and how fast it walks.
+    #[serde(default)]
+    pub settings: Map<String, Value>,
     /// A scenario's settings that are as real as is known.
     pub realistic: Map<String, Value>,
     /// Where each figure of them is from, by its path. What no source gives begins with `guess:`.
@@ -105,12 +109,22 @@ impl RobotModel {
         let model: RobotModel = shape::read(&value).map_err(|fault| wrong(1, fault.to_string()))?;
         let model = RobotModel { reference: path.to_owned(), ..model };
         // Its figures are a scenario's settings, and looked at as such.
-        let mut settings = model.realistic.clone();
+        let mut settings = model.all_settings();
         settings.insert("realism".to_owned(), json!("paper"));
         let settings = Value::Object(settings).to_string();
         match Scenario::from_json(&settings) {
             Ok(_) => Ok(model),
             Err(error) => Err(wrong(1, format!("{}; expected {}", error.message(), error.expected()))),
+        }
+    }
+
+    /// All settings that it has where all is realistic.
+    pub fn all_settings(&self) -> Map<String, Value> {
+        let mut settings = Value::Object(self.settings.clone());
+        lay_over(&mut settings, Value::Object(self.realistic.clone()), "");
+        match settings {
+            Value::Object(settings) => settings,
+            _ => Map::new(),
         }
     }
 
@@ -156,7 +170,7 @@ mod tests {
             let model = RobotModel::named(preset.name).unwrap_or_else(|| panic!("{} is not read", preset.name));
             assert_eq!(model.name, preset.name);
             let mut paths = Vec::new();
-            figures("", &Value::Object(model.realistic.clone()), &mut paths);
+            figures("", &Value::Object(model.all_settings()), &mut paths);
             for path in &paths {
                 assert!(model.source(path).is_some(), "{}: {path} has no source", model.name);
             }

@@ -8,6 +8,7 @@ use super::fault::ScenarioFault;
 use super::field_path::FieldPath;
 use super::leagues;
 use super::preset::Preset;
+use super::realism::Realisms;
 use super::realism_settings;
 use super::shape;
 use super::types::BallSpec;
@@ -107,23 +108,65 @@ pub fn resolve(root: &mut Map<String, Value>) -> Vec<ScenarioFault> {
             Some(_) => {}
         }
     }
-    let common: Map<String, Value> = ["motion", "sonar", "odometry", "head", "vision", "sensors"]
-        .iter()
-        .filter_map(|&field| Some((field.to_owned(), root.get(field)?.clone())))
-        .collect();
+    let common: Map<String, Value> =
+        OWN_SETTINGS.iter().filter_map(|&field| Some((field.to_owned(), root.get(field)?.clone()))).collect();
+    let realisms = realism_settings::realisms_of(root);
+    for team in Team::BOTH {
+        if let Some(Value::Object(robots)) = root.get_mut("teams").and_then(|teams| teams.get_mut(team.name())) {
+            resolve_robot(robots, &path.field("teams").field(team.name()), &common, realisms, &mut faults);
+        }
+    }
     let Some(Value::Array(robots)) = root.get_mut("robots") else { return faults };
     for (index, robot) in robots.iter_mut().enumerate() {
-        let Value::Object(robot) = robot else { continue };
-        fill_in_noises(robot, &path.field("robots").index(index), &common, &mut faults);
-        for (field, common) in &common {
-            let Some(own @ Value::Object(_)) = robot.get_mut(field) else { continue };
-            let mut merged = common.clone();
-            lay_over(&mut merged, own.take(), field);
-            *own = merged;
+        if let Value::Object(robot) = robot {
+            resolve_robot(robot, &path.field("robots").index(index), &common, realisms, &mut faults);
         }
     }
     number(robots);
     faults
+}
+
+/// Settings that a robot may have of its own.
+const OWN_SETTINGS: [&str; 11] =
+    ["body", "motion", "kicks", "falls", "head", "sonar", "cameras", "vision", "odometry", "latency", "sensors"];
+
+/// Fills in what a robot, or all robots of a team, have of their own: as changes of the `common` settings, or of those of their
+/// own model.
+fn resolve_robot(
+    robot: &mut Map<String, Value>,
+    path: &FieldPath,
+    common: &Map<String, Value>,
+    realisms: Option<Realisms>,
+    faults: &mut Vec<ScenarioFault>,
+) {
+    let own_model = realism_settings::model_of(robot, path, &OWN_SETTINGS, faults).zip(realisms);
+    let of_model = own_model.map(|(model, realisms)| {
+        let mut settings = realism_settings::settings_of_model(&model, realisms);
+        settings.retain(|field, _| OWN_SETTINGS.contains(&field.as_str()));
+        fill_in_noises(&mut settings, path, &Map::new(), faults);
+        // What the model does not say is as in the paper, whatever the scenario's other robots have; but for how images are
+        // made, which is the match's matter.
+        for field in OWN_SETTINGS.into_iter().filter(|field| *field != "sensors") {
+            let base = if field == "cameras" { common.get(field).cloned() } else { None };
+            let mut base = base.unwrap_or_else(|| Value::Object(Map::new()));
+            if let Some(own) = settings.remove(field) {
+                lay_over(&mut base, own, field);
+            }
+            settings.insert(field.to_owned(), base);
+        }
+        settings
+    });
+    let base = of_model.as_ref().unwrap_or(common);
+    fill_in_noises(robot, path, base, faults);
+    for (field, base) in base {
+        let Some(own @ Value::Object(_)) = robot.get_mut(field) else { continue };
+        let mut merged = base.clone();
+        lay_over(&mut merged, own.take(), field);
+        *own = merged;
+    }
+    for (field, value) in of_model.into_iter().flatten() {
+        robot.entry(field).or_insert(value);
+    }
 }
 
 /// Replaces the name of one of these presets by its values.
@@ -223,7 +266,7 @@ fn fill_in(
 }
 
 /// Lays `own` over `base`: objects field by field, everything else as a whole. `field` is the name of both.
-fn lay_over(base: &mut Value, own: Value, field: &str) {
+pub(super) fn lay_over(base: &mut Value, own: Value, field: &str) {
     match (base, own) {
         (Value::Object(base), Value::Object(own)) => {
             for (name, own) in own {

@@ -6,6 +6,7 @@ use serde_json::{Map, Value, json};
 use super::fault::ScenarioFault;
 use super::field_path::FieldPath;
 use super::models::{MODELS, RobotModel, is_file};
+use super::presets::lay_over;
 use super::realism::{Realism, Realisms};
 use super::types::Scenario;
 use super::wording::one_of;
@@ -15,8 +16,7 @@ use super::wording::one_of;
 ///
 /// A model that there is not is taken out, and becomes a fault.
 pub fn settings_of(root: &mut Map<String, Value>, faults: &mut Vec<ScenarioFault>) -> Map<String, Value> {
-    // What is wrong with the words is found when the types are read.
-    let realisms = root.get("realism").and_then(|words| Realisms::deserialize(words).ok());
+    let realisms = realisms_of(root);
     let model = match root.get("model") {
         None => RobotModel::named(&Scenario::default().model),
         Some(reference) => match find(reference) {
@@ -24,16 +24,40 @@ pub fn settings_of(root: &mut Map<String, Value>, faults: &mut Vec<ScenarioFault
             // What says all itself, as the header of a trace does, needs no file of a model.
             Err(_) if reference.as_str().is_some_and(is_file) && says_all(root, realisms) => None,
             Err(message) => {
-                let names = MODELS.iter().map(|preset| preset.name);
-                let expected = format!("{}, or the path of a `.ron` file", one_of(names));
-                faults.push(ScenarioFault::new(FieldPath::from("model"), message, expected));
+                faults.push(no_model(FieldPath::from("model"), message));
                 root.remove("model");
                 None
             }
         },
     };
     let Some(realisms) = realisms else { return Map::new() };
-    let [ideal, realistic] = [ideal(), model.map(|model| model.realistic).unwrap_or_default()];
+    match model {
+        Some(model) => settings_of_model(&model, realisms),
+        None => by_parts(realisms, &Map::new()),
+    }
+}
+
+/// The words of a scenario for its realism. What is wrong with them is found when the types are read.
+pub fn realisms_of(root: &Map<String, Value>) -> Option<Realisms> {
+    match root.get("realism") {
+        None => Some(Realisms::default()),
+        Some(words) => Realisms::deserialize(words).ok(),
+    }
+}
+
+/// What robots of a model have in this realism: what they always have, and over it what the realism of each part says.
+pub fn settings_of_model(model: &RobotModel, realisms: Realisms) -> Map<String, Value> {
+    let mut settings = Value::Object(model.settings.clone());
+    lay_over(&mut settings, Value::Object(by_parts(realisms, &model.realistic)), "");
+    match settings {
+        Value::Object(settings) => settings,
+        _ => Map::new(),
+    }
+}
+
+/// What the realism of each part says.
+fn by_parts(realisms: Realisms, realistic: &Map<String, Value>) -> Map<String, Value> {
+    let ideal = ideal();
     let of_part = |(part, realism): (&str, Realism)| {
         let settings = match realism {
             Realism::Paper => None,
@@ -43,6 +67,34 @@ pub fn settings_of(root: &mut Map<String, Value>, faults: &mut Vec<ScenarioFault
         Some((part.to_owned(), settings?.clone()))
     };
     realisms.parts().filter_map(of_part).collect()
+}
+
+/// The model of its own that a robot, or a team, names. One that there is not becomes a fault, unless all `settings` are there.
+pub fn model_of(
+    robot: &mut Map<String, Value>,
+    path: &FieldPath,
+    settings: &[&str],
+    faults: &mut Vec<ScenarioFault>,
+) -> Option<RobotModel> {
+    let reference = robot.get("model").filter(|model| !model.is_null())?;
+    match find(reference) {
+        Ok(model) => Some(model),
+        Err(_)
+            if reference.as_str().is_some_and(is_file) && settings.iter().all(|field| robot.contains_key(*field)) =>
+        {
+            None
+        }
+        Err(message) => {
+            faults.push(no_model(path.field("model"), message));
+            robot.remove("model");
+            None
+        }
+    }
+}
+
+fn no_model(path: FieldPath, message: String) -> ScenarioFault {
+    let names = MODELS.iter().map(|preset| preset.name);
+    ScenarioFault::new(path, message, format!("{}, or the path of a `.ron` file", one_of(names)))
 }
 
 /// The model that a scenario names, or what is wrong with that.

@@ -8,6 +8,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::expectation::Expectation;
 use super::realism::Realisms;
+use super::teams_spec::TeamsSpec;
 use crate::ball::Rolling;
 use crate::behaviour::script::ScriptEntry;
 use crate::belief::localisation_method::LocalisationMethod;
@@ -154,6 +155,18 @@ impl Scenario {
     /// When the match is over at the latest, s; none where the final whistle ends it.
     pub fn end_s(&self) -> Option<f32> {
         self.duration_s.or((!self.rules.clock).then_some(Self::LONGEST_WITHOUT_CLOCK_S))
+    }
+
+    /// What the scenario says of a robot, listed or lined up with a team.
+    pub fn robot(&self, id: RobotId) -> RobotSpec {
+        let listed = self.robots.iter().find(|robot| robot.id() == id).cloned();
+        let lined_up = || self.teams.as_ref().map(|teams| teams.robot(id.team, id.number));
+        listed.or_else(lined_up).unwrap_or_else(|| RobotSpec { team: id.team, number: id.number, ..default() })
+    }
+
+    /// The body of a robot: its own, or else that which all have.
+    pub fn body_of(&self, robot: &RobotSpec) -> Body {
+        robot.body.unwrap_or(self.body)
     }
 
     /// How true a robot's sensors are: as it says itself, and else as the scenario says for all.
@@ -337,34 +350,6 @@ impl<'de> Deserialize<'de> for BehaviourSpec {
         }
 
         deserializer.deserialize_any(BehaviourVisitor)
-    }
-}
-
-/// Two teams, by name; or as `exec:COMMAND`, a program that is started for each of their robots; or as `remote`, whose robots
-/// are decided for from outside.
-#[derive(Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct TeamsSpec {
-    /// The blue team.
-    pub blue: String,
-    /// The pink team.
-    pub pink: String,
-}
-
-impl TeamsSpec {
-    /// What the name of a team begins with that is the command line of a program.
-    pub const EXEC: &str = "exec:";
-
-    /// The words of the command line that the name of a team stands for, if it does: quoted and parted as a shell would.
-    /// None among them if quotes are not closed.
-    pub fn command_line(team: &str) -> Option<Option<Vec<String>>> {
-        team.strip_prefix(Self::EXEC).map(shlex::split)
-    }
-}
-
-impl Default for TeamsSpec {
-    fn default() -> Self {
-        Self { blue: "roles".to_owned(), pink: "chasers".to_owned() }
     }
 }
 

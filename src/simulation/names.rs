@@ -23,7 +23,7 @@ pub fn unknown(world: &World, scenario: &Scenario) -> Vec<ScenarioFault> {
         }
         _ => None,
     });
-    let named = scenario.teams.iter().flat_map(|teams| [(Team::Blue, &teams.blue), (Team::Pink, &teams.pink)]);
+    let named = scenario.teams.iter().flat_map(|teams| Team::BOTH.map(|team| (team, teams.name(team))));
     let teams = named.filter_map(|(team, name)| wrong_team(registry, &root.field("teams").field(team.name()), name));
     let sensors = world.resource::<SensorRegistry>().faults(scenario);
     robots.chain(teams).chain(sensors).chain(world.resource::<RuleRegistry>().faults(scenario)).collect()

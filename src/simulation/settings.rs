@@ -39,14 +39,14 @@ impl RobotSettings {
     pub fn of(scenario: &Scenario, robot: &RobotSpec) -> Self {
         let fidelity = scenario.fidelity_of(robot);
         Self {
-            body: robot.body.unwrap_or(scenario.body),
+            body: scenario.body_of(robot),
             motion: robot.motion.unwrap_or(scenario.motion),
             head: robot.head_limits.unwrap_or(scenario.head),
             kicks: robot.kicks.unwrap_or(scenario.kicks),
             balance: robot.falls.unwrap_or(scenario.falls),
             sonar: robot.sonar.unwrap_or(scenario.sonar).with_fidelity(fidelity.sonar),
             cameras: CameraSettings {
-                neck_m: robot.body.unwrap_or(scenario.body).neck_m,
+                neck_m: scenario.body_of(robot).neck_m,
                 ..robot.cameras.unwrap_or(scenario.cameras)
             },
             vision: robot.vision.as_ref().unwrap_or(&scenario.vision).clone().with_fidelity(fidelity.vision),
@@ -54,12 +54,6 @@ impl RobotSettings {
             latency: robot.latency.unwrap_or(scenario.latency),
         }
     }
-}
-
-/// What a scenario says of the robot with this identity, listed or lined up with a team.
-fn robot_of(scenario: &Scenario, id: RobotId) -> RobotSpec {
-    let listed = scenario.robots.iter().find(|robot| robot.id() == id);
-    listed.cloned().unwrap_or_else(|| RobotSpec { team: id.team, number: id.number, ..default() })
 }
 
 /// Goes on with the settings of another scenario: noise, losses, speeds, rules. What a match begins with (pitch, cycle,
@@ -96,7 +90,7 @@ pub fn change_settings(world: &mut World, scenario: &Scenario) -> Result<(), Sce
     }
     let robots: Vec<(RobotId, Entity)> = world.resource::<Roster>().iter().collect();
     for (id, entity) in robots {
-        let [old_robot, new_robot] = [&old, scenario].map(|scenario| robot_of(scenario, id));
+        let [old_robot, new_robot] = [&old, scenario].map(|scenario| scenario.robot(id));
         let (before, after) = (RobotSettings::of(&old, &old_robot), RobotSettings::of(scenario, &new_robot));
         world.resource_scope(|world, sensors: Mut<SensorRegistry>| {
             sensors.change(&mut world.entity_mut(entity), [(&old, &old_robot), (scenario, &new_robot)]);

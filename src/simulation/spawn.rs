@@ -22,7 +22,6 @@ use crate::pitch::{Pitch, Post};
 use crate::random::RandomStreams;
 use crate::referee;
 use crate::referee::placing::LineUp;
-use crate::robot::body::Body;
 use crate::robot::head::{HeadAngles, HeadCommand};
 use crate::robot::kick::{KickCommand, KickPhase};
 use crate::robot::motion::{ExecutedStep, WalkCommand};
@@ -102,8 +101,8 @@ fn robots_of(world: &World, scenario: &Scenario) -> Result<Vec<RobotSpec>, Scena
     if let Some(teams) = &scenario.teams {
         let game = Game::at_start(&scenario.rules, &clock_of(scenario));
         let mut line_up = scenario.line_up(&game, game.kick_off(), scenario.ball.map(|ball| ball.position_m));
-        robots.extend(team_of(scenario, registry, Team::Blue, &teams.blue, &mut line_up)?);
-        robots.extend(team_of(scenario, registry, Team::Pink, &teams.pink, &mut line_up)?);
+        robots.extend(team_of(scenario, registry, Team::Blue, teams, &mut line_up)?);
+        robots.extend(team_of(scenario, registry, Team::Pink, teams, &mut line_up)?);
     }
     robots.sort_by_key(RobotSpec::id);
     for robot in &mut robots {
@@ -118,16 +117,14 @@ fn team_of(
     scenario: &Scenario,
     registry: &BehaviourRegistry,
     team: Team,
-    name: &str,
+    teams: &TeamsSpec,
     line_up: &mut LineUp,
 ) -> Result<Vec<RobotSpec>, ScenarioFault> {
-    let size = scenario.rules.team_size;
-    let mut spec_of = |number, behaviour| RobotSpec {
-        team,
-        number,
-        pose: line_up.put_down(RobotId::new(team, number), &Body::default()),
-        behaviour,
-        ..RobotSpec::default()
+    let (size, name) = (scenario.rules.team_size, teams.name(team));
+    let mut spec_of = |number, behaviour| {
+        let robot = teams.robot(team, number);
+        let pose = line_up.put_down(robot.id(), &scenario.body_of(&robot));
+        RobotSpec { pose, behaviour, ..robot }
     };
     if let Some(Some(words)) = TeamsSpec::command_line(name) {
         return Ok((1..=size).map(|number| spec_of(number, BehaviourSpec::Program(words.clone()))).collect());

@@ -208,7 +208,7 @@ fn show_panel(
                 ui.end_row();
                 // A scenario may have robots, but no teams: whoever chooses one lines up two.
                 let teams = scenario.teams.clone();
-                let nobody = || TeamsSpec { blue: NOBODY.to_owned(), pink: NOBODY.to_owned() };
+                let nobody = || TeamsSpec::new(NOBODY, NOBODY);
                 let mut chosen = teams.clone().unwrap_or_else(nobody);
                 for (side, name) in [("Blue", &mut chosen.blue), ("Pink", &mut chosen.pink)] {
                     let label = ui.label(side).id;
@@ -246,7 +246,11 @@ fn show_panel(
 fn lined_up(chosen: TeamsSpec) -> TeamsSpec {
     let usual = TeamsSpec::default();
     let or_usual = |name: String, usual| if name == NOBODY { usual } else { name };
-    TeamsSpec { blue: or_usual(chosen.blue, usual.blue), pink: or_usual(chosen.pink, usual.pink) }
+    TeamsSpec {
+        blue: or_usual(chosen.blue, usual.blue),
+        pink: or_usual(chosen.pink, usual.pink),
+        robots: chosen.robots,
+    }
 }
 
 /// The settings that can change in the middle of a match.
@@ -349,18 +353,18 @@ mod tests {
     fn other_teams_begin_another_match() {
         let mut app = app();
         app.update();
-        let teams = TeamsSpec { blue: "chasers".to_owned(), pink: "chasers".to_owned() };
+        let teams = TeamsSpec::new("chasers", "chasers");
         send(&mut app, MatchCommand::Teams(teams.clone()));
         assert!(app.cycle() <= 3);
         assert_eq!(app.world().resource::<Scenario>().teams, Some(teams));
-        send(&mut app, MatchCommand::Teams(TeamsSpec { blue: "nobody".to_owned(), pink: "chasers".to_owned() }));
+        send(&mut app, MatchCommand::Teams(TeamsSpec::new("nobody", "chasers")));
         assert!(problem(&app).unwrap().contains("nobody"));
     }
 
     #[test]
     fn where_no_teams_play_the_one_that_is_chosen_meets_the_usual_one() {
-        let chosen = TeamsSpec { blue: NOBODY.to_owned(), pink: "passers".to_owned() };
-        assert_eq!(lined_up(chosen), TeamsSpec { blue: "roles".to_owned(), pink: "passers".to_owned() });
+        let chosen = TeamsSpec::new(NOBODY, "passers");
+        assert_eq!(lined_up(chosen), TeamsSpec::new("roles", "passers"));
     }
 
     #[test]

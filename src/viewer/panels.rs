@@ -243,8 +243,7 @@ fn show_keys(ui: &mut egui::Ui) {
 /// The team's name: that of the scenario, or of the team whose behaviours its robots have, or its colour.
 fn team_name(team: Team, scenario: Option<&Scenario>, registry: &BehaviourRegistry) -> String {
     let named = |scenario: &Scenario| match (&scenario.teams, team) {
-        (Some(teams), Team::Blue) => Some(teams.blue.clone()),
-        (Some(teams), Team::Pink) => Some(teams.pink.clone()),
+        (Some(teams), team) => Some(teams.name(team).to_owned()),
         (None, _) => {
             let robots = scenario.robots.iter().filter(|robot| robot.team == team);
             let behaviours = robots.map(|robot| match &robot.behaviour {

@@ -433,7 +433,7 @@ fn abilities() -> impl Strategy<Value = Abilities> {
 fn scenario() -> impl Strategy<Value = Accepted> {
     let cycle_s = mostly(1.0 / 30.0, within(0.001..=1.0).prop_map(f64::from));
     let teams = (select(vec!["roles", "chasers", "passers"]), select(vec!["roles", "chasers", "passers"]))
-        .prop_map(|(blue, pink)| TeamsSpec { blue: blue.to_owned(), pink: pink.to_owned() });
+        .prop_map(|(blue, pink)| TeamsSpec::new(blue, pink));
     let post = (place(0.9), within(0.001..=1.0)).prop_map(|(position_m, radius_m)| PostSpec {
         position_m,
         radius_m,

@@ -2,6 +2,7 @@
 
 mod numbers;
 mod placement;
+mod robots;
 mod settings;
 
 pub(crate) use numbers::Numbers;
@@ -21,6 +22,7 @@ use crate::robot::motion::MotionLimits;
 use crate::sensing::camera::CameraRendering;
 use crate::sensing::fidelity::Fidelity;
 use crate::sensing::vision::VisionSource;
+use crate::team::Team;
 
 impl Scenario {
     /// Checks what types cannot say. Names of behaviours and teams are not checked here: they are the program's.
@@ -193,6 +195,7 @@ impl Checks {
         if let Some(ball) = &scenario.ball {
             self.ball(&root.field("ball"), ball);
         }
+        self.body(&root.field("body"), &scenario.body);
         self.motion(&root.field("motion"), &scenario.motion);
         self.turn(&root.field("motion"), &scenario.motion, scenario.cycle_s);
         self.kicks(&root.field("kicks"), &scenario.kicks);
@@ -214,6 +217,10 @@ impl Checks {
                     let expected = "the name of a team, as `naoisis list teams` shows them";
                     self.value_fault(path.field(side), format!("`{side}` has no name"), expected);
                 }
+            }
+            for team in Team::BOTH {
+                // Numbers are given when they are lined up.
+                self.robot(&path.field(team.name()), &teams.robot(team, 1), scenario);
             }
         }
         for (index, post) in scenario.posts.iter().enumerate() {
@@ -251,6 +258,21 @@ impl Checks {
         if let Some(motion) = &robot.motion {
             self.motion(&path.field("motion"), motion);
             self.turn(&path.field("motion"), motion, scenario.cycle_s);
+        }
+        if let Some(body) = &robot.body {
+            self.body(&path.field("body"), body);
+        }
+        if let Some(kicks) = &robot.kicks {
+            self.kicks(&path.field("kicks"), kicks);
+        }
+        if let Some(falls) = &robot.falls {
+            self.falls(&path.field("falls"), falls);
+        }
+        if let Some(latency) = robot.latency {
+            self.latency(&path.field("latency"), latency);
+        }
+        if let Some(cameras) = &robot.cameras {
+            self.cameras(&path.field("cameras"), cameras);
         }
         if let Some(head) = &robot.head_limits {
             self.head(&path.field("head"), head);

@@ -5,11 +5,10 @@ use bevy::prelude::*;
 
 use super::{Checks, ScenarioFault};
 use crate::game::Game;
-use crate::geometry::Pose;
 use crate::pitch::End;
 use crate::referee::placing::LineUp;
 use crate::referee::snapshot::Disc;
-use crate::robot::body::{Body, Footprint};
+use crate::robot::body::Footprint;
 use crate::scenario::field_path::FieldPath;
 use crate::scenario::types::{RobotSpec, Scenario};
 use crate::team::{RobotId, Team};
@@ -34,7 +33,7 @@ impl Checks {
                 self.push(fault(message, &on_carpet).judged_with([field.clone()]));
             }
             for (other_index, other) in robots.iter().enumerate().take(index) {
-                if torsos_overlap(robot.pose, other.pose) {
+                if torsos_overlap(scenario, robot, other) {
                     let message = format!("{} and {} stand in one place", other.id(), robot.id());
                     let other = pose_path(other_index);
                     let fault = fault(message, "a place where the two have room");
@@ -42,7 +41,7 @@ impl Checks {
                 }
             }
             for post in scenario.field.goal_posts() {
-                if torso_reaches(robot, post.position, post.radius) {
+                if torso_reaches(scenario, robot, post.position, post.radius) {
                     let message = format!("{} stands in the goal post at {}", robot.id(), words(post.position));
                     self.push(fault(message, "a place clear of posts").judged_with([field.clone()]));
                 }
@@ -57,7 +56,7 @@ impl Checks {
                 self.push(fault.judged_with([field.clone()]));
             }
             for (robot_index, robot) in robots.iter().enumerate() {
-                if torso_reaches(robot, post.position_m, post.radius_m) {
+                if torso_reaches(scenario, robot, post.position_m, post.radius_m) {
                     let message = format!("{} stands in the post at {}", robot.id(), words(post.position_m));
                     let fault = ScenarioFault::new(pose_path(robot_index), message, "a place clear of posts");
                     let post = [place.clone(), path.field("radius_m")];
@@ -72,7 +71,7 @@ impl Checks {
             self.push(ScenarioFault::new(path.clone(), message, on_carpet.as_str()).judged_with([field.clone()]));
         }
         for (index, robot) in robots.iter().enumerate() {
-            if torso_reaches(robot, ball.position_m, ball.radius_m) {
+            if torso_reaches(scenario, robot, ball.position_m, ball.radius_m) {
                 let message = format!("the ball at {} is inside {}", words(ball.position_m), robot.id());
                 let expected = "a place clear of the robots' torsos; a ball to kick lies 0.10 m to 0.22 m in front";
                 let fault = ScenarioFault::new(path.clone(), message, expected).related_to(pose_path(index));
@@ -113,8 +112,10 @@ impl Checks {
             let game = Game { blue_end, ..Game::default() };
             for &ball in &balls {
                 let mut line_up = scenario.line_up(&game, kick_off_team, scenario.ball.map(|_| ball));
-                let crowded_out =
-                    robots.iter().find(|id| is_outside(line_up.put_down(**id, &Body::default()).position));
+                let crowded_out = robots.iter().find(|id| {
+                    let body = scenario.body_of(&scenario.robot(**id));
+                    is_outside(line_up.put_down(**id, &body).position)
+                });
                 let without_room = match (crowded_out, &scenario.ball) {
                     (Some(id), _) => Some((id.to_string(), line_up.place_of(*id).position)),
                     (None, Some(ball)) => {
@@ -169,9 +170,10 @@ pub fn place_ball_beside_robots(scenario: &mut Scenario) {
     let Some(ball) = scenario.ball else { return };
     let carpet = scenario.field.carpet_half_extents();
     let is_free = |place: Vec2| {
-        let base = Body::default().base;
         let clear_of_robots = scenario.robots.iter().all(|robot| {
-            !torso_reaches(robot, place, ball.radius_m) && !reaches(base.footprint(robot.pose), place, ball.radius_m)
+            let base = scenario.body_of(robot).base;
+            !torso_reaches(scenario, robot, place, ball.radius_m)
+                && !reaches(base.footprint(robot.pose), place, ball.radius_m)
         });
         clear_of_robots && posts(scenario).all(|(post, radius)| post.distance(place) >= radius + ball.radius_m)
     };
@@ -190,14 +192,14 @@ fn posts(scenario: &Scenario) -> impl Iterator<Item = (Vec2, f32)> {
     goals.into_iter().chain(scenario.posts.iter().map(|post| (post.position_m, post.radius_m)))
 }
 
-fn torsos_overlap(one: Pose, other: Pose) -> bool {
-    let torso = Body::default().torso;
-    let overlap = torso.footprint(one).overlap(&torso.footprint(other));
+fn torsos_overlap(scenario: &Scenario, one: &RobotSpec, other: &RobotSpec) -> bool {
+    let [one, other] = [one, other].map(|robot| scenario.body_of(robot).torso.footprint(robot.pose));
+    let overlap = one.overlap(&other);
     overlap.is_some_and(|overlap| overlap.depth > TOLERANCE_M)
 }
 
-fn torso_reaches(robot: &RobotSpec, centre: Vec2, radius: f32) -> bool {
-    reaches(Body::default().torso.footprint(robot.pose), centre, radius)
+fn torso_reaches(scenario: &Scenario, robot: &RobotSpec, centre: Vec2, radius: f32) -> bool {
+    reaches(scenario.body_of(robot).torso.footprint(robot.pose), centre, radius)
 }
 
 fn reaches(footprint: Footprint, centre: Vec2, radius: f32) -> bool {
@@ -207,6 +209,7 @@ fn reaches(footprint: Footprint, centre: Vec2, radius: f32) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Pose;
     use crate::scenario::BallSpec;
     use core::f32::consts::FRAC_PI_2;
 
@@ -223,8 +226,10 @@ mod tests {
             (Pose::new(0.0, 0.181, FRAC_PI_2), false),
             (Pose::new(0.0, 0.179, FRAC_PI_2), true),
         ] {
-            assert_eq!(torsos_overlap(here, pose), overlaps, "{pose:?}");
-            assert_eq!(torsos_overlap(pose, here), overlaps, "{pose:?}");
+            let scenario = Scenario::default();
+            let [one, other] = [here, pose].map(|pose| RobotSpec { pose, ..default() });
+            assert_eq!(torsos_overlap(&scenario, &one, &other), overlaps, "{pose:?}");
+            assert_eq!(torsos_overlap(&scenario, &other, &one), overlaps, "{pose:?}");
         }
     }
 

@@ -89,7 +89,11 @@ impl Checks {
             ("right_side", kicks.right_side),
         ];
         for (name, range) in ranges {
-            self.positive(path.field(name).field("max_distance_m"), range.max_distance_m, 50.0, " m");
+            // Nought of a kick that the robot does not have.
+            self.range(path.field(name).field("max_distance_m"), range.max_distance_m, 0.0..=50.0, " m");
+            if let Some(region) = &range.region {
+                self.kick_region(&path.field(name).field("region"), region);
+            }
         }
         self.range(path.field("wrong_side_speed_factor"), kicks.wrong_side_speed_factor, 0.0..=1.0, "");
         self.range(path.field("wind_up_s"), kicks.wind_up_s, 0.0..=60.0, " s");
@@ -228,6 +232,7 @@ impl Checks {
         self.range(path.field("width"), cameras.width, 1..=4096, " pixels");
         self.range(path.field("height"), cameras.height, 1..=4096, " pixels");
         self.degrees(path.field("diagonal_fov_deg"), cameras.diagonal_fov, 1.0..=170.0, " degrees");
+        self.mounts(&path.field("mounts"), &cameras.mounts);
         self.range(path.field("every_cycles"), cameras.every_cycles, 1..=100_000, " cycles");
         let lens = path.field("lens");
         for (index, factor) in cameras.lens.distortion.into_iter().enumerate() {
