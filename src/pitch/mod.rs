@@ -106,8 +106,15 @@ pub struct Pitch {
     pub penalty_mark_distance_m: f32,
     /// Length of the bars of the penalty cross, m.
     pub penalty_mark_size_m: f32,
+    /// Radius of the quarter circles at the corners, at the centre of their line, m; nought without.
+    #[serde(skip_serializing_if = "is_nought")]
+    pub corner_arc_radius_m: f32,
     /// The goals.
     pub goal: GoalDimensions,
+}
+
+fn is_nought(length_m: &f32) -> bool {
+    *length_m == 0.0
 }
 
 impl Default for Pitch {
@@ -123,6 +130,7 @@ impl Default for Pitch {
             goal_area: None,
             penalty_mark_distance_m: 1.8,
             penalty_mark_size_m: 0.1,
+            corner_arc_radius_m: 0.0,
             goal: GoalDimensions::default(),
         }
     }

@@ -12,6 +12,21 @@ use super::wording::{did_you_mean, one_of, quoted};
 
 /// The leagues that come with the program: `assets/leagues`.
 pub const LEAGUES: &[Preset] = &[
+    Preset { name: "hsl2026_large", text: include_str!("../../assets/leagues/hsl2026_large.ron") },
+    Preset {
+        name: "hsl2026_large_foundation",
+        text: include_str!("../../assets/leagues/hsl2026_large_foundation.ron"),
+    },
+    Preset { name: "hsl2026_middle", text: include_str!("../../assets/leagues/hsl2026_middle.ron") },
+    Preset {
+        name: "hsl2026_middle_foundation",
+        text: include_str!("../../assets/leagues/hsl2026_middle_foundation.ron"),
+    },
+    Preset { name: "hsl2026_small", text: include_str!("../../assets/leagues/hsl2026_small.ron") },
+    Preset {
+        name: "hsl2026_small_foundation",
+        text: include_str!("../../assets/leagues/hsl2026_small_foundation.ron"),
+    },
     Preset { name: "paper", text: include_str!("../../assets/leagues/paper.ron") },
     Preset { name: "spl2010", text: include_str!("../../assets/leagues/spl2010.ron") },
     Preset { name: "spl2025", text: include_str!("../../assets/leagues/spl2025.ron") },

@@ -17,8 +17,11 @@ use super::wording::{did_you_mean, quoted};
 
 /// The models that come with the program: `assets/robots`.
 pub const MODELS: &[Preset] = &[
+    Preset { name: "booster_k1", text: include_str!("../../assets/robots/booster_k1.ron") },
+    Preset { name: "booster_t1", text: include_str!("../../assets/robots/booster_t1.ron") },
     Preset { name: "nao", text: include_str!("../../assets/robots/nao.ron") },
     Preset { name: "nao_v6", text: include_str!("../../assets/robots/nao_v6.ron") },
+    Preset { name: "rover", text: include_str!("../../assets/robots/rover.ron") },
 ];
 
 /// Whether what a scenario calls its model is the path of a file.

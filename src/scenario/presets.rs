@@ -22,6 +22,9 @@ use crate::team::Team;
 /// The fields that come with the program: `assets/fields`.
 pub const FIELD_PRESETS: &[Preset] = &[
     Preset { name: "naoisis", text: include_str!("../../assets/fields/naoisis.ron") },
+    Preset { name: "hsl2026_small", text: include_str!("../../assets/fields/hsl2026_small.ron") },
+    Preset { name: "hsl2026_middle", text: include_str!("../../assets/fields/hsl2026_middle.ron") },
+    Preset { name: "hsl2026_large", text: include_str!("../../assets/fields/hsl2026_large.ron") },
     Preset { name: "spl2025", text: include_str!("../../assets/fields/spl2025.ron") },
 ];
 
@@ -30,12 +33,15 @@ pub const RULES_PRESETS: &[Preset] = &[
     Preset { name: "naoisis", text: include_str!("../../assets/rules/naoisis.ron") },
     Preset { name: "spl2010", text: include_str!("../../assets/rules/spl2010.ron") },
     Preset { name: "spl2025", text: include_str!("../../assets/rules/spl2025.ron") },
+    Preset { name: "hsl2026", text: include_str!("../../assets/rules/hsl2026.ron") },
     Preset { name: "extended", text: include_str!("../../assets/rules/extended.ron") },
     Preset { name: "free", text: include_str!("../../assets/rules/free.ron") },
 ];
 
 /// The balls that come with the program: `assets/balls`.
 pub const BALL_PRESETS: &[Preset] = &[
+    Preset { name: "hsl2026", text: include_str!("../../assets/balls/hsl2026.ron") },
+    Preset { name: "hsl2026_small", text: include_str!("../../assets/balls/hsl2026_small.ron") },
     Preset { name: "naoisis", text: include_str!("../../assets/balls/naoisis.ron") },
     Preset { name: "spl2010", text: include_str!("../../assets/balls/spl2010.ron") },
     Preset { name: "spl2025", text: include_str!("../../assets/balls/spl2025.ron") },

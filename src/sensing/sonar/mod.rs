@@ -198,6 +198,9 @@ impl SonarNoise {
 #[reflect(Component, @Knowledge::Public)]
 #[serde(default, deny_unknown_fields)]
 pub struct SonarSettings {
+    /// Whether the robot has sonars.
+    #[serde(skip_serializing_if = "is_true")]
+    pub fitted: bool,
     /// Where the readings come from.
     pub source: SonarSource,
     /// Least distance, m: 0.15 (paper, section 3.1).
@@ -222,9 +225,14 @@ pub struct SonarSettings {
     pub crosstalk_probability: f32,
 }
 
+fn is_true(fitted: &bool) -> bool {
+    *fitted
+}
+
 impl Default for SonarSettings {
     fn default() -> Self {
         Self {
+            fitted: true,
             source: SonarSource::Echo,
             min_m: 0.15,
             max_m: 0.75,
@@ -246,6 +254,10 @@ fn measure_distances(
     mut robots: Query<(&RobotId, &Pose, &SonarSettings, &mut SonarPings, &mut SonarReading, &mut RandomStreams)>,
 ) {
     for (&id, &pose, settings, mut pings, mut reading, mut streams) in &mut robots {
+        if !settings.fitted {
+            reading.set_if_neq(SonarReading::default());
+            continue;
+        }
         if settings.source == SonarSource::Echo
             && let Some(rate_hz) = settings.rate_hz
             && !pings.advance(rate_hz, clock.period(), &mut streams.sonar_pings)
