@@ -3,14 +3,12 @@
 //! A Kalman filter of place and velocity. What is seen in an unlikely place is taken for an error once; when the next
 //! sighting confirms it, the ball has been kicked or carried and the filter starts anew.
 
-use bevy::math::ops;
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::covariance::inverse;
-use super::sighting::{LENS_HEIGHT_M, Residual, Sighting};
-use crate::ball::Rolling;
-use crate::camera_model::BOTTOM_TILT;
+use super::sighting::{Residual, Sighting};
+use crate::ball::{BallPhysics, Rolling};
 use crate::geometry::{Pose, unit, unrotate};
 
 /// The ball in the robot frame.
@@ -39,6 +37,8 @@ pub struct BallEstimate {
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct BallModel {
+    /// Its radius, m.
+    pub radius_m: f32,
     /// How it slows down.
     pub rolling: Rolling,
     /// Unforeseen change of its velocity: variance per second, (m/s)²/s.
@@ -56,6 +56,7 @@ pub struct BallModel {
 impl Default for BallModel {
     fn default() -> Self {
         Self {
+            radius_m: BallPhysics::default().radius_m,
             rolling: Rolling::default(),
             velocity_noise: 0.02,
             start_speed_sd: 0.5,
@@ -184,20 +185,6 @@ impl BallEstimate {
         let least = model.rest_speed_mps * model.rest_speed_mps;
         if self.velocity.length_squared() > (2.0 * spread).max(least) { self.velocity } else { Vec2::ZERO }
     }
-
-    /// Whether a head at this yaw and pitch (radians) looks so that this place on the ground is well inside the
-    /// image of a camera.
-    pub fn should_be_seen(&self, head_yaw: f32, head_pitch: f32) -> bool {
-        let along = self.position.dot(unit(head_yaw));
-        let across = unit(head_yaw).perp_dot(self.position);
-        // 0.36 is the tangent of 20°; the image reaches to 24°.
-        if along < 0.05 || across.abs() > 0.36 * along {
-            return false;
-        }
-        // Depression of the line of sight, and how far from the axes of the two cameras it is; the image reaches to 18°.
-        let depression = ops::atan2(LENS_HEIGHT_M, self.position.length() - 0.05);
-        [0.0, BOTTOM_TILT].into_iter().any(|tilt| (depression - head_pitch - tilt).abs() < 0.25)
-    }
 }
 
 /// Rounding must not let a covariance drift from symmetry.
@@ -279,19 +266,5 @@ mod tests {
         assert_eq!(twice.position, elsewhere.place);
         // The error forgotten: seen again where it was.
         assert_eq!(once.seen(&sighting(estimate.position), &model).doubted, None);
-    }
-
-    #[test]
-    fn a_ball_should_be_seen_where_a_camera_looks() {
-        let ball = |x, y| watched(Vec2::new(x, y), Vec2::ZERO, 1);
-        let tilt = 30.0_f32.to_radians();
-        // Level head: the bottom camera sees 0.34 to 1.24 m, the top one from 1.67 m on.
-        assert!(ball(0.7, 0.0).should_be_seen(0.0, 0.0));
-        assert!(ball(3.0, 0.0).should_be_seen(0.0, 0.0));
-        assert!(!ball(0.2, 0.0).should_be_seen(0.0, 0.0));
-        assert!(ball(0.2, 0.0).should_be_seen(0.0, tilt));
-        assert!(!ball(1.5, 1.5).should_be_seen(0.0, 0.0));
-        assert!(ball(1.5, 1.5).should_be_seen(0.8, 0.0));
-        assert!(!ball(-1.0, 0.0).should_be_seen(0.0, 0.0));
     }
 }

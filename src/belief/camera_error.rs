@@ -10,7 +10,7 @@ use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::innovation::{CameraShare, Innovation, Measured};
-use super::sighting::{LENS_HEIGHT_M, Sighting};
+use super::sighting::Sighting;
 use crate::geometry::unit;
 use crate::sensing::vision::GazeNoise;
 
@@ -23,6 +23,8 @@ pub struct CameraMotion {
     pub is_walking: bool,
     /// Where the head looks, radians.
     pub head_yaw: f32,
+    /// How high the cameras are, m.
+    pub lens_height_m: f32,
     /// How long a cycle is, s.
     pub period_s: f32,
 }
@@ -42,7 +44,8 @@ impl CameraMotion {
     /// h and x the distance along that axis, and across it by x y / h.
     pub(super) fn slopes(&self, place: Vec2) -> [Vec2; 2] {
         let axis = unit(self.head_yaw);
-        [-place.perp(), axis * LENS_HEIGHT_M + place * (place.dot(axis) / LENS_HEIGHT_M)]
+        let height_m = self.lens_height_m;
+        [-place.perp(), axis * height_m + place * (place.dot(axis) / height_m)]
     }
 }
 
@@ -132,6 +135,7 @@ impl CameraError {
             place: self.corrected_place(sighting.place, motion),
             angle_sd: angle_variance.sqrt(),
             distance_factor: ((base * factor + along) / angle_variance).sqrt(),
+            lens_height_m: sighting.lens_height_m,
         }
     }
 
@@ -198,6 +202,7 @@ mod tests {
     use crate::belief::landmarks::{LandmarkModel, Landmarks, PitchObservation};
     use crate::belief::localisation_method::KalmanFilter;
     use crate::belief::pose_estimate::PoseEstimate;
+    use crate::belief::sighting::LENS_HEIGHT_M;
     use crate::camera_model::CameraName;
     use crate::geometry::Pose;
     use crate::pitch::{End, GoalColour, JunctionShape, Pitch};
@@ -208,7 +213,7 @@ mod tests {
     const NOISE: GazeNoise = GazeNoise { bias_sd: 0.016, standing_sd: 0.012, walking_sd: 0.037, correlation_s: 0.4 };
 
     fn motion(is_walking: bool, head_yaw: f32) -> CameraMotion {
-        CameraMotion { noise: NOISE, is_walking, head_yaw, period_s: 1.0 / 30.0 }
+        CameraMotion { noise: NOISE, is_walking, head_yaw, lens_height_m: LENS_HEIGHT_M, period_s: 1.0 / 30.0 }
     }
 
     /// Where something at `place` seems to be to cameras that look to the left and down by more than they should.

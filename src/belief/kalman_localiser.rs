@@ -265,7 +265,8 @@ impl KalmanLocaliser {
         let Some(mut evidence) = self.sides else { return };
         let pose = self.estimate.pose;
         for post in &observation.percepts.goal_posts {
-            let seen = Sighting::new(post.position_m, observation.model.goal_post_angle_sd);
+            let seen = Sighting::new(post.position_m, observation.model.goal_post_angle_sd)
+                .from_height(observation.model.lens_height_m);
             let sighting = match self.camera.zip(observation.camera) {
                 Some((camera, motion)) => camera.corrected(&seen, &motion),
                 None => seen,

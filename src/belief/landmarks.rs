@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::camera_error::CameraMotion;
 use super::line_sighting::SeenLine;
 use super::point_team_from_pitch;
-use super::sighting::Sighting;
+use super::sighting::{LENS_HEIGHT_M, Sighting};
 use crate::geometry::Pose;
 use crate::pitch::{End, GoalColour, JunctionShape, LineSegment, Pitch};
 use crate::sensing::vision::{GoalPostPercept, LandmarkKind, LandmarkPercept, Percepts};
@@ -30,13 +30,23 @@ pub struct LandmarkModel {
     /// What is seen further from the expectation than this is not the landmark that it is taken for: squared
     /// Mahalanobis distance.
     pub gate: f32,
+    /// How high the robot's cameras are, m. Read of its model.
+    #[serde(skip)]
+    pub lens_height_m: f32,
     /// After so many landmarks more out of place than in place, the robot takes its pose for wrong.
     pub contradictions: u32,
 }
 
 impl Default for LandmarkModel {
     fn default() -> Self {
-        Self { goal_post_angle_sd: 0.01, mark_angle_sd: 0.005, line_angle_sd: 0.008, gate: 12.0, contradictions: 6 }
+        Self {
+            goal_post_angle_sd: 0.01,
+            mark_angle_sd: 0.005,
+            line_angle_sd: 0.008,
+            gate: 12.0,
+            lens_height_m: LENS_HEIGHT_M,
+            contradictions: 6,
+        }
     }
 }
 
@@ -173,10 +183,10 @@ impl<'a> PitchObservation<'a> {
 
     /// Up to `most` of the stretches of lines that are seen.
     pub(super) fn lines(&self, most: usize) -> impl Iterator<Item = SeenLine> {
-        let angle_sd = self.model.line_angle_sd;
+        let LandmarkModel { line_angle_sd: angle_sd, lens_height_m, .. } = *self.model;
         self.in_turn(most, |mark| matches!(mark.kind, LandmarkKind::Line { .. })).filter_map(move |mark| {
             let LandmarkKind::Line { end_position_m, .. } = mark.kind else { return None };
-            Some(SeenLine { ends: [mark.position_m, end_position_m], angle_sd })
+            Some(SeenLine { ends: [mark.position_m, end_position_m], angle_sd, lens_height_m })
         })
     }
 
@@ -209,13 +219,18 @@ pub(super) fn waiting_pose(landmarks: &Landmarks, y: f32) -> Pose {
 pub(super) fn sighting_of_post(post: &GoalPostPercept, image: Vec2, model: &LandmarkModel) -> Sighting {
     let foot_in_image = post.pixel.cmpge(Vec2::ZERO).all() && post.pixel.cmple(image).all();
     let distance_factor = if foot_in_image { 1.0 } else { HIDDEN_FOOT_FACTOR };
-    Sighting { distance_factor, ..Sighting::new(post.position_m, model.goal_post_angle_sd) }
+    Sighting {
+        distance_factor,
+        lens_height_m: model.lens_height_m,
+        ..Sighting::new(post.position_m, model.goal_post_angle_sd)
+    }
 }
 
 /// What the measured place of a junction, a cross or the centre circle is worth.
 pub(super) fn sighting_of_mark(mark: &LandmarkPercept, model: &LandmarkModel) -> Sighting {
     let is_circle = mark.kind == LandmarkKind::CentreCircle;
-    Sighting::new(mark.position_m, if is_circle { model.goal_post_angle_sd } else { model.mark_angle_sd })
+    let angle_sd = if is_circle { model.goal_post_angle_sd } else { model.mark_angle_sd };
+    Sighting::new(mark.position_m, angle_sd).from_height(model.lens_height_m)
 }
 
 /// The left and the right post of a goal, if no others are seen: of two of one colour, it is beyond doubt which is which.

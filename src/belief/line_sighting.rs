@@ -22,6 +22,8 @@ pub struct SeenLine {
     pub ends: [Vec2; 2],
     /// Standard deviation of the angles by which they were measured, radians.
     pub angle_sd: f32,
+    /// The height from which it was seen, m.
+    pub lens_height_m: f32,
 }
 
 impl SeenLine {
@@ -47,7 +49,8 @@ impl SeenLine {
         let away = self.ends.map(|end| normal.dot(place + forward.rotate(end)));
         // The error of an end across the line.
         let across = unrotate(forward, normal);
-        let variance = self.ends.map(|end| across.dot(Sighting::new(end, self.angle_sd).noise_at(end) * across));
+        let sighting = |end| Sighting::new(end, self.angle_sd).from_height(self.lens_height_m);
+        let variance = self.ends.map(|end| across.dot(sighting(end).noise_at(end) * across));
         Residual { difference: -Vec2::from(away), noise: Mat2::from_diagonal(Vec2::from(variance)) }
     }
 
@@ -83,7 +86,7 @@ mod tests {
 
     fn seen_from(pose: Pose) -> SeenLine {
         let ends = [Vec2::new(3.0, -0.5), Vec2::new(3.0, 1.0)].map(|end| pose.inverse_transform_point(end));
-        SeenLine { ends, angle_sd: 0.01 }
+        SeenLine { ends, angle_sd: 0.01, lens_height_m: 0.5 }
     }
 
     #[test]

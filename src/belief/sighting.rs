@@ -8,7 +8,7 @@
 
 use bevy::prelude::*;
 
-/// Height of the lenses, between those of the two cameras (paper, Table 1a), m.
+/// Height of a NAO's lenses, between those of its two cameras (paper, Table 1a), m.
 pub const LENS_HEIGHT_M: f32 = 0.5;
 /// Nothing is expected nearer than this, m.
 const LEAST_DISTANCE_M: f32 = 0.05;
@@ -22,6 +22,8 @@ pub struct Sighting {
     pub angle_sd: f32,
     /// How much worse than by its foot its distance was measured.
     pub distance_factor: f32,
+    /// The height from which it was seen, m.
+    pub lens_height_m: f32,
 }
 
 /// How far from the expectation something was seen.
@@ -35,9 +37,15 @@ pub struct Residual {
 }
 
 impl Sighting {
-    /// Something whose foot was seen at `place`.
+    /// Something whose foot was seen at `place` from the height of a NAO's lenses.
     pub fn new(place: Vec2, angle_sd: f32) -> Self {
-        Self { place, angle_sd, distance_factor: 1.0 }
+        Self { place, angle_sd, distance_factor: 1.0, lens_height_m: LENS_HEIGHT_M }
+    }
+
+    /// The same seen from another height, m.
+    #[must_use]
+    pub fn from_height(self, lens_height_m: f32) -> Self {
+        Self { lens_height_m, ..self }
     }
 
     /// The sighting of something that is expected at `expected`, m, robot frame.
@@ -45,7 +53,7 @@ impl Sighting {
         let distance = expected.length().max(LEAST_DISTANCE_M);
         let direction = expected / distance;
         let measured = self.place.length().max(LEAST_DISTANCE_M);
-        let height_squared = LENS_HEIGHT_M * LENS_HEIGHT_M;
+        let height_squared = self.lens_height_m * self.lens_height_m;
         // The difference of the angles atan(h / d) is h (d' - d) / (d d' + h²) for small ones; times (d² + h²) / h.
         let along =
             (measured - distance) * (distance * distance + height_squared) / (distance * measured + height_squared);
@@ -58,7 +66,7 @@ impl Sighting {
         let distance = expected.length().max(LEAST_DISTANCE_M);
         let direction = expected / distance;
         let across_sd = distance * self.angle_sd;
-        let along_sd = (distance * distance + LENS_HEIGHT_M * LENS_HEIGHT_M) / LENS_HEIGHT_M
+        let along_sd = (distance * distance + self.lens_height_m * self.lens_height_m) / self.lens_height_m
             * self.angle_sd
             * self.distance_factor;
         let across = across_sd * across_sd;

@@ -30,6 +30,7 @@ use crate::referee::{GameStatus, formation};
 use crate::robot::head::HeadAngles;
 use crate::robot::motion_limits::MotionLimits;
 use crate::sensing::camera::CameraSettings;
+use crate::sensing::camera::field_of_view::FieldOfView;
 use crate::sensing::odometry::{Odometry, OdometrySettings};
 use crate::sensing::sonar::{SonarReading, SonarSettings};
 use crate::sensing::vision::{GazeNoise, Percepts, VisionSettings};
@@ -106,9 +107,10 @@ impl Default for SimpleBelief {
 }
 
 impl SimpleBelief {
-    /// The same for a robot that knows how it walks.
-    fn with_known(self, (limits, odometry): (&MotionLimits, &OdometrySettings)) -> Self {
-        Self { step_error: self.step_error.with_known(limits.gait.as_ref(), &odometry.noise), ..self }
+    /// The same for a robot that knows how it walks, and what it has in view.
+    fn with_known(self, (limits, odometry): (&MotionLimits, &OdometrySettings), view: &FieldOfView) -> Self {
+        let landmarks = LandmarkModel { lens_height_m: view.lens_height_m, ..self.landmarks };
+        Self { step_error: self.step_error.with_known(limits.gait.as_ref(), &odometry.noise), landmarks, ..self }
     }
 }
 
@@ -194,11 +196,13 @@ fn estimate(
     let period = clock.period();
     for robot in &mut robots {
         let BelievingRobotItem { status, odometry, camera, percepts, mut memory, mut belief, .. } = robot;
-        let settings = &robot.settings.with_known(robot.steps);
+        let view = FieldOfView::of(camera);
+        let settings = &robot.settings.with_known(robot.steps, &view);
         let motion = CameraMotion {
             noise: robot.vision.noise.gaze,
             is_walking: odometry.0 != memory.odometry,
             head_yaw: robot.head.yaw,
+            lens_height_m: view.lens_height_m,
             period_s: period,
         };
         let motion = (motion.noise != GazeNoise::default()).then_some(motion);
@@ -224,7 +228,7 @@ fn estimate(
             };
             memory.own.correct(id, &observation);
             let camera = memory.own.camera().copied().zip(motion);
-            memory.watch_ball(percepts, *robot.head, camera.as_ref(), settings, period);
+            memory.watch_ball(percepts, (*robot.head, &view), camera.as_ref(), settings, period);
             memory.watch_robots(percepts, camera.as_ref(), settings);
             memory.hear_robots((robot.sonar, robot.sonar_settings), &pitch, &settings.sonar);
         }
@@ -338,19 +342,22 @@ impl SimpleBeliefMemory {
     fn watch_ball(
         &mut self,
         percepts: &Percepts,
-        head: HeadAngles,
+        (head, view): (HeadAngles, &FieldOfView),
         camera: Option<&(CameraError, CameraMotion)>,
         settings: &SimpleBelief,
         period: f32,
     ) {
         if let Some(seen) = &percepts.ball {
-            let sighting = corrected(Sighting::new(seen.position_m, settings.ball_angle_sd), camera);
+            let sighting = corrected(
+                Sighting::new(seen.position_m, settings.ball_angle_sd).from_height(settings.landmarks.lens_height_m),
+                camera,
+            );
             self.ball = Some(match &self.ball {
                 Some(ball) => ball.seen(&sighting, &settings.ball),
                 None => BallEstimate::first_seen(&sighting, &settings.ball),
             });
         } else if let Some(ball) = &mut self.ball {
-            if ball.should_be_seen(head.yaw, head.pitch) {
+            if view.contains(ball.position, head.yaw, head.pitch) {
                 ball.missing_s += period;
             }
             if ball.age_s > settings.ball_forget_s || ball.missing_s > settings.ball_missing_s {
@@ -366,7 +373,10 @@ impl SimpleBeliefMemory {
         settings: &SimpleBelief,
     ) {
         for seen in &percepts.robots {
-            let sighting = corrected(Sighting::new(seen.position_m, settings.robot_angle_sd), camera);
+            let sighting = corrected(
+                Sighting::new(seen.position_m, settings.robot_angle_sd).from_height(settings.landmarks.lens_height_m),
+                camera,
+            );
             see_robot(&mut self.tracks, seen.team, &sighting, &settings.robots);
         }
     }

@@ -5,7 +5,7 @@ use bevy::prelude::*;
 use super::names;
 use super::sensors::{SensorRecord, SensorRegistry};
 use super::settings::RobotSettings;
-use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity, Rolling};
+use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity};
 use crate::behaviour::drawings::Drawings;
 use crate::behaviour::script::Script;
 use crate::behaviour::{BehaviourRegistry, Program, REMOTE};
@@ -27,7 +27,7 @@ use crate::robot::kick::{KickCommand, KickPhase};
 use crate::robot::motion::{ExecutedStep, WalkCommand};
 use crate::robot::{PreviousPose, Roster, Velocity};
 use crate::scenario::wording::one_of;
-use crate::scenario::{BehaviourSpec, FieldPath, RobotSpec, Scenario, ScenarioFault, TeamsSpec};
+use crate::scenario::{BallSpec, BehaviourSpec, FieldPath, RobotSpec, Scenario, ScenarioFault, TeamsSpec};
 use crate::sensing::odometry::Odometry;
 use crate::sensing::sonar::SonarReading;
 use crate::sensing::status::BodyStatus;
@@ -208,7 +208,7 @@ fn spawn_robot<'w>(world: &'w mut World, scenario: &Scenario, robot: &RobotSpec)
                 insert(&mut entity);
             }
             let localisation = robot.localisation.unwrap_or(scenario.localisation);
-            begin_belief(&mut entity, robot.pose, localisation, rolling_in(scenario));
+            begin_belief(&mut entity, robot.pose, localisation, ball_in(scenario));
         }
     }
     entity
@@ -216,7 +216,7 @@ fn spawn_robot<'w>(world: &'w mut World, scenario: &Scenario, robot: &RobotSpec)
 
 /// What a robot with a belief believes at the start, and how it localises itself. It is put down where its team knows that
 /// it will be.
-fn begin_belief(robot: &mut EntityWorldMut, pose: Pose, localisation: LocalisationMethod, rolling: Rolling) {
+fn begin_belief(robot: &mut EntityWorldMut, pose: Pose, localisation: LocalisationMethod, ball: BallSpec) {
     let Some(id) = robot.get::<RobotId>().copied() else { return };
     if robot.contains::<Belief>() {
         let own_end = robot.world().resource::<Game>().own_end(id.team);
@@ -224,13 +224,13 @@ fn begin_belief(robot: &mut EntityWorldMut, pose: Pose, localisation: Localisati
     }
     if let Some(mut belief) = robot.get_mut::<SimpleBelief>() {
         belief.localisation = localisation;
-        belief.ball.rolling = rolling;
+        (belief.ball.radius_m, belief.ball.rolling) = (ball.radius_m, ball.rolling);
     }
 }
 
-/// How balls roll in a scenario: that is known to everybody.
-fn rolling_in(scenario: &Scenario) -> Rolling {
-    scenario.ball.as_ref().map_or_else(Rolling::default, |ball| ball.rolling)
+/// The ball of a scenario, whose size and way of rolling is known to everybody.
+fn ball_in(scenario: &Scenario) -> BallSpec {
+    scenario.ball.unwrap_or_default()
 }
 
 /// Gives a robot that has none the built-in belief, which begins where the robot is. Whether there is such a robot.
@@ -239,12 +239,12 @@ pub fn give_belief(world: &mut World, id: RobotId) -> bool {
     let scenario = world.resource::<Scenario>();
     let own = scenario.robots.iter().find(|robot| robot.id() == id).and_then(|robot| robot.localisation);
     let localisation = own.unwrap_or(scenario.localisation);
-    let rolling = rolling_in(scenario);
+    let ball = ball_in(scenario);
     let mut robot = world.entity_mut(entity);
     if !robot.contains::<SimpleBelief>() {
         let pose = robot.get::<Pose>().copied().unwrap_or_default();
         robot.insert(SimpleBelief::default());
-        begin_belief(&mut robot, pose, localisation, rolling);
+        begin_belief(&mut robot, pose, localisation, ball);
     }
     true
 }

@@ -4,9 +4,8 @@ use bevy::prelude::*;
 
 use super::aiming::Aim;
 use super::kicking::{BallAtFeet, KickPlan, any_kick, kick_now};
-use super::looking;
 use super::player::{Decision, Player, PlayerMemory};
-use super::walking::{BALL_CLEARANCE_M, approach};
+use super::walking::approach;
 use crate::belief::BallBelief;
 use crate::kick_geometry::KickType;
 use crate::robot::head::HeadCommand;
@@ -99,7 +98,8 @@ fn line_up(
     meeting_place: Vec2,
 ) -> (WalkCommand, Vec2) {
     let distance_squared = player.position().distance_squared(ball.position_m);
-    if distance_squared > AT_BALL_M * AT_BALL_M {
+    let at_ball_m = AT_BALL_M + player.longer_than_nao_m();
+    if distance_squared > at_ball_m * at_ball_m {
         memory.at_ball_since_s = None;
     } else if memory.at_ball_since_s.is_none() {
         memory.at_ball_since_s = Some(player.status.time_s);
@@ -112,9 +112,10 @@ fn line_up(
     if last_stretch {
         return (player.walk_to(place, plan.facing, &obstacles), plan.position);
     }
-    obstacles.add(ball.position_m, BALL_CLEARANCE_M);
+    obstacles.add(ball.position_m, player.ball_clearance_m());
     // Far away it is enough to face where the ball is; near it, where it shall go.
-    let facing = if distance_squared > FACE_BALL_M * FACE_BALL_M {
+    let face_ball_m = FACE_BALL_M + player.longer_than_nao_m();
+    let facing = if distance_squared > face_ball_m * face_ball_m {
         (ball.position_m - player.position()).normalize_or(plan.facing)
     } else {
         plan.facing
@@ -134,7 +135,7 @@ pub fn search(player: &Player, memory: &mut PlayerMemory) -> Decision {
     let since = *memory.lost_since_s.get_or_insert(now);
     memory.kick = None;
     memory.at_ball_since_s = None;
-    let head = Some(looking::search(now - since));
+    let head = Some(player.head.search(now - since));
     let turn = if memory.lost_left { 1.0 } else { -1.0 };
     let searched_s = now - since;
     if searched_s < TURN_S {
@@ -161,7 +162,7 @@ pub fn watch(player: &Player, memory: &mut PlayerMemory) -> HeadCommand {
     /// After so long, the robot looks around even if it thinks that it knows where it is, s.
     const CHECK_S: f32 = 6.0;
     let now = player.status.time_s;
-    let Some(ball) = player.belief.ball_in_robot() else { return looking::search(now) };
+    let Some(ball) = player.belief.ball_in_robot() else { return player.head.search(now) };
     memory.lost_left = ball.y > 0.0;
     let is_at_ball = ball.length_squared() < FACE_BALL_M * FACE_BALL_M;
     let watched_s = now - memory.last_glance_s;
@@ -173,9 +174,9 @@ pub fn watch(player: &Player, memory: &mut PlayerMemory) -> HeadCommand {
     if now < memory.glance_until_s
         && let Some(post) = post_to_look_at(player)
     {
-        return looking::look_at(post);
+        return player.head.look_at(post);
     }
-    looking::look_at(ball)
+    player.head.look_at(ball)
 }
 
 /// The goal post (m, robot frame) for which the head turns least, of those that can be seen well.
@@ -193,7 +194,8 @@ fn post_to_look_at(player: &Player) -> Option<Vec2> {
             let place = player.in_robot(post);
             let distance = place.length();
             let ahead = place.x / distance.max(NEAR_M);
-            (ahead > REACH && distance > NEAR_M && distance < FAR_M).then_some((ahead, place))
+            (ahead > REACH.max(player.head.reach_cosine()) && distance > NEAR_M && distance < FAR_M)
+                .then_some((ahead, place))
         })
         .max_by(|(first, _), (second, _)| first.total_cmp(second))
         .map(|(_, place)| place)

@@ -19,13 +19,14 @@ const FIGHT_M: f32 = 0.2;
 /// The step without what would run into an opponent.
 pub fn give_way(player: &Player, walk: WalkCommand, opponents: &[RobotBelief]) -> WalkCommand {
     let mut step = player.forward.rotate(walk.translation());
+    let wider_m = 2.0 * player.wider_than_nao_m();
     for other in opponents.iter().filter(|other| other.age_s < 1.0) {
         let way = other.position_m - player.position();
         let distance = way.length();
         let Some(line) = way.try_normalize() else { continue };
         let most_mps = match &player.limits.gait {
-            Some(gait) => gait.braking_speed(distance - STOP_M).max(GIVE_WAY_MPS),
-            None if distance > GIVE_WAY_M => continue,
+            Some(gait) => gait.braking_speed(distance - STOP_M - wider_m).max(GIVE_WAY_MPS),
+            None if distance > GIVE_WAY_M + wider_m => continue,
             None => GIVE_WAY_MPS,
         };
         let towards = step.dot(line);

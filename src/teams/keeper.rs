@@ -3,7 +3,6 @@
 use bevy::prelude::*;
 
 use super::attack::attack;
-use super::looking;
 use super::player::{Decision, Player, PlayerMemory};
 use crate::game::DefenderLimit;
 use crate::kick_geometry::Side;
@@ -39,7 +38,7 @@ pub fn keep(
         memory.attacks = false;
         let place = goal + Vec2::new(guard_m, 0.0);
         let walk = player.go_and_stay(place, Vec2::X, &player.obstacles());
-        let head = Some(looking::search(player.status.time_s));
+        let head = Some(player.head.search(player.status.time_s));
         return Decision { walk, target: Some(place), head, intention: "keep", ..default() };
     };
     let (position, velocity) = (ball.position_m, ball.velocity_mps);
@@ -70,14 +69,15 @@ pub fn keep(
 
 /// A dive, for a shot that crosses the keeper's line at `y` and that it can reach by a dive only.
 fn dive(player: &Player, ball: Vec2, velocity: Vec2, y: f32) -> Option<PostureRequest> {
-    /// The keeper's body on its feet stops what comes this near, m.
+    /// The body of a NAO on its feet stops what comes this near, m; of others in proportion.
     const BODY_M: f32 = 0.12;
     /// A ball that is still further away than this in time leaves time for another look, s.
     const SOON_S: f32 = 0.7;
     let way = y - player.position().y;
     let time_s = (ball.x - player.position().x) / -velocity.x;
-    let walks = player.limits.max_linear_mps * time_s + BODY_M;
-    let reaches = player.rules.dive_reach_m + BODY_M;
+    let body_m = BODY_M * player.own_body.width_in_naos();
+    let walks = player.limits.max_linear_mps * time_s + body_m;
+    let reaches = player.rules.dive_reach_m + body_m;
     let faces_ball = player.forward.x > 0.8 && player.body.is_free();
     let pays = player.rules.dives && faces_ball && time_s < SOON_S && way.abs() > walks && way.abs() < reaches;
     pays.then_some(PostureRequest::Dive(if way > 0.0 { Side::Left } else { Side::Right }))

@@ -3,39 +3,100 @@
 use bevy::math::ops;
 use bevy::prelude::*;
 
-use crate::belief::sighting::LENS_HEIGHT_M;
-use crate::camera_model::BOTTOM_TILT;
 use crate::geometry::angle_of;
-use crate::robot::head::HeadCommand;
+use crate::robot::head::{HeadCommand, HeadLimits};
+use crate::sensing::camera::field_of_view::FieldOfView;
 
-/// What is looked at stays so far from the upper and lower edge of the image, which reaches to 18.4°: radians.
+/// What is looked at is at most so far above or below the middle of a NAO's image, which reaches to 18.4°: radians; in proportion
+/// in other images.
 const PITCH_MARGIN: f32 = 0.22;
 /// The pitch from which the head is moved as little as possible, radians: level, the top camera has the goals in view.
 const PREFERRED_PITCH: f32 = 0.0;
-/// The greatest and least pitch that are used, radians.
+/// The greatest and least pitch that are used where the head has both, radians.
 const PITCH_RANGE: [f32; 2] = [-0.4, 0.52];
-/// How far to either side a search goes, radians.
+/// How far to either side a search goes where the head reaches it, radians.
 const SEARCH_YAW: f32 = 1.75;
 /// Duration of a search from side to side and back, s.
 const SEARCH_PERIOD_S: f32 = 4.0;
 /// Pitch of the two halves of a search, radians: near and far, so that no strip of the ground is left out.
 const SEARCH_PITCHES: [f32; 2] = [0.0, 0.31];
+/// Pitch of the lower half with a single camera, which has nothing below its image: in half heights of that of a NAO.
+const SINGLE_SEARCH_PITCH: f32 = 0.45;
 
-/// Looks at a place on the ground, m, robot frame, with the camera for which the head stays nearest to level.
-pub fn look_at(place: Vec2) -> HeadCommand {
-    let depression = ops::atan2(LENS_HEIGHT_M, (place.length() - 0.05).max(0.01));
-    let nearest = |axis: f32| PREFERRED_PITCH.clamp(depression - axis - PITCH_MARGIN, depression - axis + PITCH_MARGIN);
-    let (top, bottom) = (nearest(0.0), nearest(BOTTOM_TILT));
-    let pitch = if top.abs() <= bottom.abs() { top } else { bottom };
-    HeadCommand { yaw: angle_of(place), pitch: pitch.clamp(PITCH_RANGE[0], PITCH_RANGE[1]) }
+/// A head with cameras in it, as its robot knows it.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Head {
+    view: FieldOfView,
+    yaw: [f32; 2],
+    pitch: [f32; 2],
 }
 
-/// Looks everywhere, in turn: where at this time, s.
+impl Head {
+    /// A head with these limits and this view.
+    pub fn new(limits: &HeadLimits, view: FieldOfView) -> Self {
+        let [highest, lowest] = limits.pitch;
+        // One that reaches further down than a NAO's is used so far.
+        let lowest = if lowest > 0.6 { lowest } else { lowest.min(PITCH_RANGE[1]) };
+        Self { view, yaw: limits.yaw, pitch: [highest.max(PITCH_RANGE[0]), lowest] }
+    }
+
+    /// Looks at a place on the ground, m, robot frame, with the camera for which the head stays nearest to level.
+    pub fn look_at(&self, place: Vec2) -> HeadCommand {
+        let depression = self.view.depression(place.length());
+        let pitches = self.view.cameras().map(|(axis, height)| {
+            let margin = PITCH_MARGIN * height;
+            PREFERRED_PITCH.clamp(depression - axis - margin, depression - axis + margin)
+        });
+        let nearest = |best: f32, next: f32| if next.abs() < best.abs() { next } else { best };
+        let pitch = pitches.reduce(nearest).unwrap_or(PREFERRED_PITCH);
+        self.within_limits(angle_of(place), pitch)
+    }
+
+    /// Looks everywhere, in turn: where at this time, s.
+    pub fn search(&self, time_s: f32) -> HeadCommand {
+        let phase = (time_s / SEARCH_PERIOD_S).rem_euclid(1.0);
+        // From side to side and back.
+        let sweep = 1.0 - 4.0 * (phase - 0.5).abs();
+        let mut cameras = self.view.cameras();
+        let pitch = match (phase >= 0.5, cameras.len(), cameras.next()) {
+            (true, 1, Some((_, height))) => SINGLE_SEARCH_PITCH * height,
+            (is_low, ..) => SEARCH_PITCHES[usize::from(is_low)],
+        };
+        self.within_limits(SEARCH_YAW.min(self.yaw[1]) * sweep, pitch)
+    }
+
+    /// Whether the head turns at all.
+    pub fn turns(&self) -> bool {
+        self.yaw[0] < self.yaw[1]
+    }
+
+    /// The cosine of the greatest angle from the front at which something can be seen well.
+    pub fn reach_cosine(&self) -> f32 {
+        ops::cos(self.yaw[1].max(0.0))
+    }
+
+    fn within_limits(&self, yaw: f32, pitch: f32) -> HeadCommand {
+        let clamp = |value: f32, [least, most]: [f32; 2]| value.max(least).min(most);
+        // What the head does not reach aside is left to the head itself to refuse: it turns as far as it can.
+        HeadCommand { yaw, pitch: clamp(pitch, self.pitch) }
+    }
+}
+
+impl Default for Head {
+    /// A NAO's.
+    fn default() -> Self {
+        Self::new(&HeadLimits::default(), FieldOfView::default())
+    }
+}
+
+/// Looks at a place on the ground, m, robot frame, as a NAO does: [`Head::look_at`].
+pub fn look_at(place: Vec2) -> HeadCommand {
+    Head::default().look_at(place)
+}
+
+/// Looks everywhere, in turn, as a NAO does: [`Head::search`].
 pub fn search(time_s: f32) -> HeadCommand {
-    let phase = (time_s / SEARCH_PERIOD_S).rem_euclid(1.0);
-    // From side to side and back.
-    let sweep = 1.0 - 4.0 * (phase - 0.5).abs();
-    HeadCommand { yaw: SEARCH_YAW * sweep, pitch: SEARCH_PITCHES[usize::from(phase >= 0.5)] }
+    Head::default().search(time_s)
 }
 
 #[cfg(test)]

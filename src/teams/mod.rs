@@ -28,7 +28,7 @@ pub mod supporter;
 pub mod talking;
 pub mod walking;
 
-pub use looking::{look_at, search};
+pub use looking::{Head, look_at, search};
 pub use player::{Decision, Player, PlayerMemory};
 
 use crate::behaviour::BehaviourApp;
@@ -40,10 +40,14 @@ use crate::game::{GameState, Rules};
 use crate::knowledge::Knowledge;
 use crate::pitch::Pitch;
 use crate::referee::GameStatus;
+use crate::robot::body::Body;
 use crate::robot::head::HeadCommand;
+use crate::robot::head::HeadLimits;
 use crate::robot::kick::{KickCommand, KickSettings};
 use crate::robot::motion::{MotionLimits, WalkCommand};
 use crate::robot::posture::PostureCommand;
+use crate::sensing::camera::CameraSettings;
+use crate::sensing::camera::field_of_view::FieldOfView;
 use crate::sensing::sonar::{SonarReading, SonarSettings};
 use crate::sensing::status::BodyStatus;
 use crate::team::RobotId;
@@ -178,6 +182,9 @@ struct PlayerQuery {
     sonar_settings: &'static SonarSettings,
     limits: &'static MotionLimits,
     kicks: &'static KickSettings,
+    own_body: &'static Body,
+    head_limits: &'static HeadLimits,
+    cameras: &'static CameraSettings,
     memory: &'static mut PlayerMemory,
     walk: &'static mut WalkCommand,
     head: &'static mut HeadCommand,
@@ -205,7 +212,10 @@ fn play<R: Role>(
             sonar_settings: robot.sonar_settings,
             limits: robot.limits,
             kicks: robot.kicks,
+            own_body: robot.own_body,
+            head: Head::new(robot.head_limits, FieldOfView::of(robot.cameras)),
             rolling: robot.estimator.ball.rolling,
+            ball_radius_m: robot.estimator.ball.radius_m,
             pitch: &pitch,
             rules: &rules,
             period: clock.period(),

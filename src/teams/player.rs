@@ -4,8 +4,11 @@ use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::hearing::Whistles;
+use super::looking::Head;
 use super::passing::Pass;
-use super::walking::{OBSTACLE_RANGE_M, Obstacles, POST_CLEARANCE_M, ROBOT_CLEARANCE_M, step_towards, way_around};
+use super::walking::{
+    BALL_CLEARANCE_M, OBSTACLE_RANGE_M, Obstacles, POST_CLEARANCE_M, ROBOT_CLEARANCE_M, step_towards, way_around,
+};
 use crate::ball::Rolling;
 use crate::belief::{BallBelief, Belief};
 use crate::communication::ReceivedMessage;
@@ -15,6 +18,7 @@ use crate::kick_geometry::KickType;
 use crate::knowledge::Knowledge;
 use crate::pitch::Pitch;
 use crate::referee::GameStatus;
+use crate::robot::body::Body;
 use crate::robot::head::HeadCommand;
 use crate::robot::kick::{KickRequest, KickSettings};
 use crate::robot::motion::{MotionLimits, WalkCommand};
@@ -22,6 +26,14 @@ use crate::robot::posture::PostureRequest;
 use crate::sensing::sonar::{SonarReading, SonarSettings};
 use crate::sensing::status::BodyStatus;
 use crate::team::RobotId;
+
+/// What the clearances of the built-in teams are measured for: half the width of a NAO with its arms, how far its feet reach
+/// ahead, and the radius of the paper's ball, m. Others keep so much more, or less.
+const NAO_HALF_WIDTH_M: f32 = 0.15;
+/// See [`NAO_HALF_WIDTH_M`].
+const NAO_FRONT_M: f32 = 0.11;
+/// See [`NAO_HALF_WIDTH_M`].
+const NAO_BALL_RADIUS_M: f32 = 0.03;
 
 /// Everything that a player knows when it decides.
 #[derive(Clone, Copy, Debug)]
@@ -44,8 +56,14 @@ pub struct Player<'a> {
     pub limits: &'a MotionLimits,
     /// How far it kicks.
     pub kicks: &'a KickSettings,
+    /// Its body.
+    pub own_body: &'a Body,
+    /// Its head, and what is in view of it.
+    pub head: Head,
     /// How the ball rolls.
     pub rolling: Rolling,
+    /// The ball's radius, m.
+    pub ball_radius_m: f32,
     /// The pitch that is played on.
     pub pitch: &'a Pitch,
     /// The rules that are played by.
@@ -131,6 +149,21 @@ impl<'a> Player<'a> {
         self.belief.ball.as_ref()
     }
 
+    /// By how much its body is wider to either side than a NAO's, m. Others are taken to be as wide as itself.
+    pub fn wider_than_nao_m(&self) -> f32 {
+        self.own_body.torso.half_width_m - NAO_HALF_WIDTH_M
+    }
+
+    /// By how much further ahead a ball before its feet lies than before a NAO's, m.
+    pub fn longer_than_nao_m(&self) -> f32 {
+        (self.own_body.base.x_m[1] - NAO_FRONT_M) + (self.ball_radius_m - NAO_BALL_RADIUS_M)
+    }
+
+    /// How far it walks around the ball, m.
+    pub fn ball_clearance_m(&self) -> f32 {
+        BALL_CLEARANCE_M + self.longer_than_nao_m()
+    }
+
     /// A point of the team frame in the robot's, m.
     pub fn in_robot(&self, point: Vec2) -> Vec2 {
         unrotate(self.forward, point - self.position())
@@ -171,12 +204,12 @@ impl<'a> Player<'a> {
         let near = |place: Vec2| place.distance_squared(own) < OBSTACLE_RANGE_M * OBSTACLE_RANGE_M;
         let robots = self.belief.opponents.iter().chain(&self.belief.team_mates);
         for robot in robots.filter(|robot| robot.age_s < 2.0 && near(robot.position_m)) {
-            obstacles.add(robot.position_m, ROBOT_CLEARANCE_M);
+            obstacles.add(robot.position_m, ROBOT_CLEARANCE_M + 2.0 * self.wider_than_nao_m());
         }
         let (x, y) = (self.pitch.goal_post_x(), self.pitch.goal.width_m / 2.0);
         for post in [Vec2::new(-x, -y), Vec2::new(-x, y), Vec2::new(x, -y), Vec2::new(x, y)] {
             if near(post) {
-                obstacles.add(post, POST_CLEARANCE_M);
+                obstacles.add(post, POST_CLEARANCE_M + self.wider_than_nao_m());
             }
         }
         for (reading, side) in [(self.sonar.left, 1.0), (self.sonar.right, -1.0)] {
@@ -251,6 +284,8 @@ pub(super) mod tests {
         pub sonar_settings: SonarSettings,
         pub limits: MotionLimits,
         pub kicks: KickSettings,
+        pub own_body: Body,
+        pub head: Head,
         pub rolling: Rolling,
         pub pitch: Pitch,
         pub rules: Rules,
@@ -270,6 +305,8 @@ pub(super) mod tests {
                 sonar_settings: SonarSettings::default(),
                 limits: MotionLimits::default(),
                 kicks: KickSettings::default(),
+                own_body: Body::default(),
+                head: Head::default(),
                 rolling: Rolling::default(),
                 pitch: Pitch::default(),
                 rules: Rules::default(),
@@ -289,7 +326,10 @@ pub(super) mod tests {
                 sonar_settings: &self.sonar_settings,
                 limits: &self.limits,
                 kicks: &self.kicks,
+                own_body: &self.own_body,
+                head: self.head,
                 rolling: self.rolling,
+                ball_radius_m: NAO_BALL_RADIUS_M,
                 pitch: &self.pitch,
                 rules: &self.rules,
                 period: self.period,

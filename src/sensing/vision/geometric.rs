@@ -10,21 +10,17 @@ use crate::appearance::scene::{Scene, SceneBall, ScenePost, SceneRobot};
 use crate::camera_model::{CameraName, CameraView, CameraViews, ViewSide};
 use crate::geometry::{Pose, unrotate};
 use crate::random::RandomStream;
+use crate::robot::body::Waistband;
 use crate::robot::head::HeadAngles;
 use crate::sensing::camera::CameraSettings;
 use crate::team::Team;
 
-/// Heights on the waistband at which a robot is looked for, m: the band is 10 cm high, above the hips.
-const WAISTBAND_HEIGHTS_M: [f32; 3] = [0.30, 0.25, 0.35];
+/// Where across the line of sight a waistband is looked at, as shares of half its width: 4 cm on a NAO's.
+const WAISTBAND_OFFSETS: [f32; 3] = [0.0, -0.04 / 0.074, 0.04 / 0.074];
 
-/// Heights from the foot up to the waistband at which a robot whose foot is not seen may be seen, m.
-const LEG_HEIGHTS_M: [f32; 5] = [0.05, 0.10, 0.15, 0.20, 0.25];
-
-/// Where across the line of sight the waistband is looked at, m: the trunk without the arms is 12 cm wide.
-const WAISTBAND_OFFSETS_M: [f32; 3] = [0.0, -0.04, 0.04];
-
-/// All those points are within this distance of the waistband's middle, m.
-const WAISTBAND_RADIUS_M: f32 = 0.07;
+/// Heights from the foot up to the waistband at which a robot whose foot is not seen may be seen, as shares of that of the
+/// band's lower edge.
+const LEG_HEIGHTS: [f32; 5] = [0.2, 0.4, 0.6, 0.8, 1.0];
 
 /// Visible points that make a waistband seen, of nine.
 const WAISTBAND_POINTS_NEEDED: usize = 3;
@@ -218,15 +214,15 @@ impl<'a> Observer<'a> {
     }
 
     fn see_robot(&mut self, index: usize, robot: &SceneRobot) -> Option<RobotPercept> {
-        self.see_waistband(robot.pose.position, robot.id.team, Target::Robot(index))
+        self.see_waistband(robot.pose.position, robot.id.team, &robot.body.waistband, Target::Robot(index))
     }
 
     /// Something at a place on the pitch that looks like a robot of this team.
     pub(super) fn see_like_robot(&mut self, position: Vec2, team: Team) -> Option<RobotPercept> {
-        self.see_waistband(position, team, Target::Other)
+        self.see_waistband(position, team, &Waistband::default(), Target::Other)
     }
 
-    fn see_waistband(&mut self, position: Vec2, team: Team, target: Target) -> Option<RobotPercept> {
+    fn see_waistband(&mut self, position: Vec2, team: Team, band: &Waistband, target: Target) -> Option<RobotPercept> {
         let class = self.noise.robots;
         let place = self.in_robot_frame(position);
         if class.is_too_far(place) || self.side_of(place) != ViewSide::Inside {
@@ -235,10 +231,11 @@ impl<'a> Observer<'a> {
         if self.stream.chance(class.miss_probability) {
             return None;
         }
-        let target = self.judge(target, place, WAISTBAND_RADIUS_M);
-        let (side, cue) = self.best_cue(place, target, |observer, side| observer.robot_cue(side, place, target))?;
+        let target = self.judge(target, place, radius_of(band));
+        let (side, cue) =
+            self.best_cue(place, target, |observer, side| observer.robot_cue(side, place, band, target))?;
         let is_noticed = self.is_noticed(&class, |observer| {
-            let points = waistband(&observer.actual[side], place);
+            let points = waistband(&observer.actual[side], place, band);
             let points = points.as_flattened();
             let visible = points.iter().filter(|&&point| observer.is_visible(side, point, target)).count();
             // Of a robot whose foot alone is in this image, the waistband is in the other.
@@ -249,28 +246,29 @@ impl<'a> Observer<'a> {
         }
         let (mut pixel, mut position_m) = self.measured_standing_point(side, place, 0.0, cue, class.pixel_sd)?;
         if cue != Cue::Foot && self.noise.hidden_feet != HiddenFeet::default() {
-            position_m = on_pitch(Some(position_m * self.error_without_feet(side, place, target)))?;
+            position_m = on_pitch(Some(position_m * self.error_without_feet(side, place, band, target)))?;
             pixel = self.believed[side].project_anywhere(position_m.extend(0.0));
         }
         Some(RobotPercept { camera: self.actual.name(side), team, pixel, position_m })
     }
 
     /// By which factor a robot seems further away whose foot is not seen: the more, the higher it is hidden.
-    fn error_without_feet(&mut self, side: usize, place: Vec2, target: Target) -> f32 {
+    fn error_without_feet(&mut self, side: usize, place: Vec2, band: &Waistband, target: Target) -> f32 {
         let HiddenFeet { bias, sd } = self.noise.hidden_feet;
         let is_visible = |height: &f32| self.is_visible(side, place.extend(*height), target);
-        let hidden_m = LEG_HEIGHTS_M.into_iter().find(is_visible).unwrap_or(WAISTBAND_HEIGHTS_M[0]);
-        let share = hidden_m / WAISTBAND_HEIGHTS_M[0];
+        let [middle_m, lower_m, _] = heights_of(band);
+        let hidden_m: f32 = LEG_HEIGHTS.map(|share| share * lower_m).into_iter().find(is_visible).unwrap_or(middle_m);
+        let share = hidden_m / middle_m;
         (1.0 + share * (bias + self.recognition.gaussian(sd))).max(0.1)
     }
 
     /// By what one camera sees a robot, if it sees enough of its waistband.
-    fn robot_cue(&self, side: usize, place: Vec2, target: Target) -> Option<Cue> {
+    fn robot_cue(&self, side: usize, place: Vec2, band: &Waistband, target: Target) -> Option<Cue> {
         let view = &self.actual[side];
-        if !view.may_see(place.extend(WAISTBAND_HEIGHTS_M[0]), WAISTBAND_RADIUS_M) {
+        if !view.may_see(place.extend(heights_of(band)[0]), radius_of(band)) {
             return None;
         }
-        let points = waistband(view, place);
+        let points = waistband(view, place, band);
         let mut visible =
             points.as_flattened().iter().filter(|&&point| self.is_visible(side, point, target)).map(|point| point.z);
         let height = visible.next()?;
@@ -458,9 +456,21 @@ fn widest(views: &CameraViews) -> usize {
 }
 
 /// Where the waistband of a robot at `place` is looked at.
-fn waistband(view: &CameraView, place: Vec2) -> [[Vec3; 3]; 3] {
+fn waistband(view: &CameraView, place: Vec2, band: &Waistband) -> [[Vec3; 3]; 3] {
     let across = across_sight(view, place);
-    WAISTBAND_HEIGHTS_M.map(|height| WAISTBAND_OFFSETS_M.map(|offset| (place + offset * across).extend(height)))
+    let offsets = WAISTBAND_OFFSETS.map(|share| share * band.half_size_m.y);
+    heights_of(band).map(|height| offsets.map(|offset| (place + offset * across).extend(height)))
+}
+
+/// Heights on a waistband at which a robot is looked for, m: the middle first.
+fn heights_of(band: &Waistband) -> [f32; 3] {
+    let [lower, upper] = band.z_m;
+    [(lower + upper) / 2.0, lower, upper]
+}
+
+/// All points at which a waistband is looked for are within this distance of its middle, m: 7 cm of a NAO's.
+fn radius_of(band: &Waistband) -> f32 {
+    0.5 * band.height() + 0.27 * band.half_size_m.y
 }
 
 /// The horizontal unit vector across the line of sight to `place`, to the left.
