@@ -40,6 +40,9 @@ pub struct GroundMark {
     pub shape: GroundShape,
 }
 
+/// Straight pieces of which the arc at a corner is drawn.
+const CORNER_PIECES: usize = 8;
+
 /// What is on the floor of the hall, from the bottom up: the carpet and its markings.
 pub fn ground(pitch: &Pitch) -> Vec<GroundMark> {
     let half = pitch.line_width_m / 2.0;
@@ -53,6 +56,9 @@ pub fn ground(pitch: &Pitch) -> Vec<GroundMark> {
         paint(GroundShape::Ring { centre: Vec2::ZERO, inner: radius - half, outer: radius + half });
     }
     for segment in pitch.line_segments() {
+        paint(strip(segment, half));
+    }
+    for segment in pitch.corner_arcs(CORNER_PIECES) {
         paint(strip(segment, half));
     }
     for mark in pitch.marks() {

@@ -56,6 +56,7 @@ mod recording;
 mod recordings;
 mod replay;
 mod report;
+mod robot;
 mod run;
 mod run_arguments;
 mod serve;
@@ -93,6 +94,8 @@ enum Command {
     Figures(figures::FiguresArguments),
     /// List what comes with the program
     List(list::ListArguments),
+    /// Show a robot model: its figures, and a sheet with pictures
+    Robot(robot::RobotArguments),
     /// Measure what simulated robots do when they are realistic, beside what real ones do
     Realism(realism::RealismArguments),
     /// Play a moment of a match on many times, with other chance
@@ -132,6 +135,7 @@ pub fn run_with(words: impl IntoIterator<Item = OsString>, extend: impl Fn(&mut 
         Some(Command::Check(arguments)) => check::check(program, &arguments),
         Some(Command::Figures(arguments)) => figures::figures(&arguments),
         Some(Command::List(arguments)) => list::list(&arguments, program.simulator_with(RecordPlugin).world()),
+        Some(Command::Robot(arguments)) => robot::robot(&arguments),
         Some(Command::Realism(arguments)) => realism::realism(&arguments),
         Some(Command::WhatIf(arguments)) => whatif::whatif(program, &arguments),
         Some(Command::Calibrate(arguments)) => calibrate::calibrate(&arguments),

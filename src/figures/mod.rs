@@ -17,6 +17,7 @@ mod figure_match;
 mod game;
 mod kicks;
 mod marks;
+pub mod model_sheet;
 mod robots;
 mod sonar;
 

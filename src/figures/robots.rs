@@ -60,7 +60,7 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
 }
 
 /// A picture of the robots of a scene alone, on paper.
-fn cut_out(scene: &Scene, view: &View, design: RobotDesign, [width, height]: [u32; 2]) -> Image {
+pub(super) fn cut_out(scene: &Scene, view: &View, design: RobotDesign, [width, height]: [u32; 2]) -> Image {
     let mut intrinsics = view.intrinsics;
     intrinsics.size = Vec2::new((SAMPLES * width) as f32, (SAMPLES * height) as f32);
     intrinsics.centre = intrinsics.size / 2.0;

@@ -1,7 +1,7 @@
 //! The markings: lines, where they meet, crosses and circle, and what they enclose.
 
 use bevy::prelude::*;
-use core::f32::consts::TAU;
+use core::f32::consts::{FRAC_PI_2, TAU};
 use serde::{Deserialize, Serialize};
 
 use super::{AreaDimensions, End, GoalColour, Pitch};
@@ -71,6 +71,21 @@ impl Markings {
 }
 
 impl Pitch {
+    /// The quarter circles at the corners, of so many straight pieces each; none where the pitch has none.
+    pub fn corner_arcs(&self, pieces: usize) -> Vec<LineSegment> {
+        let radius = self.corner_arc_radius_m;
+        if radius <= 0.0 {
+            return Vec::new();
+        }
+        let corner = Vec2::new(self.half_length(), self.half_width());
+        let point =
+            |sign: Vec2, index: usize| sign * (corner - radius * unit(FRAC_PI_2 * index as f32 / pieces.max(1) as f32));
+        let signs = [Vec2::ONE, Vec2::new(1.0, -1.0), Vec2::new(-1.0, 1.0), Vec2::NEG_ONE];
+        let arc =
+            |sign| (0..pieces).map(move |index| LineSegment { start: point(sign, index), end: point(sign, index + 1) });
+        signs.into_iter().flat_map(arc).collect()
+    }
+
     /// The straight line markings, penalty crosses and centre circle apart.
     pub fn line_segments(&self) -> Vec<LineSegment> {
         let (x, y) = (self.half_length(), self.half_width());

@@ -254,6 +254,7 @@ impl Pitch {
             ("goal_area.width_m", self.goal_area.unwrap_or_default().width_m, 0.0, self.width_m, Some("width_m")),
             ("penalty_mark_distance_m", self.penalty_mark_distance_m, 0.0, self.length_m / 2.0, Some("length_m")),
             ("penalty_mark_size_m", self.penalty_mark_size_m, 0.0, 1.0, None),
+            ("corner_arc_radius_m", self.corner_arc_radius_m, 0.0, self.width_m / 2.0, Some("width_m")),
             ("goal.width_m", self.goal.width_m, 0.2, self.width_m, Some("width_m")),
             ("goal.height_m", self.goal.height_m, 0.1, 10.0, None),
             ("goal.depth_m", self.goal.depth_m, 0.05, 10.0, None),

@@ -1,0 +1,230 @@
+//! The sheet of a robot model: what the robot looks like from two sides and in both designs with its measures, what its cameras
+//! see, where the ball lies for its kicks, and how fast it walks into which direction.
+
+use bevy::math::{Vec2, Vec3, ops};
+use core::f32::consts::TAU;
+use serde_json::json;
+
+use super::FigureError;
+use super::axes::{Axes, caption, remark};
+use super::figure_match::{self, BLUE, FigureMatch, pixels, supersampling, view_from};
+use super::marks::{ORANGE, bright_line, key};
+use super::robots::cut_out;
+use crate::appearance::colours;
+use crate::appearance::robot::RobotDesign;
+use crate::appearance::view::View;
+use crate::camera_model::CameraView;
+use crate::geometry::{Pose, to_degrees};
+use crate::kick_geometry::KickType;
+use crate::record::canvas::{Canvas, GREY, INK, PAPER};
+use crate::robot::body::{Body, Footprint};
+use crate::robot::kick::KickSettings;
+use crate::robot::motion::MotionLimits;
+use crate::scenario::RobotModel;
+use crate::sensing::camera::CameraSettings;
+use crate::sensing::camera::image::Image;
+use crate::simulation::MatchApp;
+
+const SIZE: Vec2 = Vec2::new(1600.0, 1240.0);
+const PANEL: Vec2 = Vec2::new(300.0, 470.0);
+/// How far away the eye is that looks at the robot, m: so far that what is nearer looks no larger.
+const EYE_M: f32 = 60.0;
+/// Width of what a camera sees, points.
+const VIEW_WIDTH: f32 = 440.0;
+/// Where the robot stands, which looks at a ball and at another of its kind.
+const LOOKER: Pose = Pose::new(-1.5, 0.0, 0.0);
+/// Directions into which the speed is drawn.
+const DIRECTIONS: usize = 72;
+
+/// Draws the sheet of a model.
+///
+/// # Errors
+/// When the model makes no scenario, or its match cannot start.
+pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
+    let mut canvas = Canvas::scaled(SIZE, scale, PAPER);
+    remark(&mut canvas, &format!("{}: {}", model.name, model.description), Vec2::new(60.0, 34.0));
+    draw_sides(&mut canvas, model, scale)?;
+    let played = FigureMatch::begin(&scene_of(model, LOOKER, true))?;
+    draw_views(&mut canvas, &played, Vec2::new(60.0, 700.0), scale);
+    let robot = &played.app;
+    let body = robot.robot::<Body>(BLUE).copied().unwrap_or_default();
+    let kicks = robot.robot::<KickSettings>(BLUE).copied().unwrap_or_default();
+    let limits = robot.robot::<MotionLimits>(BLUE).copied().unwrap_or_default();
+    draw_kicks(&mut canvas, &body, &kicks, Vec2::new(600.0, 700.0));
+    draw_speeds(&mut canvas, &limits, Vec2::new(1130.0, 700.0));
+    Ok(canvas.into_image())
+}
+
+/// A scenario in JSON with a robot of the model there, alone or before a ball and another robot.
+fn scene_of(model: &RobotModel, pose: Pose, has_others: bool) -> String {
+    let robot = |team: &str, pose: [f32; 3]| json!({ "team": team, "number": 1, "pose": pose });
+    let mut robots = vec![robot("blue", [pose.position.x, pose.position.y, to_degrees(pose.heading)])];
+    let mut scenario =
+        json!({ "model": model.reference(), "realism": "realistic", "rules": "free", "field": "spl2025" });
+    if has_others {
+        robots.push(robot("pink", [pose.position.x + 2.0, 0.5, 200.0]));
+        scenario["ball"] = json!({ "position_m": [pose.position.x + 1.2, -0.2] });
+    } else {
+        scenario["ball"] = json!(null);
+    }
+    scenario["robots"] = json!(robots);
+    scenario.to_string()
+}
+
+/// Front and side, in both designs, with the boxes that collide.
+fn draw_sides(canvas: &mut Canvas, model: &RobotModel, scale: f32) -> Result<(), FigureError> {
+    // It stands in the middle, and the eye is beside the pitch.
+    let from_front = FigureMatch::begin(&scene_of(model, Pose::new(0.0, 0.0, -core::f32::consts::FRAC_PI_2), false))?;
+    let from_right = FigureMatch::begin(&scene_of(model, Pose::new(0.0, 0.0, 0.0), false))?;
+    let panels = [
+        ("a", "From the front", &from_front, RobotDesign::Nao, true),
+        ("b", "From its right", &from_right, RobotDesign::Nao, false),
+        ("c", "Of few boxes", &from_front, RobotDesign::Simple, true),
+        ("d", "Of few boxes, from its right", &from_right, RobotDesign::Simple, false),
+    ];
+    for (column, (letter, words, played, design, is_front)) in panels.into_iter().enumerate() {
+        let Some(body) = played.app.robot::<Body>(BLUE).copied() else { continue };
+        let up = [-0.05 * body.height_m, 1.1 * body.height_m];
+        let at = Vec2::new(90.0 + 384.0 * column as f32, 96.0);
+        let half_width_m = (up[1] - up[0]) * PANEL.x / PANEL.y / 2.0;
+        let across = [-half_width_m, half_width_m];
+        let axes = Axes { at, size: PANEL, across, up };
+        let middle = Vec3::Z * (up[0] + up[1]) / 2.0;
+        let fov = 2.0 * ops::atan((up[1] - up[0]) / 2.0 / EYE_M);
+        let view = view_from(middle + EYE_M * Vec3::NEG_Y, middle, fov, PANEL, scale);
+        canvas.pixels(&cut_out(played.scene(), &view, design, pixels(PANEL, scale)), at);
+        let step = if body.height_m > 0.8 { 0.2 } else { 0.1 };
+        axes.frame(
+            canvas,
+            [step, step],
+            [if is_front { "y, m" } else { "x, m" }, if column == 0 { "z, m" } else { "" }],
+        );
+        for z in [0.0, body.height_m] {
+            canvas.dashes(&across.map(|x| axes.place(Vec2::new(x, z))), GREY, 1.2);
+        }
+        for part in [body.torso, body.base] {
+            let [from, to] =
+                if is_front { [-part.half_width_m, part.half_width_m] } else { [part.x_m[0], part.x_m[1]] };
+            let corners = [[from, part.z_m[0]], [to, part.z_m[0]], [to, part.z_m[1]], [from, part.z_m[1]]];
+            canvas.outline(&corners.map(|corner| axes.place(corner.into())), ORANGE, 1.6);
+        }
+        caption(canvas, letter, words, at - Vec2::new(0.0, 22.0));
+    }
+    Ok(())
+}
+
+/// What each camera sees of a ball 1.2 m ahead and another robot 2 m ahead, one below the other.
+fn draw_views(canvas: &mut Canvas, played: &FigureMatch, at: Vec2, scale: f32) {
+    let settings = played.app.robot::<CameraSettings>(BLUE).copied().unwrap_or_default();
+    let Some(robot) = played.scene().robot(BLUE) else { return };
+    caption(canvas, "e", "What its cameras see: a ball 1.2 m away", at - Vec2::new(0.0, 22.0));
+    let mounts = settings.mounts.as_slice();
+    if mounts.is_empty() {
+        remark(canvas, "It has no camera.", at + Vec2::Y * 20.0);
+    }
+    let mut top = 0.0;
+    let width = VIEW_WIDTH * if mounts.len() > 1 { 0.62 } else { 1.0 };
+    for mount in mounts {
+        let [full_width, full_height] = mount.size.unwrap_or([settings.width, settings.height]);
+        let height = width * full_height as f32 / full_width as f32;
+        let size = pixels(Vec2::new(width, height), scale);
+        let drawn = CameraSettings { width: size[0], height: size[1], ..settings };
+        let mut mount = *mount;
+        mount.size = None;
+        let camera = CameraView::new(drawn.intrinsics(&mount), &mount, settings.neck_m, robot.head);
+        let view = View::of_robot(&camera, robot.world_from_robot(), BLUE);
+        let view = View { supersampling: supersampling(size), shadows: true, ..view };
+        canvas.pixels(&figure_match::draw(played.scene(), &view), at + Vec2::new(0.0, top));
+        let words = format!("{}: {full_width} x {full_height} pixels", mount.name);
+        remark(canvas, &words, at + Vec2::new(0.0, top + height + 22.0));
+        top += height + 38.0;
+    }
+}
+
+/// Its feet, its trunk and where the ball must lie for each kick, from above.
+fn draw_kicks(canvas: &mut Canvas, body: &Body, kicks: &KickSettings, at: Vec2) {
+    let geometries = KickType::ALL.map(|kick| (kick, kicks.geometry(kick)));
+    let reach =
+        geometries.iter().filter_map(|(_, geometry)| geometry.map(|geometry| geometry.x_m[1])).fold(0.3, f32::max);
+    let size = Vec2::splat(420.0);
+    let half = (0.62 * (reach + 0.1)).max(body.torso.half_width_m + 0.05);
+    let axes = Axes { at, size, across: [half, -half], up: [-2.0 * half + reach + 0.06, reach + 0.06] };
+    caption(canvas, "f", "Where the ball lies for its kicks, from above", at - Vec2::new(0.0, 22.0));
+    axes.frame(canvas, [0.1, 0.1], ["y, m", "x, m"]);
+    let place = |point: Vec2| axes.place(Vec2::new(point.y, point.x));
+    let outline = |footprint: Footprint| footprint.corners().map(place);
+    canvas.fill(&outline(body.torso.footprint(Pose::default())), colours::SHELL, 1.0);
+    canvas.outline(&outline(body.torso.footprint(Pose::default())), INK, 1.5);
+    canvas.outline(&outline(body.base.footprint(Pose::default())), ORANGE, 2.0);
+    for (_, geometry) in geometries {
+        let Some(geometry) = geometry else { continue };
+        let rectangle = geometry.rectangle();
+        let corners = [
+            rectangle.min,
+            Vec2::new(rectangle.max.x, rectangle.min.y),
+            rectangle.max,
+            Vec2::new(rectangle.min.x, rectangle.max.y),
+        ];
+        canvas.fill(&corners.map(place), colours::CARPET, 0.18);
+        canvas.outline(&corners.map(place), colours::CARPET, 1.5);
+        let (from, to) = (geometry.best_m, geometry.best_m + 0.08 * geometry.leaves(geometry.best_m));
+        canvas.arrow(place(from), place(to), INK, 2.0);
+        canvas.disc(place(from), 4.0, colours::BALL, 1.0);
+    }
+    let lines = KickType::ALL.map(|kick| {
+        let distance_m = kicks.range(kick).max_distance_m;
+        if distance_m > 0.0 { format!("{}: {distance_m} m", kick.name()) } else { format!("{}: none", kick.name()) }
+    });
+    for (row, pair) in lines.chunks(2).enumerate() {
+        remark(canvas, &pair.join(", "), at + Vec2::new(0.0, size.y + 62.0 + 24.0 * row as f32));
+    }
+}
+
+/// How fast its legs walk into each direction, without a turn and with half of the fastest turn.
+fn draw_speeds(canvas: &mut Canvas, limits: &MotionLimits, at: Vec2) {
+    let size = Vec2::splat(420.0);
+    let most = 1.15 * limits.max_linear_mps.max(0.05);
+    let axes = Axes { at, size, across: [most, -most], up: [-most, most] };
+    caption(canvas, "g", "How fast it walks into each direction", at - Vec2::new(0.0, 22.0));
+    let step = if most > 0.6 { 0.4 } else { 0.1 };
+    axes.grid(canvas, [step, step]);
+    axes.frame(canvas, [step, step], ["to the left, m/s", "ahead, m/s"]);
+    let turns = [(0.0, colours::CARPET), (0.5, ORANGE)];
+    for (share, colour) in turns {
+        let places: Vec<Vec2> = (0..=DIRECTIONS)
+            .map(|index| {
+                let angle = TAU * index as f32 / DIRECTIONS as f32;
+                let direction = Vec2::new(ops::cos(angle), ops::sin(angle));
+                let speed = fastest(limits, direction, share * limits.max_angular);
+                axes.place(Vec2::new(speed.y, speed.x))
+            })
+            .collect();
+        bright_line(canvas, &places, colour, 2.5);
+    }
+    let entries = [(turns[0].1, "straight"), (turns[1].1, "with half of the fastest turn")];
+    key(canvas, &entries, at + Vec2::new(0.0, size.y + 62.0));
+}
+
+/// The fastest velocity into a direction while it turns so fast (rad/s), m/s, robot frame.
+fn fastest(limits: &MotionLimits, direction: Vec2, turn: f32) -> Vec2 {
+    let wanted = direction * limits.max_linear_mps;
+    match &limits.gait {
+        Some(gait) => gait.reachable(wanted.extend(turn), limits).truncate(),
+        None => wanted,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario::MODELS;
+
+    #[test]
+    fn every_model_has_a_sheet() {
+        for preset in MODELS {
+            let model = RobotModel::named(preset.name).unwrap();
+            let image = draw(&model, 0.25).unwrap();
+            assert_eq!([image.width, image.height], [400, 310], "{}", model.name);
+        }
+    }
+}
