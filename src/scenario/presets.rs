@@ -134,7 +134,12 @@ pub fn resolve(root: &mut Map<String, Value>) -> Vec<ScenarioFault> {
 
 /// Settings that a robot may have of its own.
 const OWN_SETTINGS: [&str; 11] =
-    ["body", "motion", "kicks", "falls", "head", "sonar", "cameras", "vision", "odometry", "latency", "sensors"];
+    ["sensors", "body", "motion", "kicks", "falls", "head", "sonar", "cameras", "vision", "odometry", "latency"];
+
+/// Those that a model has: all but what only the program knows.
+fn of_models() -> &'static [&'static str] {
+    &OWN_SETTINGS[1..]
+}
 
 /// Fills in what a robot, or all robots of a team, have of their own: as changes of the `common` settings, or of those of their
 /// own model.
@@ -145,14 +150,14 @@ fn resolve_robot(
     realisms: Option<Realisms>,
     faults: &mut Vec<ScenarioFault>,
 ) {
-    let own_model = realism_settings::model_of(robot, path, &OWN_SETTINGS, faults).zip(realisms);
+    let own_model = realism_settings::model_of(robot, path, of_models(), faults).zip(realisms);
     let of_model = own_model.map(|(model, realisms)| {
         let mut settings = realism_settings::settings_of_model(&model, realisms);
-        settings.retain(|field, _| OWN_SETTINGS.contains(&field.as_str()));
+        settings.retain(|field, _| of_models().contains(&field.as_str()));
         fill_in_noises(&mut settings, path, &Map::new(), faults);
         // What the model does not say is as in the paper, whatever the scenario's other robots have; but for how images are
         // made, which is the match's matter.
-        for field in OWN_SETTINGS.into_iter().filter(|field| *field != "sensors") {
+        for &field in of_models() {
             let base = if field == "cameras" { common.get(field).cloned() } else { None };
             let mut base = base.unwrap_or_else(|| Value::Object(Map::new()));
             if let Some(own) = settings.remove(field) {

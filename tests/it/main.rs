@@ -25,6 +25,7 @@ mod kicks;
 mod ladder;
 mod localisation;
 mod matches;
+mod models;
 mod outputs;
 mod own_program;
 mod own_rules;

@@ -1,0 +1,168 @@
+//! Robots of other models than the NAO: that nothing is baked in.
+
+use bevy::prelude::*;
+use naoisis::camera_model::{CameraMount, CameraMounts};
+use naoisis::events::KickResult;
+use naoisis::kick_geometry::{KickDirection, KickGeometry};
+use naoisis::prelude::*;
+use naoisis::robot::body::{Arms, Body, BodyBox, Legs, Look, Waistband};
+use naoisis::robot::kick::{KickRange, KickSettings};
+use naoisis::scenario::{LEAGUES, MODELS, RobotModel};
+use naoisis::sensing::camera::CameraSettings;
+use proptest::prelude::*;
+
+use crate::support::{blue, headless_app, pink};
+
+/// A body, cameras and kicks of a robot that somebody might build, from numbers between 0 and 1.
+fn built(random: [f32; 10]) -> (Body, CameraSettings, KickSettings) {
+    let [height, width, depth, legs, head, tilt, fov, reach, foot, two] = random;
+    let between = |share: f32, least: f32, most: f32| least + share * (most - least);
+    let height_m = between(height, 0.35, 1.4);
+    let (hip, neck) = (between(legs, 0.3, 0.5) * height_m, between(head, 0.72, 0.85) * height_m);
+    let half_width = between(width, 0.2, 0.3) * height_m;
+    let half_depth = between(depth, 0.06, 0.12) * height_m;
+    let front = between(foot, 0.12, 0.2) * height_m;
+    let foot_y = 0.3 * half_width;
+    let body = Body {
+        torso: BodyBox { x_m: [-half_depth, half_depth], half_width_m: half_width, z_m: [hip, neck] },
+        base: BodyBox { x_m: [-half_depth, front], half_width_m: 0.6 * half_width, z_m: [0.0, hip] },
+        height_m,
+        lying_height_m: 0.25 * height_m,
+        foot_y_m: foot_y,
+        neck_m: Vec3::Z * neck,
+        waistband: Waistband {
+            z_m: [hip, hip + 0.17 * height_m],
+            half_size_m: Vec2::new(half_depth + 0.01, 0.6 * half_width),
+        },
+        legs: (two > 0.3).then_some(Legs {
+            hip_m: Vec3::new(0.0, foot_y, hip),
+            thigh_m: 0.45 * hip,
+            shank_m: 0.45 * hip,
+            ankle_m: 0.1 * hip,
+        }),
+        arms: (two > 0.5)
+            .then_some(Arms { shoulder_m: Vec3::new(0.0, 0.7 * half_width, 0.95 * neck), length_m: 0.4 * hip }),
+        look: if two > 0.6 { Look::Dark } else { Look::Light },
+    };
+    let camera = |name: &str, tilt: f32| {
+        CameraMount::new(name.parse().unwrap(), Vec3::new(0.05, 0.0, between(0.5, neck, height_m)), tilt)
+    };
+    // A single camera looks down far enough that a head which nods shows it the ball before the feet.
+    let has_two = two > 0.5;
+    let upper = if has_two { between(tilt, 0.0, 0.3) } else { between(tilt, 0.35, 0.6) };
+    let both = [camera("head", upper), camera("chin", upper + 0.6)];
+    let cameras = CameraSettings {
+        mounts: CameraMounts::new(&both[..if has_two { 2 } else { 1 }]).unwrap(),
+        width: 320,
+        height: 240,
+        diagonal_fov: between(fov, 1.3, 1.9),
+        ..default()
+    };
+    let kick = |side: f32| {
+        let near = front;
+        let far = front + between(reach, 0.12, 0.25);
+        KickRange {
+            max_distance_m: between(reach, 2.0, 6.0),
+            region: Some(KickGeometry {
+                x_m: [near, far],
+                y_m: if side > 0.0 { [0.0, 2.0 * foot_y + 0.02] } else { [-2.0 * foot_y - 0.02, 0.0] },
+                foot_m: Vec2::new(front, side * foot_y),
+                best_m: Vec2::new(near + 0.6 * (far - near), side * foot_y),
+                direction: if two > 0.4 { KickDirection::Ahead } else { KickDirection::FromFoot },
+            }),
+        }
+    };
+    let none = KickRange::of(0.0);
+    let kicks = KickSettings {
+        left_straight: kick(1.0),
+        right_straight: kick(-1.0),
+        left_side: none,
+        right_side: none,
+        ..default()
+    };
+    (body, cameras, kicks)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 12, ..ProptestConfig::default() })]
+
+    /// Robots of random measures play: they find the ball and kick it, and no invariant breaks.
+    #[test]
+    fn a_robot_of_random_measures_finds_the_ball_and_kicks_it(random in proptest::array::uniform10(0.0_f32..1.0), seed in 1_u64..1000) {
+        let (body, cameras, kicks) = built(random);
+        let text = r#"{ "rules": "free", "ball": { "position_m": [1.2, 0.6] }, "sonar": { "fitted": false },
+                        "robots": [{ "number": 1, "pose": [-1, 0, 0], "behaviour": "chaser" }] }"#;
+        let scenario = Scenario { seed, body, cameras, kicks, ..Scenario::from_json(text).unwrap() };
+        prop_assert_eq!(scenario.validate(), Ok(()));
+        let mut app = headless_app();
+        app.start_match(&scenario).unwrap();
+        let has_kicked = |app: &App| app.events().iter().any(|event| matches!(event, MatchEvent::Kick { result: KickResult::Kicked, .. }));
+        prop_assert!(app.run_until(30 * 90, has_kicked), "{:?} {:?}", body, app.robot_pose(blue(1)));
+    }
+}
+
+#[test]
+fn every_model_plays_in_every_realism_and_meets_every_other() {
+    for model in MODELS {
+        for realism in ["paper", "ideal", "realistic"] {
+            let text = format!(
+                r#"{{ "model": "{}", "realism": "{realism}", "field": "spl2025", "rules": {{ "preset": "naoisis", "team_size": 2 }},
+                      "teams": {{ "blue": "chasers", "pink": {{ "team": "roles", "model": "nao_v6" }} }} }}"#,
+                model.name
+            );
+            let mut app = headless_app();
+            app.start_match(&Scenario::from_json(&text).unwrap()).unwrap();
+            app.run_cycles(30 * 10);
+            let [own, other] = [blue(1), pink(1)].map(|id| *app.robot::<Body>(id).unwrap());
+            assert_eq!(other, Body::default(), "{}", model.name);
+            assert_eq!(own == other, model.name.starts_with("nao"), "{}", model.name);
+        }
+    }
+}
+
+#[test]
+fn every_league_plays() {
+    for league in LEAGUES {
+        let text = format!(r#"{{ "league": "{}", "teams": {{ "blue": "passers", "pink": "chasers" }} }}"#, league.name);
+        let mut app = headless_app();
+        app.start_match(&Scenario::from_json(&text).unwrap()).unwrap();
+        app.run_cycles(30 * 10);
+    }
+}
+
+#[test]
+fn percepts_and_images_name_the_cameras_of_the_robot() {
+    let text = r#"{ "model": "booster_k1", "realism": "ideal", "rules": "free", "cameras": { "width": 64, "height": 36, "render": "software" },
+                    "ball": { "position_m": [2, 0] }, "robots": [{ "number": 1 }] }"#;
+    let mut app = headless_app();
+    app.start_match(&Scenario::from_json(text).unwrap()).unwrap().run_cycles(2);
+    let ball = app.robot::<Percepts>(blue(1)).unwrap().ball.unwrap();
+    assert_eq!(ball.camera.to_string(), "head");
+    let images = app.robot::<naoisis::sensing::camera::CameraImages>(blue(1)).unwrap();
+    let taken: Vec<String> =
+        images.iter().map(|(name, image)| format!("{name} {}x{}", image.width, image.height)).collect();
+    assert_eq!(taken, ["head 64x36"]);
+}
+
+#[test]
+fn a_model_of_ones_own_is_a_file_and_a_robot_changes_its_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("tall.ron");
+    let text = r#"(name: "tall", description: "a tall NAO", settings: (body: (height_m: 0.7), motion: (max_linear_mps: 0.3)), realistic: (), sources: {})"#;
+    std::fs::write(&path, text).unwrap();
+    let scenario = format!(
+        r#"{{ "rules": "free", "robots": [
+              {{ "number": 1, "model": {path:?} }}, {{ "number": 2, "pose": [1, 1, 0], "model": {path:?}, "motion": {{ "max_angular_degps": 45 }} }},
+              {{ "number": 3, "pose": [-1, -1, 0] }}] }}"#
+    );
+    let scenario = Scenario::from_json(&scenario).unwrap();
+    let heights: Vec<f32> = scenario.robots.iter().map(|robot| scenario.body_of(robot).height_m).collect();
+    assert_eq!(heights, [0.7, 0.7, 0.573]);
+    let own = scenario.robots[1].motion.unwrap();
+    assert_eq!((own.max_linear_mps, own.max_angular.to_degrees().round()), (0.3, 45.0));
+    // What is written out says it all itself, even if the file is gone.
+    std::fs::remove_file(&path).unwrap();
+    assert_eq!(Scenario::from_json(&scenario.resolved_json().unwrap()).unwrap(), scenario);
+    let model = RobotModel::find(&path.to_string_lossy()).unwrap_err().to_string();
+    assert!(model.contains("cannot be read"), "{model}");
+}
