@@ -33,6 +33,7 @@ use std::io;
 use std::process::ExitCode;
 
 use crate::agents::AgentsPlugin;
+use crate::game_controller::GameControllerPlugin;
 use crate::record::RecordPlugin;
 use crate::simulation::NaoisisPlugins;
 
@@ -45,10 +46,12 @@ mod check;
 mod check_program;
 mod expect;
 mod figures;
+mod game_controller;
 mod interrupt;
 mod list;
 mod logs;
 mod outputs;
+mod pace;
 mod pictures;
 mod play;
 mod realism;
@@ -176,7 +179,7 @@ impl Program<'_> {
 
     /// Adds the simulation, and the program's own.
     fn add_to(self, app: &mut App) {
-        app.add_plugins((NaoisisPlugins, AgentsPlugin));
+        app.add_plugins((NaoisisPlugins, AgentsPlugin, GameControllerPlugin));
         (self.extend)(app);
     }
 }

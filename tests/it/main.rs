@@ -18,6 +18,7 @@ mod event_messages;
 mod exit_status;
 mod expectations;
 mod figures;
+mod game_controller;
 mod golden;
 mod images;
 mod interventions;
