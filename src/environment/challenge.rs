@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::BTreeMap;
 
+use super::attempts::SuccessRate;
 use super::reward::RewardWeights;
 use crate::events::MatchEvent;
 use crate::geometry::{Pose, to_radians, wrap_angle};
@@ -42,6 +43,8 @@ pub struct Challenge {
     pub cycles_per_step: u32,
     /// What is rewarded.
     pub reward: RewardWeights,
+    /// How often it succeeds with some [players](super::attempts::Player), as `naoisis challenge` measured it.
+    pub success_rates: BTreeMap<String, SuccessRate>,
 }
 
 /// What ends an episode, besides its time and the final whistle.
