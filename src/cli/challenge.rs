@@ -12,7 +12,7 @@ use super::outputs::{Output, check_files};
 use super::terminal::Printer;
 use super::{Program, report};
 use crate::environment::Challenge;
-use crate::environment::attempts::{Attempt, Attempts, Player, SuccessRate, play_attempts};
+use crate::environment::attempts::{Attempt, Attempts, Player, play_attempts, success_rate};
 use crate::replace_file::replace_file;
 
 /// Arguments of `naoisis challenge`.
@@ -122,7 +122,7 @@ fn players(challenge: &Challenge, arguments: &ChallengeArguments) -> Vec<Player>
 }
 
 fn as_json(challenge: &Challenge, played: &[(Player, Vec<Attempt>)]) -> Value {
-    let rates = played.iter().map(|(player, rows)| (player.to_string(), json!(SuccessRate::of(rows))));
+    let rates = played.iter().map(|(player, rows)| (player.to_string(), json!(success_rate(rows))));
     let episodes = played.iter().map(|(player, rows)| (player.to_string(), json!(rows)));
     json!({
         "challenge": challenge.name, "version": challenge.version,
@@ -134,7 +134,7 @@ fn as_json(challenge: &Challenge, played: &[(Player, Vec<Attempt>)]) -> Value {
 fn in_words(challenge: &Challenge, played: &[(Player, Vec<Attempt>)]) -> String {
     let mut text = format!("{}-v{}: {}\n", challenge.name, challenge.version, challenge.description);
     for (player, rows) in played {
-        let rate = SuccessRate::of(rows);
+        let rate = success_rate(rows);
         let Some(share) = rate.share() else { continue };
         let [value, low, high] = [share.value, share.low, share.high].map(|share| 100.0 * share);
         let time = rate.mean_time_s.map(|mean_s| format!(", after {mean_s:.1} s on average")).unwrap_or_default();

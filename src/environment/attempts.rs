@@ -27,7 +27,7 @@ use core::convert::Infallible;
 use core::fmt;
 use core::str::FromStr;
 use rand::RngExt;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -35,7 +35,7 @@ use std::sync::mpsc;
 use std::thread;
 
 use super::action::ActionKind;
-use super::challenge::{Challenge, ChallengeError};
+use super::challenge::{Challenge, ChallengeError, SuccessRate};
 use super::episode::{EnvironmentSettings, Episode, Start, StartError};
 use super::observation::ObservationKind;
 use crate::agents::with_remote_robots;
@@ -45,7 +45,7 @@ use crate::random::RandomStream;
 use crate::scenario::{BehaviourSpec, Scenario};
 use crate::sensing::jobs::SensingThreads;
 use crate::simulation::resolved;
-use crate::statistics::{self, Estimate};
+use crate::statistics;
 
 /// Who plays the robots of a challenge.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -105,31 +105,11 @@ pub struct Attempt {
     pub time_s: f64,
 }
 
-/// How often a player succeeded.
-#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct SuccessRate {
-    /// Episodes that were played.
-    pub episodes: usize,
-    /// Those of them that were a success.
-    pub successes: usize,
-    /// How long a success took on average, s; none where there was none.
-    pub mean_time_s: Option<f64>,
-}
-
-impl SuccessRate {
-    /// That of some attempts.
-    pub fn of(attempts: &[Attempt]) -> Self {
-        let times: Vec<f64> =
-            attempts.iter().filter(|attempt| attempt.is_success).map(|attempt| attempt.time_s).collect();
-        let mean_time_s = statistics::mean(&times).map(|mean| mean.value);
-        Self { episodes: attempts.len(), successes: times.len(), mean_time_s }
-    }
-
-    /// The share, with its interval. None without episodes.
-    pub fn share(&self) -> Option<Estimate> {
-        statistics::share(self.successes, self.episodes)
-    }
+/// How often some attempts succeeded.
+pub fn success_rate(attempts: &[Attempt]) -> SuccessRate {
+    let times: Vec<f64> = attempts.iter().filter(|attempt| attempt.is_success).map(|attempt| attempt.time_s).collect();
+    let mean_time_s = statistics::mean(&times).map(|mean| mean.value);
+    SuccessRate { episodes: attempts.len(), successes: times.len(), mean_time_s }
 }
 
 /// Why a challenge cannot be played so.
@@ -311,8 +291,8 @@ mod tests {
             assert!(["idle", "random"].iter().all(|player| challenge.success_rates.contains_key(*player)), "{name}");
             assert!(challenge.success_rates.len() > 2, "{name}");
             for (player, written) in &challenge.success_rates {
-                let few = Attempts { episodes: 40, first_seed: 1, threads: 2 };
-                let found = SuccessRate::of(&attempts(name, player, &few).unwrap()).share().unwrap();
+                let few = Attempts { episodes: 8, first_seed: 1, threads: 2 };
+                let found = success_rate(&attempts(name, player, &few).unwrap()).share().unwrap();
                 let written = written.share().unwrap();
                 assert!(
                     found.low <= written.high && written.low <= found.high,

@@ -120,7 +120,7 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--task", default="ScoreEmptyGoal", choices=list(naoisis.tasks()))
     parser.add_argument("--observation", default="belief", choices=["perception", "belief", "truth"])
-    parser.add_argument("--steps", type=int, default=3_000_000)
+    parser.add_argument("--steps", type=int, default=2_500_000)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--out", type=Path, default=Path(__file__).parent / "policies")
     learn(**vars(parser.parse_args()))
