@@ -191,7 +191,7 @@ fn run_to_the_end(
     let mut outcome = Outcome { reason: EndReason::Duration, ..default() };
     let expected = arguments.expectations.of_match();
     let save_cycle = arguments.save_at.map(|at_s| outputs::cycle_at(at_s, world.resource::<CycleClock>()));
-    let mut pace = arguments.pace.map(|times| Pace::new(times, period_s));
+    let mut pace = arguments.pace.or(arguments.game_controller.pace()).map(|times| Pace::new(times, period_s));
     loop {
         let cycle = world.resource::<CycleClock>().cycle;
         if save_cycle == Some(cycle) {

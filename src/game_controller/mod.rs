@@ -4,16 +4,20 @@
 //! With a [`GameController`] in the world the [`GameControllerPlugin`] sends [control packets](packet) twice a simulated second
 //! and at each change of more than a clock, and takes the robots' [reports](report), which are on the robots as
 //! [`StatusReport`], in traces, and in the window. Monitors that ask are told the truth: at once, and whose a free kick is.
-//! A match without it opens no socket.
+//!
+//! With a [`Listener`] it is the other way round: a real GameController is heard, and whoever operates it decides about the match.
+//! A match with neither opens no socket.
 
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 
+mod listener;
 mod network;
 pub mod packet;
 mod portrait;
 pub mod report;
 
+pub use listener::{Listener, listen_to};
 pub use network::{NetworkError, NetworkSettings};
 pub use packet::{ControlPacket, ProtocolVersion};
 pub use portrait::Portrayed;
@@ -31,12 +35,14 @@ use crate::team::{PerTeam, RobotId, Team};
 /// Between two packets if nothing changes, s.
 const PERIOD_S: f32 = 0.5;
 
-/// Lets a [`GameController`] tell of the match, if there is one.
+/// Lets a [`GameController`] tell of the match, if there is one, and a [`Listener`] hear who decides about it.
 pub struct GameControllerPlugin;
 
 impl Plugin for GameControllerPlugin {
     fn build(&self, app: &mut App) {
-        app.register_type::<StatusReport>().add_systems(
+        app.register_type::<StatusReport>()
+            .add_systems(Cycle, listener::listen.in_set(CycleSystems::Communicate).run_if(resource_exists::<Listener>));
+        app.add_systems(
             Cycle,
             (
                 tell_changes.in_set(CycleSystems::Communicate),

@@ -10,15 +10,15 @@ use super::packet::ControlPacket;
 use super::report::{REPORT_BYTES, ReturnPacket};
 
 /// Where control packets go.
-const CONTROL_PORT: u16 = 3838;
+pub(super) const CONTROL_PORT: u16 = 3838;
 /// Where robots send their reports.
 const REPORT_PORT: u16 = 3939;
 /// Where monitors ask for the truth.
-const REQUEST_PORT: u16 = 3636;
+pub(super) const REQUEST_PORT: u16 = 3636;
 /// Where monitors are sent the robots' reports.
 const FORWARD_PORT: u16 = 3940;
 /// What a monitor sends.
-const REQUEST: [u8; 5] = *b"RGTr\0";
+pub(super) const REQUEST: [u8; 5] = *b"RGTr\0";
 /// So many packets are taken in a cycle: who sends more waits.
 const MOST_PACKETS: usize = 256;
 /// So many monitors are told.

@@ -2,9 +2,10 @@
 
 use bevy::prelude::*;
 use naoisis::communication::StatusReport;
-use naoisis::game::{GameState, PenaltyReason};
+use naoisis::game::{GameState, Penalty, PenaltyReason};
+use naoisis::game_controller::packet::TeamPacket;
 use naoisis::game_controller::{
-    self, ControlPacket, GameController, GameControllerPlugin, GameControllerSettings, NetworkSettings,
+    self, ControlPacket, GameController, GameControllerPlugin, GameControllerSettings, Listener, NetworkSettings,
     ProtocolVersion, ReturnPacket,
 };
 use naoisis::prelude::*;
@@ -14,7 +15,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU16, Ordering};
 use std::time::Duration;
 
-use crate::support::{blue, headless_app, naoisis, text};
+use crate::support::{blue, headless_app, naoisis, pink, text};
 
 /// A port offset at which nobody is, and a socket where control packets come.
 fn free_ports() -> (u16, UdpSocket) {
@@ -164,4 +165,74 @@ fn a_port_in_use_is_a_mistake_of_the_command_line_and_so_are_numbers_that_are_no
         assert_eq!(output.status.code(), Some(2), "{arguments:?}");
         assert!(text(&output.stderr).contains(said), "{arguments:?}: {}", text(&output.stderr));
     }
+}
+
+#[test]
+fn a_real_gamecontroller_decides_about_the_match() {
+    let (offset, control) = free_ports();
+    drop(control);
+    let mut app = headless_app();
+    app.add_plugins(GameControllerPlugin);
+    let scenario = r#"{ "rules": "spl2025", "teams": { "blue": "roles", "pink": "chasers" } }"#;
+    app.start_match(&Scenario::from_json(scenario).unwrap()).unwrap();
+    let listener = Listener::open(Ipv4Addr::LOCALHOST.into(), offset, None).unwrap();
+    game_controller::listen_to(app.world_mut(), listener);
+    // What a GameController that knows another match would say.
+    let team = |number| TeamPacket { number, ..TeamPacket::default() };
+    let mut packet = ControlPacket {
+        version: ProtocolVersion::V18,
+        for_monitors: false,
+        packet_number: 0,
+        players_per_team: 7,
+        is_knockout: false,
+        is_stopped: false,
+        is_shoot_out: false,
+        state: GameState::Initial,
+        set_play: None,
+        is_first_half: true,
+        kicking_team: Some(12),
+        seconds_left: 600,
+        secondary_seconds_left: 0,
+        teams: [team(5), team(12)],
+    };
+    let operator = UdpSocket::bind((Ipv4Addr::LOCALHOST, 3636 + offset)).unwrap();
+    operator.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
+    let say = |packet: &ControlPacket| {
+        operator.send_to(&packet.to_bytes(), (Ipv4Addr::LOCALHOST, 3838 + offset)).unwrap();
+    };
+    // Robots stand until somebody says something, and then still, in `initial`.
+    let place = |app: &App| app.robot_pose(blue(2)).unwrap();
+    let start = place(&app);
+    app.run_cycles(60);
+    say(&packet);
+    app.run_cycles(60);
+    assert_eq!((app.game().state, place(&app)), (GameState::Initial, start));
+    // The listener has asked for the truth.
+    let mut request = [0; 8];
+    let (length, _) = operator.recv_from(&mut request).unwrap();
+    assert_eq!(&request[..length], b"RGTr\0");
+    for (state, cycles) in [(GameState::Ready, 300), (GameState::Set, 60), (GameState::Playing, 1)] {
+        packet.state = state;
+        say(&packet);
+        app.run_cycles(cycles);
+        assert_eq!(app.game().state, state);
+    }
+    assert_ne!(place(&app), start);
+    assert_eq!(app.game().kick_off(), Some(Team::Pink));
+    // The truth comes before what robots are told, and a goal, a penalty and the end are what is said.
+    let told = packet.clone();
+    packet.for_monitors = true;
+    packet.teams[0].score = 1;
+    packet.teams[1].players[2].penalty = ProtocolVersion::V18.penalty_code(PenaltyReason::LeavingField);
+    say(&packet);
+    say(&told);
+    app.run_cycles(10);
+    assert_eq!(app.game().score.blue, 1);
+    assert!(app.robot::<Penalty>(pink(3)).unwrap().is_active());
+    packet.teams[1].players[2].penalty = 0;
+    packet.is_first_half = false;
+    packet.state = GameState::Finished;
+    say(&packet);
+    app.run_cycles(1);
+    assert!(app.is_finished() && !app.robot::<Penalty>(pink(3)).unwrap().is_active());
 }
