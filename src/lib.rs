@@ -36,6 +36,7 @@
 //! | add anything else | [`guide::extending`] |
 //! | test a team in a line | [`expectations`] |
 //! | decide for robots from outside the app | [`agents`] |
+//! | tell robots of the game in the league's own protocol | [`game_controller`] |
 //! | have all commands in a program of your own | [`cli::run`] |
 //! | know what happens, in a system of your own | [`events`] |
 //! | play thousands of matches | [`batch`] |
@@ -74,6 +75,7 @@
 //! | `simulation` | a match: its start, settings, saved state |
 //! | `record` | what is written of a match: traces, pictures, films |
 //! | `agents` | robots that programs outside decide for |
+//! | `game_controller` | the game, told in the league's own protocol |
 //! | `environment` | matches as environments for learning |
 //! | `batch` `whatif` | many matches; many times from one moment on |
 //! | `expectations` | whether matches are as they should be |
@@ -112,6 +114,7 @@ pub mod events;
 pub mod expectations;
 pub mod figures;
 pub mod game;
+pub mod game_controller;
 pub mod geometry;
 pub mod guide;
 pub mod kick_geometry;

@@ -12,12 +12,10 @@ use std::thread;
 
 use crate::cycle::{CycleClock, run_cycle};
 use crate::game::{Game, GameState};
-use crate::random::RandomStreams;
-use crate::referee;
 use crate::sensing::jobs::SensingThreads;
 use crate::simulation::{MatchApp, Snapshot};
 use crate::statistics::{self, Estimate};
-use crate::team::{PerTeam, RobotId, Team};
+use crate::team::{PerTeam, Team};
 
 /// A match between two cycles, as bytes: each thread makes its own of it.
 #[derive(Clone, Debug)]
@@ -46,13 +44,7 @@ impl Moment {
     /// When it is the state of no match that `world` can have.
     pub fn restore(&self, world: &mut World, seed: u64) -> Result<(), String> {
         let snapshot = Snapshot::from_bytes(&self.bytes, world)?;
-        snapshot.restore(world).map_err(|error| error.to_string())?;
-        let mut robots = world.query::<(&RobotId, &mut RandomStreams)>();
-        for (id, mut streams) in robots.iter_mut(world) {
-            *streams = RandomStreams::new(seed, *id);
-        }
-        referee::toss_anew(world, seed);
-        Ok(())
+        snapshot.restore_with_chance(world, seed).map_err(|error| error.to_string())
     }
 }
 

@@ -2,25 +2,28 @@
 
 use bevy::ecs::world::World;
 use naoisis::camera_model::CameraName;
-use naoisis::environment::challenge::{CHALLENGES, EndConditions, Situation};
+use naoisis::cycle::CycleClock;
+use naoisis::environment::challenge::CHALLENGES;
 use naoisis::environment::reward::REWARDS;
 use naoisis::environment::{
     self, ActionKind, Arrays, AutoReset, Challenge, EnvironmentError, EnvironmentSettings, ObservationKind,
-    RewardWeights, action,
+    RewardWeights, StartError, action,
 };
 use naoisis::record::gather::{CurrentRecord, gather_start};
 use naoisis::record::match_renderer::{MatchRenderer, view_of_field};
-use naoisis::scenario::{ScenarioFile, Setting};
+use naoisis::scenario::{ScenarioSource, Setting};
 use naoisis::sensing::camera::CameraRendering;
+use naoisis::simulation::Snapshot;
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyReadwriteArrayDyn};
 use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyString};
+use pyo3::types::{PyBytes, PyDict};
 use serde::de::DeserializeOwned;
-use std::sync::{Mutex, TryLockError};
+use std::sync::{Arc, Mutex, TryLockError};
 
-use crate::errors::{match_error, scenario_error};
-use crate::simulator::{self, Made, controlled, setting};
+use crate::errors::{match_error, of_snapshot, scenario_error, snapshot_error};
+use crate::simulator::{self, Made, setting};
+use crate::starts::{Changes, Origin, scenario_of};
 use crate::values::{Digits, from_python, to_python};
 
 /// The names of the challenges and their versions.
@@ -37,6 +40,8 @@ pub fn challenges() -> PyResult<Vec<(String, u32, String)>> {
 #[pyclass(frozen, module = "naoisis._naoisis")]
 pub struct Environments {
     worlds: Mutex<environment::Environments>,
+    origin: Origin,
+    source: ScenarioSource,
     renderer: Mutex<MatchRenderer>,
     settings: EnvironmentSettings,
     /// Height and width of the images, if there are any.
@@ -51,6 +56,8 @@ pub struct Environments {
 #[pyo3(from_item_all)]
 pub struct Shape<'py> {
     control: Option<Vec<String>>,
+    /// Other opponents than the first: the side of each, and its team's name.
+    others: Vec<(String, String)>,
     solo: bool,
     observation: String,
     camera: String,
@@ -83,10 +90,19 @@ fn word<T: DeserializeOwned>(word: &str, name: &str, expected: &str) -> PyResult
         .map_err(|_| PyValueError::new_err(format!("{name}: there is no {word:?}; expected {expected}")))
 }
 
-fn environment_error(py: Python<'_>, error: &EnvironmentError) -> PyErr {
+fn environment_error(py: Python<'_>, source: &ScenarioSource, error: &EnvironmentError) -> PyErr {
     match error {
         EnvironmentError::Action { .. } => PyValueError::new_err(error.to_string()),
+        EnvironmentError::Start(error) => start_error(py, source, error),
         _ => match_error(py, &error.to_string()),
+    }
+}
+
+fn start_error(py: Python<'_>, source: &ScenarioSource, error: &StartError) -> PyErr {
+    match error {
+        StartError::Scenario(fault) => scenario_error(py, &source.error(fault)),
+        StartError::Moment(message) => snapshot_error(py, message),
+        _ => PyValueError::new_err(error.to_string()),
     }
 }
 
@@ -151,24 +167,9 @@ impl Environments {
             final_observations: slice(&mut final_observations, "final_observations", final_rows * self.entries)?,
             final_images: slice(&mut final_images, "final_images", final_rows * image_bytes)?,
         };
-        self.with(py, |worlds| py.detach(|| act(worlds, arrays)).map_err(|error| environment_error(py, &error)))
-    }
-}
-
-/// The scenario, and what a challenge adds to it.
-fn scenario_of(py: Python<'_>, made: &Made<'_>) -> PyResult<(ScenarioFile, Option<Challenge>)> {
-    let name = made.scenario.cast::<PyString>().ok().and_then(|name| name.to_str().ok());
-    match name.filter(|name| CHALLENGES.iter().any(|(known, _)| known == name)) {
-        Some(name) => {
-            let challenge = Challenge::named(name).map_err(|error| PyValueError::new_err(error.to_string()))?;
-            let file = challenge.scenario().map_err(|error| scenario_error(py, &error))?;
-            let mut file = made.changed(py, &file)?;
-            if file.scenario.duration_s.is_none() {
-                file.scenario.duration_s = challenge.limit_s;
-            }
-            Ok((file, Some(challenge)))
-        }
-        None => Ok((made.file(py)?, None)),
+        self.with(py, |worlds| {
+            py.detach(|| act(worlds, arrays)).map_err(|error| environment_error(py, &self.source, &error))
+        })
     }
 }
 
@@ -213,9 +214,7 @@ impl Environments {
             if !matches!(file.scenario.cameras.render, CameraRendering::Gpu) {
                 settings.push(setting("cameras.render", "\"software\"")?);
             }
-            let duration_s = file.scenario.duration_s;
             file = file.with(&settings).map_err(|error| scenario_error(py, &error))?;
-            file.scenario.duration_s = duration_s;
         }
         let words = match (&shape.control, &challenge) {
             (Some(words), _) => words.clone(),
@@ -223,9 +222,10 @@ impl Environments {
             (None, Some(challenge)) => challenge.control.iter().map(ToString::to_string).collect(),
             (None, None) => Vec::new(),
         };
-        let mut world = simulator::world();
-        simulator::start(py, &mut world, &file)?;
-        let (scenario, control) = controlled(&world, &file.scenario, &words)?;
+        let situation = challenge.as_ref().map(|challenge| challenge.situation.clone()).unwrap_or_default();
+        let source = file.source.clone();
+        let origin = Origin::new(py, file, &shape.others, words, situation)?;
+        let (start, control) = origin.start(py)?;
         if control.is_empty() || (shape.solo && control.len() > 1) {
             let expected =
                 if shape.solo { "one robot, such as 'blue2'" } else { "one robot at least, such as 'blue2'" };
@@ -240,12 +240,10 @@ impl Environments {
             (None, None) => RewardWeights::SCORE,
         };
         let cycles = shape.cycles_per_step.or(challenge.as_ref().map(|challenge| challenge.cycles_per_step));
-        let (end, situation) = challenge
-            .map_or((EndConditions::default(), Situation::default()), |challenge| (challenge.end, challenge.situation));
+        let end = challenge.map(|challenge| challenge.end).unwrap_or_default();
         let settings = EnvironmentSettings {
-            scenario,
+            start: Arc::new(start),
             control,
-            situation,
             end,
             observation,
             camera,
@@ -256,10 +254,11 @@ impl Environments {
         let (count, threads) = (shape.worlds, shape.threads);
         let worlds = py
             .detach(|| environment::Environments::new(settings.clone(), simulator::world, count, auto_reset, threads))
-            .map_err(|fault| scenario_error(py, &file.source.error(&fault)))?;
+            .map_err(|error| start_error(py, &source, &error))?;
         let (rows, entries) = (worlds.rows(), worlds.entries().len());
         let image = sees_images.then_some(shape.image_size);
-        Ok(Self { worlds: Mutex::new(worlds), renderer: Mutex::default(), settings, image, rows, count, entries })
+        let worlds = Mutex::new(worlds);
+        Ok(Self { worlds, origin, source, renderer: Mutex::default(), settings, image, rows, count, entries })
     }
 
     /// The controlled robots of each world.
@@ -275,7 +274,7 @@ impl Environments {
 
     #[getter]
     fn cycle_s(&self) -> f64 {
-        self.settings.scenario.cycle_s
+        self.origin.scenario().cycle_s
     }
 
     #[getter]
@@ -305,6 +304,7 @@ impl Environments {
         py: Python<'_>,
         seed: Option<u64>,
         mask: Option<PyReadonlyArrayDyn<'_, bool>>,
+        changes: Option<Changes<'_>>,
         arrays: Filled<'_>,
     ) -> PyResult<()> {
         let mask = mask.as_ref().map(|mask| mask.as_slice()).transpose();
@@ -315,7 +315,8 @@ impl Environments {
             let message = format!("reset_mask: the array has {} entries; expected {}", mask.len(), self.count);
             return Err(PyValueError::new_err(message));
         }
-        self.fill(py, &arrays, |worlds, arrays| worlds.reset(seed, mask, arrays))
+        let start = changes.map(|changes| self.origin.changed(py, &changes)).transpose()?.map(Arc::new);
+        self.fill(py, &arrays, |worlds, arrays| worlds.reset(seed, mask, start.as_ref(), arrays))
     }
 
     fn step(&self, py: Python<'_>, actions: PyReadonlyArrayDyn<'_, f32>, arrays: Filled<'_>) -> PyResult<()> {
@@ -344,8 +345,21 @@ impl Environments {
         self.with(py, |worlds| {
             let world = world_of(worlds, world)?;
             gather_start(world);
-            let record = world.remove_resource::<CurrentRecord>().unwrap_or_default().record;
+            let mut record = world.remove_resource::<CurrentRecord>().unwrap_or_default().record;
+            // In the cycle under way robots have perceived, and nothing else has happened.
+            record.cycle = record.cycle.saturating_sub(1);
+            record.time_s = record.cycle as f64 * world.resource::<CycleClock>().period_s;
             to_python(py, &record, Digits::Lean)
+        })
+    }
+
+    /// A world as it is now, to begin episodes from.
+    fn snapshot<'py>(&self, py: Python<'py>, world: usize) -> PyResult<Bound<'py, PyBytes>> {
+        self.with(py, |worlds| {
+            let world = world_of(worlds, world)?;
+            let snapshot = Snapshot::take(world).map_err(|error| of_snapshot(py, &error))?;
+            let bytes = snapshot.to_bytes(world).map_err(|message| snapshot_error(py, &message))?;
+            Ok(PyBytes::new(py, &bytes))
         })
     }
 

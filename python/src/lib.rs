@@ -10,6 +10,7 @@ mod environments;
 mod errors;
 mod played;
 mod simulator;
+mod starts;
 mod traces;
 mod values;
 

@@ -91,8 +91,8 @@ pub fn believe(world: &mut World, id: RobotId) -> Result<(), AgentError> {
 /// When there is no such robot, or it is not remote.
 pub fn command(world: &mut World, id: RobotId, command: RobotCommand) -> Result<(), AgentError> {
     let entity = remote_entity(world, id)?;
-    let mut robots = world.query::<ObeyingRobot>();
-    robots.get_mut(world, entity).map_err(|_| AgentError::NoSuchRobot(id))?.obey(command);
+    let mut robot = world.get_entity_mut(entity).map_err(|_| AgentError::NoSuchRobot(id))?;
+    robot.get_components_mut::<ObeyingRobot>().map_err(|_| AgentError::NoSuchRobot(id))?.obey(command);
     Ok(())
 }
 

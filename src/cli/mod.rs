@@ -33,6 +33,7 @@ use std::io;
 use std::process::ExitCode;
 
 use crate::agents::AgentsPlugin;
+use crate::game_controller::GameControllerPlugin;
 use crate::record::RecordPlugin;
 use crate::simulation::NaoisisPlugins;
 
@@ -41,14 +42,17 @@ mod batch;
 mod begin;
 mod beliefs;
 mod calibrate;
+mod challenge;
 mod check;
 mod check_program;
 mod expect;
 mod figures;
+mod game_controller;
 mod interrupt;
 mod list;
 mod logs;
 mod outputs;
+mod pace;
 mod pictures;
 mod play;
 mod realism;
@@ -101,6 +105,8 @@ enum Command {
     /// Play a moment of a match on many times, with other chance
     #[command(name = "whatif")]
     WhatIf(whatif::WhatIfArguments),
+    /// Measure how often a task for learning succeeds, with behaviours or with chance
+    Challenge(challenge::ChallengeArguments),
     /// Find a robot's figures from logs of what it did
     Calibrate(calibrate::CalibrateArguments),
     /// Measure image vision: what it finds in pictures of random scenes, against what is there
@@ -138,6 +144,7 @@ pub fn run_with(words: impl IntoIterator<Item = OsString>, extend: impl Fn(&mut 
         Some(Command::Robot(arguments)) => robot::robot(&arguments),
         Some(Command::Realism(arguments)) => realism::realism(&arguments),
         Some(Command::WhatIf(arguments)) => whatif::whatif(program, &arguments),
+        Some(Command::Challenge(arguments)) => challenge::challenge(program, &arguments),
         Some(Command::Calibrate(arguments)) => calibrate::calibrate(&arguments),
         Some(Command::Vision(arguments)) => vision::vision(&arguments),
         None => play::play(program, &play::PlayArguments::default()),
@@ -180,7 +187,7 @@ impl Program<'_> {
 
     /// Adds the simulation, and the program's own.
     fn add_to(self, app: &mut App) {
-        app.add_plugins((NaoisisPlugins, AgentsPlugin));
+        app.add_plugins((NaoisisPlugins, AgentsPlugin, GameControllerPlugin));
         (self.extend)(app);
     }
 }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use super::agents::AgentArguments;
+use super::game_controller::GameControllerArguments;
 use super::pictures::PictureArguments;
 use super::recordings::Recordings;
 use super::run::{length_s, run_scenario};
@@ -27,6 +28,8 @@ pub struct PlayArguments {
     pub teams: TeamArguments,
     #[command(flatten)]
     pub agents: AgentArguments,
+    #[command(flatten)]
+    pub game_controller: GameControllerArguments,
     /// Seed of all random numbers, instead of the scenario's
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub seed: Option<u64>,
@@ -73,6 +76,7 @@ pub fn play(program: Program, arguments: &PlayArguments) -> ExitCode {
                     recordings,
                     teams: arguments.teams.clone(),
                     agents: arguments.agents.clone(),
+                    game_controller: arguments.game_controller.clone(),
                     force: arguments.force,
                     ..RunArguments::default()
                 },
@@ -142,6 +146,9 @@ fn watch(program: Program, name: &str, file: &ScenarioFile, arguments: &PlayArgu
     app.insert_resource(arguments.agents.settings(name, &arguments.teams));
     if let Err(fault) = app.start_match(&file.scenario) {
         return report::scenario_error(&file.source.error(&fault));
+    }
+    if let Err(message) = arguments.game_controller.start(app.world_mut()) {
+        return report::usage_error(&message);
     }
     // The next time may be in another folder.
     let path = std::path::Path::new(name).canonicalize();

@@ -9,6 +9,7 @@ use std::time::Instant;
 
 use super::expect::{print_verdicts, write_junit};
 use super::interrupt::Interrupt;
+use super::pace::Pace;
 use super::run_arguments::RunArguments;
 use super::terminal::Printer;
 use super::{Program, begin, outputs, report};
@@ -66,6 +67,9 @@ pub(super) fn run_match(
         Ok(interrupt) => interrupt,
         Err(message) => return report::failure(&message),
     };
+    if let Err(message) = arguments.game_controller.start(app.world_mut()) {
+        return report::usage_error(&message);
+    }
     if let Err(error) = agents::start_programs(app.world_mut()) {
         return report::usage_error(&error.to_string());
     }
@@ -187,6 +191,7 @@ fn run_to_the_end(
     let mut outcome = Outcome { reason: EndReason::Duration, ..default() };
     let expected = arguments.expectations.of_match();
     let save_cycle = arguments.save_at.map(|at_s| outputs::cycle_at(at_s, world.resource::<CycleClock>()));
+    let mut pace = arguments.pace.or(arguments.game_controller.pace()).map(|times| Pace::new(times, period_s));
     loop {
         let cycle = world.resource::<CycleClock>().cycle;
         if save_cycle == Some(cycle) {
@@ -210,6 +215,9 @@ fn run_to_the_end(
         if world.get_resource::<Recorders>().is_some_and(Recorders::has_failed) {
             outcome.reason = EndReason::Failed;
             break;
+        }
+        if let Some(pace) = &mut pace {
+            pace.wait(|| interrupt.is_stopped());
         }
         run_cycle(world);
         if !expected.is_empty() {

@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 
 use super::agents::AgentArguments;
 use super::expect::ExpectArguments;
+use super::game_controller::GameControllerArguments;
 use super::outputs::{Output, check_files, cycle_at};
+use super::pace::times_real_time;
 use super::recordings::Recordings;
 use super::teams::TeamArguments;
 use crate::cycle::CycleClock;
@@ -63,6 +65,11 @@ pub struct RunArguments {
     pub recordings: Recordings,
     #[command(flatten)]
     pub agents: AgentArguments,
+    #[command(flatten)]
+    pub game_controller: GameControllerArguments,
+    /// Play so many times real time, and not as fast as it goes
+    #[arg(long, value_name = "X", value_parser = times_real_time, allow_negative_numbers = true)]
+    pub pace: Option<f64>,
     #[command(flatten)]
     pub expectations: ExpectArguments,
     /// Save the match (.naoisis), to go on with it later

@@ -25,10 +25,12 @@ use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
 mod message;
+mod status_report;
 #[cfg(test)]
 mod tests;
 
 pub use message::TeamMessage;
+pub use status_report::StatusReport;
 
 use crate::cycle::{ActSystems, Cycle, CycleClock, CycleSystems};
 use crate::events::{CommandKind, CycleEvents, MatchEvent, Refusal};

@@ -11,6 +11,7 @@ use crate::events::MatchEvent;
 use crate::geometry::{Pose, to_radians, wrap_angle};
 use crate::random::RandomStream;
 use crate::scenario::{Format, Scenario, ScenarioError, ScenarioFile};
+use crate::statistics::{self, Estimate};
 use crate::team::{RobotId, Team};
 
 /// A task.
@@ -42,6 +43,27 @@ pub struct Challenge {
     pub cycles_per_step: u32,
     /// What is rewarded.
     pub reward: RewardWeights,
+    /// How often it succeeds with some [players](super::attempts::Player), as `naoisis challenge` measured it.
+    pub success_rates: BTreeMap<String, SuccessRate>,
+}
+
+/// How often a player succeeded.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SuccessRate {
+    /// Episodes that were played.
+    pub episodes: usize,
+    /// Those of them that were a success.
+    pub successes: usize,
+    /// How long a success took on average, s; none where there was none.
+    pub mean_time_s: Option<f64>,
+}
+
+impl SuccessRate {
+    /// The share, with its interval. None without episodes.
+    pub fn share(&self) -> Option<Estimate> {
+        statistics::share(self.successes, self.episodes)
+    }
 }
 
 /// What ends an episode, besides its time and the final whistle.
@@ -50,6 +72,8 @@ pub struct Challenge {
 pub struct EndConditions {
     /// A goal for this team is a success, and one for the other a failure.
     pub goal_for: Option<Team>,
+    /// At the final whistle it is a success when this team has won.
+    pub win_for: Option<Team>,
     /// It is a success when the first of the controlled robots sees the ball.
     pub ball_seen: bool,
     /// It is a failure when the ball leaves the pitch.
@@ -57,6 +81,11 @@ pub struct EndConditions {
 }
 
 impl EndConditions {
+    /// Whether a success is one of this team's robots.
+    pub(super) fn is_for(&self, team: Team) -> bool {
+        self.goal_for.or(self.win_for).is_none_or(|of| of == team)
+    }
+
     /// Whether what happened ends the episode, and if so whether that is a success.
     pub(super) fn of_events<'a>(&self, events: impl Iterator<Item = &'a MatchEvent>) -> Option<bool> {
         let mut ended = None;
@@ -188,12 +217,16 @@ impl Challenge {
         serde_json::from_str(text).map_err(|error| ChallengeError::Malformed { name: name.to_owned(), error })
     }
 
-    /// The scenario in which its episodes are played.
+    /// The scenario in which its episodes are played, until its time is over.
     ///
     /// # Errors
     /// When it is wrong, which a test rules out for those of the program.
     pub fn scenario(&self) -> Result<ScenarioFile, ScenarioError> {
-        ScenarioFile::from_text(&format!("{:#}", self.scenario), Format::Json, &self.name)
+        let mut scenario = self.scenario.clone();
+        if let (Some(limit_s), Some(fields)) = (self.limit_s, scenario.as_object_mut()) {
+            fields.insert("duration_s".to_owned(), limit_s.into());
+        }
+        ScenarioFile::from_text(&format!("{scenario:#}"), Format::Json, &self.name)
     }
 }
 

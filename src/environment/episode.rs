@@ -1,7 +1,8 @@
 //! One world of an environment: episode after episode.
 
 use bevy::prelude::*;
-use rand::Rng;
+use rand::{Rng, RngExt};
+use std::sync::Arc;
 
 use super::action::{ActionKind, command};
 use super::challenge::{EndConditions, Situation};
@@ -12,24 +13,53 @@ use crate::camera_model::CameraName;
 use crate::cycle::{CycleClock, perceive, run_cycle};
 use crate::events::CycleEvents;
 use crate::game::{Game, GameState};
+use crate::geometry::Pose;
 use crate::random::RandomStream;
 use crate::robot::Roster;
 use crate::scenario::{Scenario, ScenarioFault};
 use crate::sensing::camera::CameraImages;
 use crate::sensing::odometry::Odometry;
 use crate::sensing::vision::Percepts;
-use crate::simulation::start_match;
-use crate::team::RobotId;
+use crate::simulation::{Snapshot, start_match};
+use crate::team::{RobotId, Team};
+
+/// What episodes start from.
+pub enum Start {
+    /// One of several scenarios, drawn anew for each episode; their seeds do not matter.
+    Scenarios {
+        /// The first of them.
+        first: Box<Scenario>,
+        /// The others, if any.
+        others: Vec<Scenario>,
+        /// Where things stand, drawn anew as well.
+        situation: Situation,
+    },
+    /// A moment of a match, with other chance to come each time.
+    Moment(Snapshot),
+}
+
+/// Why an episode cannot begin.
+#[derive(Clone, PartialEq, Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum StartError {
+    /// Its match cannot be started.
+    #[error(transparent)]
+    Scenario(#[from] ScenarioFault),
+    /// Its moment is none that the simulator can go on from.
+    #[error("{0}")]
+    Moment(String),
+    /// It is another match than the environment was made for.
+    #[error("an episode cannot begin so: {0}")]
+    Different(String),
+}
 
 /// What all worlds of an environment have in common.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct EnvironmentSettings {
-    /// What episodes start from; its seed does not matter.
-    pub scenario: Scenario,
+    /// What episodes start from, unless a world was told otherwise.
+    pub start: Arc<Start>,
     /// The robots that are controlled, at least one, in the order of their ids.
     pub control: Vec<RobotId>,
-    /// What is drawn anew for each episode.
-    pub situation: Situation,
     /// What ends episodes.
     pub end: EndConditions,
     /// What agents observe.
@@ -66,6 +96,8 @@ impl Progress {
 pub struct Episode {
     /// The match under way.
     pub world: World,
+    /// What its episodes start from, if not what those of all worlds do.
+    pub start: Option<Arc<Start>>,
     seeds: RandomStream,
     memories: Vec<Memory>,
     standings: Vec<Standing>,
@@ -77,7 +109,7 @@ impl Episode {
     /// An episode that has not begun, in a simulator without a match.
     pub fn new(world: World, seed: u64) -> Self {
         let (memories, standings, progress) = (Vec::new(), Vec::new(), Progress::default());
-        Self { world, seeds: seeds(seed), memories, standings, progress }
+        Self { world, start: None, seeds: seeds(seed), memories, standings, progress }
     }
 
     /// Begins with the episodes of this seed.
@@ -89,10 +121,18 @@ impl Episode {
     ///
     /// # Errors
     /// When its match cannot be started.
-    pub fn begin(&mut self, settings: &EnvironmentSettings) -> Result<(), ScenarioFault> {
-        let scenario = Scenario { seed: self.seeds.next_u64(), ..settings.scenario.clone() };
-        let scenario = settings.situation.drawn(scenario);
-        start_match(&mut self.world, &scenario)?;
+    pub fn begin(&mut self, settings: &EnvironmentSettings) -> Result<(), StartError> {
+        let seed = self.seeds.next_u64();
+        match &**self.start.as_ref().unwrap_or(&settings.start) {
+            Start::Scenarios { first, others, situation } => {
+                let scenario = Scenario { seed, ..one_of(first, others, seed).clone() };
+                start_match(&mut self.world, &situation.drawn(scenario))?;
+            }
+            Start::Moment(snapshot) => {
+                let restored = snapshot.restore_with_chance(&mut self.world, seed);
+                restored.map_err(|error| StartError::Moment(error.to_string()))?;
+            }
+        }
         for id in &settings.control {
             if settings.observation == ObservationKind::Belief {
                 // They are remote, and there.
@@ -102,7 +142,10 @@ impl Episode {
         perceive(&mut self.world);
         self.progress = Progress::default();
         self.memories.clear();
-        self.memories.resize(settings.control.len(), Memory::default());
+        let odometry_of =
+            |id: &RobotId| self.world.resource::<Roster>().get(*id).map(|robot| odometry(&self.world, robot));
+        let odometries = settings.control.iter().map(|id| odometry_of(id).unwrap_or_default());
+        self.memories.extend(odometries.map(|odometry| Memory { odometry }));
         self.standings.clear();
         self.standings.extend(settings.control.iter().map(|id| Standing::of(&self.world, *id)));
         Ok(())
@@ -135,7 +178,8 @@ impl Episode {
         let period_s = cycles as f32 * world.resource::<CycleClock>().period();
         for ((id, reward), standing) in settings.control.iter().zip(rewards).zip(&mut self.standings) {
             let now = Standing::of(world, *id);
-            *reward = standing.reward(&now, period_s, progress.is_success, &settings.reward);
+            let is_success = progress.is_success && settings.end.is_for(id.team);
+            *reward = standing.reward(&now, period_s, is_success, &settings.reward);
             *standing = now;
         }
         self.progress = progress;
@@ -149,10 +193,9 @@ impl Episode {
         for (index, id) in settings.control.iter().enumerate() {
             let array = &mut observations[index * length..(index + 1) * length];
             let entity = self.world.resource::<Roster>().get(*id);
-            let odometry = entity.and_then(|entity| self.world.get::<Odometry>(entity)).map(|odometry| odometry.0);
             if let Some(memory) = self.memories.get_mut(index) {
                 observe(array, settings.observation, &self.world, *id, memory);
-                memory.odometry = odometry.unwrap_or_default();
+                memory.odometry = entity.map(|entity| odometry(&self.world, entity)).unwrap_or_default();
             }
             if let Some(side) = settings.camera {
                 let image = &mut images[index * bytes..(index + 1) * bytes];
@@ -165,6 +208,17 @@ impl Episode {
             }
         }
     }
+}
+
+/// One of several scenarios, by chance. Of a single one, chance decides nothing.
+fn one_of<'a>(first: &'a Scenario, others: &'a [Scenario], seed: u64) -> &'a Scenario {
+    let index = RandomStream::for_match(seed, "scenario").random_range(0..=others.len());
+    index.checked_sub(1).and_then(|index| others.get(index)).unwrap_or(first)
+}
+
+/// A robot's way by its own steps.
+fn odometry(world: &World, robot: Entity) -> Pose {
+    world.get::<Odometry>(robot).map(|odometry| odometry.0).unwrap_or_default()
 }
 
 fn seeds(seed: u64) -> RandomStream {
@@ -185,9 +239,12 @@ fn progress_of(world: &World, settings: &EnvironmentSettings) -> Progress {
     }
     let cycle = world.resource::<CycleClock>().cycle;
     let last_cycle = world.get_resource::<Scenario>().and_then(Scenario::last_cycle);
+    let game = world.resource::<Game>();
+    let terminated = game.state == GameState::Finished;
+    let has_won = |team: Team| game.score[team] > game.score[team.opponent()];
     Progress {
-        terminated: world.resource::<Game>().state == GameState::Finished,
+        terminated,
         truncated: last_cycle.is_some_and(|last| cycle >= last),
-        is_success: false,
+        is_success: terminated && settings.end.win_for.is_some_and(has_won),
     }
 }

@@ -16,7 +16,7 @@ use crate::team::{RobotId, Team};
 pub struct RewardWeights {
     /// For each goal of the team 1, for each of the opponents -1.
     pub score: f32,
-    /// For the end of a task that is a success.
+    /// For the end of a task that is a success, where it is the task of the agent's team.
     pub success: f32,
     /// For each metre that the ball comes nearer to the opponents' goal.
     pub ball_to_goal: f32,
@@ -35,7 +35,7 @@ impl RewardWeights {
 /// The names of the parts, and what they are, in words.
 pub const REWARDS: [(&str, &str); 5] = [
     ("score", "for each goal of the team 1, for each of the opponents -1"),
-    ("success", "1 when a task ends with success"),
+    ("success", "1 for the team whose task it is when it ends with success"),
     ("ball_to_goal", "for each metre that the ball comes nearer to the opponents' goal"),
     ("to_ball", "for each metre that the agent comes nearer to the ball"),
     ("time", "for each second; a negative weight makes agents hurry"),

@@ -2,13 +2,16 @@
 
 use bevy::prelude::*;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
 use std::thread;
 
 use super::action::NotAnAction;
 use super::entry::Entry;
-use super::episode::{EnvironmentSettings, Episode};
+use super::episode::{EnvironmentSettings, Episode, Start, StartError};
 use super::observation::{entries, state, state_entries};
-use crate::scenario::ScenarioFault;
+use crate::agents::remote_robots;
+use crate::scenario::Scenario;
+use crate::sensing::camera::CameraRendering;
 
 /// What becomes of a world whose episode is over.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -47,9 +50,9 @@ pub struct Arrays<'a> {
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum EnvironmentError {
-    /// A match cannot be started.
+    /// An episode cannot begin.
     #[error(transparent)]
-    Scenario(#[from] ScenarioFault),
+    Start(#[from] StartError),
     /// A row is no action.
     #[error("row {row}: {error}")]
     Action {
@@ -108,15 +111,14 @@ impl Environments {
         worlds: usize,
         auto_reset: AutoReset,
         threads: usize,
-    ) -> Result<Self, ScenarioFault> {
+    ) -> Result<Self, StartError> {
         let mut episodes: Vec<Episode> =
             (0..worlds.max(1)).map(|index| Episode::new(simulator(), index as u64)).collect();
         let first = &mut episodes[0];
         first.begin(&settings)?;
         let entries = settings.control.first().map(|id| entries(settings.observation, &first.world, *id));
         let state_entries = state_entries(&first.world);
-        let cameras = settings.scenario.cameras;
-        let image_bytes = if settings.camera.is_some() { 3 * (cameras.width * cameras.height) as usize } else { 0 };
+        let image_bytes = if settings.camera.is_some() { image_bytes(&first.world) } else { 0 };
         let has_begun = vec![false; episodes.len()];
         let entries = entries.unwrap_or_default();
         Ok(Self { settings, simulator, episodes, has_begun, auto_reset, threads, entries, state_entries, image_bytes })
@@ -165,12 +167,20 @@ impl Environments {
     }
 
     /// Begins an episode in the worlds of the mask, or in all; with the seeds from `seed` on, one a world, or else the next
-    /// of those that the worlds have. Fills in the observations of those worlds.
+    /// of those that the worlds have. What their episodes start from is `start`, until their next reset, or else what the
+    /// settings say. Fills in the observations of those worlds.
     ///
     /// # Errors
-    /// When a match cannot be started.
-    pub fn reset(&mut self, seed: Option<u64>, mask: Option<&[bool]>, arrays: Arrays) -> Result<(), EnvironmentError> {
+    /// When a match cannot be started, or is another one than the environment was made for.
+    pub fn reset(
+        &mut self,
+        seed: Option<u64>,
+        mask: Option<&[bool]>,
+        start: Option<&Arc<Start>>,
+        arrays: Arrays,
+    ) -> Result<(), EnvironmentError> {
         let (settings, simulator) = (&self.settings, self.simulator);
+        let (entries, state_entries, image_bytes) = (&self.entries, &self.state_entries, self.image_bytes);
         let agents = settings.control.len();
         let parts = parts(&mut self.episodes, &mut self.has_begun, &[], arrays, agents, 0);
         let parts = parts.into_iter().filter(|part| mask.is_none_or(|mask| mask.get(part.index) == Some(&true)));
@@ -178,8 +188,13 @@ impl Environments {
             if let Some(seed) = seed {
                 part.episode.seed(seed.wrapping_add(part.index as u64));
             }
+            part.episode.start = start.cloned();
             guarded(part, simulator, |part| {
+                *part.has_begun = false;
                 part.episode.begin(settings)?;
+                if start.is_some() {
+                    check_same(settings, &part.episode.world, entries, state_entries, image_bytes)?;
+                }
                 *part.has_begun = true;
                 part.episode.observe(settings, part.arrays.observations, part.arrays.images);
                 Ok(())
@@ -208,6 +223,40 @@ impl Environments {
         let parts = parts(&mut self.episodes, &mut self.has_begun, actions, arrays, agents, length);
         each(self.threads, parts, |part| guarded(part, simulator, |part| step(settings, auto_reset, part)))
     }
+}
+
+/// Bytes of an image that the robots of a match see.
+fn image_bytes(world: &World) -> usize {
+    let cameras = world.get_resource::<Scenario>().map(|scenario| scenario.cameras);
+    let cameras = cameras.filter(|cameras| !matches!(cameras.render, CameraRendering::Auto | CameraRendering::Off));
+    cameras.map_or(0, |cameras| 3 * (cameras.width * cameras.height) as usize)
+}
+
+/// That a match has the agents that the environment was made for, and that they observe the same numbers.
+fn check_same(
+    settings: &EnvironmentSettings,
+    world: &World,
+    expected: &[Entry],
+    expected_state: &[Entry],
+    expected_bytes: usize,
+) -> Result<(), StartError> {
+    let remote = remote_robots(world);
+    if let Some(id) = settings.control.iter().find(|id| !remote.contains(id)) {
+        return Err(StartError::Different(format!(
+            "`{id}` is not decided for from outside in it; expected a match in which it is controlled"
+        )));
+    }
+    let found = settings.control.first().map(|id| entries(settings.observation, world, *id)).unwrap_or_default();
+    if found != expected || state_entries(world) != expected_state {
+        let message =
+            format!("its {} numbers to observe are not the {} of this environment", found.len(), expected.len());
+        return Err(StartError::Different(format!("{message}; expected as many robots of the same models")));
+    }
+    let bytes = image_bytes(world);
+    if settings.camera.is_some() && bytes != expected_bytes {
+        return Err(StartError::Different(format!("its images have {bytes} bytes; expected {expected_bytes}")));
+    }
+    Ok(())
 }
 
 /// Plays a step of one world.

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 mod evidence;
 mod intervention;
+mod outside_referee;
 mod penalty;
 mod rules;
 mod set_play;
@@ -13,6 +14,7 @@ mod shoot_out;
 
 pub use evidence::{Evidence, Measurement, RobotEvidence};
 pub use intervention::{Intervention, Interventions, TimedIntervention};
+pub use outside_referee::OutsideReferee;
 pub use penalty::{ActivePenalty, Penalty, PenaltyReason, RuleName};
 pub use rules::{
     BallOutRestart, DefenderLimit, KickOffPositions, KickOffProcedure, ReturnPlace, Rules, RulesError,

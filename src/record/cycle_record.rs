@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use super::vocabulary::{Perception, RobotCommand, head_angles};
 use crate::behaviour::drawings::Drawings;
 use crate::belief::Belief;
-use crate::communication::ReceivedMessage;
+use crate::communication::{ReceivedMessage, StatusReport};
 use crate::cycle::CycleClock;
 use crate::events::MatchEvent;
 use crate::game::{Game, GameState, PenaltyReason, Rules, Score};
@@ -114,6 +114,9 @@ pub struct RobotRecord {
     /// What its behaviour drew.
     #[serde(default, skip_serializing_if = "Drawings::is_empty")]
     pub drawings: Drawings,
+    /// What it has last reported of itself to a GameController.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reported: Option<StatusReport>,
 }
 
 impl RobotRecord {
@@ -136,6 +139,7 @@ impl RobotRecord {
             belief: None,
             command: None,
             drawings: default(),
+            reported: None,
         }
     }
 

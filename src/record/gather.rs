@@ -12,6 +12,7 @@ use super::vocabulary::{Commanded, Perceived, RobotCommand};
 use crate::ball::{Ball, BallPhysics, BallVelocity};
 use crate::behaviour::drawings::Drawings;
 use crate::belief::Belief;
+use crate::communication::StatusReport;
 use crate::cycle::CycleClock;
 use crate::events::{CycleEvents, MatchEvent};
 use crate::game::{Game, Penalty, Rules};
@@ -53,6 +54,7 @@ struct RecordedRobot {
     penalty: &'static Penalty,
     belief: Option<&'static Belief>,
     drawings: Option<&'static Drawings>,
+    reported: Option<&'static StatusReport>,
     perceived: Perceived,
 }
 
@@ -114,6 +116,7 @@ impl RecordedMatch<'_, '_> {
             belief: robot.belief.cloned(),
             command,
             drawings: robot.drawings.cloned().unwrap_or_default(),
+            reported: robot.reported.copied(),
             ..RobotRecord::new(id)
         };
         Some(record.with_perception(robot.perceived.perception()))

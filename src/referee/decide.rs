@@ -44,14 +44,9 @@ pub fn decide(snapshot: &MatchSnapshot, own_rules: &OwnRules, memory: &mut Refer
     let seen = MatchSnapshot { last_touch: memory.last_touch, ..*snapshot };
     let mut referee = Referee { seen: &seen, own_rules, memory, decisions };
     referee.count_messages();
-    match snapshot.game.state {
-        GameState::Initial | GameState::Finished => {}
-        GameState::Ready => referee.judge_ready(),
-        GameState::Set => referee.judge_set(),
-        GameState::Playing => match snapshot.game.shoot_out {
-            Some(shoot_out) => referee.follow_shot(shoot_out),
-            None => referee.judge_play(),
-        },
+    match snapshot.outside {
+        Some(outside) => referee.obey(outside),
+        None => referee.judge(),
     }
     referee.intervene();
     referee.note_robots();
@@ -82,6 +77,18 @@ impl Referee<'_, '_> {
         let placed = |ball: BallSnapshot<'_>| self.decisions.ball.unwrap_or(ball.position);
         let ball = self.seen.ball.map(|ball| BallSnapshot { position: placed(ball), ..ball });
         MatchSnapshot { game: &self.decisions.game, robots: &self.decisions.robots, ball, ..*self.seen }
+    }
+
+    fn judge(&mut self) {
+        match self.seen.game.state {
+            GameState::Initial | GameState::Finished => {}
+            GameState::Ready => self.judge_ready(),
+            GameState::Set => self.judge_set(),
+            GameState::Playing => match self.seen.game.shoot_out {
+                Some(shoot_out) => self.follow_shot(shoot_out),
+                None => self.judge_play(),
+            },
+        }
     }
 
     fn judge_play(&mut self) {

@@ -51,6 +51,9 @@
 //!
 //! What whoever runs the match can do to it, by command or at a given time of a scenario, is an [`Intervention`](crate::game::Intervention).
 //!
+//! With an [`OutsideReferee`] in the world, as with a real GameController, the referee judges nothing and
+//! carries out what that one says.
+//!
 //! # A rule more
 //!
 //! How to add one is on a page of the guide: [a rule](crate::guide::extending::rule).
@@ -77,6 +80,7 @@ pub mod kick_off_shot;
 pub mod leaving_field;
 pub mod memory;
 mod message_budget;
+mod obedience;
 pub mod obstruction;
 pub mod own_rules;
 mod penalise;
@@ -106,7 +110,7 @@ pub use status::{Announcement, GameStatus, SetPlayStatus};
 pub use touch::Touch;
 
 use crate::cycle::{BeginCycle, Cycle, CycleClock, CycleSystems};
-use crate::game::{Game, Interventions, Penalty, Rules, TimedIntervention};
+use crate::game::{Game, Interventions, OutsideReferee, Penalty, Rules, TimedIntervention};
 use crate::random::RandomStream;
 use crate::robot::falls::FallSystems;
 use crate::team::RobotId;
@@ -122,6 +126,7 @@ impl Plugin for RefereePlugin {
             .init_resource::<Interventions>()
             .init_resource::<own_rules::OwnRules>()
             .register_type::<Interventions>()
+            .register_type::<OutsideReferee>()
             .register_type::<Game>()
             .register_type::<Rules>()
             .register_type::<RefereeMemory>()

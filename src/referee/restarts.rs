@@ -100,6 +100,26 @@ impl Referee<'_, '_> {
                 KickOffProcedure::ReadyAndSet => self.bring_all_back(),
             }
         }
+        self.announce_kick_off(team);
+        match self.seen.rules.kick_off {
+            KickOffProcedure::Placed => {
+                self.place_for_kick_off(team);
+                self.bring_ball_into_play();
+                if self.decisions.game.state != GameState::Playing {
+                    self.enter(GameState::Playing);
+                }
+            }
+            KickOffProcedure::ReadyAndSet => self.begin_ready(),
+        }
+    }
+
+    /// A kick-off begins with `ready`, whatever the rules say: robots walk to their places.
+    pub(super) fn prepare_kick_off(&mut self, team: Option<Team>) {
+        self.announce_kick_off(team);
+        self.begin_ready();
+    }
+
+    fn announce_kick_off(&mut self, team: Option<Team>) {
         let game = &mut self.decisions.game;
         game.kick_off_team = team.unwrap_or(game.kick_off_team);
         game.drop_ball = team.is_none();
@@ -113,24 +133,16 @@ impl Referee<'_, '_> {
         self.decisions
             .events
             .push(team.map_or(MatchEvent::DropBall { position_m: Vec2::ZERO }, |team| MatchEvent::KickOff { team }));
-        match self.seen.rules.kick_off {
-            KickOffProcedure::Placed => {
-                self.place_for_kick_off(team);
-                self.bring_ball_into_play();
-                if self.decisions.game.state != GameState::Playing {
-                    self.enter(GameState::Playing);
-                }
-            }
-            KickOffProcedure::ReadyAndSet => {
-                self.whistle();
-                self.put_ball(Vec2::ZERO);
-                self.enter(GameState::Ready);
-            }
-        }
+    }
+
+    fn begin_ready(&mut self) {
+        self.whistle();
+        self.put_ball(Vec2::ZERO);
+        self.enter(GameState::Ready);
     }
 
     /// Ball and robots are put at their places for a kick-off.
-    fn place_for_kick_off(&mut self, team: Option<Team>) {
+    pub(super) fn place_for_kick_off(&mut self, team: Option<Team>) {
         self.decisions.game.restarts += 1;
         let Self { seen, decisions, memory, .. } = self;
         let ball = seen.ball.map(|ball| Disc { centre: Vec2::ZERO, radius: ball.radius });

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 
 use super::touch::Touch;
 use crate::cycle::CycleClock;
-use crate::game::{Evidence, Game, Intervention, Penalty, RobotEvidence, Rules};
+use crate::game::{Evidence, Game, Intervention, OutsideReferee, Penalty, RobotEvidence, Rules};
 use crate::geometry::Pose;
 use crate::pitch::Pitch;
 use crate::robot::body::Body;
@@ -38,6 +38,8 @@ pub struct MatchSnapshot<'a> {
     pub messages_sent: PerTeam<u32>,
     /// What the referee is made to do at the end of this cycle.
     pub interventions: &'a [Intervention],
+    /// Who decides about the match instead, if somebody outside it does.
+    pub outside: Option<&'a OutsideReferee>,
     /// Robots that touched each other in this cycle, by their indices.
     pub contacts: &'a [[usize; 2]],
 }

@@ -15,7 +15,9 @@ use crate::collision::Contacts;
 use crate::communication::{MessageSettings, MessageStatistics};
 use crate::cycle::CycleClock;
 use crate::events::{CycleEvents, MatchEvent};
-use crate::game::{Game, GameState, Interventions, KickOffProcedure, Penalty, Rules, SetPlay, SetPlayKind};
+use crate::game::{
+    Game, GameState, Interventions, KickOffProcedure, OutsideReferee, Penalty, Rules, SetPlay, SetPlayKind,
+};
 use crate::geometry::Pose;
 use crate::pitch::{Pitch, Post};
 use crate::robot::body::Body;
@@ -31,11 +33,13 @@ use crate::team::{PerTeam, RobotId, Team};
 pub(super) fn begin_match(
     clock: Res<CycleClock>,
     rules: Res<Rules>,
+    outside: Option<Res<OutsideReferee>>,
     mut game: ResMut<Game>,
     mut memory: ResMut<RefereeMemory>,
     mut events: ResMut<CycleEvents>,
 ) {
-    if game.state != GameState::Initial {
+    // Who decides from outside begins it, too.
+    if game.state != GameState::Initial || outside.is_some() {
         return;
     }
     game.state = match rules.kick_off {
@@ -90,6 +94,7 @@ pub(super) fn officiate(
     roster: Res<Roster>,
     contacts: Res<Contacts>,
     messages: Res<MessageStatistics>,
+    outside: Option<Res<OutsideReferee>>,
     mut events: ResMut<CycleEvents>,
     mut game: ResMut<Game>,
     mut memory: ResMut<RefereeMemory>,
@@ -145,6 +150,7 @@ pub(super) fn officiate(
         last_touch: memory.last_touch,
         messages_sent: PerTeam { blue: messages.blue.sent, pink: messages.pink.sent },
         interventions: &interventions.queue,
+        outside: outside.as_deref(),
         contacts: pairs,
     };
     decide(&snapshot, &own_rules, &mut memory, decisions);

@@ -9,7 +9,7 @@ use super::own_rules::OwnRules;
 use super::snapshot::{BallSnapshot, Disc, MatchSnapshot, RobotSnapshot};
 use super::touch::Touch;
 use crate::cycle::CycleClock;
-use crate::game::{Game, GameState, Intervention, Penalty, Rules};
+use crate::game::{Game, GameState, Intervention, OutsideReferee, Penalty, Rules};
 use crate::geometry::Pose;
 use crate::pitch::Pitch;
 use crate::robot::body::Body;
@@ -31,6 +31,7 @@ pub struct MatchFixture {
     pub contacts: Vec<[usize; 2]>,
     pub touches: Vec<(RobotId, bool)>,
     pub interventions: Vec<Intervention>,
+    pub outside: Option<OutsideReferee>,
     pub messages_sent: PerTeam<u32>,
 }
 
@@ -71,6 +72,7 @@ impl MatchFixture {
             contacts: vec![],
             touches: vec![],
             interventions: vec![],
+            outside: None,
             messages_sent: PerTeam::default(),
         }
     }
@@ -107,6 +109,7 @@ impl MatchFixture {
             contacts: &self.contacts,
             touches: &self.touches,
             interventions: &self.interventions,
+            outside: self.outside.as_ref(),
             messages_sent: self.messages_sent,
         }
     }

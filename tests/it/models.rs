@@ -84,7 +84,7 @@ fn built(random: [f32; 10]) -> (Body, CameraSettings, KickSettings) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 12, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(models()) })]
 
     /// Robots of random measures play: they find the ball and kick it, and no invariant breaks.
     #[test]
@@ -165,4 +165,9 @@ fn a_model_of_ones_own_is_a_file_and_a_robot_changes_its_own() {
     assert_eq!(Scenario::from_json(&scenario.resolved_json().unwrap()).unwrap(), scenario);
     let model = RobotModel::find(&path.to_string_lossy()).unwrap_err().to_string();
     assert!(model.contains("cannot be read"), "{model}");
+}
+
+/// How many robots are tried: more where that is asked for.
+fn models() -> u32 {
+    std::env::var("PROPTEST_CASES").ok().and_then(|count| count.parse().ok()).unwrap_or(12)
 }

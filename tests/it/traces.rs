@@ -3,6 +3,7 @@
 use bevy::prelude::*;
 use bevy::reflect::enums::{Enum, VariantInfo};
 use bevy::reflect::{TypeInfo, Typed};
+use naoisis::communication::StatusReport;
 use naoisis::events::*;
 use naoisis::prelude::*;
 use naoisis::record::RecordPlugin;
@@ -12,6 +13,7 @@ use naoisis::record::read::{Ending, TraceError, TraceReader};
 use naoisis::record::recorder::{self, EndReason, Recorder};
 use naoisis::record::trace::TraceRecorder;
 use naoisis::record::trace_fields::TRACE_FIELDS;
+use naoisis::robot::Roster;
 use naoisis::scenario::LIBRARY;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -357,6 +359,9 @@ fn the_guide_describes_every_field_of_a_trace() {
           "posture": { "dive": "left" }, "say": { "intention": "dive" } }] } }] }"#;
     app.start_match(&Scenario::from_json(commanding).unwrap()).unwrap();
     let bytes = begin_trace(&mut app);
+    // What a robot reports to a GameController comes from outside.
+    let robot = app.world().resource::<Roster>().get(blue(1)).unwrap();
+    app.world_mut().entity_mut(robot).insert(StatusReport::default());
     app.run_cycles(5);
     look_at(&bytes.written());
     let forgotten: Vec<_> = written.difference(&documented).collect();

@@ -68,7 +68,7 @@ def parallel_env(*arguments: Any, **options: Any) -> MatchParallelEnv:
     Args:
         scenario: A task's name (:func:`tasks`), or a scenario as of :class:`Match`.
         control: A team, ``"blue"``, or robots, such as ``["blue1", "pink2"]`` [default: the task's].
-        opponents: The name of the other team, where the scenario lines up teams.
+        opponents: The name of the other team, where the scenario lines up teams; of a list of names one is drawn for each episode.
         observation, action, reward, cycles_per_step, set, realism, camera, image_size, render_mode: As of :class:`MatchEnv`.
     """
     from naoisis import parallel

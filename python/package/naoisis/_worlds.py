@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Mapping
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
 from gymnasium import spaces
@@ -12,7 +12,28 @@ from gymnasium import spaces
 from naoisis import _naoisis
 from naoisis._arguments import Scenario, control_of, count_of, match_of, seed_of, word_of
 
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
 AUTO_RESETS = ("next_step", "same_step", "disabled")
+
+Reward = Callable[[Mapping[str, Any], str], float]
+"""A reward of one's own: of what is true now, as :meth:`naoisis.Match.truth` has it, and the robot's name."""
+
+
+class WorldOptions(TypedDict, total=False):
+    """How worlds are, in all kinds of environments: :class:`naoisis.MatchEnv` says what each option means."""
+
+    control: str | Iterable[str] | None
+    opponents: str | Sequence[str] | None
+    observation: str
+    action: str
+    reward: Mapping[str, float] | Reward | None
+    cycles_per_step: int | None
+    set: Mapping[str, Any] | None
+    realism: str | None
+    camera: str
+    image_size: tuple[int, int]
 
 
 class Worlds:
@@ -22,55 +43,52 @@ class Worlds:
         self,
         scenario: Scenario,
         *,
-        control: str | Iterable[str] | None,
-        opponents: str | None,
-        observation: str,
-        action: str,
-        reward: Mapping[str, float] | None,
-        cycles_per_step: int | None,
-        set: Mapping[str, Any] | None,
-        realism: str | None,
-        camera: str = "top",
-        image_size: tuple[int, int] = (48, 64),
         worlds: int = 1,
         auto_reset: str = "disabled",
         threads: int | None = 1,
         solo: bool = False,
+        **options: Unpack[WorldOptions],
     ):
-        made = match_of(scenario, None, set, None, None, realism)
-        if opponents is not None:
-            word_of(opponents, "opponents")
-            first = next(iter([control] if isinstance(control, str) else control or ["blue"]), "blue")
-            made["pink" if str(first).startswith("blue") else "blue"] = opponents
+        unknown = [name for name in options if name not in WorldOptions.__annotations__]
+        if unknown:
+            raise TypeError(f"there is no option {unknown[0]!r}; expected one of {', '.join(WorldOptions.__annotations__)}")
+        control = options.get("control")
+        observation, action = options.get("observation", "perception"), options.get("action", "continuous")
         if not isinstance(observation, str) or not isinstance(action, str):
             raise TypeError("observation and action: expected texts")
-        height, width = image_size
-        self.observation, self.action = observation, action
+        made = match_of(scenario, set=options.get("set"), realism=options.get("realism"))
+        side, pool = _opponents(options.get("opponents"), control)
+        if pool:
+            made[side] = pool[0]
+        reward = options.get("reward")
+        self.own_reward = reward if callable(reward) else None
+        cycles = options.get("cycles_per_step")
+        height, width = options.get("image_size", (48, 64))
         self.inner = _naoisis.Environments(
             made,
             {
                 "control": None if control is None else control_of(control),
+                "others": [(side, team) for team in pool[1:]],
                 "solo": solo,
                 "observation": observation,
-                "camera": camera,
+                "camera": options.get("camera", "top"),
                 "image_size": [count_of(height, "image_size", most=4096), count_of(width, "image_size", most=4096)],
                 "action": action,
-                "cycles_per_step": None if cycles_per_step is None else count_of(cycles_per_step, "cycles_per_step"),
-                "reward": _weights(reward),
+                "cycles_per_step": None if cycles is None else count_of(cycles, "cycles_per_step"),
+                "reward": None if callable(reward) else _weights(reward),
                 "worlds": count_of(worlds, "num_envs", most=1_000_000),
-                "auto_reset": str(getattr(auto_reset, "name", auto_reset)).lower(),
+                "auto_reset": auto_reset,
                 "threads": os.cpu_count() or 1 if threads is None else count_of(threads, "threads", most=1024),
             },
         )
         self.agents = self.inner.control
         self.worlds = int(worlds)
         self.rows = self.worlds * len(self.agents)
-        entries = self.inner.entries()
-        self.observation_names = [name for name, *_ in entries]
-        self.observation_entries = entries
+        self.observation_entries = self.inner.entries()
+        self.observation_names = [name for name, *_ in self.observation_entries]
         self.action_names = self.inner.action_names()
         self.step_s = self.inner.cycles_per_step * self.inner.cycle_s
-        low, high = (np.array([entry[side] for entry in entries], np.float32) for side in (1, 2))
+        low, high = (np.array([entry[side] for entry in self.observation_entries], np.float32) for side in (1, 2))
         self.image_shape = (height, width, 3) if observation == "image" else None
         numbers = spaces.Box(low, high, dtype=np.float32)
         self.observation_space: spaces.Space[Any] = numbers
@@ -125,14 +143,71 @@ class Worlds:
             return {name: array[row] for name, array in observations.items()}
         return observations[row]
 
-    def reset(self, seed: int | None, arrays: dict[str, np.ndarray], mask: np.ndarray | None = None) -> None:
-        """Begins episodes."""
-        self.inner.reset(seed_of(seed), mask, arrays)
+    def reset(
+        self,
+        seed: int | None,
+        arrays: dict[str, np.ndarray],
+        options: Mapping[str, Any] | None = None,
+        mask: np.ndarray | None = None,
+    ) -> None:
+        """Begins episodes, from what :func:`changes_of` has made of the options of the reset."""
+        self.inner.reset(seed_of(seed), mask, changes_of(options or {}), arrays)
+
+    def step(self, actions: Any, arrays: dict[str, np.ndarray]) -> None:
+        """Plays a step, and rewards it in one's own way where there is one and no world has gone on to its next episode."""
+        self.inner.step(self.actions(actions), arrays)
+        if self.own_reward is not None:
+            truths = [self.inner.truth(world) for world in range(self.worlds)]
+            rewards = [self.own_reward(truth, robot) for truth in truths for robot in self.agents]
+            arrays["rewards"][...] = np.asarray(rewards, np.float32)
 
     def picture(self, size: tuple[int, int] = (540, 960), world: int = 0) -> np.ndarray:
         """The field of a world."""
         height, width = size
         return self.inner.picture(world, width, height)
+
+
+CHANGES = ("set", "situation", "snapshot")
+
+
+def changes_of(options: Mapping[str, Any]) -> dict[str, Any] | None:
+    """What the options of a reset change of the episodes that it begins; None where that is nothing."""
+    changes: dict[str, Any] = dict.fromkeys(CHANGES)
+    for name in ("set", "situation"):
+        value = options.get(name)
+        if value is not None and not isinstance(value, Mapping):
+            raise TypeError(f"options: {name}: expected a dictionary, not {value!r}")
+        changes[name] = None if value is None else dict(value)
+    snapshot = options.get("snapshot")
+    if snapshot is not None:
+        if not isinstance(snapshot, (bytes, bytearray)):
+            raise TypeError(f"options: snapshot: expected the bytes of a match's snapshot, not {type(snapshot).__name__}")
+        if changes["set"] is not None or changes["situation"] is not None:
+            raise ValueError("options: a snapshot is a moment as it was; expected no `set` and no `situation` beside it")
+        changes["snapshot"] = bytes(snapshot)
+    return changes if any(value is not None for value in changes.values()) else None
+
+
+def check_options(options: Mapping[str, Any] | None, *more: str) -> None:
+    """That a reset knows all of its options."""
+    if options is not None and not isinstance(options, Mapping):
+        raise TypeError(f"options: expected a dictionary, not {options!r}")
+    for name in options or ():
+        if name not in (*CHANGES, *more):
+            raise ValueError(f"options: there is no {name!r}; expected {', '.join((*CHANGES, *more))}")
+
+
+def _opponents(opponents: Any, control: Any) -> tuple[str, list[str]]:
+    """The side of the opponents, and the names of the teams of which one is drawn for each episode."""
+    first = next(iter([control] if isinstance(control, str) else control or ["blue"]), "blue")
+    side = "pink" if str(first).startswith("blue") else "blue"
+    if opponents is None or isinstance(opponents, str):
+        return side, [] if opponents is None else [opponents]
+    if not isinstance(opponents, Sequence) or not opponents:
+        raise TypeError(f"opponents: expected the name of a team, or a list of names, not {opponents!r}")
+    for team in opponents:
+        word_of(team, "opponents")
+    return side, list(opponents)
 
 
 def _weights(reward: Mapping[str, float] | None) -> dict[str, float] | None:
@@ -147,7 +222,3 @@ def _weights(reward: Mapping[str, float] | None) -> dict[str, float] | None:
 def agent_name(robot: str) -> str:
     """The name of a robot as an agent: ``blue_1``."""
     return f"{robot[:4]}_{robot[4:]}"
-
-
-Reward = Callable[[Mapping[str, Any], str], float]
-"""A reward of one's own: of what is true now, as :meth:`naoisis.Match.truth` has it, and the robot's name."""

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import gymnasium
 import numpy as np
@@ -11,9 +10,15 @@ from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
 from naoisis import _naoisis
-from naoisis._arguments import Scenario
-from naoisis._worlds import Reward, Worlds
+from naoisis._arguments import Scenario, count_of
+from naoisis._view import View, check_render_mode
+from naoisis._worlds import Worlds, check_options
 from naoisis.errors import MatchError
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from naoisis._worlds import WorldOptions
 
 __all__ = ["MatchEnv", "VectorEnv", "register", "vector_env"]
 
@@ -29,7 +34,7 @@ class MatchEnv(gymnasium.Env):
     Args:
         scenario: A task's name (:func:`naoisis.tasks`), or a scenario as of :class:`naoisis.Match`.
         control: The robot, such as ``"blue2"`` [default: the task's].
-        opponents: The name of the other team, where the scenario lines up teams.
+        opponents: The name of the other team, where the scenario lines up teams; of a list of names one is drawn for each episode.
         observation: ``"perception"`` (sensors, and what the robot is told), ``"belief"`` (the built-in estimator), ``"truth"``
             (what no robot can know), or ``"image"`` (a dictionary of a camera image and what the body knows).
         action: ``"continuous"``, ``"multi_discrete"`` or ``"discrete"``: see ``action_names``.
@@ -40,7 +45,11 @@ class MatchEnv(gymnasium.Env):
         realism: How much of a real robot there is.
         camera: The camera of images, ``"top"`` or ``"bottom"``.
         image_size: Height and width of images, pixels.
-        render_mode: ``"rgb_array"`` for pictures of the field.
+        render_mode: ``"rgb_array"`` for pictures of the field, ``"human"`` for a window, which needs a display and Tk.
+
+    A reset's ``options`` hold for the episodes from it to the next reset: ``set`` are fields of the scenario that are otherwise,
+    ``situation`` says where things stand, in the words of a task's file, and ``snapshot`` is a moment to begin from, of
+    :meth:`naoisis.Match.snapshot` or :meth:`snapshot`, each time with other chance to come.
 
     The end of a task, and the final whistle, terminate an episode; the end of its time truncates it. ``info["success"]`` says
     how a task ended. A penalised robot stays an agent, with ``body.penalised`` in its observation.
@@ -52,40 +61,17 @@ class MatchEnv(gymnasium.Env):
         reward_weights: How much each part of the reward counts.
     """
 
-    metadata = {"render_modes": ["rgb_array"], "render_fps": 10}
+    metadata = {"render_modes": ["rgb_array", "human"], "render_fps": 10}
 
     def __init__(
         self,
         scenario: Scenario = "ScoreEmptyGoal",
         *,
-        control: str | None = None,
-        opponents: str | None = None,
-        observation: str = "perception",
-        action: str = "continuous",
-        reward: Mapping[str, float] | Reward | None = None,
-        cycles_per_step: int | None = None,
-        set: Mapping[str, Any] | None = None,
-        realism: str | None = None,
-        camera: str = "top",
-        image_size: tuple[int, int] = (48, 64),
         render_mode: str | None = None,
+        **options: Unpack[WorldOptions],
     ):
-        _check_render_mode(render_mode, self.metadata)
-        self._own_reward = reward if callable(reward) else None
-        self._worlds = Worlds(
-            scenario,
-            control=control,
-            opponents=opponents,
-            observation=observation,
-            action=action,
-            reward=None if callable(reward) else reward,
-            cycles_per_step=cycles_per_step,
-            set=set,
-            realism=realism,
-            camera=camera,
-            image_size=image_size,
-            solo=True,
-        )
+        self._view = View(render_mode, ("rgb_array", "human"))
+        self._worlds = Worlds(scenario, solo=True, **options)
         self.render_mode = render_mode
         self.observation_space = self._worlds.observation_space
         self.action_space = self._worlds.action_space
@@ -98,27 +84,31 @@ class MatchEnv(gymnasium.Env):
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         super().reset(seed=seed)
+        check_options(options)
         if seed is None and not self._has_seed:
             seed = int(self.np_random.integers(2**32))
-        self._has_seed = True
         arrays = self._worlds.arrays()
-        self._worlds.reset(seed, arrays)
+        self._worlds.reset(seed, arrays, options)
+        self._has_seed = True
+        self._view.show(self._worlds)
         return self._worlds.row(self._worlds.observations(arrays), 0), {}
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         arrays = self._worlds.arrays()
-        self._worlds.inner.step(self._worlds.actions(action), arrays)
+        self._worlds.step(action, arrays)
+        self._view.show(self._worlds)
         observation = self._worlds.row(self._worlds.observations(arrays), 0)
         terminated, truncated = bool(arrays["terminations"][0]), bool(arrays["truncations"][0])
         info = {"success": bool(arrays["successes"][0])} if terminated or truncated else {}
-        reward = float(arrays["rewards"][0])
-        if self._own_reward is not None:
-            reward = float(self._own_reward(self.truth(), self._worlds.agents[0]))
-        return observation, reward, terminated, truncated, info
+        return observation, float(arrays["rewards"][0]), terminated, truncated, info
 
     def truth(self) -> dict[str, Any]:
         """What is true now: as :meth:`naoisis.Match.truth`."""
         return self._worlds.inner.truth(0)
+
+    def snapshot(self) -> bytes:
+        """The match as it is now, to begin episodes from: ``reset(options={"snapshot": ...})``."""
+        return self._worlds.inner.snapshot(0)
 
     def state(self) -> np.ndarray:
         """What is true, as an array, for critics that may know it; its names are ``state_names``."""
@@ -131,6 +121,9 @@ class MatchEnv(gymnasium.Env):
 
     def render(self) -> np.ndarray | None:
         return self._worlds.picture() if self.render_mode == "rgb_array" else None
+
+    def close(self) -> None:
+        self._view.close()
 
 
 class VectorEnv(gymnasium.vector.VectorEnv):
@@ -145,6 +138,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):
             ``"same_step"`` (the next one begins at once, and ``info["final_obs"]`` has the last observation), or ``"disabled"``
             (``reset(options={"reset_mask": ...})`` begins it, with a mask of the worlds).
         threads: Threads that step worlds [default: one a core].
+        reward: Weights, or a function, which costs a dictionary of the truth for each world and step.
 
     The rest is as of :class:`MatchEnv`.
 
@@ -160,38 +154,20 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         scenario: Scenario = "ScoreEmptyGoal",
         num_envs: int = 1,
         *,
-        control: str | Iterable[str] | None = None,
-        opponents: str | None = None,
-        observation: str = "perception",
-        action: str = "continuous",
-        reward: Mapping[str, float] | None = None,
-        cycles_per_step: int | None = None,
-        set: Mapping[str, Any] | None = None,
-        realism: str | None = None,
-        camera: str = "top",
-        image_size: tuple[int, int] = (48, 64),
         autoreset_mode: str | AutoresetMode = "next_step",
         threads: int | None = None,
         render_mode: str | None = None,
+        **options: Unpack[WorldOptions],
     ):
-        _check_render_mode(render_mode, self.metadata)
+        check_render_mode(render_mode, ("rgb_array",))
         mode = str(getattr(autoreset_mode, "name", autoreset_mode)).lower()
+        if mode == "same_step" and callable(options.get("reward")):
+            raise ValueError(
+                "reward: a function cannot look at the end of an episode when the next one begins in the same step; "
+                "expected weights, or another autoreset_mode"
+            )
         self._worlds = worlds = Worlds(
-            scenario,
-            control=control,
-            opponents=opponents,
-            observation=observation,
-            action=action,
-            reward=reward,
-            cycles_per_step=cycles_per_step,
-            set=set,
-            realism=realism,
-            camera=camera,
-            image_size=image_size,
-            worlds=num_envs,
-            auto_reset=mode,
-            threads=threads,
-            solo=control is None,
+            scenario, worlds=num_envs, auto_reset=mode, threads=threads, solo=options.get("control") is None, **options
         )
         self.autoreset_mode = AutoresetMode[mode.upper()]
         self.metadata = {**self.metadata, "render_fps": round(1 / worlds.step_s), "autoreset_mode": self.autoreset_mode}
@@ -202,6 +178,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         self.action_space = batch_space(worlds.action_space, worlds.rows)
         self.observation_names, self.action_names = worlds.observation_names, worlds.action_names
         self._last: dict[str, np.ndarray] = {}
+        self._waits = np.zeros(self.num_envs, np.bool_)
 
     def reset(
         self,
@@ -209,7 +186,10 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         seed: int | list[int] | None = None,
         options: dict[str, Any] | None = None,
     ) -> tuple[Any, dict[str, Any]]:
-        """Begins episodes, in all worlds or in those of ``options["reset_mask"]``; with one seed for all, the first's."""
+        """Begins episodes, in all worlds or in those of ``options["reset_mask"]``; with one seed for all, the first's.
+
+        The other options, which are those of :class:`MatchEnv`, hold in these worlds until their next reset by a call of this.
+        """
         if self.closed:
             raise MatchError("the environment is closed; expected no reset after that")
         if isinstance(seed, (list, tuple)):
@@ -217,6 +197,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):
                 raise ValueError("seed: a list of seeds that do not follow each other; expected the first one only")
             seed = seed[0]
         super().reset(seed=seed)
+        check_options(options, "reset_mask")
         arrays = self._worlds.arrays()
         mask = (options or {}).get("reset_mask")
         if mask is not None:
@@ -226,7 +207,8 @@ class VectorEnv(gymnasium.vector.VectorEnv):
                 arrays[name][...] = self._last.get(name, arrays[name])
         elif seed is None and not self._last:
             seed = int(self.np_random.integers(2**32))
-        self._worlds.reset(seed, arrays, mask)
+        self._worlds.reset(seed, arrays, options, mask)
+        self._waits = np.zeros(self.num_envs, np.bool_)
         self._last = arrays
         return self._worlds.observations(self._copies(arrays)), {}
 
@@ -269,8 +251,11 @@ class VectorEnv(gymnasium.vector.VectorEnv):
     def _step_into(self, actions: Any, arrays: dict[str, np.ndarray]) -> dict[str, Any]:
         if self.closed:
             raise MatchError("the environment is closed; expected no step after that")
-        self._worlds.inner.step(self._worlds.actions(actions), arrays)
-        over = arrays["terminations"] | arrays["truncations"]
+        self._worlds.step(actions, arrays)
+        if self.autoreset_mode == AutoresetMode.NEXT_STEP:
+            # These have just begun, whatever one's own reward says of them.
+            arrays["rewards"][self._waits] = 0.0
+        over = self._waits = arrays["terminations"] | arrays["truncations"]
         if not over.any():
             return {}
         ended = {"success": arrays["successes"], "_success": over}
@@ -295,6 +280,10 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         if self.autoreset_mode != AutoresetMode.DISABLED:
             return arrays
         return {name: arrays[name].copy() for name in ("observations", "images")}
+
+    def snapshot(self, world: int = 0) -> bytes:
+        """A world as it is now, to begin episodes from: ``reset(options={"snapshot": ...})``."""
+        return self._worlds.inner.snapshot(count_of(world, "world", least=0))
 
     def state(self) -> np.ndarray:
         """What is true in each world: ``float32`` (num_worlds, numbers); their names are ``state_names``."""
@@ -326,9 +315,3 @@ def register() -> None:
             vector_entry_point="naoisis.environments:VectorEnv",
             kwargs={"scenario": name},
         )
-
-
-def _check_render_mode(render_mode: str | None, metadata: Mapping[str, Any]) -> None:
-    modes = metadata["render_modes"]
-    if render_mode is not None and render_mode not in modes:
-        raise ValueError(f"render_mode: there is no {render_mode!r}; expected one of {', '.join(modes)}, or None")

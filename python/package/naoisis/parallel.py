@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from typing import Any
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pettingzoo import ParallelEnv
 
 from naoisis._arguments import Scenario
-from naoisis._worlds import Reward, Worlds, agent_name
+from naoisis._view import View
+from naoisis._worlds import Worlds, agent_name
 from naoisis.errors import MatchError
 
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from naoisis._worlds import WorldOptions
+
 __all__ = ["MatchParallelEnv"]
+
+RENDER_MODES = ("rgb_array", "human")
 
 
 class MatchParallelEnv(ParallelEnv):
@@ -26,13 +34,11 @@ class MatchParallelEnv(ParallelEnv):
         action_names: The names of the numbers of an action, or of what can be chosen, list by list.
     """
 
-    def __init__(self, worlds: Worlds, own_reward: Reward | None, render_mode: str | None):
-        if render_mode not in (None, "rgb_array"):
-            raise ValueError(f"render_mode: there is no {render_mode!r}; expected 'rgb_array' or None")
-        self._worlds, self._own_reward, self.render_mode = worlds, own_reward, render_mode
+    def __init__(self, worlds: Worlds, view: View):
+        self._worlds, self._view, self.render_mode = worlds, view, view.mode
         self.metadata = {
             "name": "naoisis",
-            "render_modes": ["rgb_array"],
+            "render_modes": list(RENDER_MODES),
             "render_fps": round(1 / worlds.step_s),
             "is_parallelizable": True,
         }
@@ -55,11 +61,13 @@ class MatchParallelEnv(ParallelEnv):
         seed: int | None = None,
         options: dict[str, Any] | None = None,
     ) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
+        """Begins an episode. Of the options, those of :class:`naoisis.MatchEnv` count; others, of wrappers say, are not ours."""
         if seed is None and not self._has_seed:
             seed = int(np.random.default_rng().integers(2**32))
-        self._has_seed = True
         arrays = self._worlds.arrays()
-        self._worlds.reset(seed, arrays)
+        self._worlds.reset(seed, arrays, options)
+        self._has_seed = True
+        self._view.show(self._worlds)
         self.agents = list(self.possible_agents)
         return self._each(self._worlds.observations(arrays)), {agent: {} for agent in self.agents}
 
@@ -74,14 +82,10 @@ class MatchParallelEnv(ParallelEnv):
             raise ValueError(f"actions: there is none for {', '.join(missing)}; expected one for each agent")
         arrays = self._worlds.arrays()
         rows = np.array([np.asarray(actions[agent], dtype=np.float32).ravel() for agent in self.agents])
-        self._worlds.inner.step(self._worlds.actions(rows), arrays)
+        self._worlds.step(rows, arrays)
+        self._view.show(self._worlds)
         observations, agents = self._each(self._worlds.observations(arrays)), self.agents
         rewards = dict(zip(agents, map(float, arrays["rewards"])))
-        if self._own_reward is not None:
-            truth = self.truth()
-            rewards = {
-                agent: float(self._own_reward(truth, robot)) for agent, robot in zip(agents, self._worlds.agents)
-            }
         terminations = dict(zip(agents, map(bool, arrays["terminations"])))
         truncations = dict(zip(agents, map(bool, arrays["truncations"])))
         is_over = terminations[agents[0]] or truncations[agents[0]]
@@ -106,40 +110,27 @@ class MatchParallelEnv(ParallelEnv):
         """What is true now: as :meth:`naoisis.Match.truth`."""
         return self._worlds.inner.truth(0)
 
+    def snapshot(self) -> bytes:
+        """The match as it is now, to begin episodes from: ``reset(options={"snapshot": ...})``."""
+        return self._worlds.inner.snapshot(0)
+
     def render(self) -> np.ndarray | None:
         return self._worlds.picture() if self.render_mode == "rgb_array" else None
 
     def close(self) -> None:
-        """Does nothing: there is nothing to close."""
+        self._view.close()
 
 
 def parallel_env(
     scenario: Scenario = "match3v3",
     control: str | Iterable[str] | None = None,
-    opponents: str | None = None,
+    opponents: str | Sequence[str] | None = None,
     observation: str = "perception",
     *,
-    action: str = "continuous",
-    reward: Mapping[str, float] | Reward | None = None,
-    cycles_per_step: int | None = None,
-    set: Mapping[str, Any] | None = None,
-    realism: str | None = None,
-    camera: str = "top",
-    image_size: tuple[int, int] = (48, 64),
     render_mode: str | None = None,
+    **options: Unpack[WorldOptions],
 ) -> MatchParallelEnv:
     """The environment: :func:`naoisis.parallel_env` says of what."""
-    worlds = Worlds(
-        scenario,
-        control=control,
-        opponents=opponents,
-        observation=observation,
-        action=action,
-        reward=None if callable(reward) else reward,
-        cycles_per_step=cycles_per_step,
-        set=set,
-        realism=realism,
-        camera=camera,
-        image_size=image_size,
-    )
-    return MatchParallelEnv(worlds, reward if callable(reward) else None, render_mode)
+    view = View(render_mode, RENDER_MODES)
+    worlds = Worlds(scenario, control=control, opponents=opponents, observation=observation, **options)
+    return MatchParallelEnv(worlds, view)

@@ -38,6 +38,8 @@ use super::spawn::MatchEntity;
 use crate::behaviour::BehaviourRegistry;
 use crate::geometry::Pose;
 use crate::knowledge::Knowledge;
+use crate::random::RandomStreams;
+use crate::referee;
 use crate::robot::Roster;
 use crate::scenario::{Scenario, ScenarioFault};
 use crate::team::RobotId;
@@ -181,6 +183,21 @@ impl Snapshot {
                 }
             }
         }
+        Ok(())
+    }
+
+    /// As [`restore`](Self::restore), but with other chance to come: that of `seed`. What chance has decided already, such as how
+    /// a robot's cameras hang, stays as it was.
+    ///
+    /// # Errors
+    /// As those of [`restore`](Self::restore).
+    pub fn restore_with_chance(&self, world: &mut World, seed: u64) -> Result<(), SnapshotError> {
+        self.restore(world)?;
+        let mut robots = world.query::<(&RobotId, &mut RandomStreams)>();
+        for (id, mut streams) in robots.iter_mut(world) {
+            *streams = RandomStreams::new(seed, *id);
+        }
+        referee::toss_anew(world, seed);
         Ok(())
     }
 }

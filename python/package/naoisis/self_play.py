@@ -1,0 +1,136 @@
+"""Self-play: one team learns, and earlier policies play the other.
+
+>>> from naoisis.self_play import SelfPlay
+>>> envs = SelfPlay("TwoOnTwo", num_envs=64, observation="belief", action="discrete")
+>>> observations, _ = envs.reset(seed=1)
+>>> observations, rewards, *_ = envs.step(envs.action_space.sample())
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import gymnasium
+import numpy as np
+from gymnasium.vector import AutoresetMode
+from gymnasium.vector.utils import batch_space
+
+from naoisis._arguments import Scenario
+from naoisis.environments import VectorEnv
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from naoisis._worlds import WorldOptions
+
+__all__ = ["Policy", "SelfPlay"]
+
+Policy = Callable[[Any], Any]
+"""What decides for robots: from their observations, row by row, to their actions."""
+
+
+class SelfPlay(gymnasium.vector.VectorEnv):
+    """Many worlds in step, in which one team learns, and policies out of a pool play the other: one in each episode.
+
+    Every observation is in its team's own frame, so that a policy of one team plays in the other's place as it is. The pool begins with
+    robots that stand; :meth:`add` adds to it. Episodes begin as in the mode ``same_step`` of :class:`naoisis.VectorEnv`.
+
+    Args:
+        team: The team that learns.
+        seed: The seed of the draw of policies.
+        options: As of :class:`naoisis.VectorEnv`, but for ``control`` and ``opponents``, which are this class's matter.
+
+    Attributes:
+        pool: The policies, of which each world draws one when an episode begins; the first is that of standing.
+        drawn: The number in the pool of each world's policy.
+    """
+
+    metadata = {"render_modes": ["rgb_array"], "autoreset_mode": AutoresetMode.SAME_STEP}
+
+    def __init__(
+        self,
+        scenario: Scenario = "TwoOnTwo",
+        num_envs: int = 1,
+        *,
+        team: str = "blue",
+        seed: int | None = None,
+        threads: int | None = None,
+        render_mode: str | None = None,
+        **options: Unpack[WorldOptions],
+    ):
+        if team not in ("blue", "pink"):
+            raise ValueError(f"team: there is no {team!r}; expected 'blue' or 'pink'")
+        if "control" in options or "opponents" in options:
+            raise TypeError("control and opponents: both teams are played here; expected neither")
+        self.envs = VectorEnv(
+            scenario,
+            num_envs,
+            control=["blue", "pink"],
+            autoreset_mode="same_step",
+            threads=threads,
+            render_mode=render_mode,
+            **options,
+        )
+        learns = np.array([robot.startswith(team) for robot in self.envs.agents])
+        self._learns = np.tile(learns, self.envs.num_worlds)
+        self._world = np.repeat(np.arange(self.envs.num_worlds), len(learns))
+        self.num_worlds, self.num_envs = self.envs.num_worlds, int(self._learns.sum())
+        self.agents = [robot for robot in self.envs.agents if robot.startswith(team)]
+        self.render_mode = render_mode
+        self.single_observation_space = self.envs.single_observation_space
+        self.single_action_space = self.envs.single_action_space
+        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
+        self.action_space = batch_space(self.single_action_space, self.num_envs)
+        self.observation_names, self.action_names = self.envs.observation_names, self.envs.action_names
+        self.pool: list[Policy] = [self._stand]
+        self._random = np.random.default_rng(seed)
+        self.drawn = np.zeros(self.num_worlds, int)
+        self._seen: Any = None
+
+    def add(self, policy: Policy) -> None:
+        """Adds a policy to the pool. It is called with the observations of some robots, and returns their actions."""
+        if not callable(policy):
+            raise TypeError(f"policy: expected a function of observations, not {policy!r}")
+        self.pool.append(policy)
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+        if seed is not None:
+            self._random = np.random.default_rng(seed)
+        self._seen, info = self.envs.reset(seed=seed, options=options)
+        self._draw(np.ones(self.num_worlds, bool))
+        return self._rows(self._seen, self._learns), info
+
+    def step(self, actions: Any) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+        everybody = np.zeros(self.envs.action_space.shape, self.envs.action_space.dtype)
+        everybody[self._learns] = np.asarray(actions).reshape(everybody[self._learns].shape)
+        for number in np.unique(self.drawn):
+            rows = ~self._learns & (self.drawn[self._world] == number)
+            if rows.any():
+                answer = np.asarray(self.pool[number](self._rows(self._seen, rows)))
+                everybody[rows] = answer.reshape(everybody[rows].shape)
+        self._seen, rewards, terminations, truncations, info = self.envs.step(everybody)
+        over = (terminations | truncations).reshape(self.num_worlds, -1)[:, 0]
+        self._draw(over)
+        mine = self._learns
+        return self._rows(self._seen, mine), rewards[mine], terminations[mine], truncations[mine], self._info(info)
+
+    def _draw(self, worlds: np.ndarray) -> None:
+        self.drawn[worlds] = self._random.integers(len(self.pool), size=int(worlds.sum()))
+
+    def _stand(self, observations: Any) -> np.ndarray:
+        rows = len(observations["body"] if isinstance(observations, dict) else observations)
+        actions = np.zeros((rows, *self.single_action_space.shape), self.single_action_space.dtype)
+        return actions
+
+    def _rows(self, observations: Any, rows: np.ndarray) -> Any:
+        if isinstance(observations, dict):
+            return {name: array[rows] for name, array in observations.items()}
+        return observations[rows]
+
+    def _info(self, info: dict[str, Any]) -> dict[str, Any]:
+        mine = self._learns
+        return {name: self._info(value) if isinstance(value, dict) else value[mine] for name, value in info.items()}
+
+    def close_extras(self, **options: Any) -> None:
+        self.envs.close()

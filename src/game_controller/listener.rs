@@ -1,0 +1,165 @@
+//! The other way round: a real GameController's packets decide about the match. Whoever operates it whistles, penalises and
+//! restarts, and the match obeys.
+//!
+//! The listener asks the GameController for the truth, as a monitor does, and goes by what it tells robots only as long as no
+//! truth comes: that may be late, and without whose a free kick is.
+
+use bevy::prelude::*;
+use std::net::{IpAddr, SocketAddr, UdpSocket};
+
+use super::network::{CONTROL_PORT, NetworkError, REQUEST, REQUEST_PORT, bind};
+use super::packet::ControlPacket;
+use crate::cycle::CycleClock;
+use crate::game::{GameState, OutsideReferee, Score};
+use crate::pitch::End;
+use crate::robot::Roster;
+use crate::team::{PerTeam, RobotId, Team};
+
+/// The truth is asked for again when it has not come for so long, s.
+const TRUTH_IS_OLD_S: f64 = 2.0;
+/// So many packets are taken in a cycle: who sends more waits.
+const MOST_PACKETS: usize = 64;
+
+/// Hears a GameController.
+#[derive(Resource, Debug)]
+pub struct Listener {
+    socket: UdpSocket,
+    port_offset: u16,
+    /// The teams' numbers; none until they are heard.
+    team_numbers: Option<PerTeam<u8>>,
+    /// When the truth was heard last, s since the start.
+    truth_at_s: Option<f64>,
+}
+
+impl Listener {
+    /// Listens at an address of this machine. Without numbers the team that is on the left in the first packet is blue.
+    ///
+    /// # Errors
+    /// When that cannot be done, such as where somebody else does.
+    pub fn open(address: IpAddr, port_offset: u16, team_numbers: Option<PerTeam<u8>>) -> Result<Self, NetworkError> {
+        let socket = bind(SocketAddr::new(address, CONTROL_PORT.saturating_add(port_offset)))?;
+        Ok(Self { socket, port_offset, team_numbers, truth_at_s: None })
+    }
+
+    /// What was said last since the last time, if anything was.
+    fn heard(&mut self, time_s: f64, robots: &[RobotId]) -> Option<OutsideReferee> {
+        let mut said = None;
+        let mut bytes = [0; 256];
+        for _ in 0..MOST_PACKETS {
+            let Ok((length, from)) = self.socket.recv_from(&mut bytes) else { break };
+            let Ok(packet) = ControlPacket::from_bytes(&bytes[..length]) else { continue };
+            let numbers = *self.team_numbers.get_or_insert(numbers_in(&packet));
+            let is_fresh = self.truth_at_s.is_some_and(|truth_at_s| time_s - truth_at_s < TRUTH_IS_OLD_S);
+            if packet.for_monitors {
+                self.truth_at_s = Some(time_s);
+            } else if is_fresh {
+                continue;
+            } else {
+                let requests = SocketAddr::new(from.ip(), REQUEST_PORT.saturating_add(self.port_offset));
+                // Nobody need be there.
+                let _ = self.socket.send_to(&REQUEST, requests);
+            }
+            said = directions(&packet, numbers, robots).or(said);
+        }
+        said
+    }
+}
+
+/// Lets the GameController that is heard decide about the match in `world`, from now on. Until it says something, robots stand.
+pub fn listen_to(world: &mut World, listener: Listener) {
+    world.insert_resource(listener);
+    world.insert_resource(OutsideReferee { half: 1, ..default() });
+}
+
+pub(super) fn listen(
+    clock: Res<CycleClock>,
+    roster: Res<Roster>,
+    mut listener: ResMut<Listener>,
+    mut outside: ResMut<OutsideReferee>,
+) {
+    let robots: Vec<RobotId> = roster.iter().map(|(id, _)| id).collect();
+    if let Some(said) = listener.heard(clock.start_time_s(), &robots) {
+        outside.set_if_neq(said);
+    }
+}
+
+fn numbers_in(packet: &ControlPacket) -> PerTeam<u8> {
+    let [left, right] = &packet.teams;
+    PerTeam { blue: left.number, pink: right.number }
+}
+
+/// What a packet says of the match of these robots; nothing if it is of other teams.
+fn directions(packet: &ControlPacket, numbers: PerTeam<u8>, robots: &[RobotId]) -> Option<OutsideReferee> {
+    let place = |team: Team| packet.teams.iter().position(|there| there.number == numbers[team]);
+    let places = PerTeam { blue: place(Team::Blue)?, pink: place(Team::Pink)? };
+    let penalty = |robot: &RobotId| {
+        let player = packet.teams[places[robot.team]].players.get(usize::from(robot.number).checked_sub(1)?)?;
+        let reason = packet.version.penalty_reason(player.penalty)?;
+        Some((*robot, reason, f32::from(player.seconds_left)))
+    };
+    let score = |team: Team| u32::from(packet.teams[places[team]].score);
+    Some(OutsideReferee {
+        state: state(packet),
+        half: if packet.is_first_half { 1 } else { 2 },
+        blue_end: if places.blue == 0 { End::NegativeX } else { End::PositiveX },
+        score: Score { blue: score(Team::Blue), pink: score(Team::Pink) },
+        kicking_team: Team::BOTH.into_iter().find(|team| packet.kicking_team == Some(numbers[*team])),
+        set_play: packet.set_play,
+        time_left_s: f32::from(packet.seconds_left),
+        secondary_time_left_s: f32::from(packet.secondary_seconds_left),
+        penalties: robots.iter().filter_map(penalty).collect(),
+    })
+}
+
+/// A GameController calls the end of each half finished; a match is that only after the last.
+fn state(packet: &ControlPacket) -> GameState {
+    match packet.state {
+        GameState::Finished if packet.is_first_half => GameState::Initial,
+        state => state,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::packet::{MOST_PLAYERS, PlayerPacket, ProtocolVersion, TeamPacket};
+    use super::*;
+    use crate::game::PenaltyReason;
+
+    fn packet() -> ControlPacket {
+        let team = |number, score| TeamPacket { number, score, ..TeamPacket::default() };
+        let mut teams = [team(12, 2), team(5, 1)];
+        teams[1].players = [PlayerPacket::default(); MOST_PLAYERS];
+        teams[1].players[1] = PlayerPacket { penalty: 9, seconds_left: 12, ..PlayerPacket::default() };
+        ControlPacket {
+            version: ProtocolVersion::V19,
+            for_monitors: true,
+            packet_number: 0,
+            players_per_team: 3,
+            is_knockout: false,
+            is_stopped: false,
+            is_shoot_out: false,
+            state: GameState::Finished,
+            set_play: None,
+            is_first_half: true,
+            kicking_team: Some(5),
+            seconds_left: -2,
+            secondary_seconds_left: 0,
+            teams,
+        }
+    }
+
+    #[test]
+    fn a_packet_is_read_from_the_side_of_the_match() {
+        let robots = [RobotId::new(Team::Blue, 2), RobotId::new(Team::Pink, 2)];
+        let numbers = PerTeam { blue: 5, pink: 12 };
+        let said = directions(&packet(), numbers, &robots).unwrap();
+        // Blue is named last: it defends the other goal.
+        assert_eq!((said.blue_end, said.score), (End::PositiveX, Score { blue: 1, pink: 2 }));
+        assert_eq!(said.penalties, [(robots[0], PenaltyReason::Pushing, 12.0)]);
+        assert_eq!((said.kicking_team, said.state), (Some(Team::Blue), GameState::Initial));
+        let second_half = ControlPacket { is_first_half: false, ..packet() };
+        assert_eq!(directions(&second_half, numbers, &robots).unwrap().state, GameState::Finished);
+        assert_eq!(directions(&packet(), PerTeam { blue: 5, pink: 6 }, &robots), None);
+        assert_eq!(numbers_in(&packet()), PerTeam { blue: 12, pink: 5 });
+    }
+}

@@ -1,0 +1,238 @@
+//! The league's GameController: what goes over the wire, and a team that only knows it.
+
+use bevy::prelude::*;
+use naoisis::communication::StatusReport;
+use naoisis::game::{GameState, Penalty, PenaltyReason};
+use naoisis::game_controller::packet::TeamPacket;
+use naoisis::game_controller::{
+    self, ControlPacket, GameController, GameControllerPlugin, GameControllerSettings, Listener, NetworkSettings,
+    ProtocolVersion, ReturnPacket,
+};
+use naoisis::prelude::*;
+use naoisis::team::PerTeam;
+use std::net::{Ipv4Addr, UdpSocket};
+use std::path::Path;
+use std::sync::atomic::{AtomicU16, Ordering};
+use std::time::Duration;
+
+use crate::support::{blue, headless_app, naoisis, pink, text};
+
+/// A port offset at which nobody is, and a socket where control packets come.
+fn free_ports() -> (u16, UdpSocket) {
+    /// Tests that run at the same time do not take what another has looked at.
+    static TESTS: AtomicU16 = AtomicU16::new(0);
+    let first = 2000 + (std::process::id() % 20_000) as u16 + 1000 * TESTS.fetch_add(1, Ordering::Relaxed);
+    (first..first + 1000)
+        .step_by(7)
+        .find_map(|offset| {
+            let here = |port: u16| UdpSocket::bind((Ipv4Addr::LOCALHOST, port + offset)).ok();
+            let [control, ..] = [here(3838)?, here(3939)?, here(3636)?, here(3940)?];
+            control.set_read_timeout(Some(Duration::from_secs(20))).ok()?;
+            Some((offset, control))
+        })
+        .expect("free ports")
+}
+
+fn settings(version: ProtocolVersion, port_offset: u16) -> GameControllerSettings {
+    let network = NetworkSettings { port_offset, ..default() };
+    GameControllerSettings { version, network, team_numbers: PerTeam { blue: 5, pink: 12 } }
+}
+
+/// A match of which a GameController tells.
+fn told_match(scenario: &str, settings: GameControllerSettings) -> App {
+    let mut app = headless_app();
+    app.add_plugins(GameControllerPlugin);
+    app.start_match(&Scenario::from_json(scenario).unwrap()).unwrap();
+    game_controller::start(app.world_mut(), GameController::open(settings).unwrap());
+    app
+}
+
+/// The packets that have come.
+fn packets(socket: &UdpSocket) -> Vec<ControlPacket> {
+    socket.set_nonblocking(true).unwrap();
+    let mut bytes = [0; 1024];
+    core::iter::from_fn(|| {
+        socket.recv(&mut bytes).ok().map(|length| ControlPacket::from_bytes(&bytes[..length]).unwrap())
+    })
+    .collect()
+}
+
+#[test]
+fn robots_are_told_twice_a_second_and_at_each_change() {
+    let (offset, control) = free_ports();
+    let scenario = r#"{ "rules": "naoisis", "teams": { "blue": "chasers", "pink": "chasers" },
+        "interventions": [ { "at_s": 2.1, "do": { "penalise": { "robot": "blue2", "reason": "pushing" } } } ] }"#;
+    let mut app = told_match(scenario, settings(ProtocolVersion::V19, offset));
+    app.run_cycles(60);
+    let told = packets(&control);
+    // The beginning, that play begins, and every half second.
+    assert_eq!(told.iter().filter(|packet| packet.state == GameState::Initial).count(), 1);
+    assert_eq!(told.iter().filter(|packet| packet.state == GameState::Playing).count(), 1 + 4);
+    assert!(told.iter().enumerate().all(|(number, packet)| usize::from(packet.packet_number) == number));
+    assert_eq!(told.last().map(|packet| packet.seconds_left), Some(598));
+    app.run_cycles(4);
+    let told = packets(&control);
+    let codes: Vec<u8> = told.iter().map(|packet| packet.teams[0].players[1].penalty).collect();
+    assert_eq!(codes, [ProtocolVersion::V19.penalty_code(PenaltyReason::Pushing)]);
+}
+
+#[test]
+fn what_robots_report_is_on_them_and_monitors_are_told_the_truth() {
+    let (offset, control) = free_ports();
+    let scenario = r#"{ "rules": { "preset": "spl2025", "ready_s": 1.0, "set_s": 1.0 },
+        "robots": [ { "team": "blue", "number": 1, "behaviour": "idle" }, { "team": "pink", "number": 1, "pose": [1, 0, 180] } ] }"#;
+    let mut app = told_match(scenario, settings(ProtocolVersion::V18, offset));
+    let robot = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
+    let forwarded = UdpSocket::bind((Ipv4Addr::LOCALHOST, 3940 + offset)).unwrap();
+    forwarded.set_nonblocking(true).unwrap();
+    robot.send_to(b"RGTr\0", (Ipv4Addr::LOCALHOST, 3636 + offset)).unwrap();
+    app.run_cycles(1);
+    let report = StatusReport { fallen: true, pose: Pose::new(-1.0, 0.5, 0.25), ..default() };
+    let packet = ReturnPacket { player: 1, team: 5, report }.to_bytes();
+    for bytes in [&packet[..], &packet[1..], b"nonsense"] {
+        robot.send_to(bytes, (Ipv4Addr::LOCALHOST, 3939 + offset)).unwrap();
+    }
+    app.run_cycles(1);
+    let reported = app.robot::<StatusReport>(blue(1)).unwrap();
+    assert_eq!((reported.pose, reported.fallen, reported.ball_m), (report.pose, true, None));
+    assert!(reported.time_s > 0.0);
+    let mut bytes = [0; 64];
+    let length = forwarded.recv(&mut bytes).unwrap();
+    assert_eq!(bytes[..length], [&[127, 0, 0, 1][..], &packet].concat());
+    // Play begins after ready and set; robots are told 15 s later.
+    app.run_cycles(5 * 30);
+    let (truth, told): (Vec<_>, Vec<_>) = packets(&control).into_iter().partition(|packet| packet.for_monitors);
+    let has_played = |packets: &[ControlPacket]| packets.iter().any(|packet| packet.state == GameState::Playing);
+    assert!(has_played(&truth) && !has_played(&told) && !told.is_empty());
+}
+
+#[test]
+fn a_team_that_is_told_of_the_game_over_udp_plays_as_one_that_is_told_by_the_match() {
+    let folder = tempfile::tempdir().unwrap();
+    let client = |name: &str| Path::new(env!("CARGO_MANIFEST_DIR")).join("clients/python").join(name);
+    let (offset, control) = free_ports();
+    drop(control);
+    let offset = offset.to_string();
+    let play = |arguments: &[&str], program: String, trace: &str| {
+        let common = ["run", "match3v3", "--duration", "8", "--agent-timeout", "60", "--trace", trace, "--blue"];
+        let output = naoisis(folder.path(), &[&common[..], &[&program], arguments].concat());
+        assert!(output.status.success() && output.stderr.is_empty(), "{}", text(&output.stderr));
+        let trace = std::fs::read_to_string(folder.path().join(trace)).unwrap();
+        let lines: Vec<serde_json::Value> = trace.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+        lines[1..lines.len() - 1].to_vec()
+    };
+    let told = play(
+        &[
+            "--game-controller",
+            "v18",
+            "--team-numbers",
+            "5,12",
+            "--game-controller-port-offset",
+            &offset,
+            "--game-controller-address",
+            "127.255.255.255",
+        ],
+        format!("exec:python3 {} 5 {offset}", client("controlled_dribblers.py").display()),
+        "told.jsonl",
+    );
+    let by_match = play(&[], format!("exec:python3 {}", client("dribblers.py").display()), "match.jsonl");
+    let mut reports = 0;
+    for (mut line, expected) in told.into_iter().zip(&by_match) {
+        for robot in line["robots"].as_array_mut().unwrap() {
+            reports += usize::from(robot.as_object_mut().unwrap().remove("reported").is_some());
+        }
+        assert_eq!(&line, expected);
+    }
+    assert_eq!(reports, 3 * (by_match.len() - 1));
+}
+
+#[test]
+fn a_port_in_use_is_a_mistake_of_the_command_line_and_so_are_numbers_that_are_none() {
+    let folder = tempfile::tempdir().unwrap();
+    let (offset, _control) = free_ports();
+    let _other = UdpSocket::bind((Ipv4Addr::LOCALHOST, 3939 + offset)).unwrap();
+    let offset = offset.to_string();
+    for (arguments, said) in [
+        (&["--game-controller", "v18", "--game-controller-port-offset", &offset][..], "in use"),
+        (&["--game-controller", "v17"], "v18"),
+        (&["--game-controller", "v18", "--team-numbers", "5"], "two different numbers"),
+        (&["--game-controller", "v18", "--team-numbers", "5,5"], "two different numbers"),
+        (&["--game-controller", "v18", "--game-controller-address", "here"], "invalid"),
+        (&["--team-numbers", "5,12"], "--game-controller"),
+        (&["--pace", "0"], "times real time"),
+    ] {
+        let output = naoisis(folder.path(), &[&["run", "match3v3", "--duration", "1"], arguments].concat());
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        assert!(text(&output.stderr).contains(said), "{arguments:?}: {}", text(&output.stderr));
+    }
+}
+
+#[test]
+fn a_real_gamecontroller_decides_about_the_match() {
+    let (offset, control) = free_ports();
+    drop(control);
+    let mut app = headless_app();
+    app.add_plugins(GameControllerPlugin);
+    let scenario = r#"{ "rules": "spl2025", "teams": { "blue": "roles", "pink": "chasers" } }"#;
+    app.start_match(&Scenario::from_json(scenario).unwrap()).unwrap();
+    let listener = Listener::open(Ipv4Addr::LOCALHOST.into(), offset, None).unwrap();
+    game_controller::listen_to(app.world_mut(), listener);
+    // What a GameController that knows another match would say.
+    let team = |number| TeamPacket { number, ..TeamPacket::default() };
+    let mut packet = ControlPacket {
+        version: ProtocolVersion::V18,
+        for_monitors: false,
+        packet_number: 0,
+        players_per_team: 7,
+        is_knockout: false,
+        is_stopped: false,
+        is_shoot_out: false,
+        state: GameState::Initial,
+        set_play: None,
+        is_first_half: true,
+        kicking_team: Some(12),
+        seconds_left: 600,
+        secondary_seconds_left: 0,
+        teams: [team(5), team(12)],
+    };
+    let operator = UdpSocket::bind((Ipv4Addr::LOCALHOST, 3636 + offset)).unwrap();
+    operator.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
+    let say = |packet: &ControlPacket| {
+        operator.send_to(&packet.to_bytes(), (Ipv4Addr::LOCALHOST, 3838 + offset)).unwrap();
+    };
+    // Robots stand until somebody says something, and then still, in `initial`.
+    let place = |app: &App| app.robot_pose(blue(2)).unwrap();
+    let start = place(&app);
+    app.run_cycles(60);
+    say(&packet);
+    app.run_cycles(60);
+    assert_eq!((app.game().state, place(&app)), (GameState::Initial, start));
+    // The listener has asked for the truth.
+    let mut request = [0; 8];
+    let (length, _) = operator.recv_from(&mut request).unwrap();
+    assert_eq!(&request[..length], b"RGTr\0");
+    for (state, cycles) in [(GameState::Ready, 300), (GameState::Set, 60), (GameState::Playing, 1)] {
+        packet.state = state;
+        say(&packet);
+        app.run_cycles(cycles);
+        assert_eq!(app.game().state, state);
+    }
+    assert_ne!(place(&app), start);
+    assert_eq!(app.game().kick_off(), Some(Team::Pink));
+    // The truth comes before what robots are told, and a goal, a penalty and the end are what is said.
+    let told = packet.clone();
+    packet.for_monitors = true;
+    packet.teams[0].score = 1;
+    packet.teams[1].players[2].penalty = ProtocolVersion::V18.penalty_code(PenaltyReason::LeavingField);
+    say(&packet);
+    say(&told);
+    app.run_cycles(10);
+    assert_eq!(app.game().score.blue, 1);
+    assert!(app.robot::<Penalty>(pink(3)).unwrap().is_active());
+    packet.teams[1].players[2].penalty = 0;
+    packet.is_first_half = false;
+    packet.state = GameState::Finished;
+    say(&packet);
+    app.run_cycles(1);
+    assert!(app.is_finished() && !app.robot::<Penalty>(pink(3)).unwrap().is_active());
+}
