@@ -1,7 +1,7 @@
 //! Worlds in which something learns, stepped together.
 
 use bevy::ecs::world::World;
-use naoisis::camera_model::CameraName;
+use naoisis::camera_model::{CameraName, NotACameraName};
 use naoisis::cycle::CycleClock;
 use naoisis::environment::challenge::CHALLENGES;
 use naoisis::environment::reward::REWARDS;
@@ -193,15 +193,14 @@ impl Environments {
                 return Err(PyValueError::new_err(message));
             }
         };
-        let camera = match shape.camera.as_str() {
-            "top" => CameraName::TOP,
-            "bottom" => CameraName::BOTTOM,
-            other => {
-                return Err(PyValueError::new_err(format!(
-                    "camera: there is no {other:?}; expected 'top' or 'bottom'"
-                )));
-            }
-        };
+        let camera: CameraName =
+            shape.camera.parse().map_err(|error: NotACameraName| PyValueError::new_err(format!("camera: {error}")))?;
+        let mounts = file.scenario.cameras.mounts;
+        if mounts.get(camera).is_none() && sees_images {
+            let names: Vec<String> = mounts.names().map(|name| format!("'{name}'")).collect();
+            let message = format!("camera: there is no '{camera}'; expected {}", names.join(" or "));
+            return Err(PyValueError::new_err(message));
+        }
         let camera = sees_images.then_some(camera);
         if sees_images {
             let [height, width] = shape.image_size;

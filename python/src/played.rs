@@ -3,7 +3,7 @@
 use bevy::ecs::world::World;
 use naoisis::agents::{self, AgentError, CommandError, RobotCommand};
 use naoisis::behaviour::Program;
-use naoisis::camera_model::CameraName;
+use naoisis::camera_model::{CameraName, NotACameraName};
 use naoisis::cycle::{CycleClock, CyclePart, perceive, try_run_cycle};
 use naoisis::events::{CycleEvents, MatchEvent};
 use naoisis::game::{Game, GameState};
@@ -17,6 +17,7 @@ use naoisis::record::trace::TraceRecorder;
 use naoisis::record::video::VideoRecorder;
 use naoisis::robot::Roster;
 use naoisis::scenario::Scenario;
+use naoisis::sensing::camera::CameraSettings;
 use naoisis::sensing::camera::image::{Image, Layers};
 use naoisis::simulation::{Snapshot, resolved};
 use naoisis::team::RobotId;
@@ -135,7 +136,13 @@ impl Played {
 
     /// A picture of a robot's camera: the newest that the match rendered, unless other layers are wanted than that has.
     fn picture(&mut self, py: Python<'_>, id: RobotId, side: CameraName, layers: Layers) -> PyResult<Image> {
-        self.robot(py, id)?;
+        let robot = self.robot(py, id)?;
+        let mounts = self.world.get::<CameraSettings>(robot).map(|settings| settings.mounts).unwrap_or_default();
+        if mounts.get(side).is_none() {
+            let names: Vec<String> = mounts.names().map(|name| format!("'{name}'")).collect();
+            let message = format!("{id}: there is no camera '{side}'; expected {}", names.join(" or "));
+            return Err(PyValueError::new_err(message));
+        }
         self.look();
         let newest = self.renderer.through_the_eyes_of(&mut self.world, id, side);
         let is_enough = |image: &Image| {
@@ -180,11 +187,7 @@ fn agent_error(py: Python<'_>, error: AgentError) -> PyErr {
 }
 
 fn camera_side(word: &str) -> PyResult<CameraName> {
-    match word {
-        "top" => Ok(CameraName::TOP),
-        "bottom" => Ok(CameraName::BOTTOM),
-        _ => Err(PyValueError::new_err(format!("there is no camera {word:?}; expected 'top' or 'bottom'"))),
-    }
+    word.parse().map_err(|error: NotACameraName| PyValueError::new_err(error.to_string()))
 }
 
 /// An array of rows, columns and, if there are several, channels.

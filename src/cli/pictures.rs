@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use super::outputs::Output;
 use super::recording::Recording;
-use crate::camera_model::CameraName;
+use crate::camera_model::CameraMounts;
 use crate::cycle::CycleClock;
 use crate::record::encoder::RecordError;
 use crate::record::frames::{FrameRecorder, remove_frames};
@@ -16,6 +16,8 @@ use crate::record::recorder::Recorder;
 use crate::record::sheet::SheetRecorder;
 use crate::record::video::VideoRecorder;
 use crate::robot::Roster;
+use crate::sensing::camera::CameraSettings;
+use crate::team::RobotId;
 
 /// The arguments for pictures.
 #[derive(Args, Debug, Clone, Default)]
@@ -65,9 +67,16 @@ impl Recording for PictureArguments {
             if let Picture::Camera(robot, _) = picture
                 && world.resource::<Roster>().get(*robot).is_none()
             {
-                let robots: Vec<String> =
-                    world.resource::<Roster>().iter().map(|(id, _)| format!("{}{}", id.team, id.number)).collect();
+                let robots: Vec<String> = world.resource::<Roster>().iter().map(|(id, _)| id.to_string()).collect();
                 return Err(format!("--views: {picture}: no such robot plays; expected one of {}", robots.join(", ")));
+            }
+            if let Picture::Camera(robot, camera) = picture
+                && let mounts = mounts_of(world, *robot)
+                && mounts.get(*camera).is_none()
+            {
+                let cameras: Vec<String> = mounts.names().map(|name| format!("{robot}.{name}")).collect();
+                let expected = if cameras.is_empty() { "another robot".to_owned() } else { cameras.join(" or ") };
+                return Err(format!("--views: {picture}: the robot has no such camera; expected {expected}"));
             }
         }
         let every = self.every.unwrap_or(1);
@@ -79,7 +88,8 @@ impl Recording for PictureArguments {
                 Picture::Camera(robot, side) => Some((*robot, *side)),
                 Picture::Field => None,
             });
-            let first = || world.resource::<Roster>().iter().next().map(|(id, _)| (id, CameraName::TOP));
+            let first_of = |id: RobotId| mounts_of(world, id).names().next().map(|camera| (id, camera));
+            let first = || world.resource::<Roster>().iter().find_map(|(id, _)| first_of(id));
             let Some((robot, side)) = camera.or_else(first) else {
                 return Err("--sheet: no robot plays; expected one through whose eyes it can be seen".to_owned());
             };
@@ -102,6 +112,13 @@ impl Recording for PictureArguments {
 /// What else would help against an error: frames that are there already can be replaced.
 pub fn or_force(error: &RecordError) -> &'static str {
     if matches!(error, RecordError::NotEmpty(_)) { ", or --force to replace frames that are there" } else { "" }
+}
+
+/// The cameras of a robot.
+fn mounts_of(world: &World, robot: RobotId) -> CameraMounts {
+    let robot = world.resource::<Roster>().get(robot);
+    let settings = robot.and_then(|robot| world.get::<CameraSettings>(robot));
+    settings.map(|settings| settings.mounts).unwrap_or_default()
 }
 
 #[cfg(test)]
