@@ -13,7 +13,7 @@ use crate::appearance::gather::MatchScene;
 use crate::appearance::scene::{Scene, SceneBall, SceneRobot};
 use crate::appearance::stride::Stride;
 use crate::appearance::view::View;
-use crate::camera_model::{CameraName, CameraView};
+use crate::camera_model::CameraName;
 use crate::cycle::{Cycle, CycleClock};
 use crate::record::cycle_record::CycleRecord;
 use crate::record::history::History;
@@ -187,12 +187,12 @@ fn draw_watched(
         let (_, mut image) = eyes.images.remove(&(id, side)).unwrap_or_default();
         // Robots that are off the pitch or lie have no images.
         let Some(body) = sensed.scene.robot(id).filter(|robot| robot.is_upright()) else { continue };
-        if own.cycle.is_some() && !own.side(side).is_empty() && !timeline.is_past() {
-            image.clone_from(own.side(side));
+        if own.cycle.is_some() && !own.of(side).is_empty() && !timeline.is_past() {
+            image.clone_from(own.of(side));
             eyes.images.insert((id, side), (cycle, image));
             continue;
         }
-        let camera = CameraView::new(settings.into(), side, body.head);
+        let Some(camera) = settings.view(side, body.head) else { continue };
         let view = View::of_robot(&camera, body.world_from_robot(), id);
         due.push(ImageJob { camera: (id, side), view, image });
     }
@@ -269,7 +269,7 @@ mod tests {
         app.run_cycles(1);
         app.update();
         // The ball was 0.9 m ahead then, whatever it has rolled since.
-        let camera = CameraView::new((&CameraSettings::default()).into(), CameraName::BOTTOM, HeadAngles::default());
+        let camera = CameraSettings::default().view(CameraName::BOTTOM, HeadAngles::default()).unwrap();
         let pixel = camera.pixel_in_image(Vec3::new(0.9, 0.0, 0.03)).unwrap();
         let (_, image) = app.world().resource::<EyeImages>().image(BLUE, CameraName::BOTTOM).unwrap();
         let [red, green, blue] = image.colour(pixel.x as u32, pixel.y as u32).unwrap();

@@ -29,8 +29,8 @@ pub fn image_in_window(intrinsics: CameraIntrinsics, window: Vec2) -> Rect {
 mod tests {
     use super::*;
     use crate::appearance::scene::world_from_body;
-    use crate::camera_model::CameraName;
     use crate::geometry::Pose;
+    use crate::robot::body::Body;
     use crate::robot::head::HeadAngles;
     use crate::robot::posture::Posture;
     use crate::sensing::camera::CameraSettings;
@@ -38,7 +38,7 @@ mod tests {
     /// Where a point of the pitch is seen in a window through a robot's eyes, logical pixels.
     fn in_window(camera: &CameraView, robot: Pose, point: Vec3, window: Vec2) -> Vec2 {
         let aspect = window.x / window.y;
-        let place = transform(camera, world_from_body(robot, Posture::Upright));
+        let place = transform(camera, world_from_body(robot, Posture::Upright, &Body::default()));
         let seen = place.to_matrix().inverse().transform_point3(point);
         let half_height = ops::tan(field_of_view(camera.intrinsics, aspect) / 2.0);
         let in_half_windows = Vec2::new(seen.x / aspect, -seen.y) / (-seen.z * half_height);
@@ -50,8 +50,8 @@ mod tests {
         let intrinsics = CameraIntrinsics::from(&CameraSettings::default());
         let robot = Pose::new(-1.0, 0.7, 0.8);
         let head = HeadAngles { yaw: -0.4, pitch: 0.2 };
-        for (side, window) in CameraName::BOTH.into_iter().zip([Vec2::new(1280.0, 720.0), Vec2::new(600.0, 900.0)]) {
-            let camera = CameraView::new(intrinsics, side, head);
+        let views = CameraSettings::default().views(head);
+        for ((side, &camera), window) in views.named().zip([Vec2::new(1280.0, 720.0), Vec2::new(600.0, 900.0)]) {
             for pixel in [Vec2::new(10.0, 200.0), Vec2::new(300.0, 230.0), Vec2::new(160.0, 120.0)] {
                 let Some(ground) = camera.ground_point(pixel) else { continue };
                 let point = robot.transform_point(ground).extend(0.0);

@@ -18,11 +18,12 @@ use super::shared::{CameraSystems, Selection, SelectionSystems, ViewPreset};
 use super::stage::{PitchRoot, StageSystems, pose_of};
 use crate::appearance::scene::world_from_body;
 use crate::ball::Ball;
-use crate::camera_model::{CameraName, CameraView};
+use crate::camera_model::{CameraMount, CameraName, CameraView};
 use crate::game::Penalty;
 use crate::geometry::wrap_angle;
 use crate::pitch::Pitch;
 use crate::robot::Roster;
+use crate::robot::body::Body;
 use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
 use crate::sensing::camera::CameraSettings;
@@ -262,12 +263,19 @@ fn follow(
     }
 }
 
+/// The camera of this name; of a robot that has none of it, its first or, for the lower one of a NAO, its last.
+pub fn mount_of(settings: &CameraSettings, name: CameraName) -> Option<&CameraMount> {
+    let cameras = settings.mounts.as_slice();
+    let other = if name == CameraName::BOTTOM { cameras.last() } else { cameras.first() };
+    settings.mounts.get(name).or(other)
+}
+
 fn move_camera(
     time: Res<Time<Real>>,
     window: Query<&Window>,
     selection: Res<Selection>,
     roster: Res<Roster>,
-    robots: Query<(&Transform, &HeadAngles, &Posture, &CameraSettings, &Penalty), Without<ViewerCamera>>,
+    robots: Query<(&Transform, &HeadAngles, &Posture, &Body, &CameraSettings, &Penalty), Without<ViewerCamera>>,
     mut covered: ResMut<Covered>,
     camera: Single<(&mut ViewerCamera, &mut Transform, &mut Projection)>,
 ) {
@@ -275,16 +283,17 @@ fn move_camera(
     let mut field_of_view = FIELD_OF_VIEW;
     if let CameraMode::Eyes(side) = camera.mode {
         let robot = selection.0.and_then(|id| robots.get(roster.get(id)?).ok());
-        let Some((place, head, posture, settings, penalty)) = robot else {
+        let mount = robot.and_then(|(.., settings, _)| mount_of(settings, side));
+        let (Some((place, head, posture, body, settings, penalty)), Some(mount)) = (robot, mount) else {
             camera.mode = CameraMode::Orbit;
             return;
         };
         // A robot that is off the pitch sees nothing new.
         if !penalty.is_active() {
-            let view = CameraView::new(settings.into(), side, *head);
-            *transform = eyes::transform(&view, world_from_body(pose_of(place), *posture));
+            let view = CameraView::new(settings.intrinsics(mount), mount, settings.neck_m, *head);
+            *transform = eyes::transform(&view, world_from_body(pose_of(place), *posture, body));
         }
-        field_of_view = eyes::field_of_view(settings.into(), aspect_of(window));
+        field_of_view = eyes::field_of_view(settings.intrinsics(mount), aspect_of(window));
     } else {
         let share = 1.0 - ops::exp(-EASING_PER_S * time.delta_secs());
         camera.current = camera.current.eased(camera.wanted, share);

@@ -73,14 +73,14 @@ pub fn corners(rectangle: Rect) -> [Vec2; 4] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::camera_model::{CameraIntrinsics, CameraName};
+    use crate::camera_model::CameraName;
     use crate::robot::head::HeadAngles;
     use crate::sensing::camera::CameraSettings;
     use approx::assert_abs_diff_eq;
     use core::f32::consts::{FRAC_PI_2, FRAC_PI_4, FRAC_PI_6, PI};
 
     fn camera(side: CameraName, head: HeadAngles) -> CameraView {
-        CameraView::new(CameraIntrinsics::from(&CameraSettings::default()), side, head)
+        CameraSettings::default().view(side, head).unwrap()
     }
 
     #[test]

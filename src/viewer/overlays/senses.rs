@@ -5,7 +5,7 @@ use bevy::prelude::*;
 use super::geometry::{arc, sector, seen_ground};
 use super::{Brush, Overlay, Showing};
 use crate::behaviour::drawings::Ink;
-use crate::camera_model::{CameraName, CameraView};
+use crate::camera_model::CameraName;
 use crate::game::Penalty;
 use crate::geometry::{Pose, angle_of, unit};
 use crate::pitch::JunctionShape;
@@ -21,12 +21,9 @@ use crate::viewer::palette;
 /// Fields of view are drawn so far from the robot, m.
 const FURTHEST_M: f32 = 4.0;
 
-/// The colour of a camera's field of view.
-pub fn camera_ink(side: CameraName) -> Ink {
-    match side {
-        CameraName::TOP => Ink::Yellow,
-        CameraName::BOTTOM => Ink::Orange,
-    }
+/// The colour of a camera's field of view: that of a robot's lower camera is another.
+pub fn camera_ink(camera: CameraName) -> Ink {
+    if camera == CameraName::BOTTOM { Ink::Orange } else { Ink::Yellow }
 }
 
 pub(super) fn draw_fields_of_view(
@@ -43,9 +40,9 @@ pub(super) fn draw_fields_of_view(
             continue;
         }
         let place = showing.place(pose, previous);
-        for side in CameraName::BOTH.into_iter().filter(|side| settings.which.includes(*side)) {
-            let camera = CameraView::new(settings.into(), side, *head);
-            let outline = seen_ground(&camera, FURTHEST_M);
+        let views = settings.views(*head);
+        for (side, camera) in views.named().filter(|(name, _)| settings.which.includes(*name)) {
+            let outline = seen_ground(camera, FURTHEST_M);
             let colour = palette::ink(camera_ink(side));
             brush.outline(outline.into_iter().map(|corner| place.transform_point(corner)), colour);
         }

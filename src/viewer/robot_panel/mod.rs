@@ -31,6 +31,7 @@ use crate::record::gather::CurrentRecord;
 use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
 use crate::robot::{Roster, Velocity};
+use crate::sensing::camera::CameraSettings;
 use crate::sensing::odometry::Odometry;
 use crate::sensing::sonar::SonarReading;
 use crate::sensing::vision::Percepts;
@@ -109,11 +110,16 @@ fn watch_cameras(
     opened: Res<Opened>,
     selection: Res<Selection>,
     roster: Res<Roster>,
+    robots: Query<&CameraSettings>,
     mut watched: ResMut<Watched>,
 ) {
     let selected = selection.0.filter(|_| display.robot && opened.cameras);
     let all = roster.iter().map(|(id, _)| id).filter(|_| display.cameras);
-    let cameras = all.chain(selected).flat_map(|id| CameraName::BOTH.map(|side| (id, side))).collect();
+    let cameras_of = |id: RobotId| {
+        let settings = roster.get(id).and_then(|robot| robots.get(robot).ok());
+        settings.into_iter().flat_map(move |settings| settings.mounts.names().map(move |camera| (id, camera)))
+    };
+    let cameras = all.chain(selected).flat_map(cameras_of).collect();
     if watched.cameras != cameras {
         watched.cameras = cameras;
     }
@@ -142,6 +148,7 @@ struct ShownRobot {
     head: &'static HeadAngles,
     odometry: &'static Odometry,
     sonar: &'static SonarReading,
+    cameras: &'static CameraSettings,
     percepts: &'static Percepts,
     inbox: &'static Inbox,
     belief: Option<&'static Belief>,
@@ -175,8 +182,11 @@ fn show_robot(
                 let cameras = section(ui, "Cameras", true, |ui| {
                     ui.horizontal(|ui| {
                         ui.spacing_mut().item_spacing.x = 4.0;
-                        for side in CameraName::BOTH {
-                            pictures.show(ui, (id, side), Some(robot.percepts), (width - 4.0) / 2.0);
+                        let names: Vec<CameraName> = robot.cameras.mounts.names().collect();
+                        let each = (width - 4.0) / names.len().max(2) as f32;
+                        let each = if names.len() == 1 { width } else { each };
+                        for name in names {
+                            pictures.show(ui, (id, name), Some(robot.percepts), each);
                         }
                     });
                     ui.label(dim(wording::percepts(robot.percepts)).size(text_size::SMALL));

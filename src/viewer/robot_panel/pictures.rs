@@ -8,13 +8,13 @@ use bevy_egui::{EguiContexts, EguiTextureHandle, EguiUserTextures};
 use std::collections::BTreeMap;
 
 use crate::behaviour::drawings::Ink;
-use crate::camera_model::{CameraIntrinsics, CameraName};
+use crate::camera_model::CameraName;
 use crate::robot::Roster;
 use crate::sensing::camera::CameraSettings;
 use crate::sensing::camera::image::Image;
 use crate::sensing::vision::{LandmarkKind, Percepts};
 use crate::team::{RobotId, Team};
-use crate::viewer::camera::ViewerCamera;
+use crate::viewer::camera::{ViewerCamera, mount_of};
 use crate::viewer::camera::eyes::image_in_window;
 use crate::viewer::eyes::{EyeImages, Watched};
 use crate::viewer::overlays::{Overlay, Overlays, junction_letter};
@@ -85,7 +85,9 @@ pub(super) fn draw_in_window(
         return Ok(());
     }
     let context = contexts.ctx_mut()?;
-    let intrinsics = CameraIntrinsics::from(settings);
+    let mount = mount_of(settings, side);
+    let Some(mount) = mount else { return Ok(()) };
+    let (side, intrinsics) = (mount.name, settings.intrinsics(mount));
     // Panels may be larger than the window has them.
     let frame = image_in_window(intrinsics, window.size() / context.zoom_factor());
     let scale = frame.size() / intrinsics.size;

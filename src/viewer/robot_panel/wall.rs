@@ -5,8 +5,8 @@ use bevy_egui::EguiContexts;
 use bevy_egui::egui::{self, Align2, Grid};
 
 use super::pictures::Pictures;
-use crate::camera_model::CameraName;
 use crate::robot::Roster;
+use crate::sensing::camera::CameraSettings;
 use crate::sensing::vision::Percepts;
 use crate::team::RobotId;
 use crate::viewer::layout;
@@ -19,7 +19,7 @@ const IN_A_ROW: usize = 3;
 pub(super) fn show_wall(
     mut contexts: EguiContexts,
     roster: Res<Roster>,
-    robots: Query<&Percepts>,
+    robots: Query<(&Percepts, &CameraSettings)>,
     pictures: Res<Pictures>,
     mut actions: MessageWriter<Action>,
 ) -> Result {
@@ -43,9 +43,9 @@ pub(super) fn show_wall(
                             });
                             ui.horizontal(|ui| {
                                 ui.spacing_mut().item_spacing.x = 2.0;
-                                for side in CameraName::BOTH {
-                                    let percepts = robots.get(*robot).ok();
-                                    let image = pictures.show(ui, (*id, side), percepts, width);
+                                let Ok((percepts, settings)) = robots.get(*robot) else { return };
+                                for camera in settings.mounts.names() {
+                                    let image = pictures.show(ui, (*id, camera), Some(percepts), width);
                                     if image.on_hover_text("Select").clicked() {
                                         actions.write(Action::Select(Choice::Robot(*id)));
                                     }
