@@ -42,6 +42,7 @@ mod batch;
 mod begin;
 mod beliefs;
 mod calibrate;
+mod challenge;
 mod check;
 mod check_program;
 mod expect;
@@ -104,6 +105,8 @@ enum Command {
     /// Play a moment of a match on many times, with other chance
     #[command(name = "whatif")]
     WhatIf(whatif::WhatIfArguments),
+    /// Measure how often a task for learning succeeds, with behaviours or with chance
+    Challenge(challenge::ChallengeArguments),
     /// Find a robot's figures from logs of what it did
     Calibrate(calibrate::CalibrateArguments),
     /// Measure image vision: what it finds in pictures of random scenes, against what is there
@@ -141,6 +144,7 @@ pub fn run_with(words: impl IntoIterator<Item = OsString>, extend: impl Fn(&mut 
         Some(Command::List(arguments)) => list::list(&arguments, program.simulator_with(RecordPlugin).world()),
         Some(Command::Realism(arguments)) => realism::realism(&arguments),
         Some(Command::WhatIf(arguments)) => whatif::whatif(program, &arguments),
+        Some(Command::Challenge(arguments)) => challenge::challenge(program, &arguments),
         Some(Command::Calibrate(arguments)) => calibrate::calibrate(&arguments),
         Some(Command::Vision(arguments)) => vision::vision(&arguments),
         None => play::play(program, &play::PlayArguments::default()),

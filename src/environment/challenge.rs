@@ -11,6 +11,7 @@ use crate::events::MatchEvent;
 use crate::geometry::{Pose, to_radians, wrap_angle};
 use crate::random::RandomStream;
 use crate::scenario::{Format, Scenario, ScenarioError, ScenarioFile};
+use crate::statistics::{self, Estimate};
 use crate::team::{RobotId, Team};
 
 /// A task.
@@ -42,6 +43,27 @@ pub struct Challenge {
     pub cycles_per_step: u32,
     /// What is rewarded.
     pub reward: RewardWeights,
+    /// How often it succeeds with some [players](super::attempts::Player), as `naoisis challenge` measured it.
+    pub success_rates: BTreeMap<String, SuccessRate>,
+}
+
+/// How often a player succeeded.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SuccessRate {
+    /// Episodes that were played.
+    pub episodes: usize,
+    /// Those of them that were a success.
+    pub successes: usize,
+    /// How long a success took on average, s; none where there was none.
+    pub mean_time_s: Option<f64>,
+}
+
+impl SuccessRate {
+    /// The share, with its interval. None without episodes.
+    pub fn share(&self) -> Option<Estimate> {
+        statistics::share(self.successes, self.episodes)
+    }
 }
 
 /// What ends an episode, besides its time and the final whistle.

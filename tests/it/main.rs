@@ -8,6 +8,7 @@ mod batch;
 mod behaviours;
 mod built_in_scenarios;
 mod calibration;
+mod challenges;
 mod clients;
 mod collisions;
 mod commands;
