@@ -10,6 +10,7 @@
 
 use bevy::math::ops;
 use bevy::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 #[cfg(test)]
@@ -28,7 +29,7 @@ const BOTTOM_TILT_UNIT: Vec2 = Vec2::new(0.766_044_44, 0.642_787_6);
 const NEAR_PLANE_M: f32 = 1e-3;
 
 /// One of the two cameras in the head.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum CameraSide {
     /// The upper camera, which looks ahead.
