@@ -3,7 +3,7 @@
 # vision sees. It takes a few minutes, on a machine that should have nothing else to do.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-benchmarks=(--bench parts --bench sensors --bench cameras)
+benchmarks=(--bench parts --bench sensors --bench cameras --bench wire)
 # Building is not part of it.
 cargo bench --quiet --no-default-features "${benchmarks[@]}" --bench vision --no-run >&2
 # Every figure is a line, what it is of before the colon.

@@ -4,12 +4,16 @@ use bevy::prelude::*;
 use core::fmt;
 use core::ops::{Index, IndexMut};
 use core::str::FromStr;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 
 use crate::knowledge::Knowledge;
 
 /// One of the two teams, named by the colour of their waistbands (2010 rule book, section 2.4).
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(
+    Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema,
+)]
 #[serde(rename_all = "snake_case")]
 pub enum Team {
     /// Defends the blue goal at -x in the first half.
@@ -107,8 +111,22 @@ impl<'de> Deserialize<'de> for RobotId {
     }
 }
 
+impl JsonSchema for RobotId {
+    fn schema_name() -> Cow<'static, str> {
+        "RobotId".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "type": "string",
+            "description": "A robot: its team and jersey number, such as `blue1`.",
+            "pattern": "^(blue|pink)[1-9][0-9]*$"
+        })
+    }
+}
+
 /// Something for each team.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 pub struct PerTeam<T> {
     /// The blue team's.
     pub blue: T,

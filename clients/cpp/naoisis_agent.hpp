@@ -23,9 +23,10 @@
 #include <functional>
 #include <initializer_list>
 #include <iostream>
-#include <map>
 #include <stdexcept>
 #include <string>
+#include <string_view>
+#include <system_error>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -36,7 +37,8 @@ namespace naoisis {
 class Json {
 public:
     using List = std::vector<Json>;
-    using Object = std::map<std::string, Json>;
+    // The fields in their order: there are so few that looking for one is quicker than keeping them sorted.
+    using Object = std::vector<std::pair<std::string, Json>>;
 
     Json() = default;
     Json(bool value) : value_(value) {}
@@ -45,7 +47,7 @@ public:
     Json(const char* text) : value_(std::string(text)) {}
     Json(std::string text) : value_(std::move(text)) {}
     Json(std::initializer_list<double> numbers) : value_(List(numbers.begin(), numbers.end())) {}
-    static Json object(std::initializer_list<std::pair<const std::string, Json>> fields = {}) {
+    static Json object(std::initializer_list<std::pair<std::string, Json>> fields = {}) {
         Json json;
         json.value_ = Object(fields);
         return json;
@@ -56,23 +58,33 @@ public:
     double number() const { return get<double>(); }
     const std::string& text() const { return get<std::string>(); }
     const List& list() const { return get<List>(); }
-    const Json& operator[](const std::string& name) const {
-        const auto* object = std::get_if<Object>(&value_);
-        const auto found = object ? object->find(name) : Object::const_iterator();
-        return object && found != object->end() ? found->second : nothing();
+    const Json& operator[](std::string_view name) const {
+        if (const auto* fields = std::get_if<Object>(&value_)) {
+            for (const auto& [key, value] : *fields) {
+                if (key == name) return value;
+            }
+        }
+        return nothing();
     }
-    const Json& operator[](const char* name) const { return (*this)[std::string(name)]; }
+    const Json& operator[](const char* name) const { return (*this)[std::string_view(name)]; }
     const Json& operator[](int index) const { return list().at(static_cast<std::size_t>(index)); }
     // Sets a field of an object.
     Json& set(const std::string& name, Json value) {
         if (is_null()) value_ = Object();
-        std::get<Object>(value_)[name] = std::move(value);
+        auto& fields = std::get<Object>(value_);
+        for (auto& [key, old] : fields) {
+            if (key == name) {
+                old = std::move(value);
+                return *this;
+            }
+        }
+        fields.emplace_back(name, std::move(value));
         return *this;
     }
 
     static Json parse(const std::string& text) {
         const char* at = text.c_str();
-        Json json = parse_value(at);
+        Json json = parse_value(at, at + text.size());
         if (skip(at) != text.c_str() + text.size()) throw std::runtime_error("more than one JSON value");
         return json;
     }
@@ -105,7 +117,7 @@ private:
     static void expect(const char*& at, char letter) {
         if (!take(at, letter)) throw std::runtime_error(std::string("expected `") + letter + "` in JSON");
     }
-    static Json parse_value(const char*& at) {
+    static Json parse_value(const char*& at, const char* end) {
         Json json;
         if (take(at, '{')) {
             Object fields;
@@ -114,14 +126,14 @@ private:
                 expect(at, '"');
                 std::string name = parse_text(at);
                 expect(at, ':');
-                fields.emplace(std::move(name), parse_value(at));
+                fields.emplace_back(std::move(name), parse_value(at, end));
             }
             json.value_ = std::move(fields);
         } else if (take(at, '[')) {
             List values;
             while (!take(at, ']')) {
                 if (!values.empty()) expect(at, ',');
-                values.push_back(parse_value(at));
+                values.push_back(parse_value(at, end));
             }
             json.value_ = std::move(values);
         } else if (take(at, '"')) {
@@ -131,10 +143,11 @@ private:
             while (std::isalpha(static_cast<unsigned char>(*at))) word += *at++;
             if (word != "null") json.value_ = word == "true";
         } else {
-            char* end = nullptr;
-            json.value_ = std::strtod(at, &end);
-            if (end == at) throw std::runtime_error("this is no JSON");
-            at = end;
+            double number = 0.0;
+            const auto [after, error] = std::from_chars(at, end, number);
+            if (error != std::errc()) throw std::runtime_error("this is no JSON");
+            json.value_ = number;
+            at = after;
         }
         return json;
     }
@@ -143,7 +156,9 @@ private:
         while (*at != '"') {
             if (*at == '\0') throw std::runtime_error("a JSON text without an end");
             if (*at != '\\') {
-                text += *at++;
+                const char* begin = at;
+                while (*at != '"' && *at != '\\' && *at != '\0') ++at;
+                text.append(begin, at);
                 continue;
             }
             const char letter = at[1];

@@ -34,14 +34,9 @@ impl RobotCommand {
     /// # Errors
     /// What is wrong with it.
     pub fn from_json(text: &[u8]) -> Result<Self, CommandError> {
-        match serde_json::from_slice::<Self>(text) {
-            Ok(command) => command.checked(),
-            // Read again, for words that help.
-            Err(error) => match serde_json::from_slice::<Value>(text) {
-                Ok(value) => Self::from_value(&value),
-                Err(_) => Err(CommandError::NotJson(error.to_string())),
-            },
-        }
+        // By way of a value: serde alone would take a list for an object.
+        let value = serde_json::from_slice::<Value>(text).map_err(|error| CommandError::NotJson(error.to_string()))?;
+        Self::from_value(&value)
     }
 
     /// Reads a command from a value.
@@ -102,6 +97,7 @@ mod tests {
         assert_eq!((field.as_str(), expected.as_str()), ("say.ball_m", "a list of two numbers, [x m, y m]"));
         assert!(matches!(error(r#"{ "walk": [0.0, 0.0] }"#), CommandError::Malformed { .. }));
         assert!(matches!(error("hello"), CommandError::NotJson(_)));
+        assert!(matches!(error("[]"), CommandError::Malformed { .. }));
         assert!(matches!(error(r#"{ "walk": [NaN, 0, 0] }"#), CommandError::NotJson(_)));
         assert!(error(r#"{ "head_deg": [1e300, 0] }"#).to_string().contains("of single precision"));
         let infinite = RobotCommand::from_json(br#"{ "head_deg": [1, 0] }"#).map(|mut command| {

@@ -1,8 +1,8 @@
 //! A connection to a program: messages in either encoding, bounded in length, with deadlines.
 
 use core::time::Duration;
-use serde::Serialize;
 use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::io::{self, Read, Write};
 use std::net::{Shutdown, TcpStream};
@@ -255,27 +255,27 @@ impl Connection {
 }
 
 fn read_json<T: DeserializeOwned>(line: &[u8]) -> Result<T, Loss> {
-    serde_json::from_slice(line).or_else(|error| match serde_json::from_slice::<Value>(line) {
-        // Read again, for words that help.
+    // By way of a value: serde alone would take a list for an object.
+    match serde_json::from_slice::<Value>(line) {
         Ok(value) => read_value(&value).map_err(|error| malformed(&error.to_string(), line)),
-        Err(_) => Err(malformed(&format!("this is no JSON ({error})"), line)),
-    })
+        Err(error) => Err(malformed(&format!("this is no JSON ({error})"), line)),
+    }
 }
 
 fn read_message_pack<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Loss> {
-    fn read<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, rmp_serde::decode::Error> {
+    fn read(bytes: &[u8]) -> Result<Value, rmp_serde::decode::Error> {
         let mut deserializer = rmp_serde::Deserializer::from_read_ref(bytes);
         deserializer.set_max_depth(DEEPEST);
-        T::deserialize(&mut deserializer)
+        Value::deserialize(&mut deserializer)
     }
-    read(bytes).or_else(|error| match read::<Value>(bytes) {
+    match read(bytes) {
         Ok(value) => read_value(&value).map_err(|error| malformed(&error.to_string(), value.to_string().as_bytes())),
-        Err(_) => Err(malformed(&format!("this is no MessagePack ({error})"), bytes)),
-    })
+        Err(error) => Err(malformed(&format!("this is no MessagePack ({error})"), bytes)),
+    }
 }
 
 /// The loss of a program that sent this.
-fn malformed(what: &str, sent: &[u8]) -> Loss {
+pub(super) fn malformed(what: &str, sent: &[u8]) -> Loss {
     Loss::new(
         AgentLoss::Malformed,
         format!("it sent `{}`: {}", beginning(sent, SHOWN), beginning(what.as_bytes(), LONGEST)),
@@ -347,6 +347,10 @@ mod tests {
         assert_eq!(json("Hello, world!\n"), AgentLoss::Malformed);
         assert_eq!(json("\n"), AgentLoss::Malformed);
         assert_eq!(json("{\"cycle\":-1}\n"), AgentLoss::Malformed);
+        // A list is no object, not even an empty one.
+        for list in ["[1]", "{\"cycle\":1,\"command\":[]}", "{\"cycle\":1,\"command\":{\"kick\":[\"left_side\"]}}"] {
+            assert_eq!(json(&format!("{list}\n")), AgentLoss::Malformed, "{list}");
+        }
         assert_eq!(json(&format!("{}\n", "[".repeat(900))), AgentLoss::Malformed);
         assert_eq!(json(&"x".repeat(2000)), AgentLoss::TooLong);
         assert_eq!(reason(Encoding::Json, b"{\"cycle\":1,\"\xff\":2}\n"), AgentLoss::Malformed);
@@ -354,6 +358,7 @@ mod tests {
         assert_eq!(message_pack(&[0xff; 4]), AgentLoss::TooLong);
         assert_eq!(message_pack(&[0, 0, 0, 9, 1]), AgentLoss::Closed);
         assert_eq!(message_pack(&[0, 0, 0, 1, 0xc1]), AgentLoss::Malformed);
+        assert_eq!(message_pack(&[0, 0, 0, 2, 0x91, 1]), AgentLoss::Malformed);
         // A list said to be four thousand million long, and one within another within another.
         assert_eq!(message_pack(&[0, 0, 0, 5, 0xdd, 0xff, 0xff, 0xff, 0xff]), AgentLoss::Malformed);
         assert_eq!(message_pack(&[&[0, 0, 1, 0][..], &[0x91; 256]].concat()), AgentLoss::Malformed);

@@ -42,6 +42,7 @@ mod plugin;
 mod process;
 pub mod protocol;
 mod remote;
+pub mod schema;
 pub mod server;
 mod settings;
 

@@ -5,7 +5,10 @@ use core::time::Duration;
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-use super::connection::{Connection, Loss};
+use serde_json::Value;
+
+use super::command::read_value;
+use super::connection::{Connection, Loss, malformed};
 use super::process::{self, Process};
 use super::protocol::{Answer, EXAMPLE_HELLO, Hello, HelloMessage, ImageMessage, Message, PROTOCOL, Turn, Welcome};
 use super::settings::AgentSettings;
@@ -53,7 +56,17 @@ impl Agent {
 
     /// What the program says of itself.
     pub(super) fn hello(&mut self, deadline: Option<Instant>) -> Result<Hello, Loss> {
-        let hello = self.connection.receive::<HelloMessage>(deadline).map_err(|mut loss| {
+        let said = self.connection.receive::<Value>(deadline).and_then(|said| {
+            // Looked at first: another version may have other fields.
+            match said.pointer("/hello/protocol").and_then(Value::as_u64) {
+                Some(protocol) if protocol != u64::from(PROTOCOL) => {
+                    Err(self.refuse(format!("it speaks protocol {protocol}; expected {PROTOCOL}"), deadline))
+                }
+                _ => read_value::<HelloMessage>(&said)
+                    .map_err(|error| malformed(&error.to_string(), said.to_string().as_bytes())),
+            }
+        });
+        let hello = said.map_err(|mut loss| {
             loss.message = match loss.reason {
                 AgentLoss::Malformed => format!("{}; expected a hello at first, such as {EXAMPLE_HELLO}", loss.message),
                 AgentLoss::TimedOut => "it did not say hello in time".to_owned(),
@@ -73,9 +86,7 @@ impl Agent {
         renders_images: bool,
         deadline: Option<Instant>,
     ) -> Result<(), Loss> {
-        let refusal = if hello.protocol != PROTOCOL {
-            Some(format!("it speaks protocol {}; expected {PROTOCOL}", hello.protocol))
-        } else if hello.robot.is_some_and(|wanted| wanted != robot) {
+        let refusal = if hello.robot.is_some_and(|wanted| wanted != robot) {
             Some(format!("it wants to play another robot; expected `{robot}`, as NAOISIS_ROBOT says, or none"))
         } else if !hello.images.is_empty() && !renders_images {
             Some("it wants camera images, and none are rendered; expected a match with --cameras software".to_owned())
@@ -94,7 +105,7 @@ impl Agent {
     /// Tells the program why it may not play.
     pub(super) fn refuse(&mut self, reason: String, deadline: Option<Instant>) -> Loss {
         // Who does not listen will see that it is over.
-        let _ = self.connection.send(&Message::Refused { reason: &reason }, deadline);
+        let _ = self.connection.send(&Message::Refused { reason: &reason, protocol: PROTOCOL }, deadline);
         Loss::new(AgentLoss::Refused, reason)
     }
 

@@ -143,7 +143,8 @@ fn ask(
             player.0 = None;
         }
     }
-    for (id, player, .., robot) in &mut players {
+    // Who was asked last is likely to be ready last: when it is, there is nobody left to wait for.
+    for (id, player, .., robot) in players.iter_mut().rev() {
         let Some(agent) = &mut player.0 else { continue };
         match agent.answer(clock.cycle) {
             Ok(command) => robot.obey(command),

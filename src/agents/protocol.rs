@@ -5,6 +5,7 @@
 
 use base64::display::Base64Display;
 use base64::engine::general_purpose::STANDARD;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize, Serializer};
 use std::collections::BTreeMap;
 
@@ -26,7 +27,7 @@ use crate::team::RobotId;
 pub const PROTOCOL: u32 = 1;
 
 /// How messages are written after the hello.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Encoding {
     /// A JSON object a line.
@@ -37,7 +38,7 @@ pub enum Encoding {
 }
 
 /// What a program says of itself.
-#[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
+#[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Hello {
     /// The version of the protocol that it speaks.
@@ -60,7 +61,7 @@ pub struct Hello {
 }
 
 /// The first message of a program.
-#[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
+#[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HelloMessage {
     /// What it says of itself.
@@ -68,7 +69,7 @@ pub struct HelloMessage {
 }
 
 /// What a program decides in a cycle.
-#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Answer {
     /// The cycle that it decides for: that of the message that it answers.
@@ -79,7 +80,7 @@ pub struct Answer {
 }
 
 /// What a match says to a program.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Message<'a> {
     /// It may play.
@@ -88,6 +89,8 @@ pub enum Message<'a> {
     Refused {
         /// Why not.
         reason: &'a str,
+        /// The version of the protocol that is spoken here, for programs that speak several.
+        protocol: u32,
     },
     /// The match is over.
     End {
@@ -99,7 +102,7 @@ pub enum Message<'a> {
 }
 
 /// What a robot may know before the match.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct Welcome<'a> {
     /// The version of the protocol that is spoken.
     pub protocol: u32,
@@ -120,19 +123,24 @@ pub struct Welcome<'a> {
 }
 
 /// What a robot can do, in the words of scenarios.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct Model<'a> {
     /// What it is called.
     pub name: &'a str,
     /// How it walks.
+    #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
     pub motion: MotionLimits,
     /// How it turns its head.
+    #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
     pub head: HeadLimits,
     /// How it kicks.
+    #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
     pub kicks: KickSettings,
     /// Its cameras.
+    #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
     pub cameras: CameraSettings,
     /// Its sonars.
+    #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
     pub sonar: SonarSettings,
 }
 
@@ -163,7 +171,7 @@ impl<'a> Welcome<'a> {
 }
 
 /// What a robot perceives in a cycle.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct Turn<'a> {
     /// The cycle under way, from 1.
     pub cycle: u64,
@@ -180,7 +188,7 @@ pub struct Turn<'a> {
 }
 
 /// A camera image.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct ImageMessage<'a> {
     /// Pixels in a row.
     pub width: u32,
@@ -188,6 +196,7 @@ pub struct ImageMessage<'a> {
     pub height: u32,
     /// Red, green and blue of each pixel, row by row from the top: base64 in JSON, raw bytes in MessagePack.
     #[serde(serialize_with = "bytes")]
+    #[schemars(with = "String")]
     pub rgb: &'a [u8],
 }
 

@@ -7,6 +7,7 @@
 //! knows the sensors only, and is registered through the same [barrier](crate::behaviour::barrier).
 
 use bevy::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::{Pose, file_units};
@@ -43,12 +44,13 @@ pub type PlaceCovariance = [f32; 3];
 pub type PoseCovariance = [f32; 6];
 
 /// Where the robot believes itself, the ball and the other robots to be, in the team frame.
-#[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[reflect(Component, @Knowledge::Belief)]
 #[serde(default, deny_unknown_fields)]
 pub struct Belief {
     /// The robot's own pose: `[x m, y m, heading deg]` in files.
     #[serde(with = "file_units::pose")]
+    #[schemars(with = "[f32; 3]")]
     pub pose: Pose,
     /// How uncertain that is.
     pub pose_covariance: PoseCovariance,
@@ -63,12 +65,14 @@ pub struct Belief {
 }
 
 /// What a robot believes of the ball.
-#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BallBelief {
     /// Where it is, m, team frame.
+    #[schemars(with = "[f32; 2]")]
     pub position_m: Vec2,
     /// Where it rolls, m/s, team frame.
+    #[schemars(with = "[f32; 2]")]
     pub velocity_mps: Vec2,
     /// How uncertain its place is, m².
     pub position_covariance: PlaceCovariance,
@@ -82,13 +86,14 @@ pub struct BallBelief {
 }
 
 /// What a robot believes of another robot.
-#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RobotBelief {
     /// Which robot it is; a robot that was only seen has no number.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub id: Option<RobotId>,
     /// Where it is, m, team frame.
+    #[schemars(with = "[f32; 2]")]
     pub position_m: Vec2,
     /// How uncertain that is, m².
     pub covariance: PlaceCovariance,

@@ -3,8 +3,10 @@
 use bevy::prelude::*;
 use core::fmt;
 use core::str::FromStr;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::borrow::Cow;
 
 use crate::geometry::{file_units, unit};
 
@@ -72,6 +74,20 @@ impl FromStr for CameraName {
 impl Serialize for CameraName {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.serialize_str(self.as_str())
+    }
+}
+
+impl JsonSchema for CameraName {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> Cow<'static, str> {
+        "CameraName".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({ "type": "string", "description": "The name of a camera of the robot's model.", "pattern": "^[a-z0-9_]{1,15}$" })
     }
 }
 

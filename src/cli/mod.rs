@@ -63,6 +63,7 @@ mod report;
 mod robot;
 mod run;
 mod run_arguments;
+mod schema;
 mod serve;
 mod teams;
 mod terminal;
@@ -88,6 +89,8 @@ enum Command {
     Run(Box<run_arguments::RunArguments>),
     /// Run a match that programs connect to, in lock-step
     Serve(Box<serve::ServeArguments>),
+    /// Print what is said between a match and a program, as JSON Schema
+    Schema,
     /// Watch a match that a trace was written of
     Replay(replay::ReplayArguments),
     /// Play many matches with different seeds, on all cores
@@ -136,6 +139,7 @@ pub fn run_with(words: impl IntoIterator<Item = OsString>, extend: impl Fn(&mut 
         Some(Command::Play(arguments)) => play::play(program, &arguments),
         Some(Command::Run(arguments)) => run::run(program, &arguments),
         Some(Command::Serve(arguments)) => serve::serve(program, &arguments),
+        Some(Command::Schema) => schema::print_schema(),
         Some(Command::Replay(arguments)) => replay::replay(program, &arguments),
         Some(Command::Batch(arguments)) => batch::batch(program, &arguments),
         Some(Command::Check(arguments)) => check::check(program, &arguments),

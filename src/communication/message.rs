@@ -1,6 +1,7 @@
 //! What a message says, and how much that is on the air.
 
 use bevy::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
@@ -11,17 +12,20 @@ pub const FARTHEST_M: f32 = 1000.0;
 
 /// The structure that a robot shares with its team-mates. Every part is optional. Places are in the frame that the
 /// team agrees on; the built-in teams use the team frame.
-#[derive(Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct TeamMessage {
     /// Where the sender thinks that it is.
     #[serde(with = "file_units::optional_pose", skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Option<[f32; 3]>")]
     pub pose: Option<Pose>,
     /// Where it thinks that the ball is, m.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Option<[f32; 2]>")]
     pub ball_m: Option<Vec2>,
     /// Where it thinks that other robots are, m.
     #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[schemars(with = "Vec<[f32; 2]>")]
     pub robots_m: Vec<Vec2>,
     /// What it is about to do, in a word.
     #[serde(skip_serializing_if = "Option::is_none")]

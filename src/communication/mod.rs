@@ -22,6 +22,7 @@
 //! What became of all messages is counted in [`MessageStatistics`].
 
 use bevy::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 mod message;
@@ -67,7 +68,7 @@ impl Plugin for CommunicationPlugin {
 pub struct Outbox(pub Option<TeamMessage>);
 
 /// A message that arrived.
-#[derive(Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Clone, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 pub struct ReceivedMessage {
     /// Who sent it.
     pub from: RobotId,

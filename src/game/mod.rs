@@ -2,6 +2,7 @@
 //! decided. Everybody may know these types; only the [referee](crate::referee) writes them.
 
 use bevy::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 mod evidence;
@@ -29,7 +30,7 @@ use crate::pitch::End;
 use crate::team::{PerTeam, Team};
 
 /// The state of the game (2010 rule book, section 3.2).
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum GameState {

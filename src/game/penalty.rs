@@ -2,6 +2,7 @@
 
 use bevy::prelude::*;
 use core::fmt;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{Error as _, Unexpected};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::borrow::Cow;
@@ -160,6 +161,20 @@ impl<'de> Deserialize<'de> for PenaltyReason {
                 PenaltyReason::BUILT_IN.iter().map(|reason| format!("`{}`", reason.name())).collect();
             let expected = format!("one of {}, or the name of a rule of the program's own", names.join(", "));
             D::Error::invalid_value(Unexpected::Str(&word), &expected.as_str())
+        })
+    }
+}
+
+impl JsonSchema for PenaltyReason {
+    fn schema_name() -> Cow<'static, str> {
+        "PenaltyReason".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let names: Vec<&str> = PenaltyReason::BUILT_IN.iter().map(PenaltyReason::name).collect();
+        json_schema!({
+            "description": "What a robot is penalised for, or the name of a rule of the program's own.",
+            "anyOf": [{ "enum": names }, { "type": "string", "pattern": "^[a-z0-9_]{1,32}$" }]
         })
     }
 }

@@ -11,7 +11,8 @@
 //! 9. [Architecture](architecture): the cycle, who knows what, determinism.
 //! 10. [The paper](paper): what each of its sentences has become, and which test shows it.
 //! 11. [Python](python): matches, batches and environments for learning from there.
-//! 12. [Adding to it](extending): a sensor, a rule, a team, a log format, a command.
+//! 12. [A bridge to ROS 2](ros2): robots whose software is made of nodes.
+//! 13. [Adding to it](extending): a sensor, a rule, a team, a log format, a command.
 //!
 //! The programs in `examples/` are one idea each, and run headless:
 //!
@@ -66,6 +67,9 @@ pub mod paper {}
 
 #[doc = include_str!("python.md")]
 pub mod python {}
+
+#[doc = include_str!("ros2.md")]
+pub mod ros2 {}
 
 #[doc = include_str!("extending.md")]
 pub mod extending {

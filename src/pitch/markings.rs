@@ -2,6 +2,7 @@
 
 use bevy::prelude::*;
 use core::f32::consts::{FRAC_PI_2, TAU};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{AreaDimensions, End, GoalColour, Pitch};
@@ -17,7 +18,7 @@ pub struct LineSegment {
 }
 
 /// The shape in which lines meet.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum JunctionShape {
     /// Two lines end in each other: a corner.

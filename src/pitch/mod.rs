@@ -4,6 +4,7 @@
 //! the 2010 rule book (6 x 4 m), `spl2025` that of 2025 (9 x 6 m).
 
 use bevy::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 mod goals;
@@ -23,7 +24,7 @@ impl Plugin for PitchPlugin {
 }
 
 /// A rectangular area in front of a goal.
-#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct AreaDimensions {
     /// From the goal line into the pitch, m.
@@ -33,7 +34,7 @@ pub struct AreaDimensions {
 }
 
 /// The colour of a goal's posts and bar.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum GoalColour {
     /// RAL 1018, the goal at +x in 2010.
@@ -45,7 +46,7 @@ pub enum GoalColour {
 }
 
 /// The goals: two posts, a bar, and a frame behind that carries the net.
-#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct GoalDimensions {
     /// Between the centres of the posts, m.
@@ -82,7 +83,7 @@ impl Default for GoalDimensions {
 }
 
 /// Dimensions of the pitch. The default is the paper's 6 x 4 m pitch (2010 rule book, section 1.1).
-#[derive(Resource, Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Resource, Clone, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[reflect(Resource, @Knowledge::Public)]
 #[serde(default, deny_unknown_fields)]
 pub struct Pitch {
@@ -137,7 +138,9 @@ impl Default for Pitch {
 }
 
 /// One end of the pitch, or the goal there.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(
+    Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema,
+)]
 #[serde(rename_all = "snake_case")]
 pub enum End {
     /// The end at -x, with the blue goal.

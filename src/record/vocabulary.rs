@@ -7,6 +7,7 @@
 use bevy::ecs::change_detection::Tick;
 use bevy::ecs::query::QueryData;
 use bevy::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -26,14 +27,16 @@ use crate::sensing::vision::Percepts;
 use crate::simulation::sensors::SensorRecord;
 
 /// What a robot perceives in a cycle: its sensors' readings, the messages that arrived, and what it is told.
-#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct Perception {
     /// Where its head is turned, yaw and pitch, radians (degrees in files).
     #[serde(rename = "head_deg", with = "head_angles")]
+    #[schemars(with = "[f32; 2]")]
     pub head: HeadAngles,
     /// Its way since the start by its own steps: `[x m, y m, heading deg]` in files.
     #[serde(with = "file_units::pose")]
+    #[schemars(with = "[f32; 3]")]
     pub odometry: Pose,
     /// What its sonars measure, m.
     pub sonar_m: SonarReading,
@@ -52,14 +55,16 @@ pub struct Perception {
 
 /// What a robot wants in a cycle. What is not given stays as it is: the robot stands, and its head goes where it was told
 /// to go.
-#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct RobotCommand {
     /// A step: `[dx m, dy m, dtheta deg]` in files.
     #[serde(with = "optional_walk", skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Option<[f32; 3]>")]
     pub walk: Option<WalkCommand>,
     /// Where the head goes, yaw and pitch, radians (degrees in files).
     #[serde(rename = "head_deg", with = "optional_head", skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Option<[f32; 2]>")]
     pub head: Option<HeadCommand>,
     /// A kick.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -9,6 +9,7 @@
 //! 3.9.1: the referee points for 5 s at least). That every robot has seen it by then is a simplification.
 
 use bevy::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::snapshot::MatchSnapshot;
@@ -22,7 +23,7 @@ use crate::team::Team;
 /// What a robot is told of the game at the start of a cycle, as by a GameController (2010 rule book, section 3.2). It is
 /// a sensor: every robot has its own, and behaviours read nothing else of the match. All but the penalties and placements
 /// of the robot and the whistles may come [late](crate::game::Rules::status_delay_s).
-#[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[reflect(Component, @Knowledge::Sensor)]
 #[serde(default)]
 #[non_exhaustive]
@@ -68,7 +69,7 @@ pub struct GameStatus {
 }
 
 /// What robots are told of a free kick.
-#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 pub struct SetPlayStatus {
     /// What it is given for.
     pub kind: SetPlayKind,

@@ -1,6 +1,7 @@
 //! Kicks: the four types of the paper's section 3.2, the place of the ball that each needs, and their course in time.
 
 use bevy::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Roster;
@@ -29,7 +30,7 @@ impl Plugin for KickPlugin {
 }
 
 /// A kick that a behaviour wants.
-#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct KickRequest {
     /// The kind of kick, and with which foot.

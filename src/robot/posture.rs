@@ -1,6 +1,7 @@
 //! How a robot's body is: upright, fallen, getting up, diving. What makes it so: [`falls`](super::falls).
 
 use bevy::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::body::{Body, BodyBox};
@@ -9,7 +10,7 @@ use crate::kick_geometry::Side;
 use crate::knowledge::Knowledge;
 
 /// What a robot does with its whole body, rather than with its legs.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum PostureRequest {

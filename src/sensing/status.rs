@@ -1,6 +1,7 @@
 //! What a robot knows of its own body and of the game.
 
 use bevy::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::cycle::{Cycle, CycleSystems};
@@ -29,7 +30,7 @@ impl Plugin for BodyStatusPlugin {
 }
 
 /// What the robot's body is doing.
-#[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[reflect(Component, @Knowledge::Sensor)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]

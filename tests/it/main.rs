@@ -40,6 +40,7 @@ mod renderers;
 mod rule_cases;
 mod scenario_errors;
 mod scenario_files;
+mod schema;
 mod sensing;
 mod sensors;
 mod situation;

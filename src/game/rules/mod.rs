@@ -5,6 +5,7 @@ mod limits;
 pub use limits::RulesError;
 
 use bevy::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::cycle::CycleClock;
@@ -12,7 +13,7 @@ use crate::knowledge::Knowledge;
 use crate::named_values::NamedValues;
 
 /// What follows when the ball has left the pitch.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum BallOutRestart {
@@ -26,7 +27,7 @@ pub enum BallOutRestart {
 }
 
 /// How a kick-off comes about.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum KickOffProcedure {
@@ -38,7 +39,7 @@ pub enum KickOffProcedure {
 }
 
 /// Whose rules say where a robot may stand at a kick-off.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum KickOffPositions {
@@ -50,7 +51,7 @@ pub enum KickOffPositions {
 }
 
 /// Where a robot comes back after a penalty.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum ReturnPlace {
@@ -62,7 +63,7 @@ pub enum ReturnPlace {
 }
 
 /// Which of a team's robots may be where in front of their own goal.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum DefenderLimit {
@@ -74,7 +75,7 @@ pub enum DefenderLimit {
 }
 
 /// Whether a robot may touch another with its side, its arm or shoulder, on its way to the ball.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum SideContacts {
@@ -88,7 +89,7 @@ pub enum SideContacts {
 }
 
 /// How a penalty shoot-out goes.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum ShootOutProcedure {
@@ -103,7 +104,7 @@ pub enum ShootOutProcedure {
 
 /// The rules as data; presets are files in `assets/rules`. The default is the preset `naoisis`: the paper's match
 /// mode (section 3.4). Durations are in seconds of play unless they say otherwise.
-#[derive(Resource, Clone, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Resource, Clone, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[reflect(Resource, @Knowledge::Public)]
 #[serde(default, deny_unknown_fields)]
 pub struct Rules {
@@ -112,6 +113,7 @@ pub struct Rules {
     /// The [rules that the program has registered](crate::simulation::rules) which are in force, by name, with their settings;
     /// `{}` for their defaults, `null` for none. Whether there are such is found when a match starts.
     #[serde(skip_serializing_if = "NamedValues::is_empty")]
+    #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
     pub own: NamedValues,
 
     /// Whether the halves end, sides are changed and the match is finished by the clock.

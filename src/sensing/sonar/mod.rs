@@ -44,6 +44,7 @@
 //! ```
 
 use bevy::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::appearance::scene::{Scene, ScenePost, SceneRobot};
@@ -80,7 +81,7 @@ impl Plugin for SonarPlugin {
 }
 
 /// What the two sonars measured in this cycle, m; nothing in range is no reading.
-#[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[reflect(Component, @Knowledge::Sensor)]
 pub struct SonarReading {
     /// The left sonar's distance, m.

@@ -44,6 +44,7 @@
 
 use bevy::prelude::*;
 use core::cmp::Ordering;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::appearance::scene::Scene;
@@ -94,19 +95,21 @@ impl Plugin for VisionPlugin {
 }
 
 /// A ball in an image.
-#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[non_exhaustive]
 pub struct BallPercept {
     /// The camera that sees it.
     pub camera: CameraName,
     /// The centre's pixel, [u, v].
+    #[schemars(with = "[f32; 2]")]
     pub pixel: Vec2,
     /// Its estimated place on the ground, m, robot frame.
+    #[schemars(with = "[f32; 2]")]
     pub position_m: Vec2,
 }
 
 /// A goal post in an image.
-#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[non_exhaustive]
 pub struct GoalPostPercept {
     /// The camera that sees it.
@@ -114,13 +117,15 @@ pub struct GoalPostPercept {
     /// The post's colour.
     pub colour: GoalColour,
     /// The pixel where it stands on the ground, [u, v].
+    #[schemars(with = "[f32; 2]")]
     pub pixel: Vec2,
     /// Its estimated place on the ground, m, robot frame.
+    #[schemars(with = "[f32; 2]")]
     pub position_m: Vec2,
 }
 
 /// Another robot in an image, by its waistband.
-#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[non_exhaustive]
 pub struct RobotPercept {
     /// The camera that sees it.
@@ -128,13 +133,15 @@ pub struct RobotPercept {
     /// The team, by the colour of the waistband.
     pub team: Team,
     /// The pixel where it stands on the ground, [u, v].
+    #[schemars(with = "[f32; 2]")]
     pub pixel: Vec2,
     /// Its estimated place on the ground, m, robot frame.
+    #[schemars(with = "[f32; 2]")]
     pub position_m: Vec2,
 }
 
 /// A line, crossing or mark in an image.
-#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[non_exhaustive]
 pub struct LandmarkPercept {
     /// The camera that sees it.
@@ -143,8 +150,10 @@ pub struct LandmarkPercept {
     #[serde(flatten)]
     pub kind: LandmarkKind,
     /// Its pixel, [u, v].
+    #[schemars(with = "[f32; 2]")]
     pub pixel: Vec2,
     /// Its estimated place on the ground, m, robot frame.
+    #[schemars(with = "[f32; 2]")]
     pub position_m: Vec2,
 }
 
@@ -172,15 +181,17 @@ percepts! {
 }
 
 /// What a landmark on the ground is.
-#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum LandmarkKind {
     /// A stretch of a line; the percept's own place is one end.
     Line {
         /// The other end's pixel, [u, v].
+        #[schemars(with = "[f32; 2]")]
         end_pixel: Vec2,
         /// The other end on the ground, m, robot frame.
+        #[schemars(with = "[f32; 2]")]
         end_position_m: Vec2,
     },
     /// A place where lines meet.
@@ -195,7 +206,7 @@ pub enum LandmarkKind {
 }
 
 /// What a robot's cameras recognised in this cycle.
-#[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[reflect(Component, @Knowledge::Sensor)]
 #[non_exhaustive]
 pub struct Percepts {

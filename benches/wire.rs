@@ -1,0 +1,74 @@
+//! What it costs that programs play: matches of three against three as so many times real time, the clients' small team in
+//! compiled and in interpreted languages, and how soon six programs are ready.
+#![expect(clippy::unwrap_used, clippy::print_stdout, reason = "a benchmark prints its figures and may panic")]
+
+use bevy::prelude::*;
+use naoisis::agents::{self, AgentsPlugin};
+use naoisis::prelude::*;
+use naoisis::scenario::BehaviourSpec;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Instant;
+
+mod common;
+use common::fastest;
+
+/// Cycles over which a factor is taken, and how often: ten simulated seconds.
+const CYCLES: usize = 300;
+const ROUNDS: usize = 12;
+
+fn client(path: &str) -> String {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("clients").join(path).display().to_string()
+}
+
+/// The team of the C++ client, compiled.
+fn compiled(folder: &Path) -> Option<String> {
+    let program = folder.join("dribblers");
+    let mut compiler = Command::new("c++");
+    compiler.args(["-std=c++17", "-O2", "-o"]).arg(&program).arg(client("cpp/dribblers.cpp"));
+    compiler.status().ok().filter(|status| status.success()).map(|_| program.display().to_string())
+}
+
+/// A match in which this program plays the first robots, so many of them.
+fn match_with(program: &str, robots: usize) -> App {
+    let mut app = App::new();
+    app.add_plugins((NaoisisPlugins, AgentsPlugin));
+    let mut scenario = naoisis::simulation::resolved(app.world(), &Scenario::named("match3v3").unwrap());
+    let words: Vec<String> = program.split(' ').map(str::to_owned).collect();
+    for robot in scenario.robots.iter_mut().take(robots) {
+        robot.behaviour = BehaviourSpec::Program(words.clone());
+    }
+    app.start_match(&scenario).unwrap();
+    app
+}
+
+/// How many times real time it is played.
+fn factor(app: &mut App) -> f64 {
+    let simulated_s = CYCLES as f64 * app.world().resource::<CycleClock>().period_s;
+    let took_s = fastest(ROUNDS, || {
+        app.run_cycles(CYCLES);
+    });
+    simulated_s / took_s
+}
+
+fn report(name: &str, program: &str, robots: usize) {
+    let mut app = match_with(program, robots);
+    let started = Instant::now();
+    agents::start_programs(app.world_mut()).unwrap();
+    let start_s = started.elapsed().as_secs_f64();
+    println!("{name}: {:.0} times real time, ready after {start_s:.2} s", factor(&mut app));
+    agents::dismiss(app.world_mut(), "end");
+}
+
+fn main() {
+    let folder: PathBuf = tempfile::tempdir().unwrap().keep();
+    println!("no program: {:.0} times real time", factor(&mut match_with("", 0)));
+    if let Some(program) = compiled(&folder) {
+        report("six programs in C++", &program, 6);
+        report("one program in C++", &program, 1);
+    }
+    let python = format!("python3 {}", client("python/dribblers.py"));
+    report("six programs in Python", &python, 6);
+    report("one program in Python", &python, 1);
+    let _ = std::fs::remove_dir_all(folder);
+}
