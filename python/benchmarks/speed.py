@@ -137,7 +137,7 @@ STANDING = {
         for number in (1, 2, 3)
     ],
 }
-SEER = {"rules": "free", "ball": {"position_m": [1.0, 0.2]}, "robots": [{"team": "blue", "number": 1}]}
+SEER = {"rules": "free", "duration_s": 1e5, "ball": {"position_m": [1.0, 0.2]}, "robots": [{"team": "blue", "number": 1}]}
 
 if __name__ == "__main__":
     main()

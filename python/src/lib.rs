@@ -8,6 +8,7 @@ use std::process::ExitCode;
 mod batches;
 mod environments;
 mod errors;
+mod matches;
 mod played;
 mod simulator;
 mod starts;
@@ -38,7 +39,7 @@ mod _naoisis {
     #[pymodule_export]
     use super::environments::{Environments, challenges};
     #[pymodule_export]
-    use super::played::Match;
+    use super::matches::Match;
     #[pymodule_export]
     use super::traces::{TraceLines, read_trace};
 

@@ -173,3 +173,43 @@ def test_a_window_that_cannot_be_opened_says_so(monkeypatch):
     with pytest.raises(naoisis.MatchError, match="no window can be opened: .*expected a display"):
         env.reset(seed=1)
     assert View(None, ()).close() is None
+
+
+def _two():
+    env = naoisis.vector_env("ScoreEmptyGoal", 2)
+    env.reset(seed=1)
+    return env
+
+
+def _pair():
+    env = naoisis.parallel_env("TwoOnTwo")
+    env.reset(seed=1)
+    return env
+
+
+@pytest.mark.parametrize(
+    ("act", "exception", "words"),
+    [
+        (lambda: _two().step(np.zeros((8, 2))), ValueError, r"shape \(8, 2\); expected \(2, 8\)"),
+        (lambda: _two().step(np.zeros((2, 8), complex)), TypeError, "they are complex"),
+        (lambda: _two().reset(seed=[]), ValueError, "expected the first one only"),
+        (lambda: _two().reset(seed=[1, 2, 3]), ValueError, "expected the first one only"),
+        (lambda: _two().step_into(np.zeros((2, 8)), [1], [2], [3], [4]), TypeError, "observations: expected an array"),
+        (lambda: _two().snapshot(7), IndexError, "no world 7"),
+        (lambda: _pair().step(None), TypeError, "actions: expected a dictionary"),
+        (lambda: _pair().step({"blue_1": STAND, "blue_2": STAND[:3]}), TypeError, "2 rows of 8"),
+        (lambda: _pair().step({"blue_1": STAND, "blue_2": STAND, "pink_1": STAND}), ValueError, "no agent 'pink_1'"),
+        (lambda: naoisis.vector_env("match3v3", 2, control=3), TypeError, "control: expected robots"),
+        (lambda: naoisis.vector_env("match3v3", 2, camera=3), TypeError, "camera: expected a text"),
+        (lambda: naoisis.vector_env("match3v3", 2, image_size=3), TypeError, "image_size: expected height and width"),
+        (lambda: naoisis.vector_env("match3v3", 2, observations="x"), TypeError, "there is no option 'observations'"),
+        (lambda: naoisis.Match("match3v3").run("long"), TypeError, "seconds: expected a number"),
+        (lambda: naoisis.Match.restore("file"), TypeError, "snapshot: expected bytes"),
+        (lambda: naoisis.batch("match3v3", duration_s="long"), TypeError, "duration_s: expected a number"),
+        (lambda: naoisis.batch("match3v3", sweep=[1]), TypeError, "sweep: expected a dictionary"),
+        (lambda: naoisis.read_beliefs("/dev/null"), ValueError, "nothing in the table"),
+    ],
+)
+def test_what_is_wrong_is_said_clearly(act, exception, words):
+    with pytest.raises(exception, match=words):
+        act()

@@ -113,7 +113,7 @@ def learn(task: str, observation: str, steps: int, seed: int, out: Path) -> None
             with open(out / f"{task}-{observation}.csv", "w", newline="") as file:
                 csv.writer(file, lineterminator="\n").writerows(curve)
     policy = Learned(out / f"{task}-{observation}.npz", envs.observation_names)
-    print(f"decides for the best in each state: {success_rate(task, observation, policy, 512):.1%} of 512 episodes are a success")
+    print(f"in 512 other episodes {success_rate(task, observation, policy, 512):.1%} are a success")
 
 
 if __name__ == "__main__":

@@ -56,12 +56,14 @@ def spread(features: np.ndarray) -> np.ndarray:
 class Learned:
     """A policy of a file: decides for robots from their observations, row by row, and remembers for each what it needs.
 
+    It draws its actions by their probabilities, as it did when it learned: who always does the likeliest may do it for ever.
+
     >>> policy = Learned("policies/ScoreEmptyGoal-belief.npz", envs.observation_names)
     >>> actions = policy(observations)
     """
 
-    def __init__(self, path: str | os.PathLike[str], names: Sequence[str]):
-        self.senses = Senses(names)
+    def __init__(self, path: str | os.PathLike[str], names: Sequence[str], seed: int = 1):
+        self.senses, self.random = Senses(names), np.random.default_rng(seed)
         with np.load(path) as file:
             self.layers = [(file[f"weight{layer}"], file[f"bias{layer}"]) for layer in range(len(file.files) // 2)]
         self.memory = self.senses.begin(0)
@@ -78,7 +80,8 @@ class Learned:
         for weight, bias in self.layers[:-1]:
             signal = np.tanh(signal @ weight.T + bias)
         weight, bias = self.layers[-1]
-        return np.argmax(signal @ weight.T + bias, axis=1)
+        # Gumbel's way of drawing from a softmax.
+        return np.argmax(signal @ weight.T + bias + self.random.gumbel(size=(len(signal), len(bias))), axis=1)
 
 
 def success_rate(task: str, observation: str, policy: Learned, episodes: int, seed: int = 1_000_000) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import operator
 import os
 from collections.abc import Iterable, Mapping
@@ -37,6 +38,17 @@ def count_of(count: Any, name: str, least: int = 1, most: int = 2**32) -> int:
     return number
 
 
+def seconds_of(seconds: Any, name: str) -> float:
+    """A duration, s: finite, from 0 on."""
+    try:
+        number = float(seconds)
+    except (TypeError, ValueError):
+        raise TypeError(f"{name}: expected a number of seconds, not {seconds!r}") from None
+    if not (math.isfinite(number) and number >= 0):
+        raise ValueError(f"{name}: {seconds} is no duration; expected a number from 0 on")
+    return number
+
+
 def word_of(word: Any, name: str) -> str | None:
     """A word, or None."""
     if word is None or isinstance(word, str):
@@ -67,6 +79,8 @@ def match_of(
 
 def control_of(control: str | Iterable[str]) -> list[str]:
     """The names of the robots, or teams, that are controlled."""
+    if not isinstance(control, Iterable):
+        raise TypeError(f"control: expected robots such as 'blue2', or a team, not {control!r}")
     words = [control] if isinstance(control, str) else list(control)
     for word in words:
         if not isinstance(word, str):

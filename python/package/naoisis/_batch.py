@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import csv
 import io
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from naoisis import _naoisis
-from naoisis._arguments import Scenario, count_of, match_of
-from naoisis._tables import column_of
+from naoisis._arguments import Scenario, count_of, match_of, seconds_of
+from naoisis._tables import Columns, columns_of
 
 if TYPE_CHECKING:
     import pandas
@@ -20,7 +17,7 @@ if TYPE_CHECKING:
 __all__ = ["Batch", "batch"]
 
 
-class Batch(Mapping[str, np.ndarray]):
+class Batch(Columns):
     """What came of the matches of a batch: columns by their names, an entry a match, in the order of the matches.
 
     The columns are those of the table that ``naoisis batch --csv`` writes: ``seed``, the settings that were swept,
@@ -30,18 +27,7 @@ class Batch(Mapping[str, np.ndarray]):
     def __init__(self, played: _naoisis.Batch):
         self._played = played
         self._table = played.table()
-        header, *lines = csv.reader(io.StringIO(self._table))
-        columns = zip(*lines) if lines else ([] for _ in header)
-        self._columns = {name: column_of(cells) for name, cells in zip(header, columns)}
-
-    def __getitem__(self, name: str) -> np.ndarray:
-        return self._columns[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._columns)
-
-    def __len__(self) -> int:
-        return len(self._columns)
+        super().__init__(columns_of(io.StringIO(self._table)))
 
     @property
     def matches(self) -> int:
@@ -106,11 +92,13 @@ def batch(
     """
     made = match_of(scenario, seed, set, blue, pink, realism)
     values = {}
+    if sweep is not None and not isinstance(sweep, Mapping):
+        raise TypeError(f"sweep: expected a dictionary of fields and lists of values, not {sweep!r}")
     for field, several in (sweep or {}).items():
         if isinstance(several, str) or not hasattr(several, "__iter__"):
             raise TypeError(f"sweep: {field!r} has {several!r}; expected a list of values")
         values[field] = list(several)
-    if duration_s is not None and not 0 < duration_s < float("inf"):
+    if duration_s is not None and seconds_of(duration_s, "duration_s") == 0:
         raise ValueError(f"duration_s: {duration_s} is no duration; expected a positive number")
     if threads is not None:
         threads = count_of(threads, "threads", most=1024)

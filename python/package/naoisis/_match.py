@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -10,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from naoisis import _naoisis
-from naoisis._arguments import Scenario, control_of, count_of, match_of
+from naoisis._arguments import Scenario, control_of, count_of, match_of, seconds_of
 from naoisis._pictures import png
 from naoisis.errors import MatchError
 
@@ -65,6 +64,8 @@ class Match:
         Raises:
             SnapshotError: These are no such bytes.
         """
+        if not isinstance(snapshot, (bytes, bytearray, memoryview)):
+            raise TypeError(f"snapshot: expected bytes, not {snapshot!r}")
         match = cls.__new__(cls)
         match._match = _naoisis.Match.restore(bytes(snapshot))
         return match
@@ -113,9 +114,7 @@ class Match:
         """
         if seconds is None:
             return self._match.play(2**63)
-        if not (math.isfinite(seconds) and seconds >= 0):
-            raise ValueError(f"seconds: {seconds} is no duration; expected a number from 0 on, or None")
-        return self._match.play(round(seconds / self._match.cycle_s))
+        return self._match.play(round(seconds_of(seconds, "seconds") / self._match.cycle_s))
 
     @property
     def cycle(self) -> int:

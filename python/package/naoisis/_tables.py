@@ -2,9 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import csv
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
+
+
+class Columns(Mapping[str, np.ndarray]):
+    """Columns by their names, in their order."""
+
+    def __init__(self, columns: Mapping[str, np.ndarray]):
+        self._columns = dict(columns)
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        return self._columns[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._columns)
+
+    def __len__(self) -> int:
+        return len(self._columns)
+
+
+def columns_of(table: Iterable[str]) -> dict[str, np.ndarray]:
+    """The columns of a table of comma-separated values, whose first line has their names."""
+    lines = list(csv.reader(table))
+    if not lines:
+        raise ValueError("there is nothing in the table; expected a line with the names of its columns")
+    header = lines.pop(0)
+    return {name: column_of(cells) for name, cells in zip(header, zip(*lines) if lines else ([] for _ in header))}
 
 
 def column_of(cells: Sequence[str]) -> np.ndarray:

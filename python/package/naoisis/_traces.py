@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import csv
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from naoisis import _naoisis
-from naoisis._tables import column_of
+from naoisis._tables import Columns, columns_of
 
 if TYPE_CHECKING:
     import pandas
@@ -18,7 +17,7 @@ if TYPE_CHECKING:
 __all__ = ["Trace", "read_beliefs", "read_trace", "trace_lines"]
 
 
-class Trace(Mapping[str, np.ndarray]):
+class Trace(Columns):
     """A trace as columns: an entry a line, by the name of the robot and the quantity, such as ``"blue1.pose"``.
 
     ================================ =============== ==================================================================
@@ -57,17 +56,8 @@ class Trace(Mapping[str, np.ndarray]):
         events: list[dict[str, Any]],
         ending: str | None,
     ):
-        self._columns = {name: np.asarray(column) for name, column in columns.items()}
+        super().__init__({name: np.asarray(column) for name, column in columns.items()})
         self.scenario, self.events, self.ending = scenario, events, ending
-
-    def __getitem__(self, name: str) -> np.ndarray:
-        return self._columns[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._columns)
-
-    def __len__(self) -> int:
-        return len(self._columns)
 
     @property
     def robots(self) -> list[str]:
@@ -111,5 +101,4 @@ def trace_lines(path: str | os.PathLike[str]) -> Iterator[dict[str, Any]]:
 def read_beliefs(path: str | os.PathLike[str]) -> dict[str, np.ndarray]:
     """Reads a table of beliefs against the truth, as ``naoisis run --beliefs`` writes it: columns by their names."""
     with open(path, newline="", encoding="utf-8") as file:
-        header, *lines = csv.reader(file)
-    return {name: column_of(cells) for name, cells in zip(header, zip(*lines) if lines else ([] for _ in header))}
+        return columns_of(file)

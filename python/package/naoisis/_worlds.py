@@ -52,10 +52,8 @@ class Worlds:
         unknown = [name for name in options if name not in WorldOptions.__annotations__]
         if unknown:
             raise TypeError(f"there is no option {unknown[0]!r}; expected one of {', '.join(WorldOptions.__annotations__)}")
-        control = options.get("control")
+        control = None if options.get("control") is None else control_of(options["control"])
         observation, action = options.get("observation", "perception"), options.get("action", "continuous")
-        if not isinstance(observation, str) or not isinstance(action, str):
-            raise TypeError("observation and action: expected texts")
         made = match_of(scenario, set=options.get("set"), realism=options.get("realism"))
         side, pool = _opponents(options.get("opponents"), control)
         if pool:
@@ -63,15 +61,22 @@ class Worlds:
         reward = options.get("reward")
         self.own_reward = reward if callable(reward) else None
         cycles = options.get("cycles_per_step")
-        height, width = options.get("image_size", (48, 64))
+        size = options.get("image_size", (48, 64))
+        if not isinstance(size, Sequence) or len(size) != 2:
+            raise TypeError(f"image_size: expected height and width, not {size!r}")
+        height, width = size
+        camera = options.get("camera", "top")
+        for name, word in (("observation", observation), ("action", action), ("camera", camera)):
+            if not isinstance(word, str):
+                raise TypeError(f"{name}: expected a text, not {word!r}")
         self.inner = _naoisis.Environments(
             made,
             {
-                "control": None if control is None else control_of(control),
+                "control": control,
                 "others": [(side, team) for team in pool[1:]],
                 "solo": solo,
                 "observation": observation,
-                "camera": options.get("camera", "top"),
+                "camera": camera,
                 "image_size": [count_of(height, "image_size", most=4096), count_of(width, "image_size", most=4096)],
                 "action": action,
                 "cycles_per_step": None if cycles is None else count_of(cycles, "cycles_per_step"),
@@ -122,12 +127,16 @@ class Worlds:
 
     def actions(self, actions: Any) -> np.ndarray:
         """Actions as the compiled part takes them."""
+        shape = (self.rows, self.numbers_of_action)
         try:
-            array = np.ascontiguousarray(actions, dtype=np.float32)
+            given = np.asarray(actions)
+            if np.iscomplexobj(given):
+                raise TypeError("they are complex")
+            array = np.ascontiguousarray(given, dtype=np.float32)
         except (TypeError, ValueError) as error:
             raise TypeError(f"actions: expected numbers, {self.rows} rows of {self.numbers_of_action}: {error}") from None
-        if array.size != self.rows * self.numbers_of_action:
-            shape = (self.rows, self.numbers_of_action)
+        # A single robot, and a single choice, need no axis of their own.
+        if array.size != self.rows * self.numbers_of_action or (min(shape) > 1 and array.shape != shape):
             raise ValueError(f"actions: an array of shape {array.shape}; expected {shape}")
         return array
 
@@ -197,10 +206,9 @@ def check_options(options: Mapping[str, Any] | None, *more: str) -> None:
             raise ValueError(f"options: there is no {name!r}; expected {', '.join((*CHANGES, *more))}")
 
 
-def _opponents(opponents: Any, control: Any) -> tuple[str, list[str]]:
+def _opponents(opponents: Any, control: list[str] | None) -> tuple[str, list[str]]:
     """The side of the opponents, and the names of the teams of which one is drawn for each episode."""
-    first = next(iter([control] if isinstance(control, str) else control or ["blue"]), "blue")
-    side = "pink" if str(first).startswith("blue") else "blue"
+    side = "blue" if control and control[0].startswith("pink") else "pink"
     if opponents is None or isinstance(opponents, str):
         return side, [] if opponents is None else [opponents]
     if not isinstance(opponents, Sequence) or not opponents:

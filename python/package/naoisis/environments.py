@@ -193,8 +193,8 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         if self.closed:
             raise MatchError("the environment is closed; expected no reset after that")
         if isinstance(seed, (list, tuple)):
-            if list(seed) != list(range(seed[0], seed[0] + len(seed))):
-                raise ValueError("seed: a list of seeds that do not follow each other; expected the first one only")
+            if len(seed) != self.num_worlds or list(seed) != list(range(seed[0], seed[0] + len(seed))):
+                raise ValueError(f"seed: {seed} are not {self.num_worlds} seeds that follow each other; expected the first one only")
             seed = seed[0]
         super().reset(seed=seed)
         check_options(options, "reset_mask")
@@ -246,6 +246,9 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         }
         if images is not None:
             arrays["images"] = images
+        for name, array in arrays.items():
+            if not isinstance(array, np.ndarray):
+                raise TypeError(f"{name}: expected an array of NumPy, not {type(array).__name__}")
         return self._step_into(actions, arrays)
 
     def _step_into(self, actions: Any, arrays: dict[str, np.ndarray]) -> dict[str, Any]:

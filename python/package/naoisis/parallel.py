@@ -77,11 +77,16 @@ class MatchParallelEnv(ParallelEnv):
     ) -> tuple[dict[str, Any], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]]:
         if not self.agents:
             raise MatchError("the episode is over, or has not begun; expected a reset before the next step")
+        if not isinstance(actions, Mapping):
+            raise TypeError(f"actions: expected a dictionary of agents and their actions, not {actions!r}")
+        foreign = [agent for agent in actions if agent not in self.agents]
+        if foreign:
+            raise ValueError(f"actions: there is no agent {foreign[0]!r}; expected {', '.join(self.agents)}")
         missing = [agent for agent in self.agents if agent not in actions]
         if missing:
             raise ValueError(f"actions: there is none for {', '.join(missing)}; expected one for each agent")
         arrays = self._worlds.arrays()
-        rows = np.array([np.asarray(actions[agent], dtype=np.float32).ravel() for agent in self.agents])
+        rows = [np.ravel(actions[agent]) for agent in self.agents]
         self._worlds.step(rows, arrays)
         self._view.show(self._worlds)
         observations, agents = self._each(self._worlds.observations(arrays)), self.agents
