@@ -272,7 +272,7 @@ mod tests {
         let challenge = Challenge::named(challenge)?;
         let Ok(player) = player.parse();
         play_attempts(&challenge, &player, attempts, simulator, &AtomicBool::new(false), |attempt| {
-            played.push(attempt)
+            played.push(attempt);
         })?;
         Ok(played)
     }
