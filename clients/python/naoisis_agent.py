@@ -31,8 +31,9 @@ class Refused(Exception):
 class Agent:
     """The connection to the match. `welcome` is what the match says of itself: robot, cycle_s, field, rules, model."""
 
-    def __init__(self, name="", images=(), belief=False, address=None, robot=None):
-        """Says hello, over standard input and output, or to `naoisis serve` at `address`: "tcp:HOST:PORT" or "unix:PATH"."""
+    def __init__(self, name="", images=(), belief=False, address=None, robot=None, token=None):
+        """Says hello, over standard input and output, or to `naoisis serve` at `address`: "tcp:HOST:PORT" or "unix:PATH", with the
+        token that it asks for."""
         if address is None:
             self._from_match, self._to_match = sys.stdin.buffer, sys.stdout.buffer
             sys.stdout = sys.stderr
@@ -43,6 +44,8 @@ class Agent:
         robot = robot or os.environ.get("NAOISIS_ROBOT")
         if robot:
             hello["robot"] = robot
+        if token:
+            hello["token"] = token
         self._send({"hello": hello})
         answer = self._receive()
         if answer is None or "welcome" not in answer:

@@ -49,6 +49,9 @@ pub struct Hello {
     /// The robot that it wants to play; on a pipe it plays the robot that it was started for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub robot: Option<RobotId>,
+    /// The word that whoever serves the match has given to those who may connect.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub token: Option<String>,
     /// How it wants to talk from now on.
     #[serde(default)]
     pub encoding: Encoding,

@@ -165,6 +165,11 @@ fn introduce(world: &mut World, stream: Stream) -> Result<(RobotId, String), Los
     let deadline = settings.answer_timeout.map(|time| Instant::now() + time);
     let mut agent = Agent::new(Connection::new(stream, settings.longest_message), None);
     let hello = agent.hello(deadline)?;
+    if settings.token.is_some() && hello.token != settings.token {
+        return Err(
+            agent.refuse("it does not know the token; expected that of `naoisis serve --token`".to_owned(), deadline)
+        );
+    }
     let robot = match wanted(world, &hello) {
         Ok(robot) => robot,
         Err(reason) => return Err(agent.refuse(reason, deadline)),

@@ -19,6 +19,8 @@ pub struct AgentSettings {
     pub start_timeout: Option<Duration>,
     /// The longest message, bytes: 65 536.
     pub longest_message: usize,
+    /// The word that programs have to say that connect; none if nobody is asked.
+    pub token: Option<String>,
     /// The folder in which the programs of each team are run; none for that of this program.
     pub folders: PerTeam<Option<PathBuf>>,
     /// What is done with what they write to standard error; none to let it pass as it is.
@@ -31,6 +33,7 @@ impl Default for AgentSettings {
             answer_timeout: Some(Duration::from_secs(5)),
             start_timeout: Some(Duration::from_secs(30)),
             longest_message: 64 << 10,
+            token: None,
             folders: PerTeam::default(),
             error_lines: None,
         }

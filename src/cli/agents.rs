@@ -43,6 +43,7 @@ impl AgentArguments {
             answer_timeout: any_time_for_zero(self.agent_timeout, default.answer_timeout),
             start_timeout: any_time_for_zero(self.agent_start_timeout, default.start_timeout),
             longest_message: self.agent_limit.map_or(default.longest_message, |bytes| bytes as usize),
+            token: None,
             folders: PerTeam::new(|team| folder.clone().filter(|_| teams.of(team).is_none())),
             error_lines: Some(Arc::new(|robot, line| report::note(&format!("[{robot}] {line}")))),
         }

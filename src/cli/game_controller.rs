@@ -4,6 +4,7 @@ use bevy::prelude::*;
 use clap::Args;
 use std::net::{IpAddr, Ipv4Addr};
 
+use super::report;
 use crate::game_controller::{
     self, GameController, GameControllerSettings, Listener, NetworkSettings, ProtocolVersion,
 };
@@ -44,6 +45,7 @@ impl GameControllerArguments {
         if let Some(address) = self.listen_game_controller {
             let listener = Listener::open(address, port_offset, self.team_numbers);
             let listener = listener.map_err(|error| format!("--listen-game-controller: {error}"))?;
+            report::note(&format!("hearing a GameController at {address}; robots stand until it says something"));
             game_controller::listen_to(world, listener);
         }
         if let Some(version) = self.game_controller {

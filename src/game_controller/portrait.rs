@@ -100,7 +100,7 @@ impl Portrayed<'_> {
     }
 }
 
-/// Seconds that have begun, as game controllers count down.
+/// Seconds that have begun, as a GameController counts down.
 fn whole_seconds(cycles: u64, clock: &CycleClock) -> u64 {
     // A time that is whole but for rounding is whole.
     (cycles as f64 * clock.period_s - 1e-6).ceil() as u64

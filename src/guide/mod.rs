@@ -12,7 +12,8 @@
 //! 10. [The paper](paper): what each of its sentences has become, and which test shows it.
 //! 11. [Python](python): matches, batches and environments for learning from there.
 //! 12. [A bridge to ROS 2](ros2): robots whose software is made of nodes.
-//! 13. [Adding to it](extending): a sensor, a rule, a team, a log format, a command.
+//! 13. [A robot of your own](robots): from a data sheet to a match, and the leagues.
+//! 14. [Adding to it](extending): a sensor, a rule, a team, a log format, a command.
 //!
 //! The programs in `examples/` are one idea each, and run headless:
 //!
@@ -70,6 +71,9 @@ pub mod python {}
 
 #[doc = include_str!("ros2.md")]
 pub mod ros2 {}
+
+#[doc = include_str!("robots.md")]
+pub mod robots {}
 
 #[doc = include_str!("extending.md")]
 pub mod extending {

@@ -230,14 +230,20 @@ fn whoever_connects_plays_the_match_of_whoever_is_started() {
             assert!(first.ends_with("waiting for pink1, pink2, pink3"), "{first}");
             let connecting = format!(
                 "import sys; sys.path.insert(0, {:?}); import naoisis_agent, dribblers; \
-                 naoisis_agent.play(dribblers.decide, address={address:?}, robot=sys.argv[1])",
+                 naoisis_agent.play(dribblers.decide, address={address:?}, robot=sys.argv[1], token=sys.argv[2])",
                 path_of("clients/python")
             );
-            for robot in ["pink3", "pink1", "pink2"] {
+            let connect = |robot: &str, token: &str| {
                 let mut program = Command::new("python3");
-                program.current_dir(folder.path()).args(["-c", &connecting, robot]);
-                programs.push(program.spawn().unwrap());
+                program.current_dir(folder.path()).args(["-c", &connecting, robot, token]).stderr(Stdio::null());
+                program.spawn().unwrap()
+            };
+            let token = listen.get(3).copied().unwrap_or_default();
+            if !token.is_empty() {
+                assert!(!connect("pink1", "another").wait().unwrap().success());
+                assert!(said.next().unwrap().unwrap().contains("was not let in: it does not know the token"));
             }
+            programs.extend(["pink3", "pink1", "pink2"].map(|robot| connect(robot, token)));
         }
         let rest: Vec<String> = said.map(Result::unwrap).filter(|line| !line.contains("is played by")).collect();
         assert!(match_.wait().unwrap().success() && rest.is_empty(), "{rest:?}");
@@ -250,6 +256,7 @@ fn whoever_connects_plays_the_match_of_whoever_is_started() {
     let started = play(&team, &[], "started.jsonl");
     assert!(play("remote", &["--listen", "tcp:127.0.0.1:0"], "tcp.jsonl") == started);
     assert!(play("remote", &["--listen", "unix:socket"], "unix.jsonl") == started);
+    assert!(play("remote", &["--listen", "tcp:127.0.0.1:0", "--token", "secret"], "token.jsonl") == started);
     assert!(!folder.path().join("socket").exists());
 }
 
