@@ -176,7 +176,7 @@ fn draw_kicks(canvas: &mut Canvas, body: &Body, kicks: &KickSettings, at: Vec2) 
         if distance_m > 0.0 { format!("{}: {distance_m} m", kick.name()) } else { format!("{}: none", kick.name()) }
     });
     for (row, pair) in lines.chunks(2).enumerate() {
-        remark(canvas, &pair.join(", "), at + Vec2::new(0.0, size.y + 62.0 + 24.0 * row as f32));
+        remark(canvas, &pair.join(", "), at + Vec2::new(0.0, size.y + 78.0 + 24.0 * row as f32));
     }
 }
 
@@ -202,7 +202,7 @@ fn draw_speeds(canvas: &mut Canvas, limits: &MotionLimits, at: Vec2) {
         bright_line(canvas, &places, colour, 2.5);
     }
     let entries = [(turns[0].1, "straight"), (turns[1].1, "with half of the fastest turn")];
-    key(canvas, &entries, at + Vec2::new(0.0, size.y + 62.0));
+    key(canvas, &entries, at + Vec2::new(0.0, size.y + 78.0));
 }
 
 /// The fastest velocity into a direction while it turns so fast (rad/s), m/s, robot frame.

@@ -4,8 +4,9 @@ use serde_json::{Map, Value, json};
 
 use super::presets;
 use super::realism::Realisms;
+use super::robot_spec::RobotSpec;
 use super::shape;
-use super::types::{BallSpec, RobotSpec, Scenario};
+use super::types::{BallSpec, Scenario};
 use crate::sensing::odometry::OdometrySettings;
 use crate::sensing::sonar::SonarSettings;
 use crate::sensing::vision::VisionSettings;
@@ -121,8 +122,8 @@ mod tests {
     #[test]
     fn a_model_that_there_is_not_is_refused_with_the_names() {
         let error = Scenario::from_json(r#"{ "model": "nao_6" }"#).unwrap_err().to_string();
-        let words = "there is no model `nao_6`: did you mean `nao_v6`? expected `nao` or `nao_v6`, or the path of a `.ron` file";
-        assert!(error.ends_with(words), "{error}");
+        assert!(error.contains("there is no model `nao_6`: did you mean `nao_v6`? expected `booster_k1`"), "{error}");
+        assert!(error.ends_with("`nao`, `nao_v6` or `rover`, or the path of a `.ron` file"), "{error}");
     }
 
     #[test]

@@ -5,8 +5,8 @@ use serde_json::{Map, Value, json};
 
 use super::fault::ScenarioFault;
 use super::field_path::FieldPath;
+use super::layers::lay_over;
 use super::models::{MODELS, RobotModel, is_file};
-use super::presets::lay_over;
 use super::realism::{Realism, Realisms};
 use super::types::Scenario;
 use super::wording::one_of;

@@ -6,7 +6,7 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{self, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::types::RobotSpec;
+use super::robot_spec::RobotSpec;
 use crate::belief::localisation_method::LocalisationMethod;
 use crate::named_values::NamedValues;
 use crate::robot::body::Body;

@@ -1,5 +1,6 @@
 //! Trials of kicks, and of the ball that they send rolling.
 
+use bevy::math::Vec2;
 use serde_json::json;
 
 use super::{Laboratory, Quantity, TRIED, TrialError, deviation_of, mean_of};
@@ -7,6 +8,7 @@ use crate::ball::Rolling;
 use crate::cycle::CycleClock;
 use crate::events::MatchEvent;
 use crate::geometry::{to_degrees, wrap_angle};
+use crate::kick_geometry::KickType;
 use crate::robot::kick::KickPhase;
 use crate::scenario::RobotModel;
 use crate::simulation::MatchApp;
@@ -24,18 +26,18 @@ struct Kicks {
     ready: Vec<f64>,
 }
 
-/// Lets a robot kick a ball at `place`, and waits until it rests.
-fn kick(laboratory: &mut Laboratory, kick_type: &str, place: [f32; 2], repetitions: u32) -> Result<Kicks, TrialError> {
+/// Lets a robot kick a ball at `place`, m, robot frame, and waits until it rests.
+fn kick(laboratory: &mut Laboratory, kick_type: KickType, place: Vec2, repetitions: u32) -> Result<Kicks, TrialError> {
     /// Longer than any ball rolls.
     const LONGEST_S: f64 = 40.0;
 
     let mut kicks = Kicks::default();
     for seed in 1..=repetitions.max(2) {
-        let script = json!({ "script": [{ "from_s": 0, "kick": { "type": kick_type } }] });
+        let script = json!({ "script": [{ "from_s": 0, "kick": { "type": kick_type.name() } }] });
         laboratory.begin(json!({
-            "seed": seed, "ball": { "position_m": place }, "falls": { "kick_probability": 0 },
+            "seed": seed, "ball": { "position_m": [place.x, place.y] }, "falls": { "kick_probability": 0 },
             // The ball is free to roll as far as it does.
-            "field": { "preset": "spl2025", "length_m": 18, "width_m": 12 },
+            "field": { "preset": "spl2025", "length_m": 40, "width_m": 20 },
             "robots": [{ "team": "blue", "number": 1, "behaviour": script }],
         }))?;
         let start = laboratory.app.ball().unwrap_or_default().position;
@@ -64,20 +66,24 @@ fn kick(laboratory: &mut Laboratory, kick_type: &str, place: [f32; 2], repetitio
     Ok(kicks)
 }
 
-/// Distances, spreads and times of kicks, and how the ball slows down.
+/// Distances, spreads and times of the kicks that the robot has, and how the ball slows down.
 ///
 /// # Errors
 /// When the model makes no scenario.
 pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<Quantity>, TrialError> {
     let mut laboratory = Laboratory::new(model);
-    let straight = kick(&mut laboratory, "right_straight", [0.16, -0.05], repetitions)?;
-    let side = kick(&mut laboratory, "left_side", [0.16, 0.05], repetitions)?;
+    let real = laboratory.scenario(json!({}))?;
+    let mut of_type = |kick_type: KickType| match real.kicks.geometry(kick_type) {
+        Some(geometry) => kick(&mut laboratory, kick_type, geometry.best_m, repetitions).map(Some),
+        None => Ok(None),
+    };
+    let side = of_type(KickType::LeftSide)?;
+    let Some(straight) = of_type(KickType::RightStraight)? else { return Ok(Vec::new()) };
     laboratory.begin(json!({ "ball": { "position_m": [-3, 0], "velocity_mps": [1, 0] } }))?;
     let second = laboratory.cycles(1.0);
     laboratory.app.run_cycles(second);
     let speed_left = f64::from(laboratory.app.ball_velocity().unwrap_or_default().length());
 
-    let real = laboratory.scenario(json!({}))?;
     let (kicks, latency, rolling) = (real.kicks, real.latency, real.ball.unwrap_or_default().rolling);
     // The way of a ball grows with its speed, or with the square of it where it slows down evenly: so does its spread.
     let distance_spread = match rolling {
@@ -89,9 +95,11 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<Quantity>, Tr
     let whole_s = departure_s + kicks.recovery_s;
     let quantity = |name, unit, measured, real: f32, path| laboratory.quantity(name, unit, measured, real.into(), path);
     let right = kicks.right_straight.max_distance_m;
-    Ok(vec![
+    let side = side.map(|side| {
+        quantity("side kick", "m", mean_of(&side.distances), kicks.left_side.max_distance_m, "kicks.left_side")
+    });
+    let straight = [
         quantity("straight kick", "m", mean_of(&straight.distances), right, "kicks.right_straight"),
-        quantity("side kick", "m", mean_of(&side.distances), kicks.left_side.max_distance_m, "kicks.left_side"),
         quantity("spread of a kick's way, of the whole", "", relative_spread, distance_spread, "kicks.speed_sd"),
         quantity(
             "spread of a kick's direction",
@@ -103,5 +111,6 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<Quantity>, Tr
         quantity("command to ball's departure", "s", mean_of(&straight.departures), departure_s, "kicks.wind_up_s"),
         quantity("command to ready again", "s", mean_of(&straight.ready), whole_s, "kicks.recovery_s"),
         quantity("ball's speed after a second from 1 m/s", "m/s", speed_left, rolling.advance(1.0, 1.0).1, "ball"),
-    ])
+    ];
+    Ok(straight.into_iter().chain(side).collect())
 }

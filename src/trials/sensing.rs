@@ -8,7 +8,7 @@ use crate::camera_model::CameraIntrinsics;
 use crate::communication::MessageStatistics;
 use crate::cycle::CycleClock;
 use crate::geometry::{to_degrees, to_radians, unit};
-use crate::scenario::RobotModel;
+use crate::scenario::{RobotModel, Scenario};
 use crate::sensing::camera::CameraSettings;
 use crate::sensing::sonar::{SonarNoise, SonarReading};
 use crate::sensing::vision::Percepts;
@@ -198,21 +198,14 @@ fn farthest<E>(
     Ok(f64::from(farthest_m))
 }
 
-/// Ranges, errors and misses of the sensors, and the messages that are lost.
-///
-/// # Errors
-/// When the model makes no scenario.
-pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<Quantity>, TrialError> {
+/// Ranges, errors and misses of the sonars.
+fn measure_sonars(model: &RobotModel, real: &Scenario, cycles: u32) -> Result<Vec<Quantity>, TrialError> {
     /// Well within the range of every sonar.
     const SONAR_M: f32 = 0.5;
-    /// In view of a camera that looks straight ahead, and near.
-    const BALL_M: f32 = 2.0;
-    /// Cycles in which some hundred places look like a ball, for each repetition.
-    const FALSE_BALL_CYCLES: u32 = 80;
 
     let mut laboratory = Laboratory::new(model);
-    let real = laboratory.scenario(json!({}))?;
-    let cycles = CYCLES * repetitions.max(2);
+    // A pole stands clear of the body.
+    let nearest_m = (real.body.torso.x_m[1] + 0.05).max(0.1);
     let heading = real.sonar.heading;
     let echoes = sonar(&mut laboratory, [SONAR_M, heading], PING_S, cycles)?;
     let often = sonar(&mut laboratory, [SONAR_M, heading], real.cycle_s, cycles)?;
@@ -220,7 +213,7 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<Quantity>, Tr
     let pings = often.windows(2).filter(|pair| pair[0] != pair[1]).count();
     let pings_hz = pings as f64 / (f64::from(cycles) * real.cycle_s);
     let heard: Vec<f64> = echoes.iter().flatten().map(|&distance| f64::from(distance)).collect();
-    let range_m = farthest(0.1, 3.0, 0.025, |distance| {
+    let range_m = farthest(nearest_m, 3.0, 0.025, |distance| {
         Ok::<_, TrialError>(sonar(&mut laboratory, [distance, heading], PING_S, 4)?.iter().any(Option::is_some))
     })?;
     let widest_deg = farthest(0.0, 90.0, 1.0, |beside_deg| {
@@ -230,26 +223,6 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<Quantity>, Tr
     // As soon as its edge is in the cone, a pole is heard.
     let edge_deg = to_degrees(ops::asin(POLE_RADIUS_M / (SONAR_M + POLE_RADIUS_M)));
     let false_echoes = crosstalk(&mut laboratory, real.sonar.max_m, cycles)?;
-    let noise = real.vision.noise;
-    let near = look(&mut laboratory, BALL_M, cycles)?;
-    let half_distance_m = noise.ball.falloff.map_or(BALL_M, |falloff| falloff.half_distance_m);
-    let far = look(&mut laboratory, half_distance_m, cycles)?;
-    let radius_m = real.ball.map_or(0.0, |ball| ball.radius_m);
-    let standing = angle_errors(&mut laboratory, radius_m, json!("idle"), 1.6, repetitions)?;
-    let walk = json!({ "script": [{ "from_s": 0.2, "until_s": 100, "walk": [0.005, 0, 0] }] });
-    let walking = angle_errors(&mut laboratory, radius_m, walk, 1.8, repetitions)?;
-    let lives = false_balls(&mut laboratory, noise.false_balls.life_s, FALSE_BALL_CYCLES * repetitions)?;
-    let feet = without_feet(&mut laboratory, cycles)?;
-    let say = json!({ "script": [{ "from_s": 0, "until_s": 1000, "say": { "intention": "talk" } }] });
-    laboratory.begin(json!({
-        "ball": null, "messages": { "max_messages": null },
-        "robots": [{ "team": "blue", "number": 1, "behaviour": say }, { "team": "blue", "number": 2, "pose": [1, 1, 0] }],
-    }))?;
-    laboratory.app.run_cycles(cycles as usize);
-    let age_s =
-        laboratory.app.world().resource::<CycleClock>().start_time_s() - laboratory.reading::<Percepts>().time_s;
-    let messages = laboratory.app.world().resource::<MessageStatistics>()[Team::Blue];
-
     let share = |part: usize, whole: usize| part as f64 / (whole as f64).max(1.0);
     let quantity = |name, unit, measured, real: f32, path| laboratory.quantity(name, unit, measured, real.into(), path);
     let sonar_sd_m = match real.sonar.noise {
@@ -257,27 +230,7 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<Quantity>, Tr
         SonarNoise::Uniform { half_width_m } => half_width_m / 3.0_f32.sqrt(),
         SonarNoise::None => 0.0,
     };
-    // The errors of the gaze and that of the pixel add up.
-    let focal_length_px = CameraIntrinsics::from(&real.cameras).focal_length;
-    let pixel_angle = noise.ball.pixel_sd / focal_length_px;
-    let angle_sd = |moving_sd: f32| {
-        let constant = ops::hypot(noise.gaze.bias_sd, ops::hypot(noise.head_angle_sd, pixel_angle));
-        to_degrees(ops::hypot(constant, moving_sd))
-    };
-    let spread = |errors: &[[[f64; 2]; 2]], when: usize| {
-        let errors: Vec<f64> = errors.iter().flat_map(|match_errors| match_errors[when]).collect();
-        deviation_of(&errors)
-    };
-    // What two looks in a match have in common, seconds apart, is what never changes in it.
-    let common: Vec<f64> = standing.iter().flat_map(|[first, then]| [first[0] * then[0], first[1] * then[1]]).collect();
-    let recognised_at = |distance_m: f32| {
-        let falloff = noise.ball.falloff;
-        let share = falloff.map_or(1.0, |falloff| falloff.share_at(distance_m));
-        (1.0 - noise.ball.miss_probability) * share
-    };
-    let seen = |looks: &[Option<Vec2>]| share(looks.iter().flatten().count(), looks.len());
     Ok(vec![
-        quantity("from an image to what is seen in it", "s", age_s, real.latency.vision_s, "latency.vision_s"),
         quantity("sonar: farthest echo", "m", range_m, real.sonar.max_m, "sonar.max_m"),
         quantity("sonar: spread", "m", deviation_of(&heard), sonar_sd_m, "sonar.noise"),
         quantity("sonar: bias", "", mean_of(&heard) / f64::from(SONAR_M), 1.0, "sonar.noise"),
@@ -309,6 +262,65 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<Quantity>, Tr
             real.sonar.crosstalk_probability,
             "sonar.crosstalk_probability",
         ),
+    ])
+}
+
+/// Ranges, errors and misses of the sensors, and the messages that are lost.
+///
+/// # Errors
+/// When the model makes no scenario.
+pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<Quantity>, TrialError> {
+    /// In view of a camera that looks straight ahead, and near.
+    const BALL_M: f32 = 2.0;
+    /// Cycles in which some hundred places look like a ball, for each repetition.
+    const FALSE_BALL_CYCLES: u32 = 80;
+
+    let mut laboratory = Laboratory::new(model);
+    let real = laboratory.scenario(json!({}))?;
+    let cycles = CYCLES * repetitions.max(2);
+    let noise = real.vision.noise;
+    let near = look(&mut laboratory, BALL_M, cycles)?;
+    let half_distance_m = noise.ball.falloff.map_or(BALL_M, |falloff| falloff.half_distance_m);
+    let far = look(&mut laboratory, half_distance_m, cycles)?;
+    let radius_m = real.ball.map_or(0.0, |ball| ball.radius_m);
+    let standing = angle_errors(&mut laboratory, radius_m, json!("idle"), 1.6, repetitions)?;
+    let walk = json!({ "script": [{ "from_s": 0.2, "until_s": 100, "walk": [0.005, 0, 0] }] });
+    let walking = angle_errors(&mut laboratory, radius_m, walk, 1.8, repetitions)?;
+    let lives = false_balls(&mut laboratory, noise.false_balls.life_s, FALSE_BALL_CYCLES * repetitions)?;
+    let feet = without_feet(&mut laboratory, cycles)?;
+    let say = json!({ "script": [{ "from_s": 0, "until_s": 1000, "say": { "intention": "talk" } }] });
+    laboratory.begin(json!({
+        "ball": null, "messages": { "max_messages": null },
+        "robots": [{ "team": "blue", "number": 1, "behaviour": say }, { "team": "blue", "number": 2, "pose": [1, 1, 0] }],
+    }))?;
+    laboratory.app.run_cycles(cycles as usize);
+    let age_s =
+        laboratory.app.world().resource::<CycleClock>().start_time_s() - laboratory.reading::<Percepts>().time_s;
+    let messages = laboratory.app.world().resource::<MessageStatistics>()[Team::Blue];
+
+    let share = |part: usize, whole: usize| part as f64 / (whole as f64).max(1.0);
+    let quantity = |name, unit, measured, real: f32, path| laboratory.quantity(name, unit, measured, real.into(), path);
+    // The errors of the gaze and that of the pixel add up.
+    let focal_length_px = CameraIntrinsics::from(&real.cameras).focal_length;
+    let pixel_angle = noise.ball.pixel_sd / focal_length_px;
+    let angle_sd = |moving_sd: f32| {
+        let constant = ops::hypot(noise.gaze.bias_sd, ops::hypot(noise.head_angle_sd, pixel_angle));
+        to_degrees(ops::hypot(constant, moving_sd))
+    };
+    let spread = |errors: &[[[f64; 2]; 2]], when: usize| {
+        let errors: Vec<f64> = errors.iter().flat_map(|match_errors| match_errors[when]).collect();
+        deviation_of(&errors)
+    };
+    // What two looks in a match have in common, seconds apart, is what never changes in it.
+    let common: Vec<f64> = standing.iter().flat_map(|[first, then]| [first[0] * then[0], first[1] * then[1]]).collect();
+    let recognised_at = |distance_m: f32| {
+        let falloff = noise.ball.falloff;
+        let share = falloff.map_or(1.0, |falloff| falloff.share_at(distance_m));
+        (1.0 - noise.ball.miss_probability) * share
+    };
+    let seen = |looks: &[Option<Vec2>]| share(looks.iter().flatten().count(), looks.len());
+    let quantities = vec![
+        quantity("from an image to what is seen in it", "s", age_s, real.latency.vision_s, "latency.vision_s"),
         quantity("ball in view recognised at 2 m", "", seen(&near), recognised_at(BALL_M), "vision.noise.ball"),
         quantity(
             "ball recognised where it is half as often",
@@ -353,5 +365,10 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<Quantity>, Tr
             real.messages.loss,
             "messages.loss",
         ),
-    ])
+    ];
+    // Feet are hidden between the images of two cameras.
+    let has_two = real.cameras.mounts.as_slice().len() > 1;
+    let has = |quantity: &Quantity| has_two || !quantity.name.starts_with("robot without feet");
+    let sonars = if real.sonar.fitted { measure_sonars(model, &real, cycles)? } else { Vec::new() };
+    Ok(sonars.into_iter().chain(quantities.into_iter().filter(has)).collect())
 }

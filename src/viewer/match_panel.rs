@@ -47,7 +47,7 @@ impl Plugin for MatchPanelPlugin {
 #[derive(Message, Clone, PartialEq, Debug)]
 pub enum MatchCommand {
     /// A match between two teams, by name.
-    Teams(TeamsSpec),
+    Teams(Box<TeamsSpec>),
     /// The scenario of this file, or built-in one, from the start.
     Open(PathBuf),
     /// This match goes on with the settings of this scenario.
@@ -116,7 +116,7 @@ fn obey(world: &mut World) {
     for command in commands {
         let is_start = !matches!(command, MatchCommand::Change(_));
         let result = match command {
-            MatchCommand::Teams(teams) => play_teams(world, teams),
+            MatchCommand::Teams(teams) => play_teams(world, *teams),
             MatchCommand::Open(path) => open(world, &path),
             MatchCommand::Change(scenario) => {
                 simulation::change_settings(world, &scenario).map_err(|fault| fault.to_string())
@@ -223,7 +223,7 @@ fn show_panel(
                     ui.end_row();
                 }
                 if chosen != teams.unwrap_or_else(nobody) {
-                    commands.write(MatchCommand::Teams(lined_up(chosen)));
+                    commands.write(MatchCommand::Teams(Box::new(lined_up(chosen))));
                 }
             });
             if !timeline.is_replay() {
@@ -354,10 +354,10 @@ mod tests {
         let mut app = app();
         app.update();
         let teams = TeamsSpec::new("chasers", "chasers");
-        send(&mut app, MatchCommand::Teams(teams.clone()));
+        send(&mut app, MatchCommand::Teams(Box::new(teams.clone())));
         assert!(app.cycle() <= 3);
         assert_eq!(app.world().resource::<Scenario>().teams, Some(teams));
-        send(&mut app, MatchCommand::Teams(TeamsSpec::new("nobody", "chasers")));
+        send(&mut app, MatchCommand::Teams(Box::new(TeamsSpec::new("nobody", "chasers"))));
         assert!(problem(&app).unwrap().contains("nobody"));
     }
 

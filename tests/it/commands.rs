@@ -326,7 +326,10 @@ fn a_video_and_a_contact_sheet_come_of_a_match_and_nothing_is_written_over() {
         (&["--video", "no/match.mp4"], "--video: no/match.mp4"),
         (&["--views", "field"], "--views: expected --frames DIR"),
         (&["--every", "2"], "--every: expected --frames DIR or --video FILE"),
-        (&["--video", "other.mp4", "--views", "blue1.left"], "there is no picture `blue1.left`"),
+        (
+            &["--video", "other.mp4", "--views", "blue1.left"],
+            "--views: blue1.left: the robot has no such camera; expected blue1.top or blue1.bottom",
+        ),
     ] {
         let output = naoisis(folder.path(), &[&["run", "one.json", "--duration", "0.1"], more].concat());
         assert_eq!(output.status.code(), Some(2), "{more:?}");

@@ -9,7 +9,7 @@ use crate::appearance::colours::{self, Colour};
 use crate::appearance::posing::{Limb, on_side};
 use crate::appearance::shapes::Shape;
 use crate::robot::body::{Arms, Body, Legs, Look};
-use crate::team::RobotId;
+use crate::team::{RobotId, Team};
 
 /// Where trunk and head of a body are.
 struct Trunk {
@@ -60,14 +60,19 @@ fn colours_of(body: &Body) -> [Colour; 2] {
     }
 }
 
+/// The band about a trunk, which is a box.
+fn band(list: &mut PartList, team: Team, body: &Body) {
+    let half_size = body.waistband.half_size_m.extend(body.waistband.height() / 2.0);
+    list.band(team, body, Shape::Box { half_size });
+}
+
 /// A few boxes.
 pub(super) fn simple(id: RobotId, body: &Body) -> Vec<RobotPart> {
     let [shell, joint] = colours_of(body);
     let trunk = Trunk::of(body);
     let mut list = PartList::new(id, 16);
     list.cuboid(Limb::Trunk, shell, trunk.size(), trunk.middle());
-    let band = (2.0 * body.waistband.half_size_m).extend(body.waistband.height());
-    list.band(id.team, body, Shape::Box { half_size: band / 2.0 });
+    band(&mut list, id.team, body);
     let head = 2.0 * trunk.half_head_m;
     list.cuboid(Limb::Head, shell, head, Vec3::Z * trunk.head_z_m);
     // The face is dark, or light on a dark head, so that front and back differ.
@@ -105,8 +110,7 @@ pub(super) fn detailed(id: RobotId, body: &Body) -> Vec<RobotPart> {
     list.cuboid(Limb::Trunk, shell, size * Vec3::new(1.0, 1.0, 0.66), chest);
     let neck = Shape::cylinder(0.25 * trunk.half_head_m.y, 0.06 * size.z + 0.02);
     list.add(Limb::Trunk, joint, neck, body.neck_m);
-    let band = body.waistband.half_size_m;
-    list.band(id.team, body, Shape::Frustum { bottom: band, top: band, half_height: body.waistband.height() / 2.0 });
+    band(&mut list, id.team, body);
     let scale = (size.y / 0.15).min(size.z / 0.2);
     let plates =
         Plates { x_m: [trunk.x_m[1] + 0.004, trunk.x_m[0] - 0.004], z_m: chest.z + 0.08 * size.z, size: scale };

@@ -303,7 +303,8 @@ mod tests {
     use super::*;
     use crate::behaviour::script::ScriptEntry;
     use crate::robot::motion::{MotionError, MotionLimits};
-    use crate::scenario::types::{BehaviourSpec, RobotSpec, Scenario};
+    use crate::scenario::robot_spec::{BehaviourSpec, RobotSpec};
+    use crate::scenario::types::Scenario;
     use bevy::utils::default;
 
     #[test]

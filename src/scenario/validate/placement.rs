@@ -10,7 +10,8 @@ use crate::referee::placing::LineUp;
 use crate::referee::snapshot::Disc;
 use crate::robot::body::Footprint;
 use crate::scenario::field_path::FieldPath;
-use crate::scenario::types::{RobotSpec, Scenario};
+use crate::scenario::robot_spec::RobotSpec;
+use crate::scenario::types::Scenario;
 use crate::team::{RobotId, Team};
 
 /// Touching is no overlap: less than this is rounding, m.
