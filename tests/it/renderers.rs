@@ -4,10 +4,11 @@
 use bevy::prelude::*;
 use naoisis::appearance::Label;
 use naoisis::appearance::colours;
-use naoisis::appearance::robot::{RobotDesign, WAISTBAND_Z, labels};
+use naoisis::appearance::robot::{RobotDesign, labels};
 use naoisis::appearance::scene::{Scene, SceneBall, SceneRobot};
 use naoisis::appearance::stride::Stride;
 use naoisis::appearance::view::View;
+use naoisis::camera_model::CameraName;
 use naoisis::geometry::Pose;
 use naoisis::pitch::Pitch;
 use naoisis::random::RandomStream;
@@ -172,7 +173,7 @@ fn the_pixel_of_a_point_shows_what_is_there() {
         // The middles of ball, waistbands and posts: label, place, and what it is thick.
         let mut points = Vec::new();
         points.extend(scene.ball.map(|ball| (Label::Ball, ball.position.extend(ball.radius), ball.radius)));
-        let waist = Vec3::Z * (WAISTBAND_Z[0] + WAISTBAND_Z[1]) / 2.0;
+        let waist = Body::default().waistband.middle();
         points.extend(scene.robots[1..].iter().map(|robot| {
             let [_, band] = labels(robot.id.team);
             (band, robot.world_from_robot().transform_point3(waist), 0.056)
@@ -222,7 +223,7 @@ fn a_match_has_images_of_each_cycle_from_the_graphics_card() {
             app.run_cycles(5);
             let of_cycle: &CameraImages = app.robot(RobotId::new(Team::Blue, 1)).expect("a robot");
             assert_eq!(of_cycle.cycle, Some(app.cycle()));
-            images.push(of_cycle.top.clone());
+            images.push(of_cycle.of(CameraName::TOP).clone());
         }
         images
     };
