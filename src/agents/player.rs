@@ -86,10 +86,15 @@ impl Agent {
         renders_images: bool,
         deadline: Option<Instant>,
     ) -> Result<(), Loss> {
+        let mounts = scenario.robot(robot).cameras.unwrap_or(scenario.cameras).mounts;
+        let unknown = hello.images.iter().find(|camera| mounts.get(**camera).is_none());
         let refusal = if hello.robot.is_some_and(|wanted| wanted != robot) {
             Some(format!("it wants to play another robot; expected `{robot}`, as NAOISIS_ROBOT says, or none"))
         } else if !hello.images.is_empty() && !renders_images {
             Some("it wants camera images, and none are rendered; expected a match with --cameras software".to_owned())
+        } else if let Some(camera) = unknown {
+            let names: Vec<String> = mounts.names().map(|name| format!("`{name}`")).collect();
+            Some(format!("the robot has no camera `{camera}`; expected one of {}", names.join(", ")))
         } else {
             None
         };

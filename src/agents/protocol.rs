@@ -185,7 +185,8 @@ pub struct Turn<'a> {
     /// What the built-in estimator makes of it, if that was asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub belief: Option<&'a Belief>,
-    /// Camera images, if they were asked for and are new.
+    /// Camera images, if they were asked for and are new, by the names of their cameras.
+    #[schemars(with = "BTreeMap<String, ImageMessage<'static>>")]
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub images: BTreeMap<CameraName, ImageMessage<'a>>,
 }

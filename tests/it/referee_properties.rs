@@ -237,6 +237,12 @@ fn matches_by_the_rule_book_of_2025() {
 }
 
 #[test]
+fn matches_by_the_rules_of_the_humanoid_league() {
+    let kinds = check_all("hsl2026");
+    assert_happened(&kinds, &["ball_out", "free_kick", "penalty", "penalty_over", "fall"]);
+}
+
+#[test]
 fn matches_without_a_referee() {
     let kinds = check_all("free");
     assert!(kinds.keys().all(|kind| ["kick", "collision", "intervention"].contains(&kind.as_str())), "{kinds:?}");
@@ -245,5 +251,5 @@ fn matches_without_a_referee() {
 #[test]
 fn no_preset_is_forgotten() {
     let names: Vec<&str> = RULES_PRESETS.iter().map(|preset| preset.name).collect();
-    assert_eq!(names, ["naoisis", "spl2010", "spl2025", "extended", "free"]);
+    assert_eq!(names, ["naoisis", "spl2010", "spl2025", "hsl2026", "extended", "free"]);
 }

@@ -130,7 +130,7 @@ fn presets_that_there_are_not() {
     refuses_both(
         "{ \"field\": «\"spl2026\" }",
         "no preset `spl2026`: did you mean `spl2025`?",
-        "`naoisis` or `spl2025`",
+        "`naoisis`, `hsl2026_small`, `hsl2026_middle`, `hsl2026_large` or `spl2025`",
     );
     refuses_both("{ \"rules\": { \"preset\": «\"fre\" } }", "did you mean `free`?", "`spl2010`");
     refuses_both("{ \"rules\": { \"preset\": «3 } }", "`preset` is not the name", "`spl2010`");
@@ -166,8 +166,8 @@ fn values_out_of_range() {
         ("motion: (max_angular_degps: «2000.0)", "`max_angular_degps` is 2000", "0 to 1080 degrees/s"),
         ("motion: (error_sd: (dx_m: «-0.1))", "`dx_m` is -0.1", "0 to 10 m"),
         ("motion: (error_sd: (dtheta_deg: «-1.0))", "`dtheta_deg` is -1", "0 to 360 degrees"),
-        ("kicks: (left_side: (max_distance_m: «0.0))", "`max_distance_m` is 0", "more than 0, at most 50 m"),
-        ("kicks: (right_straight: (max_distance_m: «51.0))", "`max_distance_m` is 51", "at most 50 m"),
+        ("kicks: (left_side: (max_distance_m: «-0.5))", "`max_distance_m` is -0.5", "0 to 50 m"),
+        ("kicks: (right_straight: (max_distance_m: «51.0))", "`max_distance_m` is 51", "0 to 50 m"),
         ("kicks: (wrong_side_speed_factor: «1.5)", "is 1.5", "0 to 1"),
         ("kicks: (wind_up_s: «-1.0)", "`wind_up_s` is -1", "0 to 60 s"),
         ("kicks: (recovery_s: «61.0)", "`recovery_s` is 61", "0 to 60 s"),

@@ -181,7 +181,7 @@ fn what_may_not_be_said_is_not_as_the_schema_says() {
         r#"{"cycle": 1, "command": {"walk": [0, 0]}}"#,
         r#"{"cycle": 1, "command": {"kick": {"type": "header"}}}"#,
         r#"{"hello": {}}"#,
-        r#"{"hello": {"protocol": 1, "images": ["left"]}}"#,
+        r#"{"hello": {"protocol": 1, "images": [7]}}"#,
         r#"{}"#,
     ] {
         assert!(!is_right(wrong), "{wrong}");

@@ -48,7 +48,7 @@ fn a_saved_moment_and_the_same_moment_of_a_trace_have_the_same_futures() {
     assert_eq!(saved["time_s"].as_f64().unwrap().round(), 10.0);
     // Another choice of the referee's, or of the noise, is another future; and so is another setting.
     let other = outcomes(folder.path(), &[&["m.naoisis", "--seed", "9"], &few[..]].concat());
-    assert_ne!(saved["branches"][0]["ball_m"], other["branches"][0]["ball_m"]);
+    assert_ne!(saved["branches"], other["branches"]);
     let slow = outcomes(folder.path(), &[&["m.naoisis", "--set", "motion.max_linear_mps=0.05"], &few[..]].concat());
     assert_ne!(saved["branches"], slow["branches"]);
     let words = naoisis(folder.path(), &[&["whatif", "m.naoisis"], &few[..]].concat());
