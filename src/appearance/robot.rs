@@ -1,7 +1,7 @@
 //! The two designs of a robot (paper, section 3.1 and Fig. 2): one close to the real robot, and one of a few boxes, which is
 //! quicker to draw. Both have the robot's size and joints, and the team's waistband.
 //!
-//! The NAO is drawn as it is; [other robots](by_measures) by the measures of their bodies.
+//! The NAO is drawn as it is; other robots by the measures of their bodies.
 
 use bevy::math::{Affine3A, Mat3, Quat, Vec2, Vec3};
 use bevy::prelude::Reflect;
