@@ -196,7 +196,8 @@ impl Environments {
         let camera: CameraName =
             shape.camera.parse().map_err(|error: NotACameraName| PyValueError::new_err(format!("camera: {error}")))?;
         let mounts = file.scenario.cameras.mounts;
-        if mounts.get(camera).is_none() && sees_images {
+        // The default is a NAO's, and of no matter where nobody looks.
+        if mounts.get(camera).is_none() && (sees_images || camera != CameraName::TOP) {
             let names: Vec<String> = mounts.names().map(|name| format!("'{name}'")).collect();
             let message = format!("camera: there is no '{camera}'; expected {}", names.join(" or "));
             return Err(PyValueError::new_err(message));
