@@ -22,6 +22,8 @@ pub enum Switch {
     Robot,
     /// The cameras of all robots.
     Cameras,
+    /// The moment that is shown, played on many times.
+    ManyTimes,
     /// What a frame costs.
     Statistics,
     /// Light panels instead of dark ones.
@@ -73,6 +75,8 @@ pub struct DisplaySettings {
     pub robot: bool,
     /// The cameras of all robots.
     pub cameras: bool,
+    /// The moment that is shown, played on many times.
+    pub many_times: bool,
     /// What a frame costs.
     pub statistics: bool,
     /// Light panels instead of dark ones.
@@ -92,6 +96,7 @@ impl Default for DisplaySettings {
             overlays: false,
             robot: true,
             cameras: false,
+            many_times: false,
             statistics: false,
             light: false,
             panel_scale: PanelScale::default(),
@@ -122,6 +127,7 @@ impl DisplaySettings {
             Switch::Overlays => &mut self.overlays,
             Switch::Robot => &mut self.robot,
             Switch::Cameras => &mut self.cameras,
+            Switch::ManyTimes => &mut self.many_times,
             Switch::Statistics => &mut self.statistics,
             Switch::Light => &mut self.light,
         }

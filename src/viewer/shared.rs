@@ -29,6 +29,8 @@ pub enum Action {
     Command(ViewerCommand),
     /// Another moment of the match.
     Timeline(TimelineCommand),
+    /// The moment that is shown, played on beside the match.
+    PlayFromHere,
     /// Another view.
     View(ViewPreset),
     /// Another robot.

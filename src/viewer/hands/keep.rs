@@ -24,9 +24,16 @@ pub(super) fn keep_situation(world: &mut World) {
 
 fn keep(world: &mut World) -> Result<PathBuf, String> {
     let scenario = situation(world).map_err(|fault| fault.to_string())?;
+    write_scenario(&scenario, world.resource::<CycleClock>().cycle)
+}
+
+/// Writes a scenario of the moment after a cycle into a new file in the current folder.
+///
+/// # Errors
+/// Why it cannot be written.
+pub fn write_scenario(scenario: &Scenario, cycle: u64) -> Result<PathBuf, String> {
     let text = scenario.resolved_json().map_err(|error| error.to_string())?;
-    let stem = stem(world.get_resource::<Scenario>().map_or("", |scenario| &scenario.name));
-    let name = format!("{stem}-{:06}", world.resource::<CycleClock>().cycle);
+    let name = format!("{}-{cycle:06}", stem(&scenario.name));
     write_new(Path::new(""), &name, "json", &text).map_err(|error| error.to_string())
 }
 
