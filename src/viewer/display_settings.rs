@@ -22,6 +22,8 @@ pub enum Switch {
     Robot,
     /// The cameras of all robots.
     Cameras,
+    /// The whole match, a lane for each robot.
+    Lanes,
     /// The moment that is shown, played on many times.
     ManyTimes,
     /// What a frame costs.
@@ -75,6 +77,8 @@ pub struct DisplaySettings {
     pub robot: bool,
     /// The cameras of all robots.
     pub cameras: bool,
+    /// The whole match, a lane for each robot.
+    pub lanes: bool,
     /// The moment that is shown, played on many times.
     pub many_times: bool,
     /// What a frame costs.
@@ -96,6 +100,7 @@ impl Default for DisplaySettings {
             overlays: false,
             robot: true,
             cameras: false,
+            lanes: false,
             many_times: false,
             statistics: false,
             light: false,
@@ -127,6 +132,7 @@ impl DisplaySettings {
             Switch::Overlays => &mut self.overlays,
             Switch::Robot => &mut self.robot,
             Switch::Cameras => &mut self.cameras,
+            Switch::Lanes => &mut self.lanes,
             Switch::ManyTimes => &mut self.many_times,
             Switch::Statistics => &mut self.statistics,
             Switch::Light => &mut self.light,

@@ -10,8 +10,8 @@ use super::branches::BranchCommand;
 use super::display_settings::{DisplaySettings, Switch};
 use super::hands::driving::Driving;
 use super::shared::{
-    Action, CameraSystems, Choice, HandAction, KeysSystems, SelectionSystems, TimelineCommand, ToggleFilm, ViewPreset,
-    ViewerCommand,
+    Action, CameraSystems, Choice, FindEvent, HandAction, KeysSystems, SelectionSystems, TimelineCommand, ToggleFilm,
+    ViewPreset, ViewerCommand,
 };
 use crate::camera_model::CameraName;
 use crate::cycle::CycleClock;
@@ -71,6 +71,8 @@ pub const BINDINGS: &[Binding] = &[
     binding(KeyCode::PageDown, "Page down", "Five seconds on", Action::Timeline(TimelineCommand::Skip(5.0))),
     binding(KeyCode::Home, "Home", "To the start", Action::Timeline(TimelineCommand::GoTo(0))),
     binding(KeyCode::End, "End", "To the present", Action::Timeline(TimelineCommand::Present)),
+    binding(KeyCode::Comma, ",", "To the event before, of the lanes' kind", Action::Find(FindEvent::Previous)),
+    binding(KeyCode::Period, ".", "To the next event", Action::Find(FindEvent::Next)),
     binding(KeyCode::KeyF, "F", "Play on from here, beside the match", Action::PlayFromHere),
     binding(KeyCode::KeyR, "R", "Same match from the start", Action::Command(ViewerCommand::Restart)),
     with_shift(binding(
@@ -92,6 +94,7 @@ pub const BINDINGS: &[Binding] = &[
     binding(KeyCode::KeyI, "I", "The selected robot", Action::Toggle(Switch::Robot)),
     binding(KeyCode::KeyC, "C", "The cameras of all robots", Action::Toggle(Switch::Cameras)),
     binding(KeyCode::KeyO, "O", "Overlays", Action::Toggle(Switch::Overlays)),
+    binding(KeyCode::KeyG, "G", "Lanes: the whole match", Action::Toggle(Switch::Lanes)),
     binding(KeyCode::KeyT, "T", "This moment, many times", Action::Toggle(Switch::ManyTimes)),
     binding(KeyCode::KeyE, "E", "Events", Action::Toggle(Switch::Events)),
     binding(KeyCode::KeyN, "N", "Names of the robots", Action::Toggle(Switch::Labels)),
@@ -157,7 +160,7 @@ const GROUPS: [&str; 6] = ["Time", "By hand", "Robots", "View", "Panels", "Pictu
 /// Which of them an action belongs to.
 fn group_of(action: Action) -> &'static str {
     match action {
-        Action::Command(_) | Action::Timeline(_) | Action::PlayFromHere => "Time",
+        Action::Command(_) | Action::Timeline(_) | Action::Find(_) | Action::PlayFromHere => "Time",
         Action::Hand(_) => "By hand",
         Action::Select(_) => "Robots",
         Action::View(_) => "View",
@@ -201,7 +204,8 @@ fn read_keys(keys: Res<ButtonInput<KeyCode>>, driving: Res<Driving>, mut actions
 fn carry_out(
     mut actions: MessageReader<Action>,
     mut viewer_commands: MessageWriter<ViewerCommand>,
-    (mut moments, mut ways): (MessageWriter<TimelineCommand>, MessageWriter<BranchCommand>),
+    (mut moments, mut events): (MessageWriter<TimelineCommand>, MessageWriter<FindEvent>),
+    mut ways: MessageWriter<BranchCommand>,
     mut views: MessageWriter<ViewPreset>,
     mut choices: MessageWriter<Choice>,
     mut films: MessageWriter<ToggleFilm>,
@@ -217,6 +221,9 @@ fn carry_out(
             }
             Action::Timeline(command) => {
                 moments.write(command);
+            }
+            Action::Find(event) => {
+                events.write(event);
             }
             Action::PlayFromHere => {
                 ways.write(BranchCommand::PlayFromHere);

@@ -37,6 +37,7 @@
 //! | [`keyframes`], [`rebuild`] | any moment whole: what records leave out is played again in the background |
 //! | [`branches`] | the ways that the match went, when a moment was played on in another way |
 //! | [`many_times`] | this moment, played on many times with other chance |
+//! | [`lanes`] | the whole match at a glance, a lane for each robot; a number over all of it; events of a kind |
 //! | `panels` | score, clock, controls, help |
 //! | `events_panel` | penalties, what happened, where and why |
 //! | [`selection`] | which robot the user looks at |
@@ -78,6 +79,7 @@ pub mod hands;
 pub mod keyframes;
 pub mod keys;
 mod labels;
+pub mod lanes;
 mod layout;
 pub mod many_times;
 pub mod match_panel;
@@ -160,6 +162,7 @@ impl PluginGroup for ViewerPlugins {
             .add(eyes::EyesPlugin)
             .add(rebuild::RebuildPlugin)
             .add(branches::BranchesPlugin)
+            .add(lanes::LanesPlugin)
             .add(many_times::ManyTimesPlugin)
             .add(robot_panel::RobotPanelPlugin)
             .add(statistics::StatisticsPlugin)

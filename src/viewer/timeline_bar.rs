@@ -1,7 +1,7 @@
 //! The bar below the match: where it is, what happened when, and where to go.
 
 use bevy::prelude::*;
-use bevy_egui::egui::{self, Align2, Color32, Pos2, Sense, Stroke, WidgetInfo};
+use bevy_egui::egui::{self, Align2, Color32, Pos2, Rangef, Sense, Stroke, WidgetInfo};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 use super::branches::{BranchCommand, Branches};
@@ -51,7 +51,7 @@ fn show_bar(
     let offset = [layout::middle_beside_robot(context), -layout::above(context, "timeline", &["controls"])];
     panel("timeline", Align2::CENTER_BOTTOM, offset).show(context, |ui| {
         card(ui).show(ui, |ui| {
-            ui.horizontal(|ui| {
+            let bar = ui.horizontal(|ui| {
                 let time = |cycle: f64| minutes((cycle * clock.period_s) as f32);
                 ui.label(if timeline.is_past() { bright(time(now)) } else { dim(time(now)) });
                 let (response, painter) = ui.allocate_painter(egui::vec2(width, HEIGHT), Sense::click_and_drag());
@@ -91,9 +91,11 @@ fn show_bar(
                         commands.write(TimelineCommand::Present);
                     }
                 }
+                rect.x_range()
             });
             if branches.list().len() > 1
-                && let Some(index) = show_branches(ui, &branches, width, end, |cycle| share(cycle as f64, first, last))
+                && let Some(index) =
+                    show_branches(ui, &branches, end, bar.inner, |cycle| share(cycle as f64, first, last))
             {
                 ways.write(BranchCommand::Show(index));
             }
@@ -102,18 +104,20 @@ fn show_bar(
     Ok(())
 }
 
-/// The tree of the ways that the match went, a line for each, where the one that is shown has been played until a cycle; which of
-/// them is clicked.
+/// The tree of the ways that the match went, a line for each below the bar, where the one that is shown has been played until a
+/// cycle; which of them is clicked.
 fn show_branches(
     ui: &mut egui::Ui,
     branches: &Branches,
-    width: f32,
     end: u64,
+    bar: Rangef,
     share: impl Fn(u64) -> f32,
 ) -> Option<usize> {
     let mut clicked = None;
     let height = BRANCH_HEIGHT * branches.list().len() as f32;
-    let (area, _) = ui.allocate_exact_size(egui::vec2(width, height), Sense::hover());
+    let (area, _) = ui.allocate_exact_size(egui::vec2(bar.max - ui.cursor().left(), height), Sense::hover());
+    // Below the bar, whatever is beside it.
+    let area = egui::Rect::from_x_y_ranges(bar, area.y_range());
     let at = |index: usize, cycle: u64| {
         let y = area.top() + BRANCH_HEIGHT * (index as f32 + 0.5);
         Pos2::new(area.left() + share(cycle) * area.width(), y)

@@ -8,6 +8,8 @@ use std::path::{Path, PathBuf};
 use crate::cycle::CycleClock;
 use crate::scenario::Scenario;
 use crate::simulation::situation;
+use crate::viewer::keyframes::Keyframes;
+use crate::viewer::rebuild::Rebuilt;
 use crate::viewer::shared::Notice;
 
 /// So many files of one name are kept beside each other.
@@ -18,6 +20,25 @@ pub(super) fn keep_situation(world: &mut World) {
     let text = match keep(world) {
         Ok(path) => format!("Saved as {}: where everybody is, at the start of a match", path.display()),
         Err(message) => format!("The situation is not saved: {message}"),
+    };
+    world.resource_mut::<Notice>().tell(text);
+}
+
+/// Saves the moment of the past that is shown, as soon as it has been played again.
+pub(super) fn keep_past_situation(world: &mut World) {
+    let cycle = world.resource::<CycleClock>().cycle;
+    let Some(rebuilt) = world.get_resource::<Rebuilt>() else { return };
+    let text = match rebuilt.moment(cycle, world.resource::<Keyframes>()) {
+        Some(moment) if moment.is_same => {
+            match moment.situation.as_ref().map_err(Clone::clone).and_then(|scenario| write_scenario(scenario, cycle)) {
+                Ok(path) => format!("Saved as {}: where everybody is, at the start of a match", path.display()),
+                Err(message) => format!("The situation is not saved: {message}"),
+            }
+        }
+        Some(_) => "The situation is not saved: played again, the match is another one here".to_owned(),
+        None => {
+            rebuilt.why_not(cycle).unwrap_or_else(|| "The match is played again to here: once more, please".to_owned())
+        }
     };
     world.resource_mut::<Notice>().tell(text);
 }

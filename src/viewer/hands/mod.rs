@@ -188,6 +188,10 @@ fn drag_and_let_go(
 fn obey(world: &mut World) {
     let actions: Vec<HandAction> = world.resource_mut::<Messages<HandAction>>().drain().collect();
     for action in actions {
+        if action == HandAction::KeepSituation && world.resource::<Timeline>().is_past() {
+            keep::keep_past_situation(world);
+            continue;
+        }
         if !is_live(world.resource()) {
             let words = why_not(world.resource());
             world.resource_mut::<Notice>().tell(words);

@@ -47,8 +47,8 @@ pub struct Span<T> {
 /// A robot over the match.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct RobotTrack {
-    /// What it said that it meant to do.
-    pub intentions: Vec<Span<String>>,
+    /// What it said that it meant to do: which of the [words](Tracks::words).
+    pub intentions: Vec<Span<usize>>,
     /// From what it knew of the ball.
     pub ball: Vec<Span<BallSource>>,
     /// How it was.
@@ -127,6 +127,7 @@ pub struct Tracks {
     /// The cycles that have been read.
     cycles: Vec<u64>,
     robots: BTreeMap<RobotId, RobotTrack>,
+    words: Vec<String>,
 }
 
 impl Tracks {
@@ -138,6 +139,16 @@ impl Tracks {
     /// The robots, in the order of their ids.
     pub fn robots(&self) -> impl Iterator<Item = (RobotId, &RobotTrack)> {
         self.robots.iter().map(|(id, track)| (*id, track))
+    }
+
+    /// What robots said that they meant to do, in the order in which it was said for the first time.
+    pub fn words(&self) -> &[String] {
+        &self.words
+    }
+
+    /// A robot, if it is in the match.
+    pub fn robot(&self, id: RobotId) -> Option<&RobotTrack> {
+        self.robots.get(&id)
     }
 
     /// A number of a robot over the cycles from one to another: cycle and value, at most about `most` of them. Where many fall
@@ -176,7 +187,12 @@ impl Tracks {
         for robot in &record.robots {
             let track = self.robots.entry(robot.id).or_default();
             let intention = robot.command.as_ref().and_then(|command| command.say.as_ref()?.intention.as_deref());
-            extend(&mut track.intentions, cycle, intention.unwrap_or_default().to_owned());
+            let intention = intention.unwrap_or_default();
+            let word = self.words.iter().position(|word| word == intention).unwrap_or_else(|| {
+                self.words.push(intention.to_owned());
+                self.words.len() - 1
+            });
+            extend(&mut track.intentions, cycle, word);
             extend(&mut track.ball, cycle, ball_source(robot));
             extend(&mut track.conditions, cycle, condition(robot));
             if let Some(sample) = sample.robots.get(&robot.id) {
@@ -233,8 +249,8 @@ fn condition(robot: &RobotRecord) -> Condition {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::record::vocabulary::RobotCommand;
     use crate::communication::TeamMessage;
+    use crate::record::vocabulary::RobotCommand;
     use crate::robot::Velocity;
     use crate::team::Team;
 
@@ -253,9 +269,10 @@ mod tests {
         for (cycle, intention) in [(0, "support"), (10, "support"), (20, "attack"), (30, "attack")] {
             tracks.note(&record(cycle, intention, 0.1));
         }
-        let (_, track) = tracks.robots().next().unwrap();
-        let spans: Vec<_> = track.intentions.iter().map(|span| (span.first, span.last, span.what.as_str())).collect();
-        assert_eq!(spans, [(0, 20, "support"), (20, 30, "attack")]);
+        let track = tracks.robot(BLUE).unwrap();
+        let word = |span: &Span<usize>| (span.first, span.last, tracks.words()[span.what].clone());
+        let spans: Vec<_> = track.intentions.iter().map(word).collect();
+        assert_eq!(spans, [(0, 20, "support".to_owned()), (20, 30, "attack".to_owned())]);
         assert_eq!(track.ball, [Span { first: 0, last: 30, what: BallSource::Lost }]);
         // What is known already is not taken in again.
         tracks.note(&record(20, "support", 0.1));
