@@ -73,6 +73,14 @@ pub fn width_beside_robot(context: &Context) -> f32 {
     (context.content_rect().width() - beside_robot(context) - 2.0 * MARGIN).max(100.0)
 }
 
+/// The width of that below, where the buttons at the left leave it free on both sides of its middle.
+pub fn width_below(context: &Context) -> f32 {
+    let beside = width_beside_robot(context);
+    let is_in_corner = |hands: &Rect| hands.left() <= MARGIN && hands.width() < 0.4 * beside;
+    let hands = place_of(context, "hands").filter(|hands| is_in_corner(hands) && beside_robot(context) == 0.0);
+    beside - hands.map_or(0.0, |hands| 2.0 * hands.right())
+}
+
 /// The part of the window between the panel of the selected robot and the list of events, as far as they are shown: its width
 /// without margins, and how far to the right of the window's middle its own is.
 pub fn between_sides(context: &Context) -> (f32, f32) {

@@ -13,8 +13,9 @@ use super::timeline::Timeline;
 use crate::cycle::CycleClock;
 use crate::record::history::{History, Mark, MarkKind};
 
-/// The bar's width where there is room for it, and the width of what is beside it, logical pixels.
+/// The bar's width where there is room for it, the least, and the width of what is beside it, logical pixels.
 const WIDTH: f32 = 560.0;
+const LEAST_WIDTH: f32 = 120.0;
 const BESIDE_BAR: f32 = 400.0;
 /// The bar's height, logical pixels.
 const HEIGHT: f32 = 18.0;
@@ -47,7 +48,7 @@ fn show_bar(
     // Ways that went farther are beside it.
     let last = branches.list().iter().map(|branch| branch.last_cycle).fold(end, u64::max);
     let context = contexts.ctx_mut()?;
-    let width = WIDTH.min(layout::width_beside_robot(context) - BESIDE_BAR);
+    let width = WIDTH.min(layout::width_below(context) - BESIDE_BAR).max(LEAST_WIDTH);
     let offset = [layout::middle_beside_robot(context), -layout::above(context, "timeline", &["controls"])];
     panel("timeline", Align2::CENTER_BOTTOM, offset).show(context, |ui| {
         card(ui).show(ui, |ui| {

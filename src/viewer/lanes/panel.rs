@@ -1,5 +1,6 @@
 //! The lanes on the screen.
 
+use bevy::math::ops;
 use bevy::prelude::*;
 use bevy_egui::EguiContexts;
 use bevy_egui::egui::{
@@ -136,7 +137,7 @@ fn changed_part(ui: &egui::Ui, response: &egui::Response, axis: &Axis, whole: [f
         return None;
     }
     let about = response.hover_pos().map_or(axis.part[0], |at| axis.cycle(at.x));
-    let factor = f64::from(bevy::math::ops::exp(wheel / 150.0));
+    let factor = f64::from(ops::exp(wheel / 150.0));
     let by = -f64::from(drag / axis.width) * (axis.part[1] - axis.part[0]);
     Some(Some(axis.moved(whole, about, factor, by)))
 }
