@@ -4,7 +4,6 @@ use bevy::prelude::*;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError};
 
 use super::{PlayAgain, RebuiltMoment, Reply, Request, Wanted};
-use crate::behaviour::Program;
 use crate::cycle::{CycleClock, run_cycle};
 use crate::game::{Game, GameState};
 use crate::record::cycle_record::CycleRecord;
@@ -79,10 +78,7 @@ impl Again {
         if let Err(fault) = app.start_match(&play.scenario) {
             return fail(fault.to_string());
         }
-        if app.world_mut().query::<&Program>().iter(app.world()).next().is_some() {
-            return fail("robots of this match were played by programs: what they thought only they know".to_owned());
-        }
-        keep_if_due(app.world_mut(), true);
+        keep_if_due(app.world_mut());
         match play.keyframes.fault() {
             Some(fault) => fail(fault),
             None => Some(Self { app, play, is_over: false }),
@@ -111,7 +107,7 @@ impl Again {
                 let _nobody_listens = replies.send(Reply::Differs(cycle));
                 return;
             }
-            keep_if_due(self.app.world_mut(), false);
+            keep_if_due(self.app.world_mut());
         }
         let _nobody_listens = replies.send(Reply::PlayedAgain(self.until()));
     }
