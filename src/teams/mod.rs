@@ -18,6 +18,7 @@ pub mod keeper;
 pub mod kicking;
 pub mod looking;
 pub mod obeying;
+pub mod options;
 pub mod passer;
 pub mod passing;
 pub mod penalty_kicks;
@@ -224,7 +225,7 @@ fn play<R: Role>(
         let memory = &mut *robot.memory;
         let decision = decide_in_game(&player, memory, R::decide);
         *robot.walk = decision.walk;
-        *robot.head = decision.head.unwrap_or_else(|| attack::watch(&player, memory));
+        *robot.head = decision.head.unwrap_or_else(|| attack::watch(&player, memory, &decision.walk));
         robot.kick.0 = decision.kick;
         robot.posture.0 = decision.posture.or_else(|| obeying::posture(&player));
         draw(&mut robot.drawings, &player, memory, &decision);
