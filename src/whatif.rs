@@ -18,7 +18,7 @@ use crate::statistics::{self, Estimate};
 use crate::team::{PerTeam, Team};
 
 /// A match between two cycles, as bytes: each thread makes its own of it.
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct Moment {
     bytes: Vec<u8>,
     /// When it is, s since the start of the match.
@@ -36,6 +36,20 @@ impl Moment {
         let snapshot = Snapshot::take(world).map_err(|error| error.to_string())?;
         let bytes = snapshot.to_bytes(world)?;
         Ok(Moment { bytes, time_s: world.resource::<CycleClock>().end_time_s(), score: score(world) })
+    }
+
+    /// Puts the match into `world` as it was, to go on as it did.
+    ///
+    /// # Errors
+    /// When it is the state of no match that `world` can have.
+    pub fn put_back(&self, world: &mut World) -> Result<(), String> {
+        let snapshot = Snapshot::from_bytes(&self.bytes, world)?;
+        snapshot.restore(world).map_err(|error| error.to_string())
+    }
+
+    /// Bytes of memory that it takes.
+    pub fn size_bytes(&self) -> usize {
+        self.bytes.len()
     }
 
     /// Puts the match into `world` as it was, but with other chance to come: that of `seed`.

@@ -109,6 +109,10 @@ pub struct CameraMount {
     pub size: Option<[u32; 2]>,
     /// Its own field of view along the diagonal, radians, where that is another than the common one.
     pub diagonal_fov: Option<f32>,
+    /// Its own radial distortion, where that is another than the common one's.
+    pub distortion: Option<[f32; 2]>,
+    /// In every so many cycles it takes an image, where that is another number than the common one.
+    pub every_cycles: Option<u32>,
     /// How far below the head's x axis it looks, radians.
     tilt: f32,
     /// Cosine and sine of that.
@@ -118,7 +122,8 @@ pub struct CameraMount {
 impl CameraMount {
     /// A camera with its lens there, m, robot frame, which looks so far below the head's x axis, radians.
     pub fn new(name: CameraName, lens_m: Vec3, tilt: f32) -> Self {
-        Self { name, lens_m, size: None, diagonal_fov: None, tilt, tilt_unit: unit(tilt) }
+        let tilt_unit = unit(tilt);
+        Self { name, lens_m, size: None, diagonal_fov: None, distortion: None, every_cycles: None, tilt, tilt_unit }
     }
 
     /// How far below the head's x axis it looks, radians.
@@ -143,19 +148,32 @@ struct MountFields {
     size: Option<[u32; 2]>,
     #[serde(default, skip_serializing_if = "Option::is_none", with = "file_units::optional_degrees")]
     diagonal_fov_deg: Option<f32>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    distortion: Option<[f32; 2]>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    every_cycles: Option<u32>,
 }
 
 impl From<MountFields> for CameraMount {
     fn from(fields: MountFields) -> Self {
-        let MountFields { name, position_m, tilt_deg, size, diagonal_fov_deg } = fields;
-        Self { size, diagonal_fov: diagonal_fov_deg, ..Self::new(name, position_m, tilt_deg) }
+        let MountFields { name, position_m, tilt_deg, size, diagonal_fov_deg, distortion, every_cycles } = fields;
+        let mount = Self::new(name, position_m, tilt_deg);
+        Self { size, diagonal_fov: diagonal_fov_deg, distortion, every_cycles, ..mount }
     }
 }
 
 impl From<CameraMount> for MountFields {
     fn from(mount: CameraMount) -> Self {
-        let CameraMount { name, lens_m, size, diagonal_fov, tilt, .. } = mount;
-        Self { name, position_m: lens_m, tilt_deg: tilt, size, diagonal_fov_deg: diagonal_fov }
+        let CameraMount { name, lens_m, size, diagonal_fov, distortion, every_cycles, tilt, .. } = mount;
+        Self {
+            name,
+            position_m: lens_m,
+            tilt_deg: tilt,
+            size,
+            diagonal_fov_deg: diagonal_fov,
+            distortion,
+            every_cycles,
+        }
     }
 }
 
@@ -179,6 +197,8 @@ impl CameraMounts {
             lens_m: Vec3::new(0.0539, 0.0, 0.5372),
             size: None,
             diagonal_fov: None,
+            distortion: None,
+            every_cycles: None,
             tilt: 0.0,
             tilt_unit: Vec2::X,
         };
@@ -198,11 +218,6 @@ impl CameraMounts {
         mounts.mounts.get_mut(..cameras.len())?.copy_from_slice(cameras);
         mounts.count = cameras.len();
         Some(mounts)
-    }
-
-    /// Whether they are those of a NAO.
-    pub fn is_default(&self) -> bool {
-        *self == Self::NAO
     }
 
     /// The cameras, in the order of the robot's model.

@@ -121,7 +121,7 @@ enum Command {
 ///
 /// # Panics
 /// When `extend` does, such as for a behaviour that the barrier refuses.
-pub fn run(extend: impl Fn(&mut App) + Sync) -> ExitCode {
+pub fn run(extend: impl Fn(&mut App) + Sync + 'static) -> ExitCode {
     run_with(env::args_os(), extend)
 }
 
@@ -129,8 +129,9 @@ pub fn run(extend: impl Fn(&mut App) + Sync) -> ExitCode {
 ///
 /// # Panics
 /// When `extend` does.
-pub fn run_with(words: impl IntoIterator<Item = OsString>, extend: impl Fn(&mut App) + Sync) -> ExitCode {
-    let program = Program { extend: &extend };
+pub fn run_with(words: impl IntoIterator<Item = OsString>, extend: impl Fn(&mut App) + Sync + 'static) -> ExitCode {
+    // The window plays matches in threads that end with the process.
+    let program = Program { extend: Box::leak(Box::new(extend)) };
     let command_line = match CommandLine::try_parse_from(words) {
         Ok(command_line) => command_line,
         Err(error) => return said_by_clap(&error),

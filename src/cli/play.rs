@@ -45,7 +45,7 @@ pub struct PlayArguments {
 }
 
 /// Runs the command. Without a display the match is run headless, which is said: a script does not wait for an answer.
-pub fn play(program: Program, arguments: &PlayArguments) -> ExitCode {
+pub fn play(program: Program<'static>, arguments: &PlayArguments) -> ExitCode {
     let (name, mut file) = match find(arguments) {
         Ok(found) => found,
         Err(error) => return report::scenario_error(&error),
@@ -129,12 +129,13 @@ pub(super) fn display() -> Result<(), &'static str> {
 }
 
 #[cfg(feature = "viewer")]
-fn watch(program: Program, name: &str, file: &ScenarioFile, arguments: &PlayArguments) -> ExitCode {
+fn watch(program: Program<'static>, name: &str, file: &ScenarioFile, arguments: &PlayArguments) -> ExitCode {
     use super::pictures::or_force;
     use super::window;
     use crate::record::film::Film;
     use crate::record::frames::remove_frames;
     use crate::simulation::MatchApp;
+    use crate::viewer::drive::PlayedFile;
     use crate::viewer::film::Filming;
     use crate::viewer::match_panel::WatchedScenarioFile;
     use crate::viewer::memory::ViewerMemory;
@@ -147,6 +148,7 @@ fn watch(program: Program, name: &str, file: &ScenarioFile, arguments: &PlayArgu
     if let Err(fault) = app.start_match(&file.scenario) {
         return report::scenario_error(&file.source.error(&fault));
     }
+    app.insert_resource(PlayedFile(Some(file.clone())));
     if let Err(message) = arguments.game_controller.start(app.world_mut()) {
         return report::usage_error(&message);
     }

@@ -28,7 +28,7 @@ const BROKEN_OFF: &str = "the trace is broken off: what it has until there is sh
 
 /// Runs the command. Without a display the trace is read, and summed up.
 #[cfg_attr(not(feature = "viewer"), expect(unused_variables, reason = "only a window has the program's own in it"))]
-pub fn replay(program: Program, arguments: &ReplayArguments) -> ExitCode {
+pub fn replay(program: Program<'static>, arguments: &ReplayArguments) -> ExitCode {
     let trace = match ReadTrace::open(&arguments.trace) {
         Ok(trace) => trace,
         Err(error) => return report::usage_error(&error.to_string()),
@@ -55,7 +55,7 @@ pub fn replay(program: Program, arguments: &ReplayArguments) -> ExitCode {
 }
 
 #[cfg(feature = "viewer")]
-fn watch(program: Program, arguments: &ReplayArguments, trace: ReadTrace) -> ExitCode {
+fn watch(program: Program<'static>, arguments: &ReplayArguments, trace: ReadTrace) -> ExitCode {
     use super::window;
     use crate::viewer::shared::Notice;
     use crate::viewer::timeline;

@@ -34,10 +34,11 @@ impl Default for Began {
 /// # Errors
 /// What is wrong with the command line.
 #[cfg(feature = "viewer")]
-pub(super) fn open(program: super::Program, arguments: &WindowArguments) -> Result<bevy::app::App, String> {
+pub(super) fn open(program: super::Program<'static>, arguments: &WindowArguments) -> Result<bevy::app::App, String> {
     use super::interrupt::Interrupt;
     use crate::viewer::ViewerPlugins;
     use crate::viewer::first_frame::FirstFramePlugin;
+    use crate::viewer::keyframes::Simulator;
     use crate::viewer::memory::ViewerMemory;
     use crate::viewer::report_state::StateReport;
     use bevy::app::{PluginGroup, TerminalCtrlCHandlerPlugin};
@@ -53,6 +54,8 @@ pub(super) fn open(program: super::Program, arguments: &WindowArguments) -> Resu
     app.add_plugins(viewer);
     program.add_to(&mut app);
     app.insert_resource(ViewerMemory::of_user()).insert_resource(interrupt);
+    let simulator = move || program.simulator();
+    app.insert_resource(Simulator(Box::leak(Box::new(simulator))));
     if let Some(report) = report {
         app.insert_resource(report);
     }

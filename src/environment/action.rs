@@ -11,10 +11,12 @@ use crate::robot::head::{HeadCommand, HeadLimits};
 use crate::robot::kick::KickRequest;
 use crate::robot::motion::{MotionLimits, WalkCommand};
 use crate::robot::posture::PostureRequest;
+use crate::sensing::camera::CameraSettings;
+use crate::sensing::camera::field_of_view::FieldOfView;
 use crate::sensing::status::BodyStatus;
 use crate::sensing::vision::Percepts;
 use crate::team::RobotId;
-use crate::teams::{look_at, search};
+use crate::teams::Head;
 
 /// What agents may do.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
@@ -187,10 +189,13 @@ pub(super) fn command(kind: ActionKind, action: &[f32], world: &World, id: Robot
         }
         ActionKind::Discrete => {
             let ball = robot.get::<Percepts>().and_then(|percepts| percepts.ball);
+            let view = robot.get::<CameraSettings>().map_or_else(FieldOfView::default, FieldOfView::of);
+            let head = Head::new(&head, view);
+            let searched = || head.search(clock.start_time_s() as f32);
             let kicked = choice(0).checked_sub(WALKS.len()).and_then(|index| KICKS.get(index + 1));
             RobotCommand {
                 walk: WALKS.get(choice(0)).and_then(|(_, shares)| walk(*shares)),
-                head: Some(ball.map_or_else(|| search(clock.start_time_s() as f32), |ball| look_at(ball.position_m))),
+                head: Some(ball.map_or_else(searched, |ball| head.look_at(ball.position_m))),
                 kick: kicked.and_then(|(_, kind)| kick((*kind)?, 1.0)),
                 ..default()
             }

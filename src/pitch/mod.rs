@@ -108,14 +108,9 @@ pub struct Pitch {
     /// Length of the bars of the penalty cross, m.
     pub penalty_mark_size_m: f32,
     /// Radius of the quarter circles at the corners, at the centre of their line, m; nought without.
-    #[serde(skip_serializing_if = "is_nought")]
     pub corner_arc_radius_m: f32,
     /// The goals.
     pub goal: GoalDimensions,
-}
-
-fn is_nought(length_m: &f32) -> bool {
-    *length_m == 0.0
 }
 
 impl Default for Pitch {

@@ -157,6 +157,13 @@ impl Block {
         self.ends.last().map(|(cycle, _)| *cycle)
     }
 
+    /// The records until a cycle, of a block that is not compressed.
+    fn until(mut self, cycle: u64) -> Block {
+        self.ends.retain(|(earlier, _)| *earlier <= cycle);
+        self.bytes.truncate(self.ends.last().map_or(0, |(_, end)| *end));
+        self
+    }
+
     /// Where in the unpacked bytes the first record is that is not before a cycle.
     fn find(&self, cycle: u64) -> Option<Range<usize>> {
         let place = self.ends.partition_point(|(earlier, _)| *earlier < cycle);
@@ -292,6 +299,33 @@ impl History {
         serde_json::from_slice(&bytes[range]).map(Some).map_err(|error| HistoryError(error.to_string()))
     }
 
+    /// What there was until the end of a cycle, for a match that goes on from there in another way.
+    ///
+    /// # Errors
+    /// When the records around that cycle cannot be decoded.
+    pub fn until(&self, cycle: u64) -> Result<History, HistoryError> {
+        let whole = self.packed.partition_point(|block| block.last_cycle().is_none_or(|last| last <= cycle));
+        let part = match self.packed.get(whole) {
+            Some(packed) => {
+                let size = packed.ends.last().map_or(0, |(_, end)| *end);
+                let bytes =
+                    zstd::bulk::decompress(&packed.bytes, size).map_err(|error| HistoryError(error.to_string()))?;
+                Block { bytes, ends: packed.ends.clone() }
+            }
+            None => self.open.clone(),
+        };
+        let packed: VecDeque<Block> = self.packed.iter().take(whole).cloned().collect();
+        Ok(History {
+            every: self.every,
+            packed_bytes: packed.iter().map(|block| block.bytes.len()).sum(),
+            packed,
+            open: part.until(cycle),
+            marks: self.marks.iter().filter(|mark| mark.cycle <= cycle).copied().collect(),
+            kicks: self.kicks.iter().filter(|kick| kick.cycle <= cycle).copied().collect(),
+            unpacked: None,
+        })
+    }
+
     /// The cycle of the first record that is not before a cycle, and that of the record before it. Of a cycle after the last
     /// record, the last.
     pub fn around(&self, cycle: u64) -> (Option<u64>, u64) {
@@ -377,6 +411,27 @@ mod tests {
         assert_eq!(history.marks(), [Mark { cycle: 7, kind: MarkKind::Goal, team: Some(Team::Pink) }]);
         history.push(&empty_record(0)).unwrap();
         assert_eq!((history.cycles(), history.marks()), (Some(0..=0), &[][..]));
+    }
+
+    #[test]
+    fn what_was_until_a_cycle_goes_on_in_another_way() {
+        let mut history = History::default();
+        for cycle in 0..=200 {
+            let goal = MatchEvent::Goal { team: Team::Pink, scorer: None, own_goal: false, evidence: default() };
+            let events = if cycle % 100 == 50 { vec![goal] } else { Vec::new() };
+            history.push(&CycleRecord { events, ..empty_record(cycle) }).unwrap();
+        }
+        for last in [0, 63, 64, 100, 199, 200, 500] {
+            let mut until = history.until(last).unwrap();
+            let last = last.min(200);
+            assert_eq!(until.cycles(), Some(0..=last));
+            assert_eq!(until.marks().len(), history.marks().iter().filter(|mark| mark.cycle <= last).count());
+            until.push(&CycleRecord { time_s: 7.0, ..empty_record(last + 1) }).unwrap();
+            assert_eq!(until.cycles(), Some(0..=last + 1));
+            for cycle in 0..=last {
+                assert_eq!(until.record(cycle).unwrap(), history.record(cycle).unwrap());
+            }
+        }
     }
 
     #[test]

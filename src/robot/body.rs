@@ -118,11 +118,6 @@ impl Default for Body {
 }
 
 impl Body {
-    /// Whether it is the NAO's.
-    pub fn is_default(&self) -> bool {
-        *self == Self::default()
-    }
-
     /// How large it is, as a multiple of the NAO: by how wide it is, which is how much room others need to get past it.
     pub fn width_in_naos(&self) -> f32 {
         self.torso.half_width_m / 0.15

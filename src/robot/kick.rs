@@ -79,7 +79,6 @@ pub struct KickRange {
     /// Distance that the ball rolls at speed 1 with nothing in its way, m; nought of a kick that the robot does not have.
     pub max_distance_m: f32,
     /// Where the ball must lie, and where it goes: where nothing is said, as in the paper's Table 2.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub region: Option<KickGeometry>,
 }
 

@@ -298,6 +298,8 @@ fn number(robots: &mut [Value]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::robot::body::Body;
+    use crate::scenario::{RobotModel, Scenario};
     use serde_json::json;
 
     fn resolved(value: Value) -> Result<Value, Vec<ScenarioFault>> {
@@ -342,12 +344,11 @@ mod tests {
             ]
         }))
         .unwrap();
-        let expected = json!({ "max_linear_mps": 0.1, "error_sd": { "dx_m": 0.01, "dy_m": 0.02 } });
-        assert_eq!(value["robots"][0]["motion"], expected);
-        assert_eq!(
-            value["robots"][1]["sonar"],
-            json!({ "noise": { "uniform": { "half_width_m": 0.2 } }, "max_m": 0.6 })
-        );
+        let motion = &value["robots"][0]["motion"];
+        assert_eq!(motion["error_sd"], json!({ "dx_m": 0.01, "dy_m": 0.02 }));
+        assert_eq!(motion["max_linear_mps"], json!(0.1));
+        let sonar = &value["robots"][1]["sonar"];
+        assert_eq!((&sonar["noise"], &sonar["max_m"]), (&json!({ "uniform": { "half_width_m": 0.2 } }), &json!(0.6)));
         let noise = |robot: usize, sensor: &str| value["robots"][robot][sensor]["noise"].clone();
         assert_eq!(noise(1, "vision"), serde_json::to_value(VisionNoise::none()).unwrap());
         let common = serde_json::from_value::<VisionNoise>(value["vision"]["noise"].clone()).unwrap();
@@ -371,6 +372,36 @@ mod tests {
         assert_eq!(value["robots"][0]["vision"]["noise"], expected);
         let own: OdometryNoise = serde_json::from_value(value["robots"][1]["odometry"]["noise"].clone()).unwrap();
         assert_eq!(own, OdometryNoise { translation_scale: 1.5, ..OdometryNoise::default() });
+    }
+
+    #[test]
+    fn a_body_is_changed_field_by_field_whoever_has_it() {
+        let scenario = Scenario::from_json(
+            r#"{ "body": { "torso": { "half_width_m": 0.2 } }, "teams": { "blue": "roles",
+                 "pink": { "team": "chasers", "model": "booster_k1", "body": { "height_m": 0.9 } } },
+                 "robots": [] }"#,
+        );
+        let scenario = scenario.unwrap();
+        let mut expected = Body::default();
+        expected.torso.half_width_m = 0.2;
+        assert_eq!(scenario.body, expected);
+        let k1 = RobotModel::named("booster_k1").unwrap().scenario().unwrap().body;
+        let own = scenario.body_of(&scenario.teams.as_ref().unwrap().robot(Team::Pink, 1));
+        assert_eq!(own, Body { height_m: 0.9, ..k1 });
+        let robots = r#"{ "robots": [{ "body": { "base": { "half_width_m": 0.12 } } }] }"#;
+        assert_eq!(Scenario::from_json(robots).unwrap().robots[0].body.unwrap().torso, Body::default().torso);
+    }
+
+    /// What is the NAO's is the default of the types, and no default of another model: it is written down.
+    #[test]
+    fn a_scenario_that_gives_another_robot_what_a_nao_has_comes_back_from_its_own_text() {
+        let nao = Scenario::from_json("{}").unwrap();
+        assert_eq!(nao, Scenario::default());
+        let k1 = Scenario::from_json(r#"{ "model": "booster_k1", "league": "hsl2026_middle" }"#).unwrap();
+        let field = Pitch { corner_arc_radius_m: 0.0, ..k1.field.clone() };
+        let mixed = Scenario { field, body: nao.body, cameras: nao.cameras, sonar: nao.sonar, kicks: nao.kicks, ..k1 };
+        let again = Scenario::from_json(&serde_json::to_string(&mixed).unwrap()).unwrap();
+        assert_eq!(again, mixed);
     }
 
     #[test]

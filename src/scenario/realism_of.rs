@@ -113,8 +113,7 @@ mod tests {
         let own = read(value);
         assert_eq!((own.vision.noise, own.ball), (VisionNoise::none(), Some(BallSpec::default())));
         for word in [Realism::Ideal, Realism::Realistic, Realism::Paper] {
-            let built =
-                Scenario { model: "nao_v6".to_owned(), ..Scenario::default() }.with_realism(Realisms::all(word));
+            let built = read(json!({ "model": "nao_v6" })).with_realism(Realisms::all(word));
             assert_eq!(built, read(json!({ "realism": word, "model": "nao_v6" })));
         }
     }

@@ -2,6 +2,7 @@
 
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
+use std::sync::LazyLock;
 
 use super::fault::ScenarioFault;
 use super::field_path::FieldPath;
@@ -45,9 +46,13 @@ pub fn realisms_of(root: &Map<String, Value>) -> Option<Realisms> {
     }
 }
 
-/// What robots of a model have in this realism: what they always have, and over it what the realism of each part says.
+/// What robots of a model have in this realism: what they always have, and over it what the realism of each part says. What the
+/// model does not say of itself is as the NAO's.
 pub fn settings_of_model(model: &RobotModel, realisms: Realisms) -> Map<String, Value> {
-    let mut settings = Value::Object(model.settings.clone());
+    static NAO: LazyLock<Map<String, Value>> =
+        LazyLock::new(|| RobotModel::named(&Scenario::default().model).map_or_else(Map::new, |model| model.settings));
+    let mut settings = Value::Object(NAO.clone());
+    lay_over(&mut settings, Value::Object(model.settings.clone()), "");
     lay_over(&mut settings, Value::Object(by_parts(realisms, &model.realistic)), "");
     match settings {
         Value::Object(settings) => settings,

@@ -56,7 +56,6 @@ pub struct Scenario {
     /// The ball; none with `null`.
     pub ball: Option<BallSpec>,
     /// The bodies of robots, unless they say otherwise.
-    #[serde(skip_serializing_if = "Body::is_default")]
     pub body: Body,
     /// How robots walk, unless they say otherwise.
     pub motion: MotionLimits,

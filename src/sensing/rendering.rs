@@ -16,7 +16,7 @@ use super::vision::{VisionSettings, VisionSource};
 use crate::appearance::robot::RobotDesign;
 use crate::appearance::scene::Scene;
 use crate::appearance::view::View;
-use crate::camera_model::CameraName;
+use crate::camera_model::{CameraMount, CameraName};
 use crate::cycle::{Cycle, CycleClock};
 use crate::random::RandomStreams;
 use crate::robot::head::HeadAngles;
@@ -69,10 +69,16 @@ impl CameraSettings {
         }
     }
 
-    /// Whether images are taken in this cycle.
+    /// Whether any camera takes an image in this cycle.
     pub(crate) fn is_due(&self, clock: &CycleClock) -> bool {
+        self.mounts.as_slice().iter().any(|mount| self.is_camera_due(mount, clock))
+    }
+
+    /// Whether one of the cameras takes an image in this cycle.
+    fn is_camera_due(&self, mount: &CameraMount, clock: &CycleClock) -> bool {
+        let every = u64::from(mount.every_cycles.unwrap_or(self.every_cycles).max(1));
         // The first cycle has images.
-        clock.cycle % u64::from(self.every_cycles.max(1)) == 1 % u64::from(self.every_cycles.max(1))
+        self.which.includes(mount.name) && clock.cycle % every == 1 % every
     }
 }
 
@@ -119,9 +125,9 @@ fn take_images(
         } else {
             Vec2::ZERO
         };
-        for (side, camera) in views.named() {
-            let lens = settings.lens.effect(camera.intrinsics, turn);
-            if !settings.which.includes(side) {
+        for (mount, (side, camera)) in settings.mounts.as_slice().iter().zip(views.named()) {
+            let lens = settings.lens_of(mount).effect(camera.intrinsics, turn);
+            if !settings.is_camera_due(mount, &clock) {
                 images.of_mut(side).clear();
                 continue;
             }

@@ -1,29 +1,32 @@
 //! The latest cycles in numbers: what robots were told to do, how far they were from the truth, where they were.
 //!
-//! Kept of every cycle as it is played or, where it lies in the past, as it is looked at. For plots, trails and whatever
-//! shows commands, which are gone when a cycle is over.
+//! Kept of every cycle as it is played, and, where the past is looked at, of the seconds before it, from their records. For
+//! plots, trails and whatever shows more than one cycle.
 
-use bevy::ecs::query::QueryData;
 use bevy::prelude::*;
 use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
 
 use super::timeline::Timeline;
-use crate::ball::{Ball, BallVelocity};
 use crate::belief::error::{BeliefError, Truth};
-use crate::belief::{Belief, point_team_from_pitch, team_from_pitch};
+use crate::belief::{point_team_from_pitch, team_from_pitch};
 use crate::cycle::{Cycle, CycleClock};
-use crate::game::{Game, Penalty};
 use crate::geometry::Pose;
+use crate::record::cycle_record::{CycleRecord, RobotRecord};
 use crate::record::gather::{CurrentRecord, RecordSystems};
+use crate::record::history::History;
 use crate::record::vocabulary::RobotCommand;
 use crate::robot::head::HeadAngles;
-use crate::robot::{Roster, Velocity};
 use crate::scenario::Scenario;
 use crate::sensing::sonar::SonarReading;
 use crate::team::RobotId;
 
 /// The latest so many cycles are kept.
 const LONGEST: usize = 3600;
+/// So much of what was before a moment of the past that is looked at is read from its records, s.
+pub const LOOK_BACK_S: f64 = 20.0;
+/// The part of a frame that is spent on that.
+const BUDGET: Duration = Duration::from_millis(4);
 
 /// Keeps the [`CycleSamples`].
 pub struct CycleSamplesPlugin;
@@ -108,90 +111,80 @@ impl CycleSamples {
     }
 }
 
-/// What is noted of a robot.
-#[derive(QueryData)]
-struct NotedRobot {
-    pose: &'static Pose,
-    velocity: &'static Velocity,
-    head: &'static HeadAngles,
-    sonar: &'static SonarReading,
-    penalty: &'static Penalty,
-    belief: Option<&'static Belief>,
-}
-
-type NotedBall<'w, 's> = Query<'w, 's, (&'static Pose, &'static BallVelocity), (With<Ball>, Without<RobotId>)>;
-
 fn begin_anew(mut samples: ResMut<CycleSamples>) {
     *samples = CycleSamples::default();
 }
 
-fn note_cycle(
-    mut samples: ResMut<CycleSamples>,
-    clock: Res<CycleClock>,
-    game: Res<Game>,
-    roster: Res<Roster>,
-    current: Res<CurrentRecord>,
-    robots: Query<NotedRobot>,
-    balls: NotedBall,
-) {
-    samples.note(clock.cycle, sample(&clock, &game, &roster, &current, robots, balls));
+fn note_cycle(mut samples: ResMut<CycleSamples>, current: Res<CurrentRecord>) {
+    samples.note(current.record.cycle, CycleSample::of(&current.record));
 }
 
-/// Notes what is looked at again, unless it is known.
+/// Notes the moment that is looked at again and, some in each frame, those before it, unless they are known.
 fn note_past(
     mut samples: ResMut<CycleSamples>,
+    mut history: ResMut<History>,
     timeline: Res<Timeline>,
     clock: Res<CycleClock>,
-    game: Res<Game>,
-    roster: Res<Roster>,
-    current: Res<CurrentRecord>,
-    robots: Query<NotedRobot>,
-    balls: NotedBall,
 ) {
-    if timeline.is_past() && samples.sample(clock.cycle).is_none() {
-        samples.note(clock.cycle, sample(&clock, &game, &roster, &current, robots, balls));
+    if !timeline.is_past() {
+        return;
+    }
+    let started = Instant::now();
+    let first = clock.cycle.saturating_sub((LOOK_BACK_S / clock.period_s) as u64);
+    let mut cycle = clock.cycle;
+    while samples.sample(cycle).is_some() || note_record(&mut samples, &mut history, cycle) {
+        // Where only every so many cycles have a record, the one before it.
+        let Some(before) = history.around(cycle).0.filter(|before| *before >= first) else { return };
+        if started.elapsed() > BUDGET {
+            return;
+        }
+        cycle = before;
     }
 }
 
-fn sample(
-    clock: &CycleClock,
-    game: &Game,
-    roster: &Roster,
-    current: &CurrentRecord,
-    robots: Query<NotedRobot>,
-    balls: NotedBall,
-) -> CycleSample {
-    let ball = balls.iter().next().map(|(pose, velocity)| [pose.position, velocity.0]);
-    let present: Vec<(RobotId, NotedRobotItem)> =
-        roster.iter().filter_map(|(id, entity)| Some((id, robots.get(entity).ok()?))).collect();
-    let of_robot = |(id, robot): &(RobotId, NotedRobotItem)| {
-        let own_end = game.own_end(id.team);
-        let to_team = |place: Vec2| point_team_from_pitch(place, own_end);
-        let opponents = present.iter().filter(|(other, robot)| other.team != id.team && !robot.penalty.is_active());
-        let error = robot.belief.filter(|_| !robot.penalty.is_active()).map(|belief| {
+/// Notes a cycle from its record, if there is one.
+fn note_record(samples: &mut CycleSamples, history: &mut History, cycle: u64) -> bool {
+    let Ok(Some(record)) = history.record(cycle) else { return false };
+    samples.note(record.cycle, CycleSample::of(&record));
+    record.cycle == cycle
+}
+
+impl CycleSample {
+    /// What a record says.
+    pub fn of(record: &CycleRecord) -> Self {
+        let ball = record.ball.map(|ball| [ball.position_m.truncate(), ball.velocity_mps.truncate()]);
+        CycleSample {
+            time_s: record.time_s,
+            ball: ball.map(|[place, _]| place),
+            robots: record.robots.iter().map(|robot| (robot.id, RobotSample::of(robot, record, ball))).collect(),
+        }
+    }
+}
+
+impl RobotSample {
+    /// What a record says of a robot, where place (m) and velocity (m/s) of the ball are these.
+    fn of(robot: &RobotRecord, record: &CycleRecord, ball: Option<[Vec2; 2]>) -> Self {
+        let own_end = record.game.own_end(robot.id.team);
+        let opponents =
+            record.robots.iter().filter(|other| other.id.team != robot.id.team && other.penalised.is_none());
+        let error = robot.belief.as_ref().filter(|_| robot.penalised.is_none()).map(|belief| {
             let truth = Truth {
-                pose: team_from_pitch(*robot.pose, own_end),
-                ball: ball.map(|vectors| vectors.map(to_team)),
-                opponents: opponents.map(|(_, robot)| to_team(robot.pose.position)).collect(),
+                pose: team_from_pitch(robot.pose, own_end),
+                ball: ball.map(|vectors| vectors.map(|vector| point_team_from_pitch(vector, own_end))),
+                opponents: opponents.map(|other| point_team_from_pitch(other.pose.position, own_end)).collect(),
             };
             BeliefError::of(belief, &truth, |_| {})
         });
-        let sample = RobotSample {
-            pose: *robot.pose,
+        RobotSample {
+            pose: robot.pose,
             speed_mps: robot.velocity.linear.length(),
-            head: *robot.head,
-            sonar: *robot.sonar,
+            head: robot.head,
+            sonar: robot.sonar_m,
             error,
             ball_m: ball.map(|[place, _]| place.distance(robot.pose.position)),
-            penalised: robot.penalty.is_active(),
-            command: current.record.robot(*id).and_then(|robot| robot.command.clone()),
-        };
-        (*id, sample)
-    };
-    CycleSample {
-        time_s: clock.end_time_s(),
-        ball: ball.map(|[place, _]| place),
-        robots: present.iter().map(of_robot).collect(),
+            penalised: robot.penalised.is_some(),
+            command: robot.command.clone(),
+        }
     }
 }
 
@@ -214,7 +207,7 @@ mod tests {
         );
         let mut app = App::new();
         app.add_plugins((MinimalPlugins, NaoisisPlugins, RecordPlugin, CycleSamplesPlugin));
-        app.init_resource::<Timeline>().init_resource::<CurrentRecord>();
+        app.init_resource::<Timeline>().init_resource::<CurrentRecord>().init_resource::<History>();
         app.start_match(&scenario.unwrap()).unwrap();
         app.run_cycles(30);
         let samples = app.world().resource::<CycleSamples>();
@@ -227,6 +220,19 @@ mod tests {
         assert_eq!(robot.error, None, "it believes nothing");
         assert_eq!(samples.between(20, 30).count(), 11);
         assert_eq!(samples.between(25, 20).count(), 1);
+    }
+
+    #[test]
+    fn what_was_before_a_moment_of_the_past_is_read_from_its_records() {
+        let (mut samples, mut history) = (CycleSamples::default(), History::of_every(3));
+        for cycle in (0..=30).step_by(3) {
+            let robots = vec![RobotRecord::new(BLUE)];
+            history.push(&CycleRecord { cycle, time_s: cycle as f64 / 30.0, robots, ..default() }).unwrap();
+        }
+        assert!(note_record(&mut samples, &mut history, 12) && !note_record(&mut samples, &mut history, 13));
+        let noted: Vec<u64> = samples.between(0, 30).map(|(cycle, _)| cycle).collect();
+        assert_eq!(noted, [12, 15]);
+        assert_eq!(samples.robot(15, BLUE).map(|robot| robot.speed_mps), Some(0.0));
     }
 
     #[test]

@@ -22,6 +22,10 @@ pub enum Switch {
     Robot,
     /// The cameras of all robots.
     Cameras,
+    /// The whole match, a lane for each robot.
+    Lanes,
+    /// The moment that is shown, played on many times.
+    ManyTimes,
     /// What a frame costs.
     Statistics,
     /// Light panels instead of dark ones.
@@ -73,6 +77,10 @@ pub struct DisplaySettings {
     pub robot: bool,
     /// The cameras of all robots.
     pub cameras: bool,
+    /// The whole match, a lane for each robot.
+    pub lanes: bool,
+    /// The moment that is shown, played on many times.
+    pub many_times: bool,
     /// What a frame costs.
     pub statistics: bool,
     /// Light panels instead of dark ones.
@@ -92,6 +100,8 @@ impl Default for DisplaySettings {
             overlays: false,
             robot: true,
             cameras: false,
+            lanes: false,
+            many_times: false,
             statistics: false,
             light: false,
             panel_scale: PanelScale::default(),
@@ -122,6 +132,8 @@ impl DisplaySettings {
             Switch::Overlays => &mut self.overlays,
             Switch::Robot => &mut self.robot,
             Switch::Cameras => &mut self.cameras,
+            Switch::Lanes => &mut self.lanes,
+            Switch::ManyTimes => &mut self.many_times,
             Switch::Statistics => &mut self.statistics,
             Switch::Light => &mut self.light,
         }

@@ -93,6 +93,18 @@ impl EventLog {
         &self.entries[..self.entries.partition_point(|entry| entry.time_s <= time_s)]
     }
 
+    /// What there was until a time, s, for a match that goes on from there in another way.
+    pub fn cut(&self, time_s: f64) -> EventLog {
+        let touches = self.touches.iter().filter(|touch| touch.time_s <= time_s).copied().collect();
+        EventLog { entries: self.until(time_s).to_vec(), touches }
+    }
+
+    /// Whether this is one of the entries.
+    pub fn has(&self, entry: &LogEntry) -> bool {
+        let from = self.entries.partition_point(|other| other.time_s < entry.time_s);
+        self.entries[from..].iter().take_while(|other| other.time_s <= entry.time_s).any(|other| other == entry)
+    }
+
     /// The last touch of the ball until a time, s.
     pub fn last_touch(&self, time_s: f64) -> Option<BallTouch> {
         self.touches[..self.touches.partition_point(|touch| touch.time_s <= time_s)].last().copied()
@@ -231,6 +243,7 @@ mod tests {
         assert_eq!(first.place, Some(Vec2::new(2.0, 2.1)));
         assert_eq!((second.place, second.robot), (Some(Vec2::new(1.0, 0.5)), Some(robot)));
         assert!(second.evidence.is_some() && log.until(1.5).is_empty());
+        assert!(log.has(second) && !log.has(&LogEntry { time_s: 2.5, ..second.clone() }));
         assert_eq!(log.last_touch(2.0), Some(BallTouch { time_s: 1.0, robot, kick: false }));
         assert_eq!(log.last_touch(0.5), None);
     }

@@ -1,4 +1,5 @@
-//! Penalties, and what happened: a click on an event shows where it was, and why the referee decided so.
+//! Penalties, and what happened: a click on an event goes to that moment, and shows where it was and why the referee decided
+//! so.
 
 use bevy::prelude::*;
 use bevy_egui::egui::{self, Align2, RichText};
@@ -10,22 +11,24 @@ use super::event_log::{EventLog, LogEntry};
 use super::layout;
 use super::overlays::{Brush, OverlaySystems};
 use super::palette;
-use super::shared::TimelineCommand;
-use super::theme::minutes;
-use super::theme::{MARGIN, ThemeSystems, card, dim, panel, team_colour, text_size};
+use super::shared::{Playback, TimelineCommand};
+use super::theme::{MARGIN, ThemeSystems, card, dim, minutes, panel, team_colour, text_size};
 use super::timeline::Timeline;
 use crate::behaviour::drawings::Ink;
 use crate::cycle::CycleClock;
-use crate::game::{Evidence, Penalty};
+use crate::game::{Evidence, Measurement, Penalty, RobotEvidence};
 use crate::record::history::History;
+use crate::scenario::Scenario;
 use crate::team::RobotId;
 
 /// Entries of the list that are shown, and in the past, of what is to come.
 const SHOWN: usize = 60;
 const TO_COME: usize = 4;
-/// What the list leaves of the window's height, and what it has at least, logical pixels.
-const OTHERS_HEIGHT: f32 = 420.0;
-const LEAST_HEIGHT: f32 = 64.0;
+/// Height of the list: of a list that nobody uses, so that it leaves the pitch free, of one in use, and the least, logical
+/// pixels.
+const HEIGHT: f32 = 96.0;
+const OPEN_HEIGHT: f32 = 320.0;
+const LEAST_HEIGHT: f32 = 48.0;
 /// Width of the panel, logical pixels.
 const WIDTH: f32 = 240.0;
 /// An event is looked at again from so long before it, s.
@@ -38,6 +41,7 @@ impl Plugin for EventsPanelPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<ShownEvent>()
             .add_message::<EventChoice>()
+            .add_systems(PreUpdate, forget_event.run_if(resource_exists_and_changed::<Scenario>))
             .add_systems(Update, choose_event)
             .add_systems(PostUpdate, mark_place.after(OverlaySystems).before(EguiPostUpdateSet::EndPass))
             .add_systems(
@@ -55,12 +59,21 @@ pub struct ShownEvent(pub Option<(LogEntry, Option<Vec2>)>);
 #[derive(Message, Clone, PartialEq, Debug)]
 pub struct EventChoice(pub LogEntry);
 
+/// Another match has other events.
+fn forget_event(log: Res<EventLog>, mut shown: ResMut<ShownEvent>) {
+    if shown.0.as_ref().is_some_and(|(entry, _)| !log.has(entry)) {
+        shown.0 = None;
+    }
+}
+
 fn choose_event(
     mut choices: MessageReader<EventChoice>,
     clock: Res<CycleClock>,
+    mut playback: ResMut<Playback>,
     mut history: ResMut<History>,
     mut shown: ResMut<ShownEvent>,
     mut looks: MessageWriter<LookAt>,
+    mut moments: MessageWriter<TimelineCommand>,
 ) {
     for EventChoice(entry) in choices.read() {
         if shown.0.as_ref().is_some_and(|(other, _)| other == entry) {
@@ -72,13 +85,19 @@ fn choose_event(
             looks.write(LookAt(place));
         }
         shown.0 = Some((entry.clone(), place));
+        moments.write(TimelineCommand::GoTo(cycle_of(entry, &clock)));
+        playback.paused = true;
     }
+}
+
+/// The cycle in which an event was.
+fn cycle_of(entry: &LogEntry, clock: &CycleClock) -> u64 {
+    (entry.time_s / clock.period_s).round() as u64
 }
 
 /// Where an event was that does not say so itself: at its robot, or at the ball.
 fn place_in_record(entry: &LogEntry, clock: &CycleClock, history: &mut History) -> Option<Vec2> {
-    let cycle = (entry.time_s / clock.period_s).round() as u64;
-    let record = history.record(cycle).ok()??;
+    let record = history.record(cycle_of(entry, clock)).ok()??;
     let robot = record.robots.iter().find(|robot| Some(robot.id) == entry.robot).map(|robot| robot.pose.position);
     robot.or(record.ball.map(|ball| ball.position_m.truncate()))
 }
@@ -112,6 +131,7 @@ fn show_events(
     timeline: Res<Timeline>,
     robots: Query<(&RobotId, &Penalty)>,
     mut choices: MessageWriter<EventChoice>,
+    mut playback: ResMut<Playback>,
     mut moments: MessageWriter<TimelineCommand>,
 ) -> Result {
     let mut penalties: Vec<_> = robots.iter().filter_map(|(id, penalty)| Some((*id, penalty.0?))).collect();
@@ -123,18 +143,25 @@ fn show_events(
         return Ok(());
     }
     let context = contexts.ctx_mut()?;
-    let room = context.content_rect().height();
-    let height = (room - OTHERS_HEIGHT).clamp(LEAST_HEIGHT, LEAST_HEIGHT.max(0.4 * room));
     let offset = [-MARGIN, layout::below(context, "events", &["score"])];
+    // What is below keeps its place, and what else is in this panel.
+    let below = layout::above(context, "events", &["timeline", "controls", "hands", "overlays"]);
+    let room = context.content_rect().height() - offset[1] - below - 2.0 * MARGIN;
+    let is_wanted =
+        shown.0.is_some() || layout::place_of(context, "events").is_some_and(|place| is_over(context, place));
+    let wanted = if is_wanted { OPEN_HEIGHT } else { HEIGHT };
+    let rest = |ui: &egui::Ui| ui.data(|data| data.get_temp::<f32>(egui::Id::new("rest of events"))).unwrap_or(0.0);
     panel("events", Align2::RIGHT_TOP, offset).show(context, |ui| {
         card(ui).show(ui, |ui| {
             ui.set_width(WIDTH);
+            let height = wanted.min(room - rest(ui)).max(LEAST_HEIGHT);
+            let top = ui.cursor().top();
             for (id, penalty) in &penalties {
                 let left_s = penalty.left_s(&clock);
                 let text = format!("⛔ {id}: {}, {left_s:.0} s", penalty.reason.words());
                 ui.label(RichText::new(text).color(team_colour(ui, id.team)));
             }
-            egui::ScrollArea::vertical().max_height(height).min_scrolled_height(height).show(ui, |ui| {
+            let list = egui::ScrollArea::vertical().max_height(height).min_scrolled_height(height).show(ui, |ui| {
                 ui.set_width(WIDTH);
                 for entry in around(log, now_s).iter().rev() {
                     let chosen = shown.0.as_ref().is_some_and(|(other, _)| other == entry);
@@ -148,10 +175,18 @@ fn show_events(
             {
                 let cycle = ((entry.time_s - RUN_UP_S).max(0.0) / clock.period_s) as u64;
                 moments.write(TimelineCommand::GoTo(cycle));
+                playback.paused = false;
             }
+            let others = ui.min_rect().bottom() - top - list.inner_rect.height();
+            ui.data_mut(|data| data.insert_temp(egui::Id::new("rest of events"), others));
         });
     });
     Ok(())
+}
+
+/// Whether the mouse is over a place.
+fn is_over(context: &egui::Context, place: egui::Rect) -> bool {
+    context.input(|input| input.pointer.hover_pos()).is_some_and(|mouse| place.contains(mouse))
 }
 
 /// The entries until now, as far as they are shown, and the few that come next.
@@ -174,7 +209,7 @@ fn show_entry(ui: &mut egui::Ui, entry: &LogEntry, chosen: bool, is_to_come: boo
         let label = egui::Label::new(text).wrap().sense(egui::Sense::click());
         let response = ui.add(label).on_hover_cursor(egui::CursorIcon::PointingHand);
         response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Button, true, &entry.text));
-        response.on_hover_text("Click: where it was, and why").clicked()
+        response.on_hover_text("Click: that moment, where it was, and why").clicked()
     })
     .inner
 }
@@ -193,18 +228,37 @@ fn show_circumstances(ui: &mut egui::Ui, entry: &LogEntry) -> bool {
 fn reasons(evidence: &Evidence) -> Vec<String> {
     let mut lines = vec![evidence.rule.to_string()];
     if let Some(measured) = &evidence.measured {
-        lines.push(format!("{:.2} {}; the limit is {:.2}.", measured.value, measured.what, measured.limit));
+        lines.push(measured_words(measured));
+        // How fast robots walked is a reason only where speed was what counted.
+        if measured.what.starts_with("m/s") {
+            let walked = |robot: &RobotEvidence| format!("{} walked at {:.2} m/s.", robot.robot, robot.speed_mps);
+            lines.extend(evidence.robots.iter().map(walked));
+        }
     }
-    lines.extend(evidence.robots.iter().map(|robot| format!("{} walked at {:.2} m/s.", robot.robot, robot.speed_mps)));
     lines.push(evidence.otherwise.to_string());
     lines.retain(|line| !line.is_empty());
     lines
 }
 
+/// What was measured, with as many digits as tell it from the limit, and by how much it is beyond.
+fn measured_words(measured: &Measurement) -> String {
+    const MOST_DIGITS: u32 = 5;
+    let Measurement { what, value, limit } = measured;
+    let margin = (value - limit).abs();
+    if margin == 0.0 {
+        return format!("{value:.2} {what}; the limit is {limit:.2}.");
+    }
+    // Of the margin itself two digits that mean something.
+    let is_enough = |digits: &u32| margin * 10_u32.pow(*digits) as f32 >= 10.0;
+    let digits = (2..MOST_DIGITS).find(is_enough).unwrap_or(MOST_DIGITS) as usize;
+    let relation = if value < limit { "below" } else { "beyond" };
+    format!("{value:.digits$} {what}: {margin:.digits$} {relation} the limit of {limit:.digits$}.")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::game::Measurement;
+    use crate::team::Team;
 
     #[test]
     fn the_list_ends_with_a_little_of_what_is_to_come() {
@@ -228,7 +282,22 @@ mod tests {
             otherwise: "It had to come out.".into(),
             ..default()
         };
-        assert_eq!(reasons(&evidence), ["A rule.", "3.25 s in the goal; the limit is 3.00.", "It had to come out."]);
+        let measured = "3.25 s in the goal: 0.25 beyond the limit of 3.00.";
+        assert_eq!(reasons(&evidence), ["A rule.", measured, "It had to come out."]);
         assert_eq!(reasons(&Evidence::default()), [""; 0]);
+    }
+
+    #[test]
+    fn a_small_margin_is_seen_and_speeds_are_said_where_they_count() {
+        let measured = |value, limit, what: &'static str| Measurement { what: what.into(), value, limit };
+        assert_eq!(
+            measured_words(&measured(3.034, 3.03, "m from the centre")),
+            "3.0340 m from the centre: 0.0040 beyond the limit of 3.0300."
+        );
+        assert_eq!(measured_words(&measured(0.2, 0.2, "m/s")), "0.20 m/s; the limit is 0.20.");
+        let robot = RobotEvidence { robot: RobotId::new(Team::Blue, 2), position_m: Vec2::ZERO, speed_mps: 0.2 };
+        let evidence = |what| Evidence { measured: Some(measured(1.0, 0.5, what)), ..default() }.with_robot(robot);
+        assert_eq!(reasons(&evidence("m/s towards the other"))[1], "blue2 walked at 0.20 m/s.");
+        assert_eq!(reasons(&evidence("m behind the line")).len(), 1);
     }
 }

@@ -6,11 +6,12 @@ use bevy_egui::egui::{Event, Key};
 use bevy_egui::input::egui_wants_any_keyboard_input;
 use bevy_egui::{EguiInput, EguiPreUpdateSet};
 
+use super::branches::BranchCommand;
 use super::display_settings::{DisplaySettings, Switch};
 use super::hands::driving::Driving;
 use super::shared::{
-    Action, CameraSystems, Choice, HandAction, KeysSystems, SelectionSystems, TimelineCommand, ToggleFilm, ViewPreset,
-    ViewerCommand,
+    Action, CameraSystems, Choice, FindEvent, HandAction, KeysSystems, SelectionSystems, TimelineCommand, ToggleFilm,
+    ViewPreset, ViewerCommand,
 };
 use crate::camera_model::CameraName;
 use crate::cycle::CycleClock;
@@ -70,6 +71,9 @@ pub const BINDINGS: &[Binding] = &[
     binding(KeyCode::PageDown, "Page down", "Five seconds on", Action::Timeline(TimelineCommand::Skip(5.0))),
     binding(KeyCode::Home, "Home", "To the start", Action::Timeline(TimelineCommand::GoTo(0))),
     binding(KeyCode::End, "End", "To the present", Action::Timeline(TimelineCommand::Present)),
+    binding(KeyCode::Comma, ",", "To the event before, of the lanes' kind", Action::Find(FindEvent::Previous)),
+    binding(KeyCode::Period, ".", "To the next event", Action::Find(FindEvent::Next)),
+    binding(KeyCode::KeyF, "F", "Play on from here, beside the match", Action::PlayFromHere),
     binding(KeyCode::KeyR, "R", "Same match from the start", Action::Command(ViewerCommand::Restart)),
     with_shift(binding(
         KeyCode::KeyR,
@@ -81,8 +85,8 @@ pub const BINDINGS: &[Binding] = &[
     binding(KeyCode::F2, "F2", "View from above", Action::View(ViewPreset::TopDown)),
     binding(KeyCode::F3, "F3", "Follow the ball", Action::View(ViewPreset::FollowBall)),
     binding(KeyCode::F4, "F4", "Follow the selected robot", Action::View(ViewPreset::FollowRobot)),
-    binding(KeyCode::F5, "F5", "Through its upper camera", Action::View(ViewPreset::Eyes(CameraName::TOP))),
-    binding(KeyCode::F6, "F6", "Through its lower camera", Action::View(ViewPreset::Eyes(CameraName::BOTTOM))),
+    binding(KeyCode::F5, "F5", "Through its first camera", Action::View(ViewPreset::Eyes(CameraName::TOP))),
+    binding(KeyCode::F6, "F6", "Through its last camera", Action::View(ViewPreset::Eyes(CameraName::BOTTOM))),
     binding(KeyCode::F7, "F7", "Fly with the mouse", Action::View(ViewPreset::Fly)),
     binding(KeyCode::Tab, "Tab", "Next robot", Action::Select(Choice::Next)),
     with_shift(binding(KeyCode::Tab, "Shift Tab", "Previous robot", Action::Select(Choice::Previous))),
@@ -90,6 +94,8 @@ pub const BINDINGS: &[Binding] = &[
     binding(KeyCode::KeyI, "I", "The selected robot", Action::Toggle(Switch::Robot)),
     binding(KeyCode::KeyC, "C", "The cameras of all robots", Action::Toggle(Switch::Cameras)),
     binding(KeyCode::KeyO, "O", "Overlays", Action::Toggle(Switch::Overlays)),
+    binding(KeyCode::KeyG, "G", "Lanes: the whole match", Action::Toggle(Switch::Lanes)),
+    binding(KeyCode::KeyT, "T", "This moment, many times", Action::Toggle(Switch::ManyTimes)),
     binding(KeyCode::KeyE, "E", "Events", Action::Toggle(Switch::Events)),
     binding(KeyCode::KeyN, "N", "Names of the robots", Action::Toggle(Switch::Labels)),
     binding(KeyCode::KeyS, "S", "Shadows, smooth edges", Action::Toggle(Switch::FineDrawing)),
@@ -125,27 +131,54 @@ const NUMBERS: [KeyCode; 9] = [
     KeyCode::Digit9,
 ];
 
-/// What else there is to press, for the help.
-pub const OTHERS: &[(&str, &str)] = &[
-    ("1 … 9", "Blue's robot of this number"),
-    ("Shift 1 … 9", "Pink's robot of this number"),
-    ("Click", "Select a robot"),
-    ("Drag a robot, the ball", "Put it elsewhere"),
-    ("Shift drag a robot", "Turn it"),
-    ("Shift drag the ball", "Kick it"),
-    ("Left drag", "Turn the view"),
-    ("Right drag", "Move the view"),
-    ("Middle drag", "Look around"),
-    ("Wheel", "Closer, farther"),
+/// What else there is to press, for the help: its group, the key, what it does.
+const OTHERS: &[(&str, &str, &str)] = &[
+    ("Robots", "1 … 9", "Blue's robot of this number"),
+    ("Robots", "Shift 1 … 9", "Pink's robot of this number"),
+    ("Robots", "Click", "Select a robot"),
+    ("By hand", "Drag a robot, the ball", "Put it elsewhere"),
+    ("By hand", "Shift drag a robot", "Turn it"),
+    ("By hand", "Shift drag the ball", "Kick it"),
+    ("View", "Left drag", "Turn the view"),
+    ("View", "Right drag", "Move the view"),
+    ("View", "Middle drag", "Look around"),
+    ("View", "Wheel", "Closer, farther"),
 ];
 
-/// Keys and what they do, for the help: a line for each thing, with the first key that does it.
-pub fn help() -> impl Iterator<Item = (&'static str, &'static str)> {
+/// What the help lists together.
+#[derive(Clone, PartialEq, Debug)]
+pub struct HelpGroup {
+    /// What its keys have to do with.
+    pub name: &'static str,
+    /// Keys and what they do: a line for each thing, with the first key that does it.
+    pub lines: Vec<(&'static str, &'static str)>,
+}
+
+/// The groups of the help, in their order.
+const GROUPS: [&str; 6] = ["Time", "By hand", "Robots", "View", "Panels", "Pictures"];
+
+/// Which of them an action belongs to.
+fn group_of(action: Action) -> &'static str {
+    match action {
+        Action::Command(_) | Action::Timeline(_) | Action::Find(_) | Action::PlayFromHere => "Time",
+        Action::Hand(_) => "By hand",
+        Action::Select(_) => "Robots",
+        Action::View(_) => "View",
+        Action::Toggle(_) | Action::ScalePanels(_) => "Panels",
+        Action::Screenshot | Action::Film(_) => "Pictures",
+    }
+}
+
+/// Keys and what they do, for the help.
+pub fn help() -> Vec<HelpGroup> {
     let is_first = |(index, binding): &(usize, &Binding)| {
         BINDINGS[..*index].iter().all(|other| other.description != binding.description)
     };
-    let keys = BINDINGS.iter().enumerate().filter(is_first).map(|(_, binding)| (binding.name, binding.description));
-    keys.chain(OTHERS.iter().copied())
+    let of_bindings = BINDINGS.iter().enumerate().filter(is_first);
+    let of_bindings = of_bindings.map(|(_, binding)| (group_of(binding.action), binding.name, binding.description));
+    let lines: Vec<_> = of_bindings.chain(OTHERS.iter().copied()).collect();
+    let of_group = |name| lines.iter().filter(move |(group, ..)| *group == name).map(|(_, key, what)| (*key, *what));
+    GROUPS.into_iter().map(|name| HelpGroup { name, lines: of_group(name).collect() }).collect()
 }
 
 /// Tab is the next robot. In the panels it would choose the next button, and from then on they had all keys.
@@ -171,7 +204,8 @@ fn read_keys(keys: Res<ButtonInput<KeyCode>>, driving: Res<Driving>, mut actions
 fn carry_out(
     mut actions: MessageReader<Action>,
     mut viewer_commands: MessageWriter<ViewerCommand>,
-    mut moments: MessageWriter<TimelineCommand>,
+    (mut moments, mut events): (MessageWriter<TimelineCommand>, MessageWriter<FindEvent>),
+    mut ways: MessageWriter<BranchCommand>,
     mut views: MessageWriter<ViewPreset>,
     mut choices: MessageWriter<Choice>,
     mut films: MessageWriter<ToggleFilm>,
@@ -187,6 +221,12 @@ fn carry_out(
             }
             Action::Timeline(command) => {
                 moments.write(command);
+            }
+            Action::Find(event) => {
+                events.write(event);
+            }
+            Action::PlayFromHere => {
+                ways.write(BranchCommand::PlayFromHere);
             }
             Action::View(preset) => {
                 views.write(preset);
@@ -225,11 +265,15 @@ mod tests {
     }
 
     #[test]
-    fn the_help_has_a_line_for_each_thing() {
-        let lines: Vec<_> = help().collect();
+    fn the_help_has_a_line_for_each_thing_and_every_line_a_group() {
+        let groups = help();
+        let lines: Vec<_> = groups.iter().flat_map(|group| &group.lines).collect();
         assert_eq!(lines.iter().filter(|(_, what)| *what == "Larger panels").count(), 1);
         for binding in BINDINGS {
             assert!(lines.iter().any(|(_, what)| *what == binding.description), "{}", binding.description);
+        }
+        for (_, key, what) in OTHERS {
+            assert!(lines.contains(&&(*key, *what)), "{what}");
         }
     }
 }

@@ -1,7 +1,7 @@
-//! Words on the pitch: names above the robots, and those of the overlays.
+//! Words on the pitch: names above the robots, and those of the overlays; a ring about a ball that is small.
 
 use bevy::prelude::*;
-use bevy_egui::egui::{self, Align2, Color32, FontId, LayerId, Pos2};
+use bevy_egui::egui::{self, Align2, Color32, FontId, LayerId, Pos2, Stroke};
 use bevy_egui::{EguiContexts, EguiPostUpdateSet, EguiPrimaryContextPass};
 
 use super::camera::ViewerCamera;
@@ -9,13 +9,18 @@ use super::display_settings::DisplaySettings;
 use super::overlays::OverlayWords;
 use super::palette;
 use super::theme::text_size;
+use crate::ball::BallPhysics;
+use crate::behaviour::drawings::Ink;
 use crate::cycle::CycleClock;
 use crate::game::Penalty;
+use crate::robot::body::Body;
+use crate::robot::posture::Posture;
 use crate::team::RobotId;
 
-/// The middle of a robot above its place, and how far above that, as it is seen, its name is, m.
-const MIDDLE: Vec3 = Vec3::new(0.0, 0.0, 0.3);
-const ABOVE_MIDDLE_M: f32 = 0.36;
+/// From the upper edge of a robot, as it is seen, to the middle of its name, logical pixels.
+const ABOVE_PIXELS: f32 = 12.0;
+/// A ball that is seen with a smaller radius has a ring of this one about it, logical pixels.
+const LEAST_BALL_PIXELS: f32 = 9.0;
 
 /// Writes the robots' names.
 pub struct LabelsPlugin;
@@ -25,7 +30,8 @@ impl Plugin for LabelsPlugin {
         // The camera is where it is in this frame.
         app.configure_sets(PostUpdate, EguiPostUpdateSet::EndPass.after(TransformSystems::Propagate)).add_systems(
             EguiPrimaryContextPass,
-            (draw_labels.run_if(|display: Res<DisplaySettings>| display.labels), write_overlay_words).chain(),
+            ((draw_labels, ring_ball).run_if(|display: Res<DisplaySettings>| display.labels), write_overlay_words)
+                .chain(),
         );
     }
 }
@@ -54,7 +60,7 @@ fn write_overlay_words(
 fn draw_labels(
     mut contexts: EguiContexts,
     camera: Single<(&Camera, &GlobalTransform), With<ViewerCamera>>,
-    robots: Query<(&RobotId, &GlobalTransform, &Penalty)>,
+    robots: Query<(&RobotId, &GlobalTransform, &Penalty, &Body, &Posture)>,
     clock: Res<CycleClock>,
 ) -> Result {
     let (camera, camera_transform) = *camera;
@@ -62,8 +68,8 @@ fn draw_labels(
     // Panels may be larger than the window has them.
     let zoom = context.zoom_factor();
     let painter = context.layer_painter(LayerId::background());
-    for (id, transform, penalty) in &robots {
-        let point = transform.transform_point(MIDDLE) + ABOVE_MIDDLE_M * camera_transform.up();
+    for (id, transform, penalty, body, posture) in &robots {
+        let point = transform.translation() + upper_edge(body, *posture, *camera_transform.up());
         // A robot behind the camera has no place in the picture.
         let Ok(place) = camera.world_to_viewport(camera_transform, point) else { continue };
         let name = match penalty.0 {
@@ -73,9 +79,60 @@ fn draw_labels(
         let faded = if penalty.is_active() { 0.45 } else { 0.85 };
         let colour = palette::in_panel(palette::team(id.team));
         let text = painter.layout_no_wrap(name, FontId::proportional(text_size::ENTRY), Color32::WHITE);
-        let area = Align2::CENTER_CENTER.anchor_size(Pos2::new(place.x / zoom, place.y / zoom), text.size());
+        let middle = Pos2::new(place.x / zoom, place.y / zoom - ABOVE_PIXELS);
+        let area = Align2::CENTER_CENTER.anchor_size(middle, text.size());
         painter.rect_filled(area.expand2(egui::vec2(5.0, 1.5)), 7.0, colour.gamma_multiply(faded));
         painter.galley(area.min, text, Color32::WHITE);
     }
     Ok(())
+}
+
+/// From a robot's place to the point of its body that is seen uppermost by a camera whose upward direction this is, m, in
+/// Bevy's world.
+fn upper_edge(body: &Body, posture: Posture, up: Vec3) -> Vec3 {
+    let height = if posture.is_upright() { body.height_m } else { body.lying_height_m };
+    let half_extents = Vec2::new(body.torso.half_width_m, height / 2.0);
+    // Of a cylinder, so that the name stays where it is while the robot turns.
+    let reach = Vec2::new(Vec2::new(up.x, up.z).length(), up.y.abs()).dot(half_extents);
+    height / 2.0 * Vec3::Y + reach * up
+}
+
+/// Where the ball is only some pixels large, a ring shows where it is.
+fn ring_ball(
+    mut contexts: EguiContexts,
+    camera: Single<(&Camera, &GlobalTransform), With<ViewerCamera>>,
+    balls: Query<(&GlobalTransform, &BallPhysics)>,
+) -> Result {
+    let (camera, camera_transform) = *camera;
+    let context = contexts.ctx_mut()?;
+    let zoom = context.zoom_factor();
+    let painter = context.layer_painter(LayerId::background());
+    for (transform, physics) in &balls {
+        let centre = transform.translation() + physics.radius_m * Vec3::Y;
+        let edge = centre + physics.radius_m * camera_transform.right();
+        let seen = [centre, edge].map(|point| camera.world_to_viewport(camera_transform, point).ok());
+        let [Some(centre), Some(edge)] = seen else { continue };
+        if centre.distance(edge) < LEAST_BALL_PIXELS - 2.0 {
+            let (middle, radius) = (Pos2::new(centre.x / zoom, centre.y / zoom), LEAST_BALL_PIXELS / zoom);
+            painter.circle_stroke(middle, radius, Stroke::new(3.0, Color32::from_black_alpha(150)));
+            painter.circle_stroke(middle, radius, Stroke::new(1.5, palette::in_panel(palette::ink(Ink::Orange))));
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_upper_edge_of_a_robot_is_its_head_from_the_side_and_its_shoulder_from_above() {
+        let body = Body::default();
+        let from_side = upper_edge(&body, Posture::Upright, Vec3::Y);
+        assert!(from_side.abs_diff_eq(Vec3::new(0.0, body.height_m, 0.0), 1e-5));
+        let from_above = upper_edge(&body, Posture::Upright, Vec3::NEG_Z);
+        assert!((from_above.z + body.torso.half_width_m).abs() < 1e-5);
+        let large = Body { height_m: 1.4, ..body };
+        assert!(upper_edge(&large, Posture::Upright, Vec3::Y).y > 1.39);
+    }
 }

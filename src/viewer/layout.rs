@@ -73,6 +73,22 @@ pub fn width_beside_robot(context: &Context) -> f32 {
     (context.content_rect().width() - beside_robot(context) - 2.0 * MARGIN).max(100.0)
 }
 
+/// The width of that below, where the buttons at the left leave it free on both sides of its middle.
+pub fn width_below(context: &Context) -> f32 {
+    let beside = width_beside_robot(context);
+    let is_in_corner = |hands: &Rect| hands.left() <= MARGIN && hands.width() < 0.4 * beside;
+    let hands = place_of(context, "hands").filter(|hands| is_in_corner(hands) && beside_robot(context) == 0.0);
+    beside - hands.map_or(0.0, |hands| 2.0 * hands.right())
+}
+
+/// The part of the window between the panel of the selected robot and the list of events, as far as they are shown: its width
+/// without margins, and how far to the right of the window's middle its own is.
+pub fn between_sides(context: &Context) -> (f32, f32) {
+    let (left, room) = (beside_robot(context), context.content_rect());
+    let right = place_of(context, "events").map_or(room.right(), |events| events.left());
+    ((right - left - 2.0 * MARGIN).max(100.0), (left + right) / 2.0 - room.center().x)
+}
+
 /// How far from the lower edge of the window a panel has to be to be above these others, as far as they are below it.
 pub fn above(context: &Context, name: &str, others: &[&str]) -> f32 {
     let bottom = context.content_rect().bottom();
@@ -135,6 +151,7 @@ mod tests {
         show(&context, |context| block(context, "robot", Align2::LEFT_TOP, [MARGIN, MARGIN], [290.0, 100.0]));
         assert_eq!(beside_robot(&context), 300.0);
         assert_eq!(width_beside_robot(&context), 800.0 - 300.0 - 2.0 * MARGIN);
+        assert_eq!(between_sides(&context), (480.0, 150.0));
         show(&context, |_| ());
         assert_eq!(beside_robot(&context), 0.0);
     }

@@ -123,7 +123,7 @@ fn recall(
     }
     if let (Some(last), Some(mut display)) = (display_last, display) {
         // A list that covers the view is opened when it is wanted.
-        *display = DisplaySettings { help: false, ..*last };
+        *display = DisplaySettings { help: false, many_times: false, ..*last };
     }
     if let (Some(last), Some(mut overlays)) = (overlays_last, overlays) {
         overlays.clone_from(last);

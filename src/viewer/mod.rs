@@ -20,6 +20,7 @@
 //! | [`shared`] | what all parts know, and tell each other |
 //! | [`drive`], [`speed`] | runs the cycles: pause, single cycle, speed, restart |
 //! | [`timeline`] | the past of the match, and of one that a trace was written of |
+//! | `timeline_bar` | the bar below the match: where it is, what happened when, the ways that it went |
 //! | [`stage`] | the pitch frame in Bevy's world, light, smooth motion between cycles |
 //! | `drawing` | shadows and smooth edges, where they cost little |
 //! | `field` | carpet, lines, goals, nets |
@@ -32,12 +33,18 @@
 //! | [`eyes`] | images of the robots' cameras that someone looks at |
 //! | [`robot_panel`] | what the selected robot sees, hears, wants, believes and keeps in mind |
 //! | [`cycle_samples`] | the latest cycles in numbers |
+//! | [`behaviour_state`] | what a behaviour keeps in mind, by reflection |
+//! | [`keyframes`], [`rebuild`] | any moment whole: what records leave out is played again in the background |
+//! | [`branches`] | the ways that the match went, when a moment was played on in another way |
+//! | [`many_times`] | this moment, played on many times with other chance |
+//! | [`lanes`] | the whole match at a glance, a lane for each robot; a number over all of it; events of a kind |
 //! | `panels` | score, clock, controls, help |
 //! | `events_panel` | penalties, what happened, where and why |
 //! | [`selection`] | which robot the user looks at |
 //! | [`statistics`] | what a frame costs |
 //! | [`memory`] | what is remembered from one time to the next |
 //! | [`match_panel`] | scenario, teams, settings; a scenario's file is watched |
+//! | `scenario_list` | the built-in scenarios to choose from |
 //! | [`film`] | a video of the window |
 //! | [`first_frame`] | how long the start takes |
 //! | [`report_state`] | what is shown, as JSON lines |
@@ -55,6 +62,8 @@ use bevy_egui::EguiPlugin;
 use std::io::{self, IsTerminal};
 
 mod ball_and_posts;
+pub mod behaviour_state;
+pub mod branches;
 pub mod camera;
 pub mod cycle_samples;
 pub mod display_settings;
@@ -67,19 +76,24 @@ mod field;
 pub mod film;
 pub mod first_frame;
 pub mod hands;
+pub mod keyframes;
 pub mod keys;
 mod labels;
+pub mod lanes;
 mod layout;
+pub mod many_times;
 pub mod match_panel;
 pub mod memory;
 pub mod overlays;
 mod palette;
 mod panels;
 mod part_mesh;
+pub mod rebuild;
 pub mod report_state;
 mod robot_animation;
 mod robot_model;
 pub mod robot_panel;
+mod scenario_list;
 pub mod selection;
 pub mod shared;
 pub mod speed;
@@ -87,6 +101,7 @@ pub mod stage;
 pub mod statistics;
 pub mod theme;
 pub mod timeline;
+mod timeline_bar;
 pub mod widgets;
 
 pub use shared::{TimelineCommand, ViewerCommand};
@@ -140,11 +155,15 @@ impl PluginGroup for ViewerPlugins {
             .add(labels::LabelsPlugin)
             .add(overlays::OverlaysPlugin)
             .add(panels::PanelsPlugin)
-            .add(timeline::TimelineBarPlugin)
+            .add(timeline_bar::TimelineBarPlugin)
             .add(match_panel::MatchPanelPlugin)
             .add(film::FilmPlugin)
             .add(events_panel::EventsPanelPlugin)
             .add(eyes::EyesPlugin)
+            .add(rebuild::RebuildPlugin)
+            .add(branches::BranchesPlugin)
+            .add(lanes::LanesPlugin)
+            .add(many_times::ManyTimesPlugin)
             .add(robot_panel::RobotPanelPlugin)
             .add(statistics::StatisticsPlugin)
             .add(memory::MemoryPlugin)

@@ -5,8 +5,9 @@ use bevy_egui::egui::{self, Align2, Margin, RichText, WidgetInfo, WidgetType};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 use super::display_settings::{DisplaySettings, Switch};
-use super::keys;
+use super::keys::{self, HelpGroup};
 use super::layout;
+use super::scenario_list;
 use super::shared::{Action, Playback, ViewerCommand, is_over};
 use super::speed::Speed;
 use super::theme::{MARGIN, ThemeSystems, band, bright, card, dim, minutes, panel, problem_colour, text_size};
@@ -14,7 +15,7 @@ use super::timeline::Timeline;
 use crate::behaviour::BehaviourRegistry;
 use crate::cycle::CycleClock;
 use crate::game::{Game, GameState};
-use crate::scenario::{BehaviourSpec, LIBRARY, Scenario};
+use crate::scenario::{BehaviourSpec, Scenario};
 use crate::team::Team;
 
 /// Height of the score, logical pixels.
@@ -163,17 +164,11 @@ fn choose_speed(ui: &mut egui::Ui, playback: &Playback, mut choose: impl FnMut(S
     named(shown.response, "Speed", &text).on_hover_text("Simulated seconds a second");
 }
 
-fn choose_scenario(ui: &mut egui::Ui, scenario: Option<&Scenario>, mut choose: impl FnMut(&'static str)) {
+fn choose_scenario(ui: &mut egui::Ui, scenario: Option<&Scenario>, choose: impl FnMut(&'static str)) {
     let current = scenario.map(|scenario| scenario.name.as_str()).unwrap_or_default();
     let list = egui::ComboBox::from_id_salt("scenario").width(150.0).selected_text(bright(current));
-    let shown = list.show_ui(ui, |ui| {
-        for entry in LIBRARY {
-            if ui.selectable_label(entry.name == current, entry.name).clicked() {
-                choose(entry.name);
-            }
-        }
-    });
-    named(shown.response, "Another scenario", current).on_hover_text("Another scenario, from the start");
+    let response = scenario_list::show(ui, list, current, choose);
+    named(response, "Another scenario", current).on_hover_text("Another scenario, from the start");
 }
 
 /// A list has a name, for those who cannot see what is around it.
@@ -224,20 +219,31 @@ fn show_help(mut contexts: EguiContexts, mut actions: MessageWriter<Action>) -> 
     Ok(())
 }
 
+/// The groups in two columns, each about half of the lines.
 fn show_keys(ui: &mut egui::Ui) {
-    egui::Grid::new("keys").num_columns(4).spacing([24.0, 5.0]).show(ui, |ui| {
-        let lines: Vec<_> = keys::help().collect();
-        // Two columns of lines.
-        let (left, right) = lines.split_at(lines.len().div_ceil(2));
-        for (index, (name, description)) in left.iter().enumerate() {
-            let second = right.get(index).copied().unwrap_or_default();
-            for (name, description) in [(*name, *description), second] {
-                ui.label(bright(name));
-                ui.label(dim(description));
-            }
+    let groups = keys::help();
+    // Besides its lines a group has its name and a gap.
+    let heights: Vec<usize> = groups.iter().map(|group| group.lines.len() + 2).collect();
+    let half = heights.iter().sum::<usize>().div_ceil(2);
+    let left = (0..groups.len()).find(|end| heights[..*end].iter().sum::<usize>() >= half).unwrap_or(groups.len());
+    ui.horizontal_top(|ui| {
+        for column in [&groups[..left], &groups[left..]] {
+            ui.vertical(|ui| column.iter().for_each(|group| show_key_group(ui, group)));
+            ui.add_space(20.0);
+        }
+    });
+}
+
+fn show_key_group(ui: &mut egui::Ui, group: &HelpGroup) {
+    ui.label(bright(group.name).size(text_size::IMPORTANT));
+    egui::Grid::new(group.name).num_columns(2).spacing([20.0, 3.0]).show(ui, |ui| {
+        for (key, what) in &group.lines {
+            ui.label(bright(*key));
+            ui.label(dim(*what));
             ui.end_row();
         }
     });
+    ui.add_space(8.0);
 }
 
 /// The team's name: that of the scenario, or of the team whose behaviours its robots have, or its colour.

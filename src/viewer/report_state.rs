@@ -20,6 +20,9 @@
 //! | `problem`, `notice` | what the user is told |
 //! | `costs` | of a frame, while they are shown: frames/s, the processor's time for match and panels and for drawing (ms), draw calls, robots' images/s |
 //! | `event` | the event of the list that is looked at |
+//! | `branches` | how many ways the match went, and which of them is shown, from 0 |
+//! | `many_times` | of the moment that is or was played on: how often so far, and whether it still is |
+//! | `behaviour` | of the selected robot, how many components it keeps in mind at the moment that is shown; none while that is not known |
 //! | `widgets` | what can be operated in the panels: `role`, `name`, `value`, `edges` (left, upper, right, lower, logical pixels) |
 
 use bevy::diagnostic::FrameCount;
@@ -31,13 +34,16 @@ use std::fs::File;
 use std::io::{self, Write};
 use std::path::Path;
 
+use super::branches::Branches;
 use super::camera::ViewerCamera;
 use super::display_settings::DisplaySettings;
 use super::events_panel::ShownEvent;
 use super::film::Filming;
 use super::hands::Hands;
 use super::hands::driving::Driving;
+use super::many_times::ManyTimes;
 use super::overlays::{Overlays, Shows};
+use super::rebuild::ShownState;
 use super::shared::{Notice, Playback, Selection, is_over};
 use super::stage::{pose_of, world_from_pitch};
 use super::statistics::FrameStatistics;
@@ -48,12 +54,10 @@ use crate::cycle::CycleClock;
 use crate::game::{Game, Penalty};
 use crate::geometry::to_degrees;
 use crate::robot::Roster;
+use crate::robot::body::Body;
 use crate::robot::head::HeadAngles;
 use crate::scenario::Scenario;
 use crate::team::RobotId;
-
-/// The height at which a robot is best clicked at, m.
-const CHEST_M: f32 = 0.3;
 
 /// Writes what is shown.
 pub struct ReportStatePlugin;
@@ -116,7 +120,7 @@ struct Reported<'w, 's> {
     overlays: Res<'w, Overlays>,
     notice: Res<'w, Notice>,
     roster: Res<'w, Roster>,
-    robots: Query<'w, 's, (&'static RobotId, &'static Transform, &'static Penalty, &'static HeadAngles)>,
+    robots: Query<'w, 's, (&'static RobotId, &'static Transform, &'static Penalty, &'static HeadAngles, &'static Body)>,
     balls: Query<'w, 's, &'static Transform, With<Ball>>,
     cameras: Query<'w, 's, (&'static Camera, &'static GlobalTransform), With<ViewerCamera>>,
     windows: Query<'w, 's, &'static Window>,
@@ -125,6 +129,9 @@ struct Reported<'w, 's> {
     widgets: Res<'w, Widgets>,
     panels: Res<'w, EguiWantsInput>,
     statistics: Res<'w, FrameStatistics>,
+    branches: Res<'w, Branches>,
+    many_times: Res<'w, ManyTimes>,
+    behaviour: Res<'w, ShownState>,
 }
 
 fn report(reported: Reported, frame: Res<FrameCount>, mut report: ResMut<StateReport>, mut commands: Commands) {
@@ -142,8 +149,9 @@ impl Reported<'_, '_> {
             .roster
             .iter()
             .filter_map(|(_, entity)| self.robots.get(entity).ok())
-            .map(|(id, place, penalty, head)| {
-                let mut robot = self.thing(place, CHEST_M);
+            .map(|(id, place, penalty, head, body)| {
+                // Where it is best clicked at.
+                let mut robot = self.thing(place, body.height_m / 2.0);
                 robot["penalised"] = penalty.is_active().into();
                 robot["head"] = json!([to_degrees(head.yaw), to_degrees(head.pitch)]);
                 (id.to_string(), robot)
@@ -177,6 +185,9 @@ impl Reported<'_, '_> {
             "notice": (self.notice.left_s > 0.0).then_some(&self.notice.text),
             "costs": self.display.statistics.then(|| costs(&self.statistics)),
             "event": self.event.0.as_ref().map(|(entry, _)| &entry.text),
+            "branches": [self.branches.list().len(), self.branches.shown()],
+            "many_times": self.many_times.run.as_ref().map(|run| json!([run.rows.len(), run.is_running])),
+            "behaviour": self.behaviour.0.as_ref().ok().map(|state| state.components.len()),
             "widgets": self.widgets.0,
         })
     }

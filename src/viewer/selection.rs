@@ -8,14 +8,13 @@ use super::shared::{Choice, Selection, SelectionSystems};
 use super::stage::pitch_from_world;
 use crate::game::Penalty;
 use crate::robot::Roster;
+use crate::robot::body::Body;
 use crate::team::RobotId;
 
 /// A press and a release with less movement between them are a click, logical pixels.
 const CLICK_PIXELS: f32 = 4.0;
-/// How far a click may miss the axis of a robot, m.
-const REACH_M: f32 = 0.17;
-/// Height of a robot, m.
-const HEIGHT_M: f32 = 0.58;
+/// A click may miss the body of a robot by so much, m.
+const MISS_M: f32 = 0.02;
 
 /// Selects robots.
 pub struct SelectionPlugin;
@@ -63,7 +62,7 @@ fn click_on_robots(
     buttons: Res<ButtonInput<MouseButton>>,
     window: Single<&Window>,
     camera: Single<(&Camera, &GlobalTransform), With<ViewerCamera>>,
-    robots: Query<(&RobotId, &Transform, &Penalty)>,
+    robots: Query<(&RobotId, &Transform, &Penalty, &Body)>,
     mut choices: MessageWriter<Choice>,
 ) {
     let Some(cursor) = window.cursor_position() else { return };
@@ -81,23 +80,45 @@ fn click_on_robots(
     let to_pitch = pitch_from_world();
     let places = robots
         .iter()
-        .filter(|(_, _, penalty)| !penalty.is_active())
-        .map(|(id, transform, _)| (*id, transform.translation.truncate()));
+        .filter(|(_, _, penalty, _)| !penalty.is_active())
+        .map(|(id, transform, _, body)| (*id, Target::of(body, transform.translation.truncate())));
     let hit = pointed_at(to_pitch * ray.origin, to_pitch * *ray.direction, places);
     choices.write(hit.map_or(Choice::Nobody, Choice::Robot));
 }
 
-/// The nearest of the robots at these places that a ray from `origin` meets, pitch frame, m.
-pub fn pointed_at(origin: Vec3, direction: Vec3, robots: impl IntoIterator<Item = (RobotId, Vec2)>) -> Option<RobotId> {
+/// What the mouse can meet of a robot: an upright cylinder on the ground.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Target {
+    /// Where its axis is, m, pitch frame.
+    pub place: Vec2,
+    /// Its radius, m.
+    pub reach_m: f32,
+    /// Its height, m.
+    pub height_m: f32,
+}
+
+impl Target {
+    /// That of a robot with this body at a place.
+    pub fn of(body: &Body, place: Vec2) -> Self {
+        Self { place, reach_m: body.torso.half_width_m + MISS_M, height_m: body.height_m }
+    }
+}
+
+/// The nearest of the robots that a ray from `origin` meets, pitch frame, m.
+pub fn pointed_at(
+    origin: Vec3,
+    direction: Vec3,
+    robots: impl IntoIterator<Item = (RobotId, Target)>,
+) -> Option<RobotId> {
     robots
         .into_iter()
-        .filter_map(|(id, place)| Some((id, along_ray(origin, direction, place)?)))
+        .filter_map(|(id, target)| Some((id, along_ray(origin, direction, target)?)))
         .min_by(|(one, near), (other, far)| near.total_cmp(far).then(one.cmp(other)))
         .map(|(id, _)| id)
 }
 
-/// How far along a ray it passes a robot that stands at a place, if it does.
-fn along_ray(origin: Vec3, direction: Vec3, place: Vec2) -> Option<f32> {
+/// How far along a ray it meets a robot, if it does.
+fn along_ray(origin: Vec3, direction: Vec3, Target { place, reach_m, height_m }: Target) -> Option<f32> {
     // Of the points of the ray within reach of the robot's axis seen from above, the nearest that is neither above the
     // robot nor below the ground; of a ray straight down all are as near to the axis.
     let offset = place - origin.truncate();
@@ -106,17 +127,17 @@ fn along_ray(origin: Vec3, direction: Vec3, place: Vec2) -> Option<f32> {
     let (enter, leave) = if speed_squared > 1e-9 {
         let closest = offset.dot(level) / speed_squared;
         let miss_squared = (offset - closest * level).length_squared();
-        let half_chord = ((REACH_M * REACH_M - miss_squared).max(0.0) / speed_squared).sqrt();
-        (miss_squared <= REACH_M * REACH_M).then_some((closest - half_chord, closest + half_chord))?
+        let half_chord = ((reach_m * reach_m - miss_squared).max(0.0) / speed_squared).sqrt();
+        (miss_squared <= reach_m * reach_m).then_some((closest - half_chord, closest + half_chord))?
     } else {
-        (offset.length() <= REACH_M).then_some((0.0, f32::MAX))?
+        (offset.length() <= reach_m).then_some((0.0, f32::MAX))?
     };
     let height = |height: f32| (height - origin.z) / direction.z;
     let (above, below) = if direction.z.abs() > 1e-9 {
-        let [one, other] = [height(HEIGHT_M), height(0.0)];
+        let [one, other] = [height(height_m), height(0.0)];
         (one.min(other), one.max(other))
     } else {
-        (0.0..=HEIGHT_M).contains(&origin.z).then_some((0.0, f32::MAX))?
+        (0.0..=height_m).contains(&origin.z).then_some((0.0, f32::MAX))?
     };
     let (from, to) = (enter.max(above).max(0.0), leave.min(below));
     (from <= to).then_some(from)
@@ -125,6 +146,7 @@ fn along_ray(origin: Vec3, direction: Vec3, place: Vec2) -> Option<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::robot::body::BodyBox;
     use crate::team::Team;
 
     const BLUE: RobotId = RobotId::new(Team::Blue, 1);
@@ -132,7 +154,8 @@ mod tests {
 
     #[test]
     fn a_click_hits_the_nearer_of_two_robots_behind_each_other() {
-        let robots = [(BLUE, Vec2::new(2.0, 0.0)), (PINK, Vec2::new(1.0, 0.05))];
+        let at = |x, y| Target::of(&Body::default(), Vec2::new(x, y));
+        let robots = [(BLUE, at(2.0, 0.0)), (PINK, at(1.0, 0.05))];
         let eye = Vec3::new(-1.0, 0.0, 0.4);
         assert_eq!(pointed_at(eye, Vec3::X, robots), Some(PINK));
         assert_eq!(pointed_at(eye, Vec3::NEG_X, robots), None);
@@ -143,9 +166,21 @@ mod tests {
 
     #[test]
     fn from_straight_above_the_robot_under_the_mouse_is_meant() {
-        let robots = [(BLUE, Vec2::ZERO), (PINK, Vec2::new(1.0, 0.0))];
+        let at = |x, y| Target::of(&Body::default(), Vec2::new(x, y));
+        let robots = [(BLUE, at(0.0, 0.0)), (PINK, at(1.0, 0.0))];
         assert_eq!(pointed_at(Vec3::new(1.1, 0.0, 9.0), Vec3::NEG_Z, robots), Some(PINK));
         assert_eq!(pointed_at(Vec3::new(0.5, 0.0, 9.0), Vec3::NEG_Z, robots), None);
+    }
+
+    #[test]
+    fn a_large_robot_is_met_at_its_head() {
+        let nao = Body::default();
+        let large = Body { height_m: 1.4, torso: BodyBox { half_width_m: 0.25, ..nao.torso }, ..nao };
+        let met = |body: &Body, y: f32, z: f32| {
+            pointed_at(Vec3::new(-1.0, y, z), Vec3::X, [(BLUE, Target::of(body, Vec2::ZERO))]).is_some()
+        };
+        assert!(met(&large, 0.0, 1.3) && !met(&nao, 0.0, 1.3));
+        assert!(met(&large, 0.24, 0.3) && !met(&nao, 0.24, 0.3));
     }
 
     #[test]

@@ -29,6 +29,10 @@ pub enum Action {
     Command(ViewerCommand),
     /// Another moment of the match.
     Timeline(TimelineCommand),
+    /// The moment that is shown, played on beside the match.
+    PlayFromHere,
+    /// The moment of another event.
+    Find(FindEvent),
     /// Another view.
     View(ViewPreset),
     /// Another robot.
@@ -77,6 +81,15 @@ pub enum TimelineCommand {
     Skip(f64),
     /// The match as it is now; of a replay, its end.
     Present,
+}
+
+/// The moment of the next event of the chosen kind is to be shown, or of the one before: of the selected robot, if one is.
+#[derive(Message, Clone, Copy, PartialEq, Eq, Debug)]
+pub enum FindEvent {
+    /// The next one.
+    Next,
+    /// The one before.
+    Previous,
 }
 
 /// The views to choose from.

@@ -78,6 +78,12 @@ impl Checks {
             if let Some(fov) = mount.diagonal_fov {
                 self.degrees(path.field("diagonal_fov_deg"), fov, 1.0..=170.0, " degrees");
             }
+            for (index, factor) in mount.distortion.into_iter().flatten().enumerate() {
+                self.range(path.field("distortion").index(index), factor, -1.0..=1.0, "");
+            }
+            if let Some(cycles) = mount.every_cycles {
+                self.range(path.field("every_cycles"), cycles, 1..=100_000, " cycles");
+            }
             for (side, pixels) in mount.size.into_iter().flatten().enumerate() {
                 self.range(path.field("size").index(side), pixels, 1..=4096, " pixels");
             }

@@ -194,14 +194,14 @@ pub struct CameraSettings {
     #[serde(rename = "diagonal_fov_deg", with = "file_units::degrees")]
     pub diagonal_fov: f32,
     /// Which cameras there are.
-    #[serde(skip_serializing_if = "CameraMounts::is_default")]
     pub mounts: CameraMounts,
     /// The point about which they turn with the head, m, robot frame: where the body has its neck.
     #[serde(skip)]
     pub neck_m: Vec3,
     /// Which cameras return images.
     pub which: CameraChoice,
-    /// Images are taken in every so many cycles, at least 1.
+    /// Images are taken in every so many cycles, at least 1. A camera may have another number of its own: where others take
+    /// an image and it does not, it has none.
     pub every_cycles: u32,
     /// How robots look in the images.
     pub design: RobotDesign,
@@ -253,6 +253,11 @@ impl CameraSettings {
         let [width, height] = mount.size.unwrap_or([self.width, self.height]);
         let size = Vec2::new(width as f32, height as f32);
         CameraIntrinsics::new(size, mount.diagonal_fov.unwrap_or(self.diagonal_fov))
+    }
+
+    /// The lens of one of the cameras.
+    pub fn lens_of(&self, mount: &CameraMount) -> Lens {
+        Lens { distortion: mount.distortion.unwrap_or(self.lens.distortion), ..self.lens }
     }
 
     /// What all cameras see in a head at these angles.

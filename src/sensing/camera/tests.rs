@@ -72,6 +72,24 @@ fn which_cameras_and_how_often_can_be_chosen() {
 }
 
 #[test]
+fn a_camera_may_have_a_rate_and_a_lens_of_its_own() {
+    let (mut app, robot, _) = world();
+    let mut mounts = CameraMounts::NAO.as_slice().to_vec();
+    mounts[1].every_cycles = Some(2);
+    mounts[1].distortion = Some([-0.3, 0.0]);
+    let settings = CameraSettings { mounts: CameraMounts::new(&mounts).unwrap(), ..small() };
+    set(&mut app, robot, settings);
+    let straight = images(&mut app, robot, small()).of(CameraName::BOTTOM).clone();
+    set(&mut app, robot, settings);
+    let of_bottom: Vec<CameraImages> = (0..2).map(|_| sense::<CameraImages>(&mut app, robot)).collect();
+    assert!(of_bottom.iter().all(|images| !images.of(CameraName::TOP).is_empty()));
+    // Cycles 2 and 3: the lower camera has images in the odd ones.
+    assert!(of_bottom[0].of(CameraName::BOTTOM).is_empty());
+    let bent = of_bottom[1].of(CameraName::BOTTOM);
+    assert!(!bent.is_empty() && bent.rgb != straight.rgb, "the barrel of its lens");
+}
+
+#[test]
 fn by_default_only_those_have_images_who_see_by_them() {
     let (mut app, robot, other) = world();
     let settings = CameraSettings { render: CameraRendering::Auto, ..small() };

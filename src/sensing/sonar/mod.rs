@@ -200,7 +200,6 @@ impl SonarNoise {
 #[serde(default, deny_unknown_fields)]
 pub struct SonarSettings {
     /// Whether the robot has sonars.
-    #[serde(skip_serializing_if = "is_true")]
     pub fitted: bool,
     /// Where the readings come from.
     pub source: SonarSource,
@@ -224,10 +223,6 @@ pub struct SonarSettings {
     pub rate_hz: Option<f32>,
     /// Probability that one of a pair of sonars takes a ping of another robot, which faces it, for an echo.
     pub crosstalk_probability: f32,
-}
-
-fn is_true(fitted: &bool) -> bool {
-    *fitted
 }
 
 impl Default for SonarSettings {

@@ -13,12 +13,13 @@ use std::time::Instant;
 mod tests;
 
 use super::event_log::EventLog;
+use super::keyframes::{self, Simulator};
 use super::memory::ViewerMemory;
-use super::shared::{DisplayFraction, Playback, ViewerCommand, is_over};
+use super::shared::{DisplayFraction, Notice, Playback, ViewerCommand, is_over};
 use super::speed::Speed;
 use super::timeline::{self, Timeline, TimelinePlugin, TimelineSystems};
 use crate::cycle::{CycleClock, try_run_cycle};
-use crate::game::Game;
+use crate::game::{Game, Interventions};
 use crate::record::history::History;
 use crate::scenario::{Scenario, ScenarioFault, ScenarioFile};
 use crate::simulation;
@@ -42,6 +43,8 @@ impl Plugin for DrivePlugin {
             )
             .add_message::<ViewerCommand>()
             .init_resource::<Playback>()
+            .init_resource::<PlayedFile>()
+            .init_resource::<Notice>()
             .init_resource::<DisplayFraction>()
             .add_systems(Startup, set_longest_frame)
             .add_systems(First, (obey_commands, set_clocks).chain().before(TimeSystems))
@@ -87,8 +90,7 @@ fn obey_commands(world: &mut World) {
 }
 
 fn load(world: &mut World, name: &str) -> Result<(), String> {
-    let file = ScenarioFile::named(name).map_err(|error| error.to_string())?;
-    start(world, &file.scenario).map_err(|fault| fault.to_string())?;
+    start_file(world, ScenarioFile::named(name).map_err(|error| error.to_string())?)?;
     if let Some(mut memory) = world.get_resource_mut::<ViewerMemory>() {
         memory.note_scenario(name);
     }
@@ -113,6 +115,12 @@ fn toggle_pause(world: &mut World) {
 
 fn restart(world: &mut World, seed_step: u64) {
     if world.resource::<Timeline>().is_replay() {
+        if seed_step != 0 {
+            world
+                .resource_mut::<Notice>()
+                .tell("A replay has the seed of its match: R shows it again, F plays on from here");
+            return;
+        }
         timeline::go_to(world, 0.0);
         world.resource_mut::<Playback>().paused = false;
         return;
@@ -121,6 +129,20 @@ fn restart(world: &mut World, seed_step: u64) {
     scenario.seed = scenario.seed.wrapping_add(seed_step);
     let result = start(world, &scenario);
     world.resource_mut::<Playback>().problem = result.err().map(|fault| fault.to_string());
+}
+
+/// The text that the match is from, where it is known: what is chosen later is laid over it.
+#[derive(Resource, Clone, Debug, Default)]
+pub struct PlayedFile(pub Option<ScenarioFile>);
+
+/// Starts the match of a file in place of the present one.
+///
+/// # Errors
+/// What is wrong with it, in words; the present match goes on then.
+pub(super) fn start_file(world: &mut World, file: ScenarioFile) -> Result<(), String> {
+    start(world, &file.scenario).map_err(|fault| file.source.error(&fault).headline())?;
+    world.insert_resource(PlayedFile(Some(file)));
+    Ok(())
 }
 
 /// Starts a match in place of the present one.
@@ -167,7 +189,16 @@ fn advance(world: &mut World) -> bool {
     if stands || !world.contains_resource::<Scenario>() || is_over_in(world) {
         return false;
     }
+    // What is done by hand is not done again by itself when the match is played again.
+    let is_changed = !world.resource::<Interventions>().queue.is_empty();
+    let is_kept = world.contains_resource::<Simulator>();
+    if is_kept {
+        keyframes::keep_if_due(world, false);
+    }
     let result = try_run_cycle(world);
+    if is_kept && is_changed && result.is_ok() {
+        keyframes::keep_if_due(world, true);
+    }
     let mut playback = world.resource_mut::<Playback>();
     playback.note_progress(1.0);
     if let Err(panic) = &result {

@@ -7,8 +7,6 @@ use crate::game::Intervention;
 use crate::geometry::{Pose, angle_of};
 use crate::team::RobotId;
 
-/// Whoever takes a robot at the head, takes it at this height at most, m.
-const HIGHEST_GRIP_M: f32 = 0.58;
 /// A ball is never sent off faster than this, m/s, however far away it is to come to rest.
 const FASTEST_KICK_MPS: f32 = 8.0;
 
@@ -28,11 +26,11 @@ impl Sight {
         (along.is_finite() && along > 0.0).then(|| (self.origin + along * self.direction).truncate())
     }
 
-    /// The height at which it passes nearest to a vertical axis, m, within what there is of a robot.
-    pub fn height_at(&self, axis: Vec2) -> f32 {
+    /// The height at which it passes nearest to a vertical axis, m, at most that of the robot there.
+    pub fn height_at(&self, axis: Vec2, highest_m: f32) -> f32 {
         let level = self.direction.truncate();
         let along = (axis - self.origin.truncate()).dot(level) / level.length_squared();
-        if along.is_finite() { (self.origin.z + along * self.direction.z).clamp(0.0, HIGHEST_GRIP_M) } else { 0.0 }
+        if along.is_finite() { (self.origin.z + along * self.direction.z).clamp(0.0, highest_m) } else { 0.0 }
     }
 }
 
@@ -63,10 +61,10 @@ pub struct Grip {
 }
 
 impl Grip {
-    /// Takes hold of something along a ray; not of what is at the horizon.
-    pub fn new(held: Held, pose: Pose, sight: &Sight) -> Option<Self> {
+    /// Takes hold of something of this height, m, along a ray; not of what is at the horizon.
+    pub fn new(held: Held, pose: Pose, height_m: f32, sight: &Sight) -> Option<Self> {
         let height = match held {
-            Held::Robot(_) => sight.height_at(pose.position),
+            Held::Robot(_) => sight.height_at(pose.position, height_m),
             _ => 0.0,
         };
         let offset = match held {
@@ -112,7 +110,7 @@ mod tests {
     }
 
     fn released(held: Held, at: Pose, from: Vec3, towards: Vec3) -> Intervention {
-        let grip = Grip::new(held, at, &to(from)).unwrap();
+        let grip = Grip::new(held, at, 0.57, &to(from)).unwrap();
         grip.release(&to(towards), CARPET, Rolling::ExponentialPerS(0.5)).unwrap()
     }
 
@@ -160,12 +158,10 @@ mod tests {
 
     #[test]
     fn nothing_is_put_into_the_sky() {
-        let grip = Grip::new(Held::Ball, Pose::default(), &to(Vec3::ZERO)).unwrap();
+        let grip = Grip::new(Held::Ball, Pose::default(), 0.0, &to(Vec3::ZERO)).unwrap();
         let up = Sight { origin: Vec3::Z, direction: Vec3::new(1.0, 0.0, 0.1) };
         assert_eq!(grip.release(&up, CARPET, Rolling::default()), None);
-        assert_eq!(
-            Grip::new(Held::Robot(ROBOT), Pose::default(), &Sight { origin: Vec3::Z, direction: Vec3::X }),
-            None
-        );
+        let level = Sight { origin: Vec3::Z, direction: Vec3::X };
+        assert_eq!(Grip::new(Held::Robot(ROBOT), Pose::default(), 0.57, &level), None);
     }
 }

@@ -8,6 +8,8 @@ use std::path::{Path, PathBuf};
 use crate::cycle::CycleClock;
 use crate::scenario::Scenario;
 use crate::simulation::situation;
+use crate::viewer::keyframes::Keyframes;
+use crate::viewer::rebuild::Rebuilt;
 use crate::viewer::shared::Notice;
 
 /// So many files of one name are kept beside each other.
@@ -22,11 +24,37 @@ pub(super) fn keep_situation(world: &mut World) {
     world.resource_mut::<Notice>().tell(text);
 }
 
+/// Saves the moment of the past that is shown, as soon as it has been played again.
+pub(super) fn keep_past_situation(world: &mut World) {
+    let cycle = world.resource::<CycleClock>().cycle;
+    let Some(rebuilt) = world.get_resource::<Rebuilt>() else { return };
+    let text = match rebuilt.moment(cycle, world.resource::<Keyframes>()) {
+        Some(moment) if moment.is_same => {
+            match moment.situation.as_ref().map_err(Clone::clone).and_then(|scenario| write_scenario(scenario, cycle)) {
+                Ok(path) => format!("Saved as {}: where everybody is, at the start of a match", path.display()),
+                Err(message) => format!("The situation is not saved: {message}"),
+            }
+        }
+        Some(_) => "The situation is not saved: played again, the match is another one here".to_owned(),
+        None => {
+            rebuilt.why_not(cycle).unwrap_or_else(|| "The match is played again to here: once more, please".to_owned())
+        }
+    };
+    world.resource_mut::<Notice>().tell(text);
+}
+
 fn keep(world: &mut World) -> Result<PathBuf, String> {
     let scenario = situation(world).map_err(|fault| fault.to_string())?;
+    write_scenario(&scenario, world.resource::<CycleClock>().cycle)
+}
+
+/// Writes a scenario of the moment after a cycle into a new file in the current folder.
+///
+/// # Errors
+/// Why it cannot be written.
+pub fn write_scenario(scenario: &Scenario, cycle: u64) -> Result<PathBuf, String> {
     let text = scenario.resolved_json().map_err(|error| error.to_string())?;
-    let stem = stem(world.get_resource::<Scenario>().map_or("", |scenario| &scenario.name));
-    let name = format!("{stem}-{:06}", world.resource::<CycleClock>().cycle);
+    let name = format!("{}-{cycle:06}", stem(&scenario.name));
     write_new(Path::new(""), &name, "json", &text).map_err(|error| error.to_string())
 }
 

@@ -10,14 +10,14 @@ use bevy_egui::EguiPostUpdateSet;
 
 pub mod aim;
 pub mod driving;
-mod keep;
+pub mod keep;
 mod panel;
 
 use super::camera::{CameraMouse, ViewerCamera};
 use super::layout::mouse_is_for_match;
 use super::overlays::{Brush, OverlaySystems};
 use super::palette;
-use super::selection::pointed_at;
+use super::selection::{Target, pointed_at};
 use super::shared::{CameraSystems, HandAction, KeysSystems, Notice, Selection, SelectionSystems};
 use super::stage::{pitch_from_world, pose_of, world_from_pitch};
 use super::timeline::Timeline;
@@ -25,6 +25,7 @@ use crate::ball::{Ball, BallPhysics};
 use crate::game::{Intervention, Interventions, Penalty, PenaltyReason};
 use crate::pitch::Pitch;
 use crate::robot::Roster;
+use crate::robot::body::Body;
 use crate::team::RobotId;
 use aim::{Grip, Held, Sight};
 
@@ -32,8 +33,6 @@ use aim::{Grip, Held, Sight};
 const BALL_PIXELS: f32 = 9.0;
 /// The mouse has to move so far to move anything, logical pixels: a click only selects.
 const DRAG_PIXELS: f32 = 4.0;
-/// Radius of the ring that marks where a robot will stand, m.
-const ROBOT_RING_M: f32 = 0.17;
 /// Radius of the ring that marks where the ball will lie, m.
 const BALL_RING_M: f32 = 0.08;
 
@@ -89,9 +88,9 @@ fn is_live(timeline: &Timeline) -> bool {
 /// Why there is none.
 fn why_not(timeline: &Timeline) -> &'static str {
     if timeline.is_replay() {
-        "A replay cannot be changed"
+        "A replay cannot be changed: play on from here first (F)"
     } else {
-        "The past cannot be changed: go to the present first (End)"
+        "The past cannot be changed: go to the present (End), or play on from here (F)"
     }
 }
 
@@ -107,7 +106,7 @@ fn take_hold(
     keys: Res<ButtonInput<KeyCode>>,
     window: Single<&Window>,
     camera: Single<(&Camera, &GlobalTransform), With<ViewerCamera>>,
-    robots: Query<(&RobotId, &Transform, &Penalty)>,
+    robots: Query<(&RobotId, &Transform, &Penalty, &Body)>,
     balls: Query<&Transform, With<Ball>>,
     mut hands: ResMut<Hands>,
 ) {
@@ -124,18 +123,19 @@ fn take_hold(
     };
     let ball = balls.iter().find(is_meant).map(|ball| {
         let held = if shift { Held::BallToKick } else { Held::Ball };
-        (held, pose_of(ball))
+        (held, pose_of(ball), 0.0)
     });
-    let on_pitch = robots.iter().filter(|(_, _, penalty)| !penalty.is_active());
-    let places = on_pitch.clone().map(|(id, transform, _)| (*id, transform.translation.truncate()));
+    let on_pitch = robots.iter().filter(|(_, _, penalty, _)| !penalty.is_active());
+    let targets =
+        on_pitch.clone().map(|(id, transform, _, body)| (*id, Target::of(body, transform.translation.truncate())));
     let robot = || {
-        let id = pointed_at(sight.origin, sight.direction, places)?;
-        let (_, transform, _) = on_pitch.clone().find(|(other, _, _)| **other == id)?;
+        let id = pointed_at(sight.origin, sight.direction, targets)?;
+        let (_, transform, _, body) = on_pitch.clone().find(|(other, ..)| **other == id)?;
         let held = if shift { Held::RobotToTurn(id) } else { Held::Robot(id) };
-        Some((held, pose_of(transform)))
+        Some((held, pose_of(transform), body.height_m))
     };
-    let Some((held, pose)) = ball.or_else(robot) else { return };
-    if let Some(grip) = Grip::new(held, pose, &sight) {
+    let Some((held, pose, height_m)) = ball.or_else(robot) else { return };
+    if let Some(grip) = Grip::new(held, pose, height_m, &sight) {
         *hands = Hands { grip: Some(grip), press: Some((cursor, false)), intention: None };
     }
 }
@@ -188,6 +188,10 @@ fn drag_and_let_go(
 fn obey(world: &mut World) {
     let actions: Vec<HandAction> = world.resource_mut::<Messages<HandAction>>().drain().collect();
     for action in actions {
+        if action == HandAction::KeepSituation && world.resource::<Timeline>().is_past() {
+            keep::keep_past_situation(world);
+            continue;
+        }
         if !is_live(world.resource()) {
             let words = why_not(world.resource());
             world.resource_mut::<Notice>().tell(words);
@@ -219,12 +223,21 @@ fn penalise_or_return(world: &mut World) {
 }
 
 /// Draws what will happen when the mouse lets go, and what will at the end of the cycle.
-fn draw_intentions(hands: Res<Hands>, interventions: Res<Interventions>, balls: Query<&BallPhysics>, mut brush: Brush) {
+fn draw_intentions(
+    hands: Res<Hands>,
+    interventions: Res<Interventions>,
+    roster: Res<Roster>,
+    bodies: Query<&Body>,
+    balls: Query<&BallPhysics>,
+    mut brush: Brush,
+) {
     let rolling = balls.iter().next().map(|physics| physics.rolling).unwrap_or_default();
     for intention in hands.intention.iter().chain(&interventions.queue) {
         match *intention {
             Intervention::PlaceRobot { robot, pose } => {
-                brush.pose(pose, ROBOT_RING_M, palette::team(robot.team));
+                let body = roster.get(robot).and_then(|robot| bodies.get(robot).ok()).copied().unwrap_or_default();
+                let radius = Target::of(&body, pose.position).reach_m;
+                brush.pose(pose, radius, palette::team(robot.team));
             }
             Intervention::PlaceBall { position_m, velocity_mps } if velocity_mps != Vec2::ZERO => {
                 let speed = velocity_mps.length();

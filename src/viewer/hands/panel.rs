@@ -1,7 +1,8 @@
 //! The buttons of what can be done by hand.
 
 use bevy::prelude::*;
-use bevy_egui::egui::{self, Align2, RichText};
+use bevy_egui::egui::text::LayoutJob;
+use bevy_egui::egui::{self, Align2, RichText, TextFormat, TextStyle};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 use super::driving::{self, Driving};
@@ -12,13 +13,16 @@ use crate::viewer::display_settings::{DisplaySettings, Switch};
 use crate::viewer::film::Filming;
 use crate::viewer::layout;
 use crate::viewer::shared::{Action, HandAction, Notice, Selection, ToggleFilm};
-use crate::viewer::theme::{MARGIN, ThemeSystems, bright, card, dim, panel, problem_colour, text_size};
+use crate::viewer::theme::{MARGIN, ThemeSystems, bright, card, panel, problem_colour, text_size};
 use crate::viewer::timeline::Timeline;
 
 /// In windows of this width, logical pixels, there is room beside the controls; otherwise it is above them and the timeline.
 const BESIDE_CONTROLS: f32 = 1270.0;
 /// Width of the buttons there, logical pixels.
 const WIDTH: f32 = 226.0;
+
+/// The widest that the help of driving is, logical pixels.
+const WIDEST_HELP: f32 = 460.0;
 
 /// Shows the buttons, and what is told.
 pub(super) struct HandsPanelPlugin;
@@ -116,26 +120,36 @@ fn show_driver(
 ) -> Result {
     let Some(robot) = driving.robot else { return Ok(()) };
     let context = contexts.ctx_mut()?;
-    let offset = [layout::middle_beside_robot(context), layout::below(context, "driver", &["score"])];
+    let (width, middle) = layout::between_sides(context);
+    let offset = [middle, layout::below(context, "driver", &["score"])];
     let penalty = roster.get(robot).and_then(|robot| penalties.get(robot).ok()?.0);
     panel("driver", Align2::CENTER_TOP, offset).interactable(false).show(context, |ui| {
         card(ui).show(ui, |ui| {
+            ui.set_max_width((width - 2.0 * MARGIN).min(WIDEST_HELP));
             ui.label(bright(format!("You drive {robot}")));
             if let Some(penalty) = penalty {
                 let left_s = penalty.left_s(&clock);
                 let text = format!("It is penalised for {}: {left_s:.0} s", penalty.reason.words());
                 ui.label(RichText::new(text).color(problem_colour(ui)));
             }
-            // Two lines, so that the panels at both sides stay free.
-            for line in driving::KEYS.chunks(driving::KEYS.len().div_ceil(2)) {
-                ui.horizontal(|ui| {
-                    for (keys, what) in line {
-                        ui.label(bright(*keys));
-                        ui.label(dim(*what));
-                    }
-                });
-            }
+            ui.horizontal_wrapped(|ui| {
+                for (keys, what) in driving::KEYS {
+                    // A key stays beside what it does.
+                    ui.add(egui::Label::new(key_and_meaning(ui, keys, what)).extend());
+                }
+            });
         });
     });
     Ok(())
+}
+
+/// A key, strong, and what it does.
+fn key_and_meaning(ui: &egui::Ui, key: &str, meaning: &str) -> LayoutJob {
+    let font = TextStyle::Body.resolve(ui.style());
+    let mut job = LayoutJob::default();
+    for (text, colour) in [(key, ui.visuals().strong_text_color()), (meaning, ui.visuals().weak_text_color())] {
+        let gap = if job.is_empty() { 0.0 } else { 6.0 };
+        job.append(text, gap, TextFormat::simple(font.clone(), colour));
+    }
+    job
 }

@@ -10,18 +10,19 @@ use crate::game::{Game, Penalty};
 use crate::geometry::Pose;
 use crate::pitch::End;
 use crate::robot::PreviousPose;
+use crate::robot::body::Body;
 use crate::team::{RobotId, Team};
 use crate::viewer::palette;
 
-/// Radius of the circle at which a robot believes itself, m.
-const OWN_RADIUS_M: f32 = 0.13;
+/// The circle at which a robot believes itself is so much smaller than it is wide, m.
+const WITHIN_BODY_M: f32 = 0.02;
 /// The way that a believed ball rolls in this time is drawn, s.
 const ROLLS_FOR_S: f32 = 1.0;
 
 pub(super) fn draw_beliefs(
     showing: Showing,
     game: Res<Game>,
-    robots: Query<(&RobotId, &Pose, &PreviousPose, &Penalty, &Belief)>,
+    robots: Query<(&RobotId, &Pose, &PreviousPose, &Penalty, &Belief, &Body)>,
     balls: Query<(&Pose, &PreviousPose), (With<Ball>, Without<RobotId>)>,
     mut brush: Brush,
 ) {
@@ -29,21 +30,29 @@ pub(super) fn draw_beliefs(
         return;
     }
     let ball = balls.iter().next().map(|(pose, previous)| showing.place(pose, previous).position);
-    for (id, pose, previous, penalty, belief) in &robots {
+    for (id, pose, previous, penalty, belief, body) in &robots {
         if showing.shows(Overlay::Beliefs, *id, penalty) {
             let place = showing.place(pose, previous);
-            draw_belief(*id, place, belief, ball, game.own_end(id.team), &mut brush);
+            let radius = body.torso.half_width_m - WITHIN_BODY_M;
+            draw_belief(*id, (place, radius), belief, ball, game.own_end(id.team), &mut brush);
         }
     }
 }
 
-fn draw_belief(id: RobotId, truth: Pose, belief: &Belief, ball: Option<Vec2>, own_end: End, brush: &mut Brush) {
+fn draw_belief(
+    id: RobotId,
+    (truth, radius): (Pose, f32),
+    belief: &Belief,
+    ball: Option<Vec2>,
+    own_end: End,
+    brush: &mut Brush,
+) {
     let on_pitch = |place: Vec2| point_pitch_from_team(place, own_end);
     // Half a turn leaves a covariance as it is.
     let own = belief.pose_in_pitch(own_end);
     let colour = palette::ink(Ink::Purple);
     let [xx, xy, yy, ..] = belief.pose_covariance;
-    brush.pose(own, OWN_RADIUS_M, colour);
+    brush.pose(own, radius, colour);
     brush.ellipse(own.position, [xx, xy, yy], colour);
     brush.line(own.position, truth.position, palette::ink(Ink::White));
     if let Some(believed) = &belief.ball {

@@ -21,6 +21,8 @@ use crate::viewer::palette;
 const TRAIL_S: f64 = 10.0;
 /// What a command leads to is drawn for this time ahead, s.
 const AHEAD_S: f32 = 1.0;
+/// The arc by which a robot will turn is so far from its body, m.
+const AROUND_BODY_M: f32 = 0.07;
 /// Length of the line in which a head will look, m.
 const LOOK_M: f32 = 0.35;
 /// Length of the arrow of a kick, m.
@@ -132,13 +134,13 @@ pub(super) fn draw_targets(
     showing: Showing,
     current: Res<CurrentRecord>,
     game: Res<Game>,
-    robots: Query<(&RobotId, &Pose, &PreviousPose, &Penalty, &Drawings)>,
+    robots: Query<(&RobotId, &Pose, &PreviousPose, &Penalty, &Drawings, &Body)>,
     mut brush: Brush,
 ) {
     if !showing.any(Overlay::Targets) {
         return;
     }
-    for (id, pose, previous, penalty, drawings) in &robots {
+    for (id, pose, previous, penalty, drawings, body) in &robots {
         if !showing.shows(Overlay::Targets, *id, penalty) {
             continue;
         }
@@ -168,7 +170,8 @@ pub(super) fn draw_targets(
             brush.arrow(place.position, end, palette::ink(Ink::White));
             let turn = (cycles * walk.dtheta).clamp(-3.0, 3.0);
             let from = place.heading;
-            brush.path(super::geometry::arc(place.position, 0.22, [from, from + turn]), palette::ink(Ink::White));
+            let around = body.torso.half_width_m + AROUND_BODY_M;
+            brush.path(super::geometry::arc(place.position, around, [from, from + turn]), palette::ink(Ink::White));
         }
         if let Some(head) = command.head {
             let gaze = unit(place.heading + head.yaw);

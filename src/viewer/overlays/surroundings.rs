@@ -11,6 +11,7 @@ use crate::game::{Game, Rules};
 use crate::geometry::Pose;
 use crate::pitch::{AreaDimensions, End, Pitch};
 use crate::robot::Roster;
+use crate::robot::body::Body;
 use crate::team::RobotId;
 use crate::viewer::event_log::EventLog;
 use crate::viewer::palette;
@@ -77,7 +78,7 @@ pub(super) fn draw_last_touch(
     log: Res<EventLog>,
     clock: Res<CycleClock>,
     roster: Res<Roster>,
-    places: Query<&Transform, With<RobotId>>,
+    robots: Query<(&Transform, &Body), With<RobotId>>,
     balls: Query<&Transform, With<Ball>>,
     poses: Query<&Pose>,
     mut brush: Brush,
@@ -88,10 +89,11 @@ pub(super) fn draw_last_touch(
     let now_s = clock.end_time_s();
     let Some(touch) = log.last_touch(now_s) else { return };
     let Some(robot) = roster.get(touch.robot).filter(|robot| poses.contains(*robot)) else { return };
-    let Ok(place) = places.get(robot).map(|place| place.translation.truncate()) else { return };
+    let Ok((transform, body)) = robots.get(robot) else { return };
+    let (place, around) = (transform.translation.truncate(), body.torso.half_width_m + 0.1);
     let colour = palette::ink(Ink::White);
-    brush.circle(place, 0.24, colour);
-    brush.circle(place, 0.26, colour);
+    brush.circle(place, around - 0.01, colour);
+    brush.circle(place, around + 0.01, colour);
     if let Some(ball) = balls.iter().next() {
         brush.line(place, ball.translation.truncate(), colour.with_alpha(0.5));
     }

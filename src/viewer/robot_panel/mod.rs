@@ -7,7 +7,6 @@ use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 mod pictures;
 mod plots;
-mod state;
 mod wall;
 mod wording;
 
@@ -16,10 +15,9 @@ use super::cycle_samples::CycleSamples;
 use super::display_settings::{DisplaySettings, Switch};
 use super::eyes::{EyesSystems, Watched};
 use super::layout;
-use super::overlays::OverlaySystems;
-use super::shared::{Action, CameraSystems, Choice, Selection};
+use super::rebuild::ShownState;
+use super::shared::{Action, CameraSystems, Choice, Selection, ViewPreset};
 use super::theme::{MARGIN, ThemeSystems, band, bright, card, dim, panel, text_size};
-use super::timeline::Timeline;
 use crate::belief::Belief;
 use crate::camera_model::CameraName;
 use crate::communication::{Inbox, TeamMessage};
@@ -31,13 +29,13 @@ use crate::record::gather::CurrentRecord;
 use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
 use crate::robot::{Roster, Velocity};
+use crate::scenario::{BehaviourSpec, Scenario};
 use crate::sensing::camera::CameraSettings;
 use crate::sensing::odometry::Odometry;
 use crate::sensing::sonar::SonarReading;
 use crate::sensing::vision::Percepts;
 use crate::team::RobotId;
 use pictures::Pictures;
-pub use state::{BehaviourState, StateComponent};
 
 /// Width of the panel's contents, logical pixels of the panels, and in narrow windows that share of them.
 const WIDTH: f32 = 330.0;
@@ -55,12 +53,10 @@ pub struct RobotPanelPlugin;
 
 impl Plugin for RobotPanelPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<BehaviourState>()
-            .init_resource::<Pictures>()
+        app.init_resource::<Pictures>()
             .init_resource::<Opened>()
             .add_systems(Update, cover_window.before(CameraSystems))
             .add_systems(Update, (watch_cameras.before(EyesSystems), pictures::update_pictures.after(EyesSystems)))
-            .add_systems(PostUpdate, state::read_state.before(OverlaySystems))
             .add_systems(
                 EguiPrimaryContextPass,
                 (
@@ -159,9 +155,9 @@ fn show_robot(
     selection: Res<Selection>,
     roster: Res<Roster>,
     robots: Query<ShownRobot>,
-    (clock, game, timeline): (Res<CycleClock>, Res<Game>, Res<Timeline>),
+    (clock, game): (Res<CycleClock>, Res<Game>),
     (samples, current): (Res<CycleSamples>, Res<CurrentRecord>),
-    (state, pictures): (Res<BehaviourState>, Res<Pictures>),
+    (state, pictures, scenario): (Res<ShownState>, Res<Pictures>, Option<Res<Scenario>>),
     mut opened: ResMut<Opened>,
     mut actions: MessageWriter<Action>,
 ) -> Result {
@@ -176,7 +172,13 @@ fn show_robot(
         // So many small words need a quiet ground.
         card(ui).fill(ui.visuals().panel_fill.gamma_multiply(0.96)).show(ui, |ui| {
             ui.set_width(width);
-            show_head(ui, id, &robot, &state, &clock, &mut actions);
+            let record = current.record.robot(id);
+            let intention = wording::intention(record.and_then(|record| record.command.as_ref()));
+            let behaviour = match &state.0 {
+                Ok(state) => state.name.as_deref(),
+                Err(_) => scenario.as_deref().and_then(|scenario| behaviour_in(scenario, id)),
+            };
+            show_head(ui, id, &robot, (behaviour, intention), &clock, &mut actions);
             egui::ScrollArea::vertical().max_height(height).min_scrolled_height(height).show(ui, |ui| {
                 ui.set_width(width);
                 let cameras = section(ui, "Cameras", true, |ui| {
@@ -186,13 +188,16 @@ fn show_robot(
                         let each = (width - 4.0) / names.len().max(2) as f32;
                         let each = if names.len() == 1 { width } else { each };
                         for name in names {
-                            pictures.show(ui, (id, name), Some(robot.percepts), each);
+                            let image = pictures.show(ui, (id, name), Some(robot.percepts), each);
+                            let hint = format!("{name}: click to look through it");
+                            if image.on_hover_text(hint).clicked() {
+                                actions.write(Action::View(ViewPreset::Eyes(name)));
+                            }
                         }
                     });
                     ui.label(dim(wording::percepts(robot.percepts)).size(text_size::SMALL));
                 });
                 opened.set_if_neq(Opened { cameras });
-                let record = current.record.robot(id);
                 section(ui, "Senses", true, |ui| show_senses(ui, &robot, record));
                 let sample = samples.robot(clock.cycle, id);
                 let command = record.and_then(|record| record.command.as_ref());
@@ -211,7 +216,7 @@ fn show_robot(
                     let said = command.and_then(|command| command.say.as_ref());
                     show_messages(ui, said, &robot.inbox.0, clock.cycle);
                 });
-                section(ui, "Behaviour", false, |ui| show_state(ui, &state, timeline.is_replay()));
+                section(ui, "Behaviour", false, |ui| show_state(ui, &state));
                 section(ui, "Plots", false, |ui| plots::show(ui, &samples, id, clock.cycle, clock.period_s));
             });
         });
@@ -240,14 +245,20 @@ fn show_head(
     ui: &mut egui::Ui,
     id: RobotId,
     robot: &ShownRobotItem,
-    state: &BehaviourState,
+    (behaviour, intention): (Option<&str>, Option<&str>),
     clock: &CycleClock,
     actions: &mut MessageWriter<Action>,
 ) {
     ui.horizontal(|ui| {
         band(ui, id.team, egui::vec2(12.0, 18.0));
         ui.label(bright(id.to_string()).size(text_size::TITLE));
-        ui.label(dim(state.name.as_deref().unwrap_or("no behaviour")).size(text_size::IMPORTANT));
+        // What it means to do now may be another thing than what it was lined up as.
+        let behaviour = behaviour.unwrap_or("no behaviour");
+        let words = match intention {
+            Some(intention) => format!("{behaviour}: {intention}"),
+            None => behaviour.to_owned(),
+        };
+        ui.label(dim(words).size(text_size::IMPORTANT));
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             if ui.small_button("✖").on_hover_text("No robot (Esc)").clicked() {
                 actions.write(Action::Select(Choice::Nobody));
@@ -295,16 +306,27 @@ fn show_messages(
     }
 }
 
-fn show_state(ui: &mut egui::Ui, state: &BehaviourState, is_replay: bool) {
-    if is_replay {
-        ui.label(dim("A trace has no state of behaviours."));
-        return;
-    }
+fn show_state(ui: &mut egui::Ui, state: &ShownState) {
+    let state = match &state.0 {
+        Ok(state) => state,
+        Err(why) => {
+            ui.add(egui::Label::new(dim(why).size(text_size::ENTRY)).wrap());
+            return;
+        }
+    };
     if state.components.is_empty() {
         ui.label(dim("It keeps nothing in mind."));
     }
     for component in &state.components {
         ui.label(bright(&component.name).size(text_size::ENTRY));
         lines(ui, &component.name, component.fields.clone());
+    }
+}
+
+/// The behaviour that a scenario gives a robot, by name.
+fn behaviour_in(scenario: &Scenario, id: RobotId) -> Option<&str> {
+    match &scenario.robots.iter().find(|robot| robot.id() == id)?.behaviour {
+        BehaviourSpec::Named(name) => Some(name),
+        _ => None,
     }
 }

@@ -58,6 +58,11 @@ pub fn velocity(velocity: Velocity) -> String {
     format!("{:.2} m/s, {}/s", velocity.linear.length(), degrees(velocity.angular))
 }
 
+/// What a robot says that it means to do, if it says so.
+pub fn intention(command: Option<&RobotCommand>) -> Option<&str> {
+    command?.say.as_ref()?.intention.as_deref().filter(|intention| !intention.is_empty())
+}
+
 /// What the sonars heard.
 pub fn sonar(reading: SonarReading) -> String {
     let side = |distance: Option<f32>| distance.map_or("—".to_owned(), |distance| format!("{distance:.2} m"));

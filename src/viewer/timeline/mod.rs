@@ -9,10 +9,10 @@
 use bevy::prelude::*;
 use bevy::time::TimeSystems;
 
-mod bar;
 mod present;
 
 use super::event_log::EventLog;
+use super::keyframes::Keyframes;
 use super::shared::{DisplayFraction, Playback, TimelineCommand};
 use super::speed::Speed;
 use crate::cycle::{Cycle, CycleClock};
@@ -22,7 +22,6 @@ use crate::record::gather::{CurrentRecord, RecordSystems, RecordedMatch};
 use crate::record::history::{History, ReadTrace};
 use crate::scenario::{BehaviourSpec, Scenario, ScenarioFault};
 use crate::simulation;
-pub use bar::TimelineBarPlugin;
 use present::{Present, put_record};
 
 /// The past is shown this many times as fast as it was when it is to go as fast as possible.
@@ -59,8 +58,8 @@ pub struct Timeline {
     shown: Option<u64>,
     /// The present, put aside.
     present: Option<Box<Present>>,
-    /// Whether a trace is shown.
-    replay: bool,
+    /// The scenario of the trace that is shown, if one is.
+    trace_scenario: Option<Box<Scenario>>,
     /// The parts that its records have.
     fields: Fields,
 }
@@ -78,7 +77,17 @@ impl Timeline {
 
     /// Whether a trace is shown, and no match is played.
     pub fn is_replay(&self) -> bool {
-        self.replay
+        self.trace_scenario.is_some()
+    }
+
+    /// What the match of the trace that is shown was started from, if one is.
+    pub fn trace_scenario(&self) -> Option<&Scenario> {
+        self.trace_scenario.as_deref()
+    }
+
+    /// The parts that the records of the match have.
+    pub fn fields(&self) -> &Fields {
+        &self.fields
     }
 }
 
@@ -86,6 +95,7 @@ impl Timeline {
 pub fn forget(world: &mut World) {
     *world.resource_mut::<Timeline>() = Timeline::default();
     world.resource_mut::<History>().clear();
+    world.insert_resource(Keyframes::default());
 }
 
 /// Shows a trace, in place of any match that is there.
@@ -93,24 +103,88 @@ pub fn forget(world: &mut World) {
 /// # Errors
 /// [`ScenarioFault`] when the trace's scenario cannot be set up here.
 pub fn start_replay(world: &mut World, trace: ReadTrace) -> Result<(), ScenarioFault> {
-    let as_played = simulation::resolved(world, &trace.scenario);
-    let mut scenario = as_played.clone();
-    for robot in &mut scenario.robots {
-        robot.behaviour = BehaviourSpec::default();
-    }
-    scenario.interventions.clear();
-    simulation::start_match(world, &scenario)?;
-    // Nobody decides anything, but who did can be told.
-    world.insert_resource(as_played);
-    let mut log = world.resource_mut::<EventLog>();
-    log.clear();
+    let mut log = EventLog::default();
     for (time_s, event) in &trace.events {
         log.note(*time_s, [event]);
     }
     let first = trace.history.cycles().map_or(0, |cycles| *cycles.start());
-    world.insert_resource(trace.history);
-    *world.resource_mut::<Timeline>() = Timeline { replay: true, fields: trace.fields, ..default() };
+    let way = Way {
+        history: trace.history,
+        log,
+        keyframes: Keyframes::default(),
+        trace: Some((Box::new(trace.scenario), trace.fields)),
+    };
+    show_trace(world, way)?;
     go_to(world, first as f64);
+    Ok(())
+}
+
+/// A way that the match went: what is known of all of its moments.
+#[derive(Clone, Debug, Default)]
+pub struct Way {
+    /// The records of its cycles.
+    pub history: History,
+    /// What happened.
+    pub log: EventLog,
+    /// What is kept whole of it.
+    pub keyframes: Keyframes,
+    /// Where it is from a trace, what the match was started from, and the parts that its records have.
+    pub trace: Option<(Box<Scenario>, Fields)>,
+}
+
+impl Way {
+    /// The one that is shown, taken out of the world.
+    pub fn take(world: &mut World) -> Way {
+        let timeline = core::mem::take(&mut *world.resource_mut::<Timeline>());
+        Way {
+            history: core::mem::take(&mut *world.resource_mut::<History>()),
+            log: core::mem::take(&mut *world.resource_mut::<EventLog>()),
+            keyframes: core::mem::take(&mut *world.resource_mut::<Keyframes>()),
+            trace: timeline.trace_scenario.map(|scenario| (scenario, timeline.fields)),
+        }
+    }
+
+    /// Puts it into the world, in place of the one that is there.
+    pub fn put(self, world: &mut World) {
+        let Way { history, log, keyframes, trace } = self;
+        world.insert_resource(history);
+        world.insert_resource(log);
+        world.insert_resource(keyframes);
+        let (trace_scenario, fields) = trace.map_or_else(default, |(scenario, fields)| (Some(scenario), fields));
+        world.insert_resource(Timeline { trace_scenario, fields, ..default() });
+    }
+
+    /// What there was until the end of a cycle at a time, s, for a match that is played on from there.
+    ///
+    /// # Errors
+    /// When the records of that cycle cannot be read.
+    pub fn until(&self, cycle: u64, time_s: f64) -> Result<Way, String> {
+        Ok(Way {
+            history: self.history.until(cycle).map_err(|error| error.to_string())?,
+            log: self.log.cut(time_s),
+            keyframes: self.keyframes.until(cycle),
+            trace: None,
+        })
+    }
+}
+
+/// Shows the match of a trace, which nobody plays.
+///
+/// # Errors
+/// [`ScenarioFault`] when its scenario cannot be set up here.
+pub fn show_trace(world: &mut World, way: Way) -> Result<(), ScenarioFault> {
+    if let Some((started_from, _)) = &way.trace {
+        let as_played = simulation::resolved(world, started_from);
+        let mut scenario = as_played.clone();
+        for robot in &mut scenario.robots {
+            robot.behaviour = BehaviourSpec::default();
+        }
+        scenario.interventions.clear();
+        simulation::start_match(world, &scenario)?;
+        // Nobody decides anything, but who did can be told.
+        world.insert_resource(as_played);
+    }
+    way.put(world);
     Ok(())
 }
 
@@ -119,11 +193,11 @@ pub fn go_to(world: &mut World, cursor: f64) {
     let Some(cycles) = world.resource::<History>().cycles() else { return };
     let (first, last) = (*cycles.start() as f64, *cycles.end() as f64);
     let timeline = world.resource::<Timeline>();
-    if !timeline.replay && (cursor >= last || !cursor.is_finite()) {
+    if !timeline.is_replay() && (cursor >= last || !cursor.is_finite()) {
         return_to_present(world);
         return;
     }
-    if timeline.present.is_none() && !timeline.replay {
+    if timeline.present.is_none() && !timeline.is_replay() {
         let present = Present::put_aside(world);
         world.resource_mut::<Timeline>().present = Some(Box::new(present));
     }
@@ -144,7 +218,7 @@ pub fn step(world: &mut World, cycles: i64) {
 
 /// Puts the present back as it was. In a replay, shows its end.
 pub fn return_to_present(world: &mut World) {
-    if world.resource::<Timeline>().replay {
+    if world.resource::<Timeline>().is_replay() {
         if let Some(last) = world.resource::<History>().last_cycle() {
             go_to(world, last as f64);
         }
@@ -199,7 +273,7 @@ fn keep_start(
     playback: ResMut<Playback>,
 ) {
     let kept = history.last_cycle() == Some(recorded.cycle());
-    if scenario.is_some() && !timeline.is_past() && !timeline.replay && !kept {
+    if scenario.is_some() && !timeline.is_past() && !timeline.is_replay() && !kept {
         recorded.gather(&mut current);
         keep_cycle(current.into(), history, playback);
     }
@@ -241,7 +315,7 @@ fn play_past(world: &mut World) {
     let timeline = world.resource::<Timeline>();
     let last = world.resource::<History>().last_cycle();
     // At its end a replay stands.
-    if timeline.replay && timeline.shown == last && timeline.cursor == last.map(|last| last as f64) {
+    if timeline.is_replay() && timeline.shown == last && timeline.cursor == last.map(|last| last as f64) {
         world.resource_mut::<Playback>().paused = true;
     }
 }

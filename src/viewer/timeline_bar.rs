@@ -1,21 +1,27 @@
 //! The bar below the match: where it is, what happened when, and where to go.
 
 use bevy::prelude::*;
-use bevy_egui::egui::{self, Align2, Color32, Pos2, Sense, Stroke, WidgetInfo};
+use bevy_egui::egui::{self, Align2, Color32, Pos2, Rangef, Sense, Stroke, WidgetInfo};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
-use super::Timeline;
+use super::branches::{BranchCommand, Branches};
+use super::display_settings::Switch;
+use super::layout;
+use super::shared::{Action, TimelineCommand};
+use super::theme::{ThemeSystems, bright, card, dim, minutes, panel, problem_colour, team_colour};
+use super::timeline::Timeline;
 use crate::cycle::CycleClock;
 use crate::record::history::{History, Mark, MarkKind};
-use crate::viewer::layout;
-use crate::viewer::shared::TimelineCommand;
-use crate::viewer::theme::{ThemeSystems, bright, card, dim, minutes, panel, problem_colour, team_colour};
 
-/// The bar's width where there is room for it, and the width of what is beside it, logical pixels.
+/// The bar's width where there is room for it, the least, and the width of what is beside it, logical pixels.
 const WIDTH: f32 = 560.0;
-const BESIDE_BAR: f32 = 200.0;
+const LEAST_WIDTH: f32 = 120.0;
+const BESIDE_BAR: f32 = 400.0;
 /// The bar's height, logical pixels.
 const HEIGHT: f32 = 18.0;
+
+/// Height of the line of each way that the match went, logical pixels.
+const BRANCH_HEIGHT: f32 = 11.0;
 
 /// Shows the bar.
 pub struct TimelineBarPlugin;
@@ -31,17 +37,22 @@ fn show_bar(
     timeline: Res<Timeline>,
     history: Res<History>,
     clock: Res<CycleClock>,
+    branches: Res<Branches>,
     mut commands: MessageWriter<TimelineCommand>,
+    mut ways: MessageWriter<BranchCommand>,
+    mut actions: MessageWriter<Action>,
 ) -> Result {
     let Some(cycles) = history.cycles() else { return Ok(()) };
-    let (first, last) = (*cycles.start(), *cycles.end());
-    let now = timeline.cursor().unwrap_or(last as f64);
+    let (first, end) = (*cycles.start(), *cycles.end());
+    let now = timeline.cursor().unwrap_or(end as f64);
+    // Ways that went farther are beside it.
+    let last = branches.list().iter().map(|branch| branch.last_cycle).fold(end, u64::max);
     let context = contexts.ctx_mut()?;
-    let width = WIDTH.min(layout::width_beside_robot(context) - BESIDE_BAR);
+    let width = WIDTH.min(layout::width_below(context) - BESIDE_BAR).max(LEAST_WIDTH);
     let offset = [layout::middle_beside_robot(context), -layout::above(context, "timeline", &["controls"])];
     panel("timeline", Align2::CENTER_BOTTOM, offset).show(context, |ui| {
         card(ui).show(ui, |ui| {
-            ui.horizontal(|ui| {
+            let bar = ui.horizontal(|ui| {
                 let time = |cycle: f64| minutes((cycle * clock.period_s) as f32);
                 ui.label(if timeline.is_past() { bright(time(now)) } else { dim(time(now)) });
                 let (response, painter) = ui.allocate_painter(egui::vec2(width, HEIGHT), Sense::click_and_drag());
@@ -51,7 +62,7 @@ fn show_bar(
                 let line = |from: f32, to: f32, stroke: Stroke| {
                     painter.line_segment([Pos2::new(from, rect.center().y), Pos2::new(to, rect.center().y)], stroke);
                 };
-                line(rect.left(), rect.right(), Stroke::new(3.0, ui.visuals().weak_text_color()));
+                line(rect.left(), x(end as f64), Stroke::new(3.0, ui.visuals().weak_text_color()));
                 line(rect.left(), x(now), Stroke::new(3.0, ui.visuals().strong_text_color()));
                 for mark in history.marks() {
                     draw_mark(ui, &painter, mark, Pos2::new(x(mark.cycle as f64), rect.center().y));
@@ -65,7 +76,15 @@ fn show_bar(
                 if let Some(cycle) = pointed {
                     response.on_hover_text(hint(cycle, history.marks(), last - first, &time(cycle as f64)));
                 }
-                ui.label(dim(time(last as f64)));
+                ui.label(dim(time(end as f64)));
+                let button = ui.add_enabled(timeline.is_past(), egui::Button::new("Play from here"));
+                let hint = "F: this moment is played on as a match of its own; this one stays";
+                if button.on_hover_text(hint).clicked() {
+                    ways.write(BranchCommand::PlayFromHere);
+                }
+                if ui.button("Many times").on_hover_text("T: what comes of this moment, and how often").clicked() {
+                    actions.write(Action::Toggle(Switch::ManyTimes));
+                }
                 if !timeline.is_replay() {
                     // It is always there, so that the bar stays where it is under the mouse.
                     let button = ui.add_enabled(timeline.is_past(), egui::Button::new("Present"));
@@ -73,10 +92,63 @@ fn show_bar(
                         commands.write(TimelineCommand::Present);
                     }
                 }
+                rect.x_range()
             });
+            if branches.list().len() > 1
+                && let Some(index) =
+                    show_branches(ui, &branches, end, bar.inner, |cycle| share(cycle as f64, first, last))
+            {
+                ways.write(BranchCommand::Show(index));
+            }
         });
     });
     Ok(())
+}
+
+/// The tree of the ways that the match went, a line for each below the bar, where the one that is shown has been played until a
+/// cycle; which of them is clicked.
+fn show_branches(
+    ui: &mut egui::Ui,
+    branches: &Branches,
+    end: u64,
+    bar: Rangef,
+    share: impl Fn(u64) -> f32,
+) -> Option<usize> {
+    let mut clicked = None;
+    let height = BRANCH_HEIGHT * branches.list().len() as f32;
+    let (area, _) = ui.allocate_exact_size(egui::vec2(bar.max - ui.cursor().left(), height), Sense::hover());
+    // Below the bar, whatever is beside it.
+    let area = egui::Rect::from_x_y_ranges(bar, area.y_range());
+    let at = |index: usize, cycle: u64| {
+        let y = area.top() + BRANCH_HEIGHT * (index as f32 + 0.5);
+        Pos2::new(area.left() + share(cycle) * area.width(), y)
+    };
+    for (index, branch) in branches.list().iter().enumerate() {
+        let is_shown = index == branches.shown();
+        let last = if is_shown { end } else { branch.last_cycle };
+        let begin = branch.from.map_or(0, |(_, cycle)| cycle);
+        let colour = if is_shown { ui.visuals().strong_text_color() } else { ui.visuals().weak_text_color() };
+        let stroke = Stroke::new(if is_shown { 3.0 } else { 2.0 }, colour);
+        if let Some((from, cycle)) = branch.from {
+            ui.painter().line_segment([at(from, cycle), at(index, cycle)], Stroke::new(1.0, colour));
+        }
+        ui.painter().line_segment([at(index, begin), at(index, last)], stroke);
+        ui.painter().circle_filled(at(index, last), 3.0, colour);
+        let row = egui::Rect::from_center_size(area.center(), egui::vec2(area.width(), BRANCH_HEIGHT))
+            .translate(egui::vec2(0.0, at(index, 0).y - area.center().y));
+        let response = ui.interact(row, ui.id().with(("branch", index)), Sense::click());
+        let name = branch_name(index);
+        response.widget_info(|| WidgetInfo::selected(egui::WidgetType::RadioButton, true, is_shown, &name));
+        if response.on_hover_text(name).clicked() {
+            clicked = Some(index);
+        }
+    }
+    clicked
+}
+
+/// What a way that the match went is called.
+fn branch_name(index: usize) -> String {
+    if index == 0 { "The match as it was".to_owned() } else { format!("Played on, {index}") }
 }
 
 /// A goal is a disc, a penalty a triangle, a ball that is out a short upright line, the start or end of a half a long one.

@@ -4,20 +4,20 @@ use bevy::ecs::component::ComponentInfo;
 use bevy::prelude::*;
 use bevy::reflect::{PartialReflect, ReflectRef, TypeRegistry};
 use core::any::TypeId;
+use std::collections::BTreeMap;
 
 use crate::behaviour::BehaviourRegistry;
 use crate::behaviour::script::Script;
 use crate::belief::{Belief, SimpleBelief};
 use crate::knowledge::Knowledge;
 use crate::robot::Roster;
-use crate::viewer::display_settings::DisplaySettings;
-use crate::viewer::shared::Selection;
+use crate::team::RobotId;
 
 /// Longer values are cut, characters.
 const LONGEST_VALUE: usize = 120;
 
-/// What the selected robot's behaviour is called, and what it keeps in mind.
-#[derive(Resource, Clone, PartialEq, Debug, Default)]
+/// What a robot's behaviour is called, and what it keeps in mind.
+#[derive(Clone, PartialEq, Debug, Default)]
 pub struct BehaviourState {
     /// Its name; none of a robot that has none.
     pub name: Option<String>,
@@ -34,18 +34,14 @@ pub struct StateComponent {
     pub fields: Vec<(String, String)>,
 }
 
-/// Reads the state of the selected robot's behaviour while it is shown.
-pub(super) fn read_state(world: &mut World) {
-    let shown = world.resource::<DisplaySettings>().robot;
-    let robot = world.resource::<Selection>().0.filter(|_| shown);
-    let robot = robot.and_then(|id| world.resource::<Roster>().get(id));
-    let state = robot.map(|robot| state_of(world, robot)).unwrap_or_default();
-    if *world.resource::<BehaviourState>() != state {
-        *world.resource_mut::<BehaviourState>() = state;
-    }
+/// The states of all robots of the match in `world`.
+pub fn all_states(world: &World) -> BTreeMap<RobotId, BehaviourState> {
+    let roster = world.resource::<Roster>();
+    roster.iter().map(|(id, robot)| (id, state_of(world, robot))).collect()
 }
 
-fn state_of(world: &World, robot: Entity) -> BehaviourState {
+/// The state of a robot.
+pub fn state_of(world: &World, robot: Entity) -> BehaviourState {
     let Ok(entity) = world.get_entity(robot) else { return BehaviourState::default() };
     let Some(registry) = world.get_resource::<AppTypeRegistry>() else { return BehaviourState::default() };
     let (registry, behaviours) = (registry.read(), world.resource::<BehaviourRegistry>());
@@ -119,7 +115,7 @@ fn short_name(path: &str) -> String {
 mod tests {
     use super::*;
     use crate::behaviour::BehaviourApp;
-    use crate::prelude::{HeadCommand, RobotId, Scenario, Team};
+    use crate::prelude::{HeadCommand, Scenario, Team};
     use crate::simulation::{MatchApp, NaoisisPlugins};
 
     #[derive(Component, Default, Reflect)]
@@ -149,18 +145,12 @@ mod tests {
         app.add_behaviour::<Dreamer, _>("dreamer", dream);
         let scenario = r#"{ "rules": "free", "robots": [{ "number": 1, "behaviour": "dreamer" }] }"#;
         app.start_match(&Scenario::from_json(scenario).unwrap()).unwrap().run_cycles(3);
-        app.init_resource::<DisplaySettings>().init_resource::<BehaviourState>();
-        app.insert_resource(Selection(Some(RobotId::new(Team::Blue, 1))));
-        read_state(app.world_mut());
-        let state = app.world().resource::<BehaviourState>();
+        let states = all_states(app.world());
+        let state = &states[&RobotId::new(Team::Blue, 1)];
         assert_eq!(state.name.as_deref(), Some("dreamer"));
         let names: Vec<&str> = state.components.iter().map(|component| component.name.as_str()).collect();
         assert_eq!(names, ["Dreamer", "Dreams"]);
         assert_eq!(state.components[1].fields[0], ("count".to_owned(), "3".to_owned()));
-        // Nobody is selected.
-        app.insert_resource(Selection(None));
-        read_state(app.world_mut());
-        assert_eq!(*app.world().resource::<BehaviourState>(), BehaviourState::default());
     }
 
     #[test]

@@ -1,0 +1,394 @@
+//! The lanes on the screen.
+
+use bevy::math::ops;
+use bevy::prelude::*;
+use bevy_egui::EguiContexts;
+use bevy_egui::egui::{
+    self, Align2, Color32, FontId, Pos2, Rect as Area, RichText, Sense, Stroke, WidgetInfo, WidgetType,
+};
+
+use super::tracks::{BallSource, Condition, Number, RobotTrack, Span, Tracks};
+use super::{EventKind, Lanes};
+use crate::behaviour::drawings::Ink;
+use crate::cycle::CycleClock;
+use crate::record::history::{History, MarkKind};
+use crate::team::RobotId;
+use crate::viewer::layout;
+use crate::viewer::palette;
+use crate::viewer::shared::{Action, Choice, FindEvent, Selection, TimelineCommand};
+use crate::viewer::theme::{MARGIN, bright, card, dim, minutes, panel, team_colour, text_size};
+use crate::viewer::timeline::Timeline;
+
+/// Height of a lane, of what is known of the ball in it, of the plot, and of all lanes at most, logical pixels.
+const LANE: f32 = 17.0;
+const BALL: f32 = 4.0;
+const PLOT: f32 = 84.0;
+const MOST: f32 = 190.0;
+/// Width of the names, logical pixels.
+const NAMES: f32 = 52.0;
+/// A word is written into a span of this width, logical pixels.
+const WIDE_ENOUGH: f32 = 46.0;
+/// The least part of the match that is shown, cycles.
+const LEAST_PART: f64 = 30.0;
+
+/// The colours of the words that robots say, in the order in which they are said first.
+const WORD_INKS: [Ink; 6] = [Ink::Green, Ink::Sky, Ink::Purple, Ink::Yellow, Ink::Vermilion, Ink::White];
+
+pub(super) fn show(
+    mut contexts: EguiContexts,
+    mut lanes: ResMut<Lanes>,
+    history: Res<History>,
+    timeline: Res<Timeline>,
+    clock: Res<CycleClock>,
+    selection: Res<Selection>,
+    mut moments: MessageWriter<TimelineCommand>,
+    mut events: MessageWriter<FindEvent>,
+    mut actions: MessageWriter<Action>,
+) -> Result {
+    let Some(cycles) = history.cycles() else { return Ok(()) };
+    let whole = [*cycles.start() as f64, (*cycles.end()).max(cycles.start() + 1) as f64];
+    let now = timeline.cursor().unwrap_or(whole[1]);
+    let context = contexts.ctx_mut()?;
+    let above = layout::above(context, "lanes", &["timeline", "controls", "hands"]);
+    let width = layout::width_beside_robot(context) - 3.0 * MARGIN;
+    let offset = [layout::middle_beside_robot(context), -above];
+    panel("lanes", Align2::CENTER_BOTTOM, offset).show(context, |ui| {
+        card(ui).show(ui, |ui| {
+            ui.set_width(width);
+            show_head(ui, &mut lanes, &mut events);
+            let axis = Axis { part: lanes.part.unwrap_or(whole), left: NAMES, width: width - NAMES };
+            let rows = egui::ScrollArea::vertical().max_height(MOST).show(ui, |ui| {
+                for (id, track) in lanes.tracks.robots() {
+                    show_lane(ui, (id, track), lanes.tracks.words(), &axis, selection.0, &mut actions);
+                }
+            });
+            let mut area = rows.inner_rect;
+            if let Some(number) = lanes.number {
+                area = area.union(show_plot(ui, &lanes.tracks, number, &axis, selection.0));
+            }
+            // From here on in the window's own place.
+            let axis = Axis { left: area.left() + NAMES, ..axis };
+            let time_area = Area::from_min_max(Pos2::new(axis.left, area.top()), area.max);
+            for mark in history.marks().iter().filter(|mark| mark.kind == MarkKind::Goal) {
+                let colour = mark.team.map_or(Color32::GRAY, |team| team_colour(ui, team));
+                upright(ui, axis.x(mark.cycle as f64), time_area, Stroke::new(1.5, colour));
+            }
+            upright(ui, axis.x(now), time_area, Stroke::new(1.5, ui.visuals().strong_text_color()));
+            let time = |cycle: f64| minutes((cycle * clock.period_s) as f32);
+            let response = ui.interact(time_area, ui.id().with("time"), Sense::click_and_drag());
+            if let Some(part) = changed_part(ui, &response, &axis, whole) {
+                lanes.part = part;
+            }
+            if let Some(at) = response.interact_pointer_pos().filter(|_| response.clicked()) {
+                moments.write(TimelineCommand::GoTo(axis.cycle(at.x).round().max(0.0) as u64));
+            }
+            if let Some(at) = response.hover_pos() {
+                let words = hint(
+                    &lanes,
+                    axis.cycle(at.x) as u64,
+                    (at.y - rows.inner_rect.top()) / LANE,
+                    rows.state.offset.y / LANE,
+                );
+                response.on_hover_text(format!("{}{words}", time(axis.cycle(at.x))));
+            }
+            show_legend(ui, &lanes.tracks, axis.part.map(time));
+        });
+    });
+    Ok(())
+}
+
+/// Where cycles are.
+struct Axis {
+    /// The first and the last cycle.
+    part: [f64; 2],
+    left: f32,
+    width: f32,
+}
+
+impl Axis {
+    fn x(&self, cycle: f64) -> f32 {
+        let [first, last] = self.part;
+        self.left + ((cycle - first) / (last - first)) as f32 * self.width
+    }
+
+    fn cycle(&self, x: f32) -> f64 {
+        let [first, last] = self.part;
+        first + f64::from((x - self.left) / self.width) * (last - first)
+    }
+
+    /// The part after zooming in by a factor about a cycle, and moving by some cycles, within the whole match.
+    fn moved(&self, whole: [f64; 2], about: f64, factor: f64, by: f64) -> [f64; 2] {
+        let length =
+            ((self.part[1] - self.part[0]) / factor).clamp(LEAST_PART.min(whole[1] - whole[0]), whole[1] - whole[0]);
+        let share = ((about - self.part[0]) / (self.part[1] - self.part[0])).clamp(0.0, 1.0);
+        let first = (about - share * length + by).clamp(whole[0], whole[1] - length);
+        [first, first + length]
+    }
+}
+
+/// The part that is looked at after what the mouse did: the wheel comes closer, a drag moves, a double click shows all.
+fn changed_part(ui: &egui::Ui, response: &egui::Response, axis: &Axis, whole: [f64; 2]) -> Option<Option<[f64; 2]>> {
+    if response.double_clicked() {
+        return Some(None);
+    }
+    let wheel = if response.hovered() { ui.input(|input| input.smooth_scroll_delta.y) } else { 0.0 };
+    let drag = if response.dragged() { response.drag_delta().x } else { 0.0 };
+    if wheel == 0.0 && drag == 0.0 {
+        return None;
+    }
+    let about = response.hover_pos().map_or(axis.part[0], |at| axis.cycle(at.x));
+    let factor = f64::from(ops::exp(wheel / 150.0));
+    let by = -f64::from(drag / axis.width) * (axis.part[1] - axis.part[0]);
+    Some(Some(axis.moved(whole, about, factor, by)))
+}
+
+/// What is gone to, and what is plotted.
+fn show_head(ui: &mut egui::Ui, lanes: &mut Lanes, events: &mut MessageWriter<FindEvent>) {
+    ui.horizontal(|ui| {
+        ui.label(bright("Lanes"));
+        ui.separator();
+        let mut step = |ui: &mut egui::Ui, text: &str, name: &str, hint: &str, event: FindEvent| {
+            let button = ui.button(text);
+            button.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, name));
+            if button.on_hover_text(hint).clicked() {
+                events.write(event);
+            }
+        };
+        step(ui, "<", "Previous event", "The one before (,)", FindEvent::Previous);
+        let mut kind = lanes.kind;
+        let list = egui::ComboBox::from_id_salt("kind of event").selected_text(kind.name());
+        let shown = list.show_ui(ui, |ui| {
+            for (other, name) in EventKind::ALL {
+                ui.selectable_value(&mut kind, other, name);
+            }
+        });
+        shown.response.widget_info(|| WidgetInfo::labeled(WidgetType::ComboBox, true, "Kind of event"));
+        shown.response.on_hover_text("Of the selected robot, if one is selected");
+        step(ui, ">", "Next event", "The next one (.)", FindEvent::Next);
+        ui.separator();
+        ui.label("Plot");
+        let mut number = lanes.number;
+        let list = egui::ComboBox::from_id_salt("plotted number").height(400.0);
+        let shown = list.selected_text(number.map_or("nothing", Number::name)).show_ui(ui, |ui| {
+            ui.selectable_value(&mut number, None, "nothing");
+            for other in Number::ALL {
+                ui.selectable_value(&mut number, Some(other), other.name());
+            }
+        });
+        shown.response.widget_info(|| WidgetInfo::labeled(WidgetType::ComboBox, true, "Plot"));
+        if (kind, number) != (lanes.kind, lanes.number) {
+            (lanes.kind, lanes.number) = (kind, number);
+        }
+        if lanes.part.is_some() && ui.button("Whole match").on_hover_text("Or a double click").clicked() {
+            lanes.part = None;
+        }
+    });
+}
+
+fn show_lane(
+    ui: &mut egui::Ui,
+    (id, track): (RobotId, &RobotTrack),
+    words: &[String],
+    axis: &Axis,
+    selected: Option<RobotId>,
+    actions: &mut MessageWriter<Action>,
+) {
+    ui.spacing_mut().item_spacing.y = 0.0;
+    let (area, _) = ui.allocate_exact_size(egui::vec2(axis.left + axis.width, LANE), Sense::hover());
+    let name_area = Area::from_min_size(area.min, egui::vec2(NAMES, LANE));
+    let name = ui.interact(name_area, ui.id().with(("lane", id.to_string())), Sense::click());
+    name.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, format!("Lane of {id}")));
+    let font = FontId::proportional(if selected == Some(id) { text_size::IMPORTANT } else { text_size::ENTRY });
+    ui.painter().text(name_area.left_center(), Align2::LEFT_CENTER, id.to_string(), font, team_colour(ui, id.team));
+    if name.clicked() {
+        actions.write(Action::Select(Choice::Robot(id)));
+    }
+    let lane = Area::from_min_max(Pos2::new(area.left() + NAMES, area.top() + 1.0), area.max - egui::vec2(0.0, 1.0));
+    let painter = ui.painter().with_clip_rect(lane.intersect(ui.clip_rect()));
+    let axis = Axis { left: lane.left(), ..*axis };
+    let block = |first: u64, last: u64, top: f32, bottom: f32| {
+        let right = axis.x(last as f64).max(axis.x(first as f64) + 1.0);
+        Area::from_min_max(Pos2::new(axis.x(first as f64), top), Pos2::new(right, bottom))
+    };
+    for span in shown(&track.intentions, &axis).filter(|span| !words[span.what].is_empty()) {
+        let block = block(span.first, span.last, lane.top(), lane.bottom() - BALL);
+        painter.rect_filled(block, 1.0, word_colour(span.what).gamma_multiply(0.55));
+        if block.width() > WIDE_ENOUGH {
+            let font = FontId::proportional(10.0);
+            painter.with_clip_rect(block.intersect(painter.clip_rect())).text(
+                block.left_center() + egui::vec2(3.0, 0.0),
+                Align2::LEFT_CENTER,
+                &words[span.what],
+                font,
+                ui.visuals().strong_text_color(),
+            );
+        }
+    }
+    for span in shown(&track.ball, &axis) {
+        let block = block(span.first, span.last, lane.bottom() - BALL, lane.bottom());
+        painter.rect_filled(block, 0.0, ball_colour(span.what));
+    }
+    for span in shown(&track.conditions, &axis).filter(|span| span.what != Condition::Up) {
+        let block = block(span.first, span.last, lane.top(), lane.bottom());
+        let colour =
+            if span.what == Condition::Penalised { Color32::from_black_alpha(190) } else { ink(Ink::Vermilion) };
+        painter.rect_filled(block, 0.0, colour);
+        if span.what == Condition::Penalised {
+            painter.rect_stroke(block, 0.0, Stroke::new(1.0, ink(Ink::Vermilion)), egui::StrokeKind::Inside);
+        }
+    }
+    for (cycle, struck) in &track.kicks {
+        let at = Pos2::new(axis.x(*cycle as f64), lane.center().y - 2.0);
+        let stroke = Stroke::new(1.2, ui.visuals().strong_text_color());
+        if *struck {
+            painter.circle(at, 3.0, ui.visuals().strong_text_color(), Stroke::NONE)
+        } else {
+            painter.circle_stroke(at, 3.0, stroke)
+        };
+    }
+}
+
+/// The spans that are in the part that is shown.
+fn shown<'a, T>(spans: &'a [Span<T>], axis: &Axis) -> impl Iterator<Item = &'a Span<T>> {
+    let [first, last] = axis.part;
+    let from = spans.partition_point(|span| (span.last as f64) < first);
+    spans[from..].iter().take_while(move |span| span.first as f64 <= last)
+}
+
+/// A number of all robots, the selected one's in front; where it is.
+fn show_plot(ui: &mut egui::Ui, tracks: &Tracks, number: Number, axis: &Axis, selected: Option<RobotId>) -> Area {
+    let (area, _) = ui.allocate_exact_size(egui::vec2(axis.left + axis.width, PLOT), Sense::hover());
+    let plot = Area::from_min_max(Pos2::new(area.left() + NAMES, area.top() + 4.0), area.max);
+    let axis = Axis { left: plot.left(), ..*axis };
+    let cycles = [axis.part[0].max(0.0) as u64, axis.part[1].ceil() as u64];
+    let curves: Vec<(RobotId, Vec<[f64; 2]>)> =
+        tracks.robots().map(|(id, _)| (id, tracks.values(id, number, cycles, plot.width() as usize))).collect();
+    let values = curves.iter().flat_map(|(_, curve)| curve.iter().map(|[_, value]| *value));
+    let (low, high) = values.fold((0.0_f64, 0.0_f64), |(low, high), value| (low.min(value), high.max(value)));
+    let step = round_step(high - low);
+    let (low, high) = ((low / step).floor() * step, ((high / step).ceil() * step).max(low + step));
+    let y = |value: f64| plot.bottom() - ((value - low) / (high - low)) as f32 * plot.height();
+    let painter = ui.painter().with_clip_rect(plot.expand(1.0).intersect(ui.clip_rect()));
+    let mut line = low;
+    while line <= high + step / 2.0 {
+        painter.hline(plot.x_range(), y(line), Stroke::new(0.5, ui.visuals().weak_text_color()));
+        let font = FontId::proportional(10.0);
+        let text = format!("{:.1$}", line, if step < 1.0 { 1 } else { 0 });
+        let at = Pos2::new(plot.left() - 5.0, y(line));
+        ui.painter().text(at, Align2::RIGHT_CENTER, text, font, ui.visuals().weak_text_color());
+        line += step;
+    }
+    let draw = |id: RobotId, curve: &[[f64; 2]], width: f32, faded: f32| {
+        let colour = team_colour(ui, id.team).gamma_multiply(faded);
+        // Not across the time in which there was no value.
+        let gap = (axis.part[1] - axis.part[0]) / 100.0;
+        for run in curve.chunk_by(|one, other| other[0] - one[0] <= gap.max(15.0)) {
+            let points = run.iter().map(|[cycle, value]| Pos2::new(axis.x(*cycle), y(*value))).collect();
+            painter.line(points, Stroke::new(width, colour));
+        }
+    };
+    let faded = if selected.is_some() { 0.35 } else { 0.8 };
+    for (id, curve) in curves.iter().filter(|(id, _)| Some(*id) != selected) {
+        draw(*id, curve, 1.0, faded);
+    }
+    for (id, curve) in curves.iter().filter(|(id, _)| Some(*id) == selected) {
+        draw(*id, curve, 2.0, 1.0);
+    }
+    area
+}
+
+/// A round distance between the lines of a plot of this height: at most six of them.
+fn round_step(height: f64) -> f64 {
+    const STEPS: [f64; 12] = [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0];
+    STEPS.into_iter().find(|step| height / step <= 6.0).unwrap_or(1000.0)
+}
+
+fn upright(ui: &egui::Ui, x: f32, area: Area, stroke: Stroke) {
+    if area.x_range().contains(x) {
+        ui.painter().vline(x, area.y_range(), stroke);
+    }
+}
+
+fn ink(ink: Ink) -> Color32 {
+    palette::in_panel(palette::ink(ink))
+}
+
+fn word_colour(word: usize) -> Color32 {
+    ink(WORD_INKS[word % WORD_INKS.len()])
+}
+
+fn ball_colour(source: BallSource) -> Color32 {
+    match source {
+        BallSource::Seen => ink(Ink::Orange),
+        BallSource::Remembered => ink(Ink::Orange).gamma_multiply(0.4),
+        BallSource::Told => ink(Ink::Sky),
+        BallSource::Lost => Color32::from_black_alpha(120),
+    }
+}
+
+fn ball_words(source: BallSource) -> &'static str {
+    match source {
+        BallSource::Seen => "ball seen",
+        BallSource::Remembered => "remembered",
+        BallSource::Told => "told",
+        BallSource::Lost => "lost",
+    }
+}
+
+/// What is under the mouse: in a lane, that far below the first one that is shown.
+fn hint(lanes: &Lanes, cycle: u64, row: f32, hidden: f32) -> String {
+    let index = (row + hidden).floor();
+    let Some((id, track)) = (index >= 0.0).then(|| lanes.tracks.robots().nth(index as usize)).flatten() else {
+        return String::new();
+    };
+    fn at<T>(spans: &[Span<T>], cycle: u64) -> Option<&T> {
+        spans.get(spans.partition_point(|span| span.last < cycle)).map(|span| &span.what)
+    }
+    let intention = at(&track.intentions, cycle).map(|word| lanes.tracks.words()[*word].as_str());
+    let ball = at(&track.ball, cycle).map(|source| ball_words(*source));
+    format!("   {id}: {}   {}", intention.unwrap_or_default(), ball.unwrap_or_default())
+}
+
+/// The colours, and the ends of the part that is shown.
+fn show_legend(ui: &mut egui::Ui, tracks: &Tracks, ends: [String; 2]) {
+    let [first, last] = ends;
+    ui.add_space(4.0);
+    ui.horizontal_wrapped(|ui| {
+        ui.label(dim(format!("{first} to {last}")).size(text_size::SMALL));
+        let words = tracks.words().iter().enumerate().filter(|(_, word)| !word.is_empty());
+        let words = words.map(|(index, word)| (word_colour(index), word.as_str()));
+        let sources = [BallSource::Seen, BallSource::Remembered, BallSource::Told, BallSource::Lost];
+        let sources = sources.map(|source| (ball_colour(source), ball_words(source)));
+        let others =
+            [(ink(Ink::Vermilion), "down, or off the pitch"), (ui.visuals().strong_text_color(), "● kick, ○ missed")];
+        for (colour, name) in words.chain(sources).chain(others) {
+            let (area, _) = ui.allocate_exact_size(egui::vec2(9.0, 9.0), Sense::hover());
+            ui.painter().rect_filled(area, 1.0, colour);
+            ui.label(RichText::new(name).weak().size(text_size::SMALL));
+        }
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_cycle_under_the_mouse_stays_there_when_one_comes_closer() {
+        let axis = Axis { part: [100.0, 300.0], left: 50.0, width: 400.0 };
+        assert_eq!((axis.x(200.0), axis.cycle(250.0)), (250.0, 200.0));
+        let part = axis.moved([0.0, 1000.0], 150.0, 2.0, 0.0);
+        let closer = Axis { part, ..axis };
+        assert!((closer.x(150.0) - axis.x(150.0)).abs() < 1e-3 && part[1] - part[0] == 100.0);
+        // Never beyond the match.
+        assert_eq!(axis.moved([0.0, 1000.0], 150.0, 1e-3, 0.0), [0.0, 1000.0]);
+        assert_eq!(axis.moved([0.0, 1000.0], 150.0, 1.0, 1e6), [800.0, 1000.0]);
+    }
+
+    #[test]
+    fn lines_of_a_plot_are_at_round_numbers() {
+        for (height, step) in [(0.3, 0.1), (1.0, 0.2), (4.0, 1.0), (9.0, 2.0), (170.0, 50.0)] {
+            assert!((round_step(height) - step).abs() < 1e-9, "{height}: {}", round_step(height));
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! The panel: how often, how far it is, what came of it.
+
+use bevy::prelude::*;
+use bevy_egui::EguiContexts;
+use bevy_egui::egui::{self, Align2, DragValue, Grid, ProgressBar};
+
+use super::{ManyTimes, ManyTimesCommand, Outcome, Run};
+use crate::cycle::CycleClock;
+use crate::statistics::Estimate;
+use crate::team::Team;
+use crate::viewer::display_settings::Switch;
+use crate::viewer::shared::Action;
+use crate::viewer::theme::{MARGIN, bright, dim, minutes, team_colour, text_size};
+use crate::whatif::Outcomes;
+
+/// Width of the contents, logical pixels.
+const WIDTH: f32 = 300.0;
+
+/// What the panel keeps from frame to frame: what a test is to expect.
+#[derive(Default)]
+pub(super) struct Expected {
+    pink: bool,
+    percent: Option<u32>,
+}
+
+pub(super) fn show(
+    mut contexts: EguiContexts,
+    mut expected: Local<Expected>,
+    mut many: ResMut<ManyTimes>,
+    clock: Res<CycleClock>,
+    mut commands: MessageWriter<ManyTimesCommand>,
+    mut actions: MessageWriter<Action>,
+) -> Result {
+    let context = contexts.ctx_mut()?;
+    let room = context.content_rect();
+    let mut is_open = true;
+    egui::Window::new(bright("This moment, many times").size(text_size::IMPORTANT))
+        .id(egui::Id::new("many times"))
+        .pivot(Align2::RIGHT_CENTER)
+        .default_pos(room.right_center() - egui::vec2(MARGIN, 0.0))
+        .constrain(true)
+        .resizable(false)
+        .collapsible(false)
+        .open(&mut is_open)
+        .show(context, |ui| {
+            ui.set_width(WIDTH);
+            let many = &mut *many;
+            ui.horizontal(|ui| {
+                ui.add(DragValue::new(&mut many.times).range(10..=10_000).suffix(" times"));
+                ui.label("for");
+                ui.add(DragValue::new(&mut many.for_s).range(1.0..=600.0).suffix(" s"));
+                if many.run.as_ref().is_some_and(|run| run.is_running) {
+                    if ui.button("Stop").clicked() {
+                        commands.write(ManyTimesCommand::Stop);
+                    }
+                } else if many.awaited.is_some() {
+                    ui.spinner();
+                } else if ui.button("Begin").on_hover_text("From the moment that is shown, with other chance").clicked()
+                {
+                    commands.write(ManyTimesCommand::Begin);
+                }
+            });
+            if let Some(run) = &many.run {
+                show_run(ui, run, &clock, &mut commands);
+                show_test(ui, run, &mut expected, &mut commands);
+            }
+        });
+    if !is_open {
+        actions.write(Action::Toggle(Switch::ManyTimes));
+    }
+    Ok(())
+}
+
+fn show_run(ui: &mut egui::Ui, run: &Run, clock: &CycleClock, commands: &mut MessageWriter<ManyTimesCommand>) {
+    ui.separator();
+    let at = minutes((run.cycle as f64 * clock.period_s) as f32);
+    ui.label(format!("From {at} on, for {:.0} s", run.for_s));
+    let (played, times) = (run.rows.len(), run.times);
+    ui.add(ProgressBar::new(played as f32 / times as f32).text(format!("{played} of {times}")));
+    if run.rows.is_empty() {
+        return;
+    }
+    let outcomes = Outcomes::of(&run.rows);
+    Grid::new("outcomes").num_columns(3).spacing([12.0, 4.0]).show(ui, |ui| {
+        for outcome in Outcome::ALL {
+            let (name, colour, share) = match outcome {
+                Outcome::ScoresFirst(team) => {
+                    (format!("{team} scores first"), team_colour(ui, team), outcomes.scores_first[team])
+                }
+                Outcome::NobodyScores => {
+                    ("nobody scores".to_owned(), ui.visuals().text_color(), outcomes.nobody_scores)
+                }
+            };
+            ui.label(egui::RichText::new(&name).color(colour));
+            ui.label(share.map_or_else(String::new, in_percent));
+            let there_is_one = run.rows.iter().any(|row| outcome.is_of(row));
+            let button = ui.add_enabled(there_is_one, egui::Button::new("Watch").small());
+            let label = format!("Watch: {name}");
+            button.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Button, there_is_one, &label));
+            if button.on_hover_text("The first of them, beside the match").clicked() {
+                commands.write(ManyTimesCommand::Watch(outcome));
+            }
+            ui.end_row();
+        }
+    });
+    let difference = outcomes
+        .goal_difference
+        .map(|goals| format!("goals, blue - pink: {:+.2} ± {:.2}", goals.value, goals.margin()));
+    let first =
+        outcomes.first_goal_s.map(|time_s| format!("the first goal after {time_s:.1} s, where one falls (median)"));
+    for line in difference.into_iter().chain(first) {
+        ui.label(dim(line).size(text_size::ENTRY));
+    }
+    ui.label(dim("± and hatching: 95 % confidence; where the ball is in the end").size(text_size::SMALL));
+}
+
+/// What a test of this moment is to expect.
+fn show_test(ui: &mut egui::Ui, run: &Run, expected: &mut Expected, commands: &mut MessageWriter<ManyTimesCommand>) {
+    if run.is_running || run.rows.is_empty() {
+        expected.percent = None;
+        return;
+    }
+    ui.separator();
+    let team = if expected.pink { Team::Pink } else { Team::Blue };
+    let scored = run.rows.iter().filter(|row| row.goals[team] > 0).count();
+    let percent = expected.percent.get_or_insert((100 * scored / run.rows.len()) as u32);
+    ui.horizontal(|ui| {
+        ui.label("A test:");
+        for (is_pink, side) in [(false, Team::Blue), (true, Team::Pink)] {
+            ui.selectable_value(&mut expected.pink, is_pink, side.name());
+        }
+        ui.label("scores in at least");
+        ui.add(DragValue::new(percent).range(0..=100).suffix(" %"));
+    });
+    let percent = *percent;
+    if ui.button("Save as a test").on_hover_text("A scenario of this moment; naoisis check --play plays it").clicked() {
+        commands.write(ManyTimesCommand::Save { team, percent });
+    }
+}
+
+/// A share in percent, with its interval.
+fn in_percent(Estimate { value, low, high }: Estimate) -> String {
+    format!("{:.0} % ({:.0} to {:.0})", 100.0 * value, 100.0 * low, 100.0 * high)
+}

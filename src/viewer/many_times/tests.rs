@@ -1,0 +1,115 @@
+use super::*;
+use crate::simulation::{MatchApp, NaoisisPlugins};
+use crate::team::PerTeam;
+use crate::viewer::branches::BranchesPlugin;
+use crate::viewer::drive::DrivePlugin;
+use crate::viewer::event_log::EventLogPlugin;
+use crate::viewer::rebuild::RebuildPlugin;
+use crate::viewer::shared::{Selection, TimelineCommand, ViewerCommand};
+use bevy::time::TimeUpdateStrategy;
+use core::time::Duration;
+
+pub(super) fn row(first: Option<Team>, ball: Vec2) -> Branch {
+    Branch {
+        index: 0,
+        seed: 1,
+        goals: PerTeam { blue: 0, pink: 0 },
+        first_goal: first.map(|team| (team, 1.0)),
+        ball_m: Some(ball),
+        end_s: 1.0,
+    }
+}
+
+fn simulator() -> App {
+    let mut app = App::new();
+    app.add_plugins(NaoisisPlugins);
+    app
+}
+
+/// A match at ten cycles a frame.
+fn app() -> App {
+    let mut app = App::new();
+    app.add_plugins((MinimalPlugins, NaoisisPlugins, EventLogPlugin, DrivePlugin, RebuildPlugin, BranchesPlugin));
+    app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_micros(333_340)))
+        .insert_resource(Simulator(&simulator))
+        .init_resource::<DisplaySettings>()
+        .init_resource::<Selection>()
+        .init_resource::<ManyTimes>()
+        .add_message::<ManyTimesCommand>()
+        .add_systems(Update, (obey, begin_when_known, listen).chain().after(RebuildSystems));
+    app.start_match(&Scenario::named("match3v3").unwrap()).unwrap();
+    app.update();
+    app
+}
+
+fn send<M: Message>(app: &mut App, message: M) {
+    app.world_mut().write_message(message);
+    app.update();
+}
+
+/// Frames until something is so.
+fn wait(app: &mut App, what: &str, is_so: impl Fn(&App) -> bool) {
+    // Threads have their own pace; they are waited for, but not for ever.
+    for _ in 0..200_000 {
+        if is_so(app) {
+            return;
+        }
+        app.update();
+        thread::yield_now();
+    }
+    panic!("never: {what}");
+}
+
+fn shown(app: &App) -> usize {
+    app.world().resource::<super::super::branches::Branches>().shown()
+}
+
+#[test]
+fn a_moment_of_the_past_is_played_on_and_the_match_stays() {
+    let mut app = app();
+    while app.cycle() < 200 {
+        app.update();
+    }
+    send(&mut app, ViewerCommand::TogglePause);
+    let present = (app.cycle(), app.ball());
+    send(&mut app, TimelineCommand::GoTo(120));
+    send(&mut app, BranchCommand::PlayFromHere);
+    wait(&mut app, "a branch", |app| shown(app) == 1);
+    wait(&mut app, "it goes on", |app| app.cycle() > 150);
+    // Nothing was changed: it goes on as it did.
+    while app.cycle() < present.0 {
+        app.update();
+    }
+    assert_eq!((app.cycle(), app.ball()), present);
+    send(&mut app, BranchCommand::Show(0));
+    assert_eq!(shown(&app), 0);
+    send(&mut app, TimelineCommand::Present);
+    assert_eq!((app.cycle(), app.ball()), present);
+    // Another match has one way again.
+    send(&mut app, ViewerCommand::Restart);
+    app.update();
+    assert_eq!(app.world().resource::<super::super::branches::Branches>().list().len(), 1);
+}
+
+#[test]
+fn many_times_come_out_differently_and_one_can_be_watched() {
+    let mut app = app();
+    while app.cycle() < 60 {
+        app.update();
+    }
+    let mut many = app.world_mut().resource_mut::<ManyTimes>();
+    (many.times, many.for_s) = (6, 2.0);
+    send(&mut app, ManyTimesCommand::Begin);
+    let is_over = |app: &App| app.world().resource::<ManyTimes>().run.as_ref().is_some_and(|run| !run.is_running);
+    wait(&mut app, "all times", is_over);
+    let rows = app.world().resource::<ManyTimes>().run.as_ref().unwrap().rows.clone();
+    assert_eq!(rows.len(), 6);
+    assert!(rows.windows(2).any(|pair| pair[0].ball_m != pair[1].ball_m));
+    let outcome = Outcome::ALL.into_iter().find(|outcome| outcome.is_of(&rows[0])).unwrap();
+    send(&mut app, ManyTimesCommand::Watch(outcome));
+    wait(&mut app, "the branch", |app| shown(app) == 1);
+    wait(&mut app, "its end", |app| app.cycle() >= 120);
+    let run = app.world().resource::<ManyTimes>().run.as_ref().unwrap();
+    let test = saved_test::of_moment(run.situation.clone().unwrap(), Team::Blue, 30, run).unwrap();
+    assert_eq!(test.expectations[0].to_string(), "blue.goals >= 1 within 2 s in 30 % of 50");
+}

@@ -1,0 +1,168 @@
+//! The thread in which the match is played again.
+
+use bevy::prelude::*;
+use std::sync::mpsc::{Receiver, Sender, TryRecvError};
+
+use super::{PlayAgain, RebuiltMoment, Reply, Request, Wanted};
+use crate::behaviour::Program;
+use crate::cycle::{CycleClock, run_cycle};
+use crate::game::{Game, GameState};
+use crate::record::cycle_record::CycleRecord;
+use crate::record::fields::Fields;
+use crate::sensing::jobs::SensingThreads;
+use crate::simulation::{MatchApp, situation};
+use crate::viewer::behaviour_state::all_states;
+use crate::viewer::keyframes::{Keyframes, MakeApp, keep_if_due};
+use crate::whatif::Moment;
+
+/// Cycles that are played before the next request is looked at.
+const AT_ONCE: usize = 10;
+/// Poses and places that differ by less are the same in a trace, m: numbers there have the digits that mean something.
+const SAME_M: f32 = 2e-3;
+
+/// Serves requests until nobody is left who could send one.
+pub(super) fn serve(simulator: MakeApp, requests: &Receiver<Request>, replies: &Sender<Reply>) {
+    let mut again: Option<Again> = None;
+    let mut moments = Moments { simulator, app: None };
+    let mut wanted: Option<Wanted> = None;
+    loop {
+        let is_busy = again.as_ref().is_some_and(|again| !again.is_over);
+        let request = if is_busy {
+            match requests.try_recv() {
+                Ok(request) => Some(request),
+                Err(TryRecvError::Empty) => None,
+                Err(TryRecvError::Disconnected) => return,
+            }
+        } else {
+            match requests.recv() {
+                Ok(request) => Some(request),
+                Err(_) => return,
+            }
+        };
+        match request {
+            Some(Request::Play(play)) => {
+                wanted = None;
+                again = Again::begin(simulator(), *play, replies);
+            }
+            Some(Request::Rebuild(new)) => wanted = Some(new),
+            Some(Request::Forget) => (again, wanted) = (None, None),
+            None => {}
+        }
+        if let Some(again) = again.as_mut().filter(|again| !again.is_over) {
+            again.go_on(replies);
+        }
+        // Of a match that is played again, what has been reached.
+        let reached = again.as_ref().filter(|again| !again.is_over).map_or(u64::MAX, |again| again.until());
+        if let Some(wanted) = wanted.take_if(|wanted| wanted.cycle <= reached) {
+            let rebuilt = moments.rebuild(&wanted);
+            if replies.send(rebuilt.map_or_else(Reply::Failed, |moment| Reply::Moment(Box::new(moment)))).is_err() {
+                return;
+            }
+        }
+    }
+}
+
+/// A match of which a trace was written, while it is played again.
+struct Again {
+    app: App,
+    play: PlayAgain,
+    is_over: bool,
+}
+
+impl Again {
+    fn begin(mut app: App, play: PlayAgain, replies: &Sender<Reply>) -> Option<Self> {
+        app.insert_resource(SensingThreads(1)).insert_resource(play.keyframes.clone());
+        let fail = |message: String| {
+            let _nobody_listens = replies.send(Reply::Failed(message));
+            None
+        };
+        if let Err(fault) = app.start_match(&play.scenario) {
+            return fail(fault.to_string());
+        }
+        if app.world_mut().query::<&Program>().iter(app.world()).next().is_some() {
+            return fail("robots of this match were played by programs: what they thought only they know".to_owned());
+        }
+        keep_if_due(app.world_mut(), true);
+        match play.keyframes.fault() {
+            Some(fault) => fail(fault),
+            None => Some(Self { app, play, is_over: false }),
+        }
+    }
+
+    /// The cycle until which it has been played.
+    fn until(&self) -> u64 {
+        self.app.world().resource::<CycleClock>().cycle
+    }
+
+    /// Plays some cycles, and sees that they are those of the trace.
+    fn go_on(&mut self, replies: &Sender<Reply>) {
+        let last = self.play.records.last_cycle().unwrap_or_default();
+        for _ in 0..AT_ONCE {
+            if self.until() >= last || self.app.world().resource::<Game>().state == GameState::Finished {
+                self.is_over = true;
+                let _nobody_listens = replies.send(Reply::PlayedAgain(self.until()));
+                return;
+            }
+            run_cycle(self.app.world_mut());
+            let cycle = self.until();
+            let record = self.play.records.record(cycle).ok().flatten().filter(|record| record.cycle == cycle);
+            if record.is_some_and(|record| !is_same(&mut self.app, &record, &self.play.fields)) {
+                self.is_over = true;
+                let _nobody_listens = replies.send(Reply::Differs(cycle));
+                return;
+            }
+            keep_if_due(self.app.world_mut(), false);
+        }
+        let _nobody_listens = replies.send(Reply::PlayedAgain(self.until()));
+    }
+}
+
+/// Whether the match is where a record says; what it leaves out cannot differ.
+fn is_same(app: &mut App, record: &CycleRecord, fields: &Fields) -> bool {
+    let is_near = |here: Vec2, there: Vec2| here.distance(there) < SAME_M;
+    let mut same = !fields.has("robots.pose")
+        || record
+            .robots
+            .iter()
+            .all(|robot| app.robot_pose(robot.id).is_some_and(|here| is_near(here.position, robot.pose.position)));
+    if let (Some(ball), Some(here)) = (&record.ball, app.ball()) {
+        same &= is_near(here.position, ball.position_m.truncate());
+    }
+    same
+}
+
+/// The match in which single moments are played to.
+struct Moments {
+    simulator: MakeApp,
+    /// It is made for the first one, with the moments of the match that is in it.
+    app: Option<(App, Keyframes)>,
+}
+
+impl Moments {
+    fn rebuild(&mut self, wanted: &Wanted) -> Result<RebuiltMoment, String> {
+        let nothing = || "nothing is kept of the match from before this moment".to_owned();
+        let (kept, moment) = wanted.keyframes.before(wanted.cycle).ok_or_else(nothing)?;
+        let (app, of_match) = self.app.get_or_insert_with(|| {
+            let mut app = (self.simulator)();
+            app.insert_resource(SensingThreads(1));
+            (app, Keyframes::default())
+        });
+        let now = app.world().resource::<CycleClock>().cycle;
+        // From the moment before it it is shorter than from the one that was kept.
+        if !of_match.is_same(&wanted.keyframes) || now > wanted.cycle || now < kept {
+            moment.put_back(app.world_mut())?;
+        }
+        of_match.clone_from(&wanted.keyframes);
+        while app.world().resource::<CycleClock>().cycle < wanted.cycle {
+            run_cycle(app.world_mut());
+        }
+        Ok(RebuiltMoment {
+            cycle: wanted.cycle,
+            keyframes: wanted.keyframes.clone(),
+            is_same: is_same(app, &wanted.record, &wanted.fields),
+            states: all_states(app.world()),
+            moment: Moment::of(app.world_mut())?,
+            situation: situation(app.world_mut()).map_err(|fault| fault.to_string()),
+        })
+    }
+}
