@@ -282,6 +282,28 @@ mod tests {
     }
 
     #[test]
+    fn who_walks_where_it_does_not_look_looks_there_now_and_then() {
+        let mut situation = PlayerFixture::new(Pose::default(), Vec2::new(0.0, 3.0));
+        let mut looks = |walk: WalkCommand, ball: Vec2| {
+            situation.belief.ball.as_mut().unwrap().position_m = ball;
+            let mut there = 0;
+            for cycle in 0..96 {
+                situation.status.time_s = cycle as f32 / 30.0;
+                let player = situation.player();
+                let ball = player.in_robot(ball);
+                there += usize::from(way_to_look_along(&player, ball, &walk).is_some());
+            }
+            there
+        };
+        let ahead = WalkCommand::new(0.006, 0.0, 0.0);
+        // 0.6 of 1.6 s.
+        assert!((30..42).contains(&looks(ahead, Vec2::new(0.0, 3.0))));
+        assert_eq!(looks(ahead, Vec2::new(3.0, 0.3)), 0, "the ball is on the way");
+        assert_eq!(looks(ahead, Vec2::new(0.0, 0.4)), 0, "the ball is at its feet");
+        assert_eq!(looks(WalkCommand::default(), Vec2::new(0.0, 3.0)), 0, "it stands");
+    }
+
+    #[test]
     fn the_own_kick_off_is_no_shot() {
         let mut situation = PlayerFixture::new(Pose::new(-0.3, 0.0, 0.0), Vec2::ZERO);
         let mut memory = PlayerMemory { kick_off_since_s: Some(0.0), ..default() };

@@ -11,10 +11,11 @@ use bevy::prelude::*;
 use super::attack::{choose_aim, go_for, search};
 use super::giving_way::give_way;
 use super::obeying::is_for_the_keeper_only;
-use super::options::{Company, best, options, pass_worth, reach_m, walking_s};
+use super::options::{Company, KickOption, best, options, pass_worth, reach_m, walking_s};
 use super::passing::{Pass, meet, rolled};
 use super::player::{Decision, Player, PlayerMemory};
 use super::roles::{SUPPORT_DISTANCE_M, support};
+use crate::behaviour::reasons::Reasons;
 use crate::belief::{BallBelief, Belief, RobotBelief};
 use crate::geometry::unit;
 
@@ -145,27 +146,57 @@ fn mates(player: &Player) -> Vec<(u8, Vec2)> {
     fresh.filter_map(|mate| Some((mate.id?.number, mate.position_m))).filter(|(number, _)| *number != KEEPER).collect()
 }
 
-/// Shoots, passes, or takes the ball forward: whatever is worth most.
-fn attack(player: &Player, memory: &mut PlayerMemory, ball: &BallBelief) -> Decision {
-    memory.lost_since_s = None;
+/// What the player can do with the ball, and where it meets it.
+fn possible(
+    player: &Player,
+    memory: &mut PlayerMemory,
+    company: Company,
+    ball: &BallBelief,
+) -> (Vec<KickOption>, Vec2) {
     let (meeting_place, _) =
         meet(ball.position_m, ball.velocity_mps, player.rolling, player.position(), player.limits.max_linear_mps);
     let previous = memory.aim;
     let aim = choose_aim(player, memory, meeting_place);
     let kick_off = memory.kick_off_since_s.is_some() && player.status.kick_off_team == player.id.team;
-    if kick_off {
-        return go_for(player, memory, ball, &aim, meeting_place);
-    }
+    let options = if kick_off {
+        vec![KickOption { aim, place: meeting_place + aim.direction * aim.distance_m, receiver: None, value: 0.0 }]
+    } else {
+        options(player, company, meeting_place, aim, previous)
+    };
+    (options, meeting_place)
+}
+
+/// Shoots, passes, or takes the ball forward: whatever is worth most.
+fn attack(player: &Player, memory: &mut PlayerMemory, ball: &BallBelief) -> Decision {
+    memory.lost_since_s = None;
     let mates = mates(player);
     let company = Company { mates: &mates, opponents: &player.belief.opponents };
-    let options = options(player, company, meeting_place, aim, previous);
-    let Some(chosen) = best(&options) else { return go_for(player, memory, ball, &aim, meeting_place) };
+    let (options, meeting_place) = possible(player, memory, company, ball);
+    let Some(chosen) = best(&options) else { return search(player, memory) };
     memory.aim = Some(chosen.aim.direction);
     let near = |to: u8| {
-        mates.iter().any(|(number, mate)| *number == to && mate.distance(chosen.place) < NEAR_RECEIVER * reach_m(player))
+        mates
+            .iter()
+            .any(|(number, mate)| *number == to && mate.distance(chosen.place) < NEAR_RECEIVER * reach_m(player))
     };
     let pass = chosen.receiver.filter(|to| near(*to)).map(|to| Pass { to, place: chosen.place });
     Decision { pass, ..go_for(player, memory, ball, &chosen.aim, meeting_place) }
+}
+
+/// What speaks for the decision of a passer: with the ball, what each kick is worth, in goals.
+pub fn reasons(player: &Player, mut memory: PlayerMemory, decision: &Decision) -> Reasons {
+    listen(player, &mut memory);
+    let belief = with_what_mates_tell(player, &memory);
+    let player = &Player { belief: &belief, ..*player };
+    let Some(ball) = player.ball() else { return Reasons::default() };
+    if !matches!(decision.intention, "attack" | "kick") {
+        return super::roles::reasons(player, decision);
+    }
+    let mates = mates(player);
+    let company = Company { mates: &mates, opponents: &player.belief.opponents };
+    let (options, _) = possible(player, &mut memory, company, ball);
+    let chosen = best(&options).and_then(|best| options.iter().position(|option| option == best));
+    Reasons { chosen, options: options.iter().map(KickOption::choice).collect() }
 }
 
 /// Goes where a pass was announced to, or could come to; back, if the opponents are sooner at the ball.
@@ -228,9 +259,8 @@ fn job(player: &Player, company: Company, ball: &BallBelief) -> Job {
     let waits = |place: Vec2| to_ball_s(place) > ours_s;
     let own = (player.position().x, player.id.number);
     let waiting = company.mates.iter().filter(|(_, mate)| waits(*mate));
-    let (behind, others) = waiting.fold((0, 0), |(behind, others), (number, mate)| {
-        (behind + usize::from((mate.x, *number) < own), others + 1)
-    });
+    let (behind, others) = waiting
+        .fold((0, 0), |(behind, others), (number, mate)| (behind + usize::from((mate.x, *number) < own), others + 1));
     let job = *jobs(others + 1).get(behind).unwrap_or(&Job::Cover);
     let falls_back = theirs_s + FALL_BACK_S < ours_s || ball.position_m.x < -OWN_THIRD * player.pitch.half_length();
     match (job, falls_back) {
@@ -302,18 +332,49 @@ mod tests {
     }
 
     #[test]
-    fn who_stands_free_before_the_goal_gets_the_ball_and_is_told_so() {
-        let mut situation = PlayerFixture::new(Pose::new(-0.2, 0.0, 0.0), Vec2::ZERO);
-        situation.belief.team_mates = vec![mate(3, 1.6, 0.8)];
-        // The direct way is blocked.
-        situation.belief.opponents = vec![opponent(0.8, -0.1), opponent(2.7, 0.0)];
-        let decision = decide(&situation.player(), &mut PlayerMemory::default());
-        let pass = decision.pass.expect("a pass");
-        assert!(pass.to == 3 && pass.place.distance(Vec2::new(1.6, 0.8)) < 0.3, "{pass:?}");
-        // An opponent on the way of the pass, whom only a team-mate sees.
-        let robots_m = vec![Vec2::new(0.9, 0.45)];
+    fn who_stands_free_gets_the_ball_unless_a_team_mate_tells_of_an_opponent_there() {
+        // 4.5 m from the goal there is no shot.
+        let mut situation = PlayerFixture::new(Pose::new(-1.7, 0.0, 0.0), Vec2::new(-1.5, 0.0));
+        situation.belief.team_mates = vec![mate(3, 0.3, 0.9)];
+        situation.belief.opponents = vec![opponent(-0.7, 0.0), opponent(-0.7, -0.6)];
+        let worth = |situation: &PlayerFixture| {
+            let decision = decide(&situation.player(), &mut PlayerMemory::default());
+            let reasons = reasons(&situation.player(), PlayerMemory::default(), &decision);
+            reasons.choice().filter(|choice| choice.name == "pass to 3").map(|choice| choice.value)
+        };
+        let free = worth(&situation).expect("a pass");
+        let robots_m = vec![Vec2::new(0.4, 0.9)];
         situation.heard = vec![said(3, TeamMessage { robots_m, ..default() })];
-        assert_eq!(decide(&situation.player(), &mut PlayerMemory::default()).pass, None);
+        assert!(worth(&situation).is_none_or(|guarded| guarded < free), "{free}");
+    }
+
+    #[test]
+    fn its_reasons_are_the_kicks_that_it_could_make_and_the_best_is_what_it_prepares() {
+        let mut situation = PlayerFixture::new(Pose::new(-0.6, 0.0, 0.0), Vec2::ZERO);
+        situation.belief.team_mates = vec![mate(3, 1.6, 0.8)];
+        let mut memory = PlayerMemory::default();
+        let decision = decide(&situation.player(), &mut memory);
+        let reasons = reasons(&situation.player(), PlayerMemory::default(), &decision);
+        let choice = reasons.choice().unwrap();
+        assert!(reasons.options.len() > 5 && reasons.options.iter().all(|option| option.value <= choice.value));
+        assert!(choice.name == "pass to 3" || decision.pass.is_none(), "{choice:?} {decision:?}");
+    }
+
+    #[test]
+    fn of_those_who_wait_the_last_guards_and_the_foremost_offers_itself() {
+        let mut situation = PlayerFixture::new(Pose::new(-1.0, 0.0, 0.0), Vec2::ZERO);
+        let jobs = |situation: &PlayerFixture| {
+            let player = situation.player();
+            let mates = mates(&player);
+            job(&player, Company { mates: &mates, opponents: &[] }, player.ball().unwrap())
+        };
+        // Number 3 is at the ball; of 2, 4 and 5, 2 is the last, then the one in the middle, then the foremost.
+        situation.belief.team_mates = vec![mate(3, -0.2, 0.0), mate(4, 0.5, 0.8), mate(5, 1.2, -0.8)];
+        assert_eq!(jobs(&situation), Job::Guard);
+        situation.belief.pose.position = Vec2::new(0.8, 1.5);
+        assert_eq!(jobs(&situation), Job::Cover);
+        situation.belief.pose.position = Vec2::new(1.8, 1.5);
+        assert_eq!(jobs(&situation), Job::Offer);
     }
 
     #[test]
@@ -350,7 +411,7 @@ mod tests {
         // That of the pitch of 2025: 1.65 m deep.
         situation.pitch.penalty_area.depth_m = 1.65;
         let place = guard_place(&situation.player(), &ball);
-        assert!((place.distance(Vec2::new(-3.0, BESIDE_KEEPER_M)) - 2.0).abs() < 1e-4, "{place}");
+        assert!((place.distance(Vec2::new(-3.0, BESIDE_KEEPER * 1.4)) - 2.0).abs() < 1e-4, "{place}");
     }
 
     #[test]

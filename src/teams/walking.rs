@@ -306,6 +306,27 @@ mod tests {
     }
 
     #[test]
+    fn who_cannot_walk_sideways_gets_everywhere_ahead_and_back() {
+        const PERIOD: f32 = 1.0 / 30.0;
+        let gait = Gait { sideways_mps: 0.005, ..Gait::default() };
+        let limits = MotionLimits { gait: Some(gait), ..MotionLimits::default() };
+        assert!(!walks_sideways(&limits) && walks_sideways(&MotionLimits::default()));
+        for index in 0..24 {
+            let place = unit(0.26 * index as f32) * (0.1 + 0.1 * index as f32);
+            let facing = unit(1.7 * index as f32);
+            let (mut pose, mut state) = (Pose::default(), GaitState::default());
+            for _ in 0..30 * 60 {
+                let command = step_towards(pose.forward(), place - pose.position, facing, &limits, PERIOD);
+                assert_eq!(command.dy, 0.0);
+                let [step, _] = state.walk(command, &gait, &limits, PERIOD, &mut RandomStream::for_match(1, "test"));
+                pose = after_step(pose, step);
+            }
+            assert!(pose.position.distance(place) < 0.05, "walk {index} ends {} off", pose.position.distance(place));
+            assert!(angle_of(unrotate(pose.forward(), facing)).abs() < 0.1, "walk {index} ends at {pose:?}");
+        }
+    }
+
+    #[test]
     fn the_last_stretch_begins_behind_the_ball_and_facing_it() {
         let place = Vec2::new(1.0, 0.0);
         let begins = |own: Vec2, forward: Vec2| approach(own, forward, place, Vec2::X).1;
