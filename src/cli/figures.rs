@@ -1,4 +1,4 @@
-//! `naoisis figures`: the paper's figures, drawn from the running system.
+//! `naoisis figures`: the paper's figures, drawn from the running system, with its robots or with others.
 
 use clap::Args;
 use std::fs;
@@ -9,8 +9,9 @@ use super::interrupt::Interrupt;
 use super::outputs::EXISTS;
 use super::report;
 use super::terminal::Printer;
-use crate::figures::{FIGURES, Figure};
+use crate::figures::{FIGURES, Figure, FigureError};
 use crate::record::encoder::{Layer, write_png};
+use crate::scenario::RobotModel;
 
 /// Arguments of `naoisis figures`.
 #[derive(Args, Debug, Clone)]
@@ -21,6 +22,9 @@ pub struct FiguresArguments {
     /// Draw these only: 3,5
     #[arg(long, value_name = "NUMBERS", value_delimiter = ',', value_parser = clap::value_parser!(u8).range(1..=8))]
     pub only: Vec<u8>,
+    /// The robots that are drawn: a model's name, see `naoisis list robots`, or a file
+    #[arg(long, value_name = "MODEL", default_value = "nao")]
+    pub robot: String,
     /// Pixels to a point: at 1, a figure is 1600 pixels wide
     #[arg(long, value_name = "S", default_value_t = 2.0, value_parser = scale, allow_negative_numbers = true)]
     pub scale: f32,
@@ -42,6 +46,10 @@ fn scale(word: &str) -> Result<f32, String> {
 
 /// Runs the command.
 pub fn figures(arguments: &FiguresArguments) -> ExitCode {
+    let model = match RobotModel::find(&arguments.robot) {
+        Ok(model) => model,
+        Err(error) => return report::usage_error(&format!("--robot: {error}")),
+    };
     let chosen: Vec<(&Figure, PathBuf)> = FIGURES
         .iter()
         .filter(|figure| arguments.only.is_empty() || arguments.only.contains(&figure.number))
@@ -59,8 +67,14 @@ pub fn figures(arguments: &FiguresArguments) -> ExitCode {
         if interrupt.is_stopped() {
             break;
         }
-        let image = match figure.draw(arguments.scale) {
+        let image = match figure.draw(&model, arguments.scale) {
             Ok(image) => image,
+            Err(error @ FigureError::Lacking { .. }) => {
+                if !arguments.quiet {
+                    eprintln!("not drawn: {error}");
+                }
+                continue;
+            }
             Err(error) => return report::failure(&error.to_string()),
         };
         if let Err(error) = write_png(&path, Layer::Colours, &image) {

@@ -264,6 +264,15 @@ pub enum MatchEvent {
         /// What was measured, and which rule says so.
         evidence: Evidence,
     },
+    /// A robot was cautioned.
+    Caution {
+        /// Which robot.
+        robot: RobotId,
+        /// How often it has been in this match.
+        cautions: u32,
+        /// What was measured, and which rule says so.
+        evidence: Evidence,
+    },
     /// A robot's penalty is over, and it is back.
     PenaltyOver {
         /// Which robot.

@@ -1,7 +1,8 @@
 //! Figure 7: what a robot believes of its opponent, in three stages: before it knows anything, by its camera, and by its
 //! sonar when the camera looks elsewhere.
 
-use bevy::math::Vec2;
+use bevy::math::{Vec2, ops};
+use serde_json::json;
 
 use super::FigureError;
 use super::axes::{Axes, Plan, caption, remark};
@@ -13,26 +14,64 @@ use super::marks::{
 use crate::appearance::colours::Colour;
 use crate::appearance::scene::Scene;
 use crate::belief::{Belief, RobotBelief, SimpleBelief, point_pitch_from_team, team_from_pitch};
-use crate::geometry::{Pose, to_degrees, to_radians};
+use crate::camera_model::CameraIntrinsics;
+use crate::geometry::{Pose, to_degrees};
 use crate::pitch::End;
 use crate::record::canvas::{Anchor, Canvas, GREY, INK, PAPER};
 use crate::robot::Roster;
-use crate::robot::head::HeadAngles;
+use crate::robot::head::{HeadAngles, HeadLimits};
+use crate::scenario::RobotModel;
+use crate::sensing::camera::CameraSettings;
 use crate::sensing::camera::image::Image;
 use crate::sensing::sonar::{SonarReading, SonarSettings};
 use crate::simulation::MatchApp;
 
 const SIZE: Vec2 = Vec2::new(1600.0, 1080.0);
 /// The robot on the right believes, the one on the left is its opponent.
-const SCENARIO: &str = r#"{ "rules": "free", "seed": 7, "ball": { "position_m": [0.2, -0.55] },
-    "robots": [
-        { "team": "blue", "number": 1, "pose": [-0.62, 0.16, -20.0] },
-        { "team": "pink", "number": 1, "pose": [0.85, -0.1, 172.0], "head_deg": [100.0, 0.0],
-          "behaviour": { "script": [
-            { "from_s": 1.0, "head_deg": [0.0, 5.0] },
-            { "from_s": 1.6, "until_s": 5.7, "walk": [0.006, 0.0, 0.0] },
-            { "from_s": 2.4, "head_deg": [95.0, 20.0] } ] } }] }"#;
+fn scenario(model: &RobotModel) -> Result<String, FigureError> {
+    let alone = FigureMatch::begin(model, r#"{ "rules": "free", "ball": null, "robots": [{ "team": "pink" }] }"#)?;
+    let [away, ahead, down] =
+        [[100.0, 0.0], [0.0, 5.0], [95.0, 20.0]].map(|angles| alone.within_head_limits(PINK, angles));
+    let scenario = json!({
+        "rules": "free", "seed": 7, "ball": { "position_m": [0.2, -0.55] },
+        "robots": [
+            { "team": "blue", "number": 1, "pose": [-0.62, 0.16, -20.0] },
+            { "team": "pink", "number": 1, "pose": [0.85, -0.1, 172.0], "head_deg": away, "behaviour": { "script": [
+                { "from_s": 1.0, "head_deg": ahead },
+                { "from_s": 1.6, "until_s": 5.7, "walk": [0.006, 0.0, 0.0] },
+                { "from_s": 2.4, "head_deg": down },
+            ] } },
+        ],
+    });
+    Ok(scenario.to_string())
+}
+
 const CYCLES: usize = 190;
+
+/// What the robot perceives with.
+struct Senses {
+    sonar: SonarSettings,
+    /// Half of what its first camera sees from side to side, radians.
+    half_view: f32,
+}
+
+impl Senses {
+    fn of(played: &FigureMatch) -> Result<Senses, FigureError> {
+        let lacking = |what| FigureError::Lacking { figure: 7, what };
+        let sonar: SonarSettings = played.robot(PINK);
+        let head: HeadLimits = played.robot(PINK);
+        let cameras: CameraSettings = played.robot(PINK);
+        let camera = cameras.mounts.as_slice().first().ok_or(lacking("what a camera sees"))?;
+        if !sonar.fitted {
+            return Err(lacking("what sonars hear"));
+        }
+        if head.yaw[1] <= head.yaw[0] {
+            return Err(lacking("what a head sees that looks away and ahead"));
+        }
+        let CameraIntrinsics { focal_length, size, .. } = cameras.intrinsics(camera);
+        Ok(Senses { sonar, half_view: ops::atan(size.x / 2.0 / focal_length) })
+    }
+}
 
 /// What is so and what is believed at the end of a cycle.
 struct Sample {
@@ -75,8 +114,9 @@ impl Sample {
 }
 
 /// Draws it.
-pub fn draw(scale: f32) -> Result<Image, FigureError> {
-    let mut played = FigureMatch::begin(SCENARIO)?;
+pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
+    let mut played = FigureMatch::begin(model, &scenario(model)?)?;
+    let senses = Senses::of(&played)?;
     let pink = played.app.world().resource::<Roster>().get(PINK);
     let own = team_from_pitch(played.app.robot_pose(PINK).unwrap_or_default(), End::PositiveX);
     let Some(pink) = pink else { return Err(missing("the robot does not play")) };
@@ -103,7 +143,7 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
         let sample = &samples[index];
         let words = format!("{words}, {:.1} s", sample.time_s);
         caption(&mut canvas, letter, &words, at - Vec2::Y * 16.0);
-        draw_stage(&mut canvas, at, sample, earlier.map(|earlier| &samples[earlier]), column == 0);
+        draw_stage(&mut canvas, &senses, at, sample, earlier.map(|earlier| &samples[earlier]), column == 0);
     }
     let beliefs = [
         (YELLOW, "where the robot on the right thinks that its opponent is; 95 % ellipse"),
@@ -124,17 +164,23 @@ fn missing(missing: &'static str) -> FigureError {
 }
 
 /// A stage from above.
-fn draw_stage(canvas: &mut Canvas, at: Vec2, sample: &Sample, earlier: Option<&Sample>, is_first: bool) {
+fn draw_stage(
+    canvas: &mut Canvas,
+    senses: &Senses,
+    at: Vec2,
+    sample: &Sample,
+    earlier: Option<&Sample>,
+    is_first: bool,
+) {
     let plan = Plan::new(at, Vec2::new(452.0, 400.0), Vec2::new(-0.1, 0.0), 170.0, false);
     let mut picture = Canvas::scaled(plan.axes.size, canvas.scale(), PAPER);
     let inner = Plan { axes: Axes { at: Vec2::ZERO, ..plan.axes }, ..plan };
     inner.picture(&mut picture, &sample.scene);
     // What the robot perceives with.
-    let fov = to_radians(23.9);
-    let view = inner.places(sector(sample.own, sample.head.yaw, fov, [0.08, 4.0]));
+    let view = inner.places(sector(sample.own, sample.head.yaw, senses.half_view, [0.08, 4.0]));
     picture.fill(&view, PAPER, 0.13);
     picture.outline(&view, GREY, 1.5);
-    let settings = SonarSettings::default();
+    let settings = senses.sonar;
     for (heading, distance) in [(settings.heading, sample.sonar.left), (-settings.heading, sample.sonar.right)] {
         let range = [settings.min_m, settings.max_m];
         picture.outline(&inner.places(sector(sample.own, heading, settings.half_angle, range)), GREY, 1.2);

@@ -1,18 +1,18 @@
-//! Figure 3: a scene, and what the bottom camera of a robot in it sees at several angles of its head.
+//! Figure 3: a scene, and what the lower camera of a robot in it sees at several angles of its head.
 
 use bevy::math::{Vec2, Vec3};
 
 use super::FigureError;
 use super::axes::{caption, remark};
-use super::figure_match::{self, BLUE, FigureMatch, view_from, view_of_robot};
+use super::figure_match::{self, BLUE, FigureMatch, view_from};
 use super::marks::bright_words;
 use crate::appearance::view::View;
-use crate::camera_model::CameraName;
 use crate::geometry::to_degrees;
 use crate::record::canvas::{Anchor, Canvas, PAPER};
 use crate::robot::head::HeadAngles;
+use crate::scenario::RobotModel;
+use crate::sensing::camera::CameraSettings;
 use crate::sensing::camera::image::Image;
-use crate::simulation::MatchApp;
 
 const SIZE: Vec2 = Vec2::new(1600.0, 1336.0);
 /// Yaw and pitch of the head in each view, degrees.
@@ -32,11 +32,13 @@ const SCENE: Vec2 = Vec2::new(1540.0, 560.0);
 const VIEW_WIDTH: f32 = 374.0;
 
 /// Draws it.
-pub fn draw(scale: f32) -> Result<Image, FigureError> {
+pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
+    let alone = FigureMatch::begin(model, r#"{ "rules": "free", "ball": null, "robots": [{ "number": 1 }] }"#)?;
     let script: Vec<String> = HEAD_DEG
         .iter()
         .enumerate()
-        .map(|(index, [yaw, pitch])| {
+        .map(|(index, angles)| {
+            let [yaw, pitch] = alone.within_head_limits(BLUE, *angles);
             format!(r#"{{ "from_s": {}, "head_deg": [{yaw}, {pitch}] }}"#, LOOK_S * index as f32)
         })
         .collect();
@@ -46,21 +48,27 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
                         {{ "team": "pink", "number": 1, "pose": [1.1, 0.35, -140.0] }}] }}"#,
         script.join(", ")
     );
-    let mut played = FigureMatch::begin(&scenario)?;
+    let mut played = FigureMatch::begin(model, &scenario)?;
+    let cameras: CameraSettings = played.robot(BLUE);
+    let Some(camera) = cameras.mounts.as_slice().last().copied() else {
+        return Err(FigureError::Lacking { figure: 3, what: "what a camera sees" });
+    };
     let mut canvas = Canvas::scaled(SIZE, scale, PAPER);
     let origin = Vec2::new(30.0, 56.0);
     caption(&mut canvas, "a", "The scene: the blue robot is on the halfway line", origin - Vec2::Y * 18.0);
-    let scene_view = view_from(Vec3::new(0.6, -5.6, 2.9), Vec3::new(1.35, -0.35, 0.05), 0.42, SCENE, scale);
+    let target = Vec3::new(1.35, -0.35, 0.05);
+    let away = Vec3::new(-0.75, -5.25, 2.85) * played.height_in_naos(BLUE).max(1.0);
+    let scene_view = view_from(target + away, target, 0.42, SCENE, scale);
     canvas.pixels(&figure_match::draw(played.scene(), &scene_view), origin);
 
     for (index, letter) in ('b'..='i').enumerate() {
         played.play((30.0 * LOOK_S) as usize, |_| ());
-        let Some((view, _)) = view_of_robot(played.scene(), BLUE, CameraName::BOTTOM, VIEW_WIDTH, scale) else {
+        let Some((view, _)) = played.view_of_robot(BLUE, camera.name, VIEW_WIDTH, scale) else {
             return Err(FigureError::Missing { figure: 3, missing: "the robot is not on the pitch" });
         };
         let (column, row) = ((index % 4) as f32, (index / 4) as f32);
         let at = Vec2::new(30.0 + 388.7 * column, 694.0 + 332.0 * row);
-        let head = played.app.robot::<HeadAngles>(BLUE).copied().unwrap_or_default();
+        let head: HeadAngles = played.robot(BLUE);
         let [yaw, pitch] = [head.yaw, head.pitch].map(|angle| degrees(to_degrees(angle)));
         caption(&mut canvas, &letter.to_string(), &format!("yaw {yaw}, pitch {pitch}"), at - Vec2::Y * 14.0);
         canvas.pixels(&figure_match::draw(played.scene(), &view), at);
@@ -72,11 +80,12 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
             }
         }
     }
-    remark(
-        &mut canvas,
-        "Letters in the scene: where the middle of each view is on the ground. The bottom camera looks 40\u{b0} further down than the head.",
-        origin + Vec2::new(0.0, SCENE.y + 26.0),
+    let words = format!(
+        "Letters in the scene: where the middle of each view is on the ground. The {} camera looks {} further down than the head.",
+        camera.name,
+        degrees(to_degrees(camera.tilt()))
     );
+    remark(&mut canvas, &words, origin + Vec2::new(0.0, SCENE.y + 26.0));
     Ok(canvas.into_image())
 }
 

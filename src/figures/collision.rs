@@ -12,6 +12,7 @@ use crate::events::{CollisionPartner, MatchEvent};
 use crate::geometry::{angle_of, to_degrees};
 use crate::record::canvas::{Anchor, Canvas, INK, PAPER};
 use crate::robot::body::Body;
+use crate::scenario::RobotModel;
 use crate::sensing::camera::image::Image;
 use crate::simulation::MatchApp;
 
@@ -34,8 +35,8 @@ struct Sample {
 }
 
 /// Draws it.
-pub fn draw(scale: f32) -> Result<Image, FigureError> {
-    let mut played = FigureMatch::begin(SCENARIO)?;
+pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
+    let mut played = FigureMatch::begin(model, SCENARIO)?;
     let sample = |played: &FigureMatch| Sample {
         time_s: played.time_s(),
         ball: played.ball(),
@@ -64,7 +65,7 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
         let corner = Vec2::new(30.0 + 780.0 * index as f32, 50.0);
         let words = format!("{:.2} s {words} the collision", (samples[at].time_s - hit_s).abs());
         caption(&mut canvas, letter, &words, corner - Vec2::Y * 16.0);
-        draw_scene(&mut canvas, corner, &samples, hit, at);
+        draw_scene(&mut canvas, corner, &samples, hit, at, played.height_in_naos(PINK));
     }
     draw_plan(&mut canvas, &samples, hit, base(&played));
     draw_speed(&mut canvas, &samples, hit);
@@ -74,15 +75,17 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
 /// The corners of the bounds of the robot's base, pitch frame, m.
 fn base(played: &FigureMatch) -> [Vec2; 4] {
     let pose = played.app.robot_pose(PINK).unwrap_or_default();
-    let area = played.app.robot::<Body>(PINK).copied().unwrap_or_default().base.footprint(pose);
+    let area = played.robot::<Body>(PINK).base.footprint(pose);
     let [x, y] = [area.half_extents.x * area.forward, area.half_extents.y * area.forward.perp()];
     [area.centre + x + y, area.centre - x + y, area.centre - x - y, area.centre + x - y]
 }
 
 /// The scene at a sample: the way of the ball until then, and where it would go if nothing were in its way.
-fn draw_scene(canvas: &mut Canvas, corner: Vec2, samples: &[Sample], hit: usize, at: usize) {
+fn draw_scene(canvas: &mut Canvas, corner: Vec2, samples: &[Sample], hit: usize, at: usize, height_in_naos: f32) {
     let scale = canvas.scale();
-    let view = view_from(Vec3::new(-1.5, -2.0, 1.55), Vec3::new(-0.16, -0.02, 0.1), 0.52, PICTURE, scale);
+    let target = Vec3::new(-0.16, -0.02, 0.1);
+    let away = Vec3::new(-1.34, -1.98, 1.45) * height_in_naos.max(1.0);
+    let view = view_from(target + away, target, 0.52, PICTURE, scale);
     let mut picture = Canvas::scaled(PICTURE, scale, PAPER);
     picture.pixels(&figure_match::draw(&samples[at].scene, &view), Vec2::ZERO);
     let before: Vec<Vec2> = samples[..hit.min(at + 1)].iter().map(|sample| sample.ball).collect();

@@ -8,14 +8,15 @@ use super::figure_match::FigureMatch;
 use super::marks::{YELLOW, bright_arrow, bright_words, measure};
 use crate::ball::BallPhysics;
 use crate::record::canvas::{Anchor, Canvas, INK, PAPER};
+use crate::scenario::RobotModel;
 use crate::sensing::camera::image::Image;
 
 const SIZE: Vec2 = Vec2::new(1600.0, 1230.0);
 const POINTS_PER_METRE: f32 = 196.0;
 
 /// Draws it.
-pub fn draw(scale: f32) -> Result<Image, FigureError> {
-    let played = FigureMatch::begin(r#"{ "rules": "free", "ball": { "position_m": [0.95, 0.95] } }"#)?;
+pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
+    let played = FigureMatch::begin(model, r#"{ "rules": "free", "ball": { "position_m": [0.95, 0.95] } }"#)?;
     let pitch = &played.scene().pitch;
     let carpet = pitch.carpet_half_extents();
     let mut canvas = Canvas::scaled(SIZE, scale, PAPER);

@@ -2,6 +2,7 @@
 
 use bevy::math::{Vec2, Vec3};
 use bevy::prelude::*;
+use serde_json::{Value, json};
 
 use super::FigureError;
 use crate::appearance::robot::RobotDesign;
@@ -9,8 +10,11 @@ use crate::appearance::scene::Scene;
 use crate::appearance::view::View;
 use crate::camera_model::{CameraIntrinsics, CameraName, CameraView};
 use crate::cycle::CycleClock;
+use crate::geometry::to_degrees;
 use crate::record::match_renderer::MatchRenderer;
-use crate::scenario::Scenario;
+use crate::robot::body::Body;
+use crate::robot::head::HeadLimits;
+use crate::scenario::{RobotModel, Scenario};
 use crate::sensing::camera::CameraSettings;
 use crate::sensing::camera::image::{Image, Layers};
 use crate::sensing::camera::software::{Detail, PreparedScene, Renderer};
@@ -37,14 +41,19 @@ pub struct FigureMatch {
 }
 
 impl FigureMatch {
-    /// Starts the match of a scenario in JSON.
+    /// Starts the match of a scenario in JSON, with robots of a model.
     ///
     /// # Errors
     /// When there is something wrong with it.
-    pub fn begin(scenario: &str) -> Result<FigureMatch, FigureError> {
+    pub fn begin(model: &RobotModel, scenario: &str) -> Result<FigureMatch, FigureError> {
+        // What is no object is refused with where and why.
+        let mut fields: Value = serde_json::from_str(scenario).unwrap_or_else(|_| json!(scenario));
+        if let Value::Object(fields) = &mut fields {
+            fields.insert("model".to_owned(), json!(model.reference()));
+        }
         let mut app = App::new();
         app.add_plugins(NaoisisPlugins);
-        app.start_match(&Scenario::from_json(scenario)?)?;
+        app.start_match(&Scenario::from_json(&fields.to_string())?)?;
         let mut played = FigureMatch { app, renderer: MatchRenderer::default() };
         played.renderer.look(played.app.world_mut());
         Ok(played)
@@ -67,6 +76,29 @@ impl FigureMatch {
     /// What there is to see now.
     pub fn scene(&self) -> &Scene {
         self.renderer.scene()
+    }
+
+    /// A component of a robot; the default's, if it does not play.
+    pub fn robot<C: Component + Clone + Default>(&self, id: RobotId) -> C {
+        self.app.robot::<C>(id).cloned().unwrap_or_default()
+    }
+
+    /// Angles of the head, yaw and pitch in degrees, or the nearest that a robot has.
+    pub fn within_head_limits(&self, id: RobotId, [yaw, pitch]: [f32; 2]) -> [f32; 2] {
+        let limits: HeadLimits = self.robot(id);
+        let within = |angle: f32, [least, most]: [f32; 2]| angle.max(to_degrees(least)).min(to_degrees(most));
+        [within(yaw, limits.yaw), within(pitch, limits.pitch)]
+    }
+
+    /// How high its robots are, as a multiple of the NAO.
+    pub fn height_in_naos(&self, id: RobotId) -> f32 {
+        self.robot::<Body>(id).height_m / Body::default().height_m
+    }
+
+    /// What a robot's camera sees now, as a view of this width in points: that of its images, with smooth edges. None of a robot
+    /// that is not there, or has no such camera.
+    pub fn view_of_robot(&self, id: RobotId, side: CameraName, width: f32, scale: f32) -> Option<(View, CameraView)> {
+        view_of_robot(self.scene(), &self.robot(id), id, side, width, scale)
     }
 
     /// Where the ball is, m, pitch frame; the origin if there is none.
@@ -125,21 +157,22 @@ pub fn view_from_above(centre: Vec2, points_per_metre: f32, x_is_up: bool, size:
     }
 }
 
-/// What a robot's camera sees in a scene, as a view of this width in points: that of its images, with smooth edges. None
-/// of a robot that is not there.
+/// What a robot with these cameras sees in a scene with one of them, as [`FigureMatch::view_of_robot`].
 pub fn view_of_robot(
     scene: &Scene,
+    settings: &CameraSettings,
     id: RobotId,
     side: CameraName,
     width: f32,
     scale: f32,
 ) -> Option<(View, CameraView)> {
     let robot = scene.robot(id)?;
-    let settings = CameraSettings::default();
-    let height = width * settings.height as f32 / settings.width as f32;
+    let mut mount = *settings.mounts.get(side)?;
+    let [own_width, own_height] = mount.size.take().unwrap_or([settings.width, settings.height]);
+    let height = width * own_height as f32 / own_width as f32;
     let [width, height] = pixels(Vec2::new(width, height), scale);
-    let settings = CameraSettings { width, height, ..settings };
-    let camera = settings.view(side, robot.head)?;
+    let settings = CameraSettings { width, height, ..*settings };
+    let camera = CameraView::new(settings.intrinsics(&mount), &mount, settings.neck_m, robot.head);
     let view = View::of_robot(&camera, robot.world_from_robot(), id);
     Some((View { supersampling: supersampling([width, height]), shadows: true, ..view }, camera))
 }

@@ -7,11 +7,12 @@ use super::figure_match::{self, FigureMatch, PINK, pixels, supersampling, view_o
 use super::marks::YELLOW;
 use crate::appearance::scene::Scene;
 use crate::appearance::view::View;
-use crate::camera_model::CameraName;
 use crate::events::MatchEvent;
 use crate::game::GameState;
 use crate::record::canvas::{Anchor, Canvas, GREY, INK, PAPER, ellipse};
 use crate::record::match_renderer::view_of_field;
+use crate::scenario::RobotModel;
+use crate::sensing::camera::CameraSettings;
 use crate::sensing::camera::image::Image;
 use crate::simulation::MatchApp;
 use crate::team::Team;
@@ -33,8 +34,11 @@ struct Sample {
 }
 
 /// Draws it.
-pub fn draw(scale: f32) -> Result<Image, FigureError> {
-    let (samples, scorer) = first_goal()?;
+pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
+    let Goal { samples, scorer, cameras } = first_goal(model)?;
+    let Some(camera) = cameras.mounts.names().next() else {
+        return Err(FigureError::Lacking { figure: 8, what: "what a camera sees" });
+    };
     let mut canvas = Canvas::scaled(SIZE, scale, PAPER);
     let last = samples.len() - 1;
     let begin_s = samples[0].time_s;
@@ -58,7 +62,7 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
             canvas.outline(&ring, YELLOW, 2.0);
         }
         let below = at + Vec2::Y * (FIELD_HEIGHT + 4.0);
-        match view_of_robot(&sample.scene, PINK, CameraName::TOP, WIDTH, scale) {
+        match view_of_robot(&sample.scene, &cameras, PINK, camera, WIDTH, scale) {
             Some((view, _)) => canvas.pixels(&figure_match::draw(&sample.scene, &view), below),
             None => {
                 let size = Vec2::new(WIDTH, 0.75 * WIDTH);
@@ -70,10 +74,18 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
     Ok(canvas.into_image())
 }
 
-/// The cycles from the kick-off until the ball is in a goal, and who scored: of the first match in which that is soon.
-fn first_goal() -> Result<(Vec<Sample>, Team), FigureError> {
+/// The cycles from the kick-off until the ball is in a goal.
+struct Goal {
+    samples: Vec<Sample>,
+    scorer: Team,
+    /// Those of the pink robot.
+    cameras: CameraSettings,
+}
+
+/// The goal of the first match in which there is one soon.
+fn first_goal(model: &RobotModel) -> Result<Goal, FigureError> {
     for seed in 1..=SEEDS {
-        if let Some(goal) = first_goal_of(seed)? {
+        if let Some(goal) = first_goal_of(model, seed)? {
             return Ok(goal);
         }
     }
@@ -81,11 +93,12 @@ fn first_goal() -> Result<(Vec<Sample>, Team), FigureError> {
 }
 
 /// The same of the match with this seed; none if there is no goal soon.
-fn first_goal_of(seed: u64) -> Result<Option<(Vec<Sample>, Team)>, FigureError> {
-    let mut played = FigureMatch::begin(&format!(
+fn first_goal_of(model: &RobotModel, seed: u64) -> Result<Option<Goal>, FigureError> {
+    let scenario = format!(
         r#"{{ "seed": {seed}, "rules": {{ "preset": "naoisis", "team_size": 1 }},
              "teams": {{ "blue": "chasers", "pink": "chasers" }} }}"#
-    ))?;
+    );
+    let mut played = FigureMatch::begin(model, &scenario)?;
     let mut samples: Vec<Sample> = Vec::new();
     for _ in 0..MOST_CYCLES {
         played.play(1, |_| ());
@@ -93,10 +106,10 @@ fn first_goal_of(seed: u64) -> Result<Option<(Vec<Sample>, Team)>, FigureError> 
             MatchEvent::Goal { team, .. } => Some(*team),
             _ => None,
         });
-        if let Some(team) = goal
+        if let Some(scorer) = goal
             && !samples.is_empty()
         {
-            return Ok(Some((samples, team)));
+            return Ok(Some(Goal { samples, scorer, cameras: played.robot(PINK) }));
         }
         if played.app.game().state == GameState::Playing {
             samples.push(Sample { time_s: played.time_s(), scene: played.scene().clone() });

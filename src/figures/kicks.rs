@@ -4,14 +4,16 @@ use bevy::math::Vec2;
 
 use super::FigureError;
 use super::axes::{Plan, caption, remark};
-use super::figure_match::{self, BLUE, FigureMatch, view_of_robot};
+use super::figure_match::{self, BLUE, FigureMatch};
 use super::marks::{ORANGE, YELLOW, bright_arrow, bright_dot, bright_line};
 use crate::appearance::colours::{self, Colour};
-use crate::camera_model::CameraName;
 use crate::events::{KickResult, MatchEvent};
 use crate::geometry::{Pose, to_degrees, wrap_angle};
 use crate::kick_geometry::{KickGeometry, KickType};
 use crate::record::canvas::{Canvas, PAPER};
+use crate::robot::kick::KickSettings;
+use crate::scenario::RobotModel;
+use crate::sensing::camera::CameraSettings;
 use crate::sensing::camera::image::Image;
 use crate::simulation::MatchApp;
 
@@ -23,29 +25,73 @@ const DOT_CYCLES: usize = 15;
 /// After so many cycles every ball lies.
 const CYCLES: usize = 520;
 
-/// A kick: which, where the ball lies in the robot frame, m, and what there is to say.
-const KICKS: [(KickType, &str, Vec2, &str); 4] = [
-    (KickType::RightSide, "right_side", Vec2::new(0.16, 0.08), "Right side kick"),
-    (KickType::RightStraight, "right_straight", Vec2::new(0.18, -0.085), "Right straight kick, at an angle"),
-    (KickType::RightStraight, "right_straight", Vec2::new(0.23, 0.05), "Right straight kick, out of reach"),
-    (KickType::RightSide, "right_side", Vec2::new(0.175, -0.04), "Right side kick, wrong side"),
-];
+/// A kick that is shown.
+#[derive(Clone, Copy)]
+struct Shown {
+    kick: KickType,
+    /// Where the ball must lie for it.
+    geometry: KickGeometry,
+    /// Where the ball lies, m, robot frame.
+    ball: Vec2,
+    words: &'static str,
+}
+
+/// The kicks to show of a robot: those of the paper's figure, or else such as it has.
+fn kicks_of(settings: &KickSettings) -> Vec<Shown> {
+    let shown = |kick: KickType, words: &'static str, ball: &dyn Fn(&KickGeometry) -> Vec2| {
+        let geometry = settings.geometry(kick)?;
+        Some(Shown { kick, geometry, ball: ball(&geometry), words })
+    };
+    let [straight, side] = [KickType::RightStraight, KickType::RightSide];
+    if [straight, side].iter().all(|kick| settings.geometry(*kick) == Some(KickGeometry::of_paper(*kick))) {
+        let paper = [
+            shown(side, "Right side kick", &|_| Vec2::new(0.16, 0.08)),
+            shown(straight, "Right straight kick, at an angle", &|_| Vec2::new(0.18, -0.085)),
+            shown(straight, "Right straight kick, out of reach", &|_| Vec2::new(0.23, 0.05)),
+            shown(side, "Right side kick, wrong side", &|_| Vec2::new(0.175, -0.04)),
+        ];
+        return paper.into_iter().flatten().collect();
+    }
+    let beside = |geometry: &KickGeometry| Vec2::new(geometry.best_m.x, 0.9 * geometry.y_m[0] + 0.1 * geometry.y_m[1]);
+    let beyond = |geometry: &KickGeometry| geometry.best_m + Vec2::X * (geometry.x_m[1] - geometry.best_m.x + 0.05);
+    let best = |geometry: &KickGeometry| geometry.best_m;
+    let own = [
+        shown(straight, "Right straight kick", &best),
+        shown(straight, "Right straight kick, off the middle", &beside),
+        shown(straight, "Right straight kick, out of reach", &beyond),
+        shown(side, "Right side kick", &best),
+        shown(KickType::LeftStraight, "Left straight kick", &best),
+        shown(KickType::LeftSide, "Left side kick", &best),
+    ];
+    own.into_iter().flatten().take(4).collect()
+}
 
 /// Draws it.
-pub fn draw(scale: f32) -> Result<Image, FigureError> {
+pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
+    let alone = FigureMatch::begin(model, r#"{ "rules": "free", "ball": null, "robots": [{ "number": 1 }] }"#)?;
+    let settings: KickSettings = alone.robot(BLUE);
+    let kicks = kicks_of(&settings);
+    if kicks.is_empty() {
+        return Err(FigureError::Lacking { figure: 5, what: "kicks" });
+    }
+    let furthest_m = kicks.iter().map(|shown| settings.range(shown.kick).max_distance_m).fold(0.0, f32::max);
+    let [_, head_pitch] = alone.within_head_limits(BLUE, [0.0, 30.0]);
     let mut canvas = Canvas::scaled(SIZE, scale, PAPER);
-    for (column, ((kick, name, ball, words), letter)) in KICKS.into_iter().zip('a'..).enumerate() {
+    for (column, (shown, letter)) in kicks.into_iter().zip('a'..).enumerate() {
+        let Shown { kick, ball, words, .. } = shown;
+        let name = kick.name();
         let left = 84.0 + 384.0 * column as f32;
         let place = ROBOT.transform_point(ball);
-        let mut played = FigureMatch::begin(&format!(
+        let scenario = format!(
             r#"{{ "rules": "free", "ball": {{ "position_m": [{}, {}] }},
-                 "robots": [{{ "team": "blue", "number": 1, "pose": [{}, {}, 0], "head_deg": [0, 30],
+                 "robots": [{{ "team": "blue", "number": 1, "pose": [{}, {}, 0], "head_deg": [0, {head_pitch}],
                     "behaviour": {{ "script": [{{ "from_s": 0, "kick": {{ "type": "{name}", "speed": 1.0 }} }}] }} }}] }}"#,
             place.x, place.y, ROBOT.position.x, ROBOT.position.y
-        ))?;
+        );
+        let mut played = FigureMatch::begin(model, &scenario)?;
         caption(&mut canvas, &letter.to_string(), words, Vec2::new(left - 34.0, 34.0));
-        draw_view(&mut canvas, &played, kick, Vec2::new(left, 98.0))?;
-        draw_reach(&mut canvas, &played, kick, ball, Vec2::new(left, 392.0), column == 0);
+        draw_view(&mut canvas, &played, &shown, Vec2::new(left, 98.0));
+        draw_reach(&mut canvas, &played, &shown, Vec2::new(left, 392.0), column == 0);
 
         let mut path = vec![played.ball()];
         let mut outcome = None;
@@ -57,10 +103,10 @@ pub fn draw(scale: f32) -> Result<Image, FigureError> {
             return Err(FigureError::Missing { figure: 5, missing: "there was no kick" });
         };
         remark(&mut canvas, &what_came_of_it(result, direction, &path), Vec2::new(left - 34.0, 60.0));
-        draw_path(&mut canvas, &played, &path, Vec2::new(left, 766.0), column == 0);
+        draw_path(&mut canvas, &played, &path, furthest_m, Vec2::new(left, 766.0), column == 0);
     }
     for (words, y) in [
-        ("The robot's bottom camera", 88.0),
+        ("The robot's lower camera", 88.0),
         ("The ball and the kick's rectangle", 382.0),
         ("The way of the ball, a dot every half a second", 756.0),
     ] {
@@ -89,21 +135,24 @@ fn what_came_of_it(result: KickResult, direction: Option<f32>, path: &[Vec2]) ->
 }
 
 /// The corners of the rectangle in which a kick reaches the ball, pitch frame, m.
-fn reach(kick: KickType) -> Vec<Vec2> {
-    let area = kick.admissible_rectangle();
+fn reach(geometry: &KickGeometry) -> Vec<Vec2> {
+    let area = geometry.rectangle();
     let corners = [area.min, Vec2::new(area.max.x, area.min.y), area.max, Vec2::new(area.min.x, area.max.y)];
     corners.map(|corner| ROBOT.transform_point(corner)).to_vec()
 }
 
-/// What the robot sees of its bottom camera, with the rectangle of the kick.
-fn draw_view(canvas: &mut Canvas, played: &FigureMatch, kick: KickType, at: Vec2) -> Result<(), FigureError> {
+/// What the robot sees with its lower camera, if it has any, with the rectangle of the kick.
+fn draw_view(canvas: &mut Canvas, played: &FigureMatch, shown: &Shown, at: Vec2) {
     let scale = canvas.scale();
-    let Some((view, _)) = view_of_robot(played.scene(), BLUE, CameraName::BOTTOM, WIDTH, scale) else {
-        return Err(FigureError::Missing { figure: 5, missing: "the robot is not on the pitch" });
+    let cameras: CameraSettings = played.robot(BLUE);
+    let lower = cameras.mounts.names().last();
+    let Some((view, _)) = lower.and_then(|camera| played.view_of_robot(BLUE, camera, WIDTH, scale)) else {
+        remark(canvas, "It has no camera.", at + Vec2::Y * 30.0);
+        return;
     };
-    let mut image = Canvas::scaled(Vec2::new(WIDTH, 0.75 * WIDTH), scale, PAPER);
+    let mut image = Canvas::scaled(view.intrinsics.size / scale, scale, PAPER);
     image.pixels(&figure_match::draw(played.scene(), &view), Vec2::ZERO);
-    let mut corners = reach(kick);
+    let mut corners = reach(&shown.geometry);
     corners.extend(corners.first().copied());
     let corners: Option<Vec<Vec2>> =
         corners.iter().map(|corner| Some(view.project(corner.extend(0.0))? / scale)).collect();
@@ -111,26 +160,31 @@ fn draw_view(canvas: &mut Canvas, played: &FigureMatch, kick: KickType, at: Vec2
         image.dashes(&corners, PAPER, 2.0);
     }
     canvas.pixels(&image.into_image(), at);
-    Ok(())
 }
 
 /// From above: the rectangle, the foot's tip, and the ray from it through the ball.
-fn draw_reach(canvas: &mut Canvas, played: &FigureMatch, kick: KickType, ball: Vec2, at: Vec2, is_first: bool) {
-    let centre = ROBOT.transform_point(Vec2::new(0.13, 0.0));
-    let plan = Plan::new(at, Vec2::new(WIDTH, 250.0), centre, 740.0, true).counted_from(ROBOT.position);
+fn draw_reach(canvas: &mut Canvas, played: &FigureMatch, shown: &Shown, at: Vec2, is_first: bool) {
+    let &Shown { kick, geometry, ball, .. } = shown;
+    // As large as the rectangle of a NAO's kicks, which end 23 cm ahead.
+    let size = (geometry.x_m[1] / 0.23).max(1.0);
+    let centre = ROBOT.transform_point(Vec2::new(0.13 * size, 0.0));
+    let plan = Plan::new(at, Vec2::new(WIDTH, 250.0), centre, 740.0 / size, true).counted_from(ROBOT.position);
     plan.picture(canvas, played.scene());
-    let area = plan.places(reach(kick));
+    let area = plan.places(reach(&geometry));
     canvas.fill(&area, PAPER, 0.14);
     let closed = |area: &[Vec2]| -> Vec<Vec2> { area.iter().chain(area.first()).copied().collect() };
     canvas.dashes(&closed(&area), PAPER, 2.0);
-    if kick == KickType::RightSide && !kick.admits(ball) {
+    let strike = played.robot::<KickSettings>(BLUE).strike(kick, ball);
+    if strike.is_some() && !geometry.admits(ball) {
         // From the wrong side it is a straight kick, whose rectangle this is.
-        canvas.dashes(&closed(&plan.places(reach(KickType::RightStraight))), YELLOW, 1.6);
+        let straight = played.robot::<KickSettings>(BLUE).geometry(KickType::RightStraight).unwrap_or(geometry);
+        canvas.dashes(&closed(&plan.places(reach(&straight))), YELLOW, 1.6);
     }
-    let tip = KickGeometry::of_paper(kick).foot_m;
+    let tip = geometry.foot_m;
     let [tip_place, ball_place] = [tip, ball].map(|place| plan.place(ROBOT.transform_point(place)));
-    if kick.admits(ball) || kick == KickType::RightSide {
-        let end = ball_place + (ball_place - tip_place).normalize_or(Vec2::NEG_Y) * 46.0;
+    if let Some(strike) = strike {
+        let along = plan.place(ROBOT.transform_point(ball + strike.direction)) - ball_place;
+        let end = ball_place + along.normalize_or(Vec2::NEG_Y) * 46.0;
         bright_line(canvas, &[tip_place, ball_place], YELLOW, 2.0);
         bright_arrow(canvas, [ball_place, end], YELLOW, 3.0);
     }
@@ -139,8 +193,11 @@ fn draw_reach(canvas: &mut Canvas, played: &FigureMatch, kick: KickType, ball: V
 }
 
 /// From above: the way of the ball with a dot every half a second.
-fn draw_path(canvas: &mut Canvas, played: &FigureMatch, path: &[Vec2], at: Vec2, is_first: bool) {
-    let plan = Plan::new(at, Vec2::new(WIDTH, 430.0), Vec2::new(0.15, 0.1), 86.0, true);
+fn draw_path(canvas: &mut Canvas, played: &FigureMatch, path: &[Vec2], furthest_m: f32, at: Vec2, is_first: bool) {
+    // A NAO's kicks go 4 m; the robot is 35 cm from the lower edge.
+    let size = (furthest_m / 4.0).max(1.0);
+    let centre = Vec2::new(ROBOT.position.x - 0.35 + 2.5 * size, 0.1);
+    let plan = Plan::new(at, Vec2::new(WIDTH, 430.0), centre, 86.0 / size, true);
     plan.picture(canvas, played.scene());
     let places = plan.places(path.iter().copied());
     bright_line(canvas, &places, ORANGE, 2.5);

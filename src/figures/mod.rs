@@ -1,11 +1,11 @@
-//! The paper's eight figures, drawn from the running system.
+//! The paper's eight figures, drawn from the running system: with its robot, or with any other [model](RobotModel).
 //!
 //! Each figure plays its own scenario with a fixed seed, looks at what happened, and draws it: nothing in them is made up.
 //! They are drawn in software, so that they are the same, bit by bit, on every run, and need neither display nor graphics
 //! card. Sizes in a figure are points; a point is as many pixels as [`draw`](Figure::draw) is told.
 
 use crate::record::encoder::RecordError;
-use crate::scenario::{ScenarioError, ScenarioFault};
+use crate::scenario::{RobotModel, ScenarioError, ScenarioFault};
 use crate::sensing::camera::image::Image;
 
 mod axes;
@@ -33,6 +33,14 @@ pub enum FigureError {
     /// It cannot be written.
     #[error(transparent)]
     Record(#[from] RecordError),
+    /// It shows what the robot does not have.
+    #[error("figure {figure} shows {what}, and the robot has none")]
+    Lacking {
+        /// Its number in the paper.
+        figure: u8,
+        /// What the robot lacks.
+        what: &'static str,
+    },
     /// What it should show did not happen.
     #[error("figure {figure} has nothing to show: {missing}")]
     Missing {
@@ -50,7 +58,7 @@ pub struct Figure {
     pub number: u8,
     /// What it shows, in a word.
     pub name: &'static str,
-    draw: fn(f32) -> Result<Image, FigureError>,
+    draw: fn(&RobotModel, f32) -> Result<Image, FigureError>,
 }
 
 /// All figures, in the paper's order.
@@ -71,11 +79,11 @@ impl Figure {
         format!("figure_{}_{}.png", self.number, self.name)
     }
 
-    /// Draws it, with so many pixels to a point.
+    /// Draws it with robots of a model, with so many pixels to a point.
     ///
     /// # Errors
-    /// When its match cannot be played.
-    pub fn draw(&self, scale: f32) -> Result<Image, FigureError> {
-        (self.draw)(scale)
+    /// When its match cannot be played, or the robot lacks what it shows.
+    pub fn draw(&self, model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
+        (self.draw)(model, scale)
     }
 }

@@ -44,7 +44,7 @@ pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
     let mut canvas = Canvas::scaled(SIZE, scale, PAPER);
     remark(&mut canvas, &format!("{}: {}", model.name, model.description), Vec2::new(60.0, 34.0));
     draw_sides(&mut canvas, model, scale)?;
-    let played = FigureMatch::begin(&scene_of(model, LOOKER, true))?;
+    let played = FigureMatch::begin(model, &scene_of(LOOKER, true))?;
     draw_views(&mut canvas, &played, Vec2::new(60.0, 700.0), scale);
     let robot = &played.app;
     let body = robot.robot::<Body>(BLUE).copied().unwrap_or_default();
@@ -55,12 +55,11 @@ pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
     Ok(canvas.into_image())
 }
 
-/// A scenario in JSON with a robot of the model there, alone or before a ball and another robot.
-fn scene_of(model: &RobotModel, pose: Pose, has_others: bool) -> String {
+/// A scenario in JSON with a robot there, alone or before a ball and another robot.
+fn scene_of(pose: Pose, has_others: bool) -> String {
     let robot = |team: &str, pose: [f32; 3]| json!({ "team": team, "number": 1, "pose": pose });
     let mut robots = vec![robot("blue", [pose.position.x, pose.position.y, to_degrees(pose.heading)])];
-    let mut scenario =
-        json!({ "model": model.reference(), "realism": "realistic", "rules": "free", "field": "spl2025" });
+    let mut scenario = json!({ "realism": "realistic", "rules": "free", "field": "spl2025" });
     if has_others {
         robots.push(robot("pink", [pose.position.x + 2.0, 0.5, 200.0]));
         scenario["ball"] = json!({ "position_m": [pose.position.x + 1.2, -0.2] });
@@ -74,8 +73,8 @@ fn scene_of(model: &RobotModel, pose: Pose, has_others: bool) -> String {
 /// Front and side, in both designs, with the boxes that collide.
 fn draw_sides(canvas: &mut Canvas, model: &RobotModel, scale: f32) -> Result<(), FigureError> {
     // It stands in the middle, and the eye is beside the pitch.
-    let from_front = FigureMatch::begin(&scene_of(model, Pose::new(0.0, 0.0, -core::f32::consts::FRAC_PI_2), false))?;
-    let from_right = FigureMatch::begin(&scene_of(model, Pose::new(0.0, 0.0, 0.0), false))?;
+    let from_front = FigureMatch::begin(model, &scene_of(Pose::new(0.0, 0.0, -core::f32::consts::FRAC_PI_2), false))?;
+    let from_right = FigureMatch::begin(model, &scene_of(Pose::new(0.0, 0.0, 0.0), false))?;
     let panels = [
         ("a", "From the front", &from_front, RobotDesign::Nao, true),
         ("b", "From its right", &from_right, RobotDesign::Nao, false),

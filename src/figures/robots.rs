@@ -4,18 +4,19 @@ use bevy::math::{Vec2, Vec3};
 
 use super::FigureError;
 use super::axes::{Axes, caption};
-use super::figure_match::{FigureMatch, draw_with, pixels, view_from};
+use super::figure_match::{BLUE, FigureMatch, draw_with, pixels, view_from};
 use crate::appearance::Label;
 use crate::appearance::robot::RobotDesign;
 use crate::appearance::scene::Scene;
 use crate::appearance::view::View;
 use crate::record::canvas::{Canvas, GREY, PAPER};
-use crate::robot::body::Body;
+use crate::robot::body::{Body, Look};
+use crate::scenario::RobotModel;
 use crate::sensing::camera::image::{Image, Layers};
 
 const SIZE: Vec2 = Vec2::new(1600.0, 800.0);
 const PANEL: Vec2 = Vec2::new(300.0, 620.0);
-/// How much of the world is in a panel's height, m: from a little below the ground.
+/// How much of the world is in a panel's height, m: from a little below the ground, and to where the head of a larger robot is.
 const HEIGHT_M: [f32; 2] = [-0.02, 0.62];
 /// How far away the eye is, m: so far that what is nearer looks no larger, and the axes hold for all of the robot.
 const EYE_M: f32 = 60.0;
@@ -23,34 +24,39 @@ const EYE_M: f32 = 60.0;
 const SAMPLES: u32 = 4;
 
 /// Draws it.
-pub fn draw(scale: f32) -> Result<Image, FigureError> {
+pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
     // They stand on the halfway line, and the eye is beside the pitch: there is nothing between.
     let robot = |team: &str, heading_deg: f32| {
-        FigureMatch::begin(&format!(
+        let scenario = format!(
             r#"{{ "rules": "free", "ball": null,
                   "robots": [{{ "team": "{team}", "number": 1, "pose": [0, 0, {heading_deg}] }}] }}"#
-        ))
+        );
+        FigureMatch::begin(model, &scenario)
     };
     let mut canvas = Canvas::scaled(SIZE, scale, PAPER);
+    let first = robot("blue", -90.0)?;
+    let body: Body = first.robot(BLUE);
+    let words = if body.look == Look::Nao { "Like a NAO" } else { "Of its measures" };
+    let up = [HEIGHT_M[0], HEIGHT_M[1].max(1.08 * body.height_m)];
+    let step = if body.height_m > 0.8 { 0.2 } else { 0.1 };
     let panels = [
-        ("a", "Like a NAO", robot("blue", -90.0)?, RobotDesign::Nao, "y, m"),
+        ("a", words, first, RobotDesign::Nao, "y, m"),
         ("b", "The same from its right", robot("blue", 0.0)?, RobotDesign::Nao, "x, m"),
         ("c", "Of few boxes", robot("pink", -90.0)?, RobotDesign::Simple, "y, m"),
         ("d", "The same from its right", robot("pink", 0.0)?, RobotDesign::Simple, "x, m"),
     ];
     for (column, (letter, words, played, design, across_label)) in panels.into_iter().enumerate() {
         let at = Vec2::new(90.0 + 384.0 * column as f32, 70.0);
-        let half_width_m = (HEIGHT_M[1] - HEIGHT_M[0]) * PANEL.x / PANEL.y / 2.0;
+        let half_width_m = (up[1] - up[0]) * PANEL.x / PANEL.y / 2.0;
         // From the front, the robot's left is on the right.
         let across = [-half_width_m, half_width_m];
-        let axes = Axes { at, size: PANEL, across, up: HEIGHT_M };
-        let middle = Vec3::Z * (HEIGHT_M[0] + HEIGHT_M[1]) / 2.0;
-        let fov = 2.0 * bevy::math::ops::atan((HEIGHT_M[1] - HEIGHT_M[0]) / 2.0 / EYE_M);
+        let axes = Axes { at, size: PANEL, across, up };
+        let middle = Vec3::Z * (up[0] + up[1]) / 2.0;
+        let fov = 2.0 * bevy::math::ops::atan((up[1] - up[0]) / 2.0 / EYE_M);
         let view = view_from(middle + EYE_M * Vec3::NEG_Y, middle, fov, PANEL, scale);
         canvas.pixels(&cut_out(played.scene(), &view, design, pixels(PANEL, scale)), at);
-        let height_m = Body::default().height_m;
-        axes.frame(&mut canvas, [0.1, 0.1], [across_label, if column % 2 == 0 { "z, m" } else { "" }]);
-        for z in [0.0, height_m] {
+        axes.frame(&mut canvas, [step, step], [across_label, if column % 2 == 0 { "z, m" } else { "" }]);
+        for z in [0.0, body.height_m] {
             let ends = [across[0], across[1]].map(|x| axes.place(Vec2::new(x, z)));
             canvas.dashes(&ends, GREY, 1.2);
         }

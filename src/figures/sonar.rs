@@ -1,6 +1,7 @@
 //! Figure 4: the sectors of a robot's sonars, and what they detect.
 
 use bevy::math::Vec2;
+use serde_json::{Value, json};
 
 use super::FigureError;
 use super::axes::{Plan, caption, remark};
@@ -9,9 +10,9 @@ use super::marks::{ORANGE, SKY_BLUE, arc, bright_words, measure, sector};
 use crate::appearance::colours::Colour;
 use crate::geometry::{Pose, to_degrees, unit};
 use crate::record::canvas::{Anchor, Canvas, INK, PAPER};
+use crate::scenario::RobotModel;
 use crate::sensing::camera::image::Image;
 use crate::sensing::sonar::{SonarReading, SonarSettings};
-use crate::simulation::MatchApp;
 
 /// Where the robot stands: nothing is painted on the ground around it.
 const PLACE: Vec2 = Vec2::new(1.2, 1.3);
@@ -19,37 +20,47 @@ const SIZE: Vec2 = Vec2::new(1600.0, 1010.0);
 /// Colours of the left and the right sonar.
 const COLOURS: [Colour; 2] = [SKY_BLUE, ORANGE];
 
-/// Something to detect: words, and the scenario's fields for it.
-const SITUATIONS: [(&str, &str); 4] = [
-    ("A robot ahead", r#""robots": [OWN, { "team": "pink", "number": 1, "pose": [1.78, 1.30, 160.0] }]"#),
-    ("A post on the left", r#""robots": [OWN], "posts": [{ "position_m": [1.62, 1.54] }]"#),
-    (
-        "Two robots",
-        r#""robots": [OWN, { "team": "pink", "number": 1, "pose": [1.56, 1.08, 120.0] },
-                      { "team": "pink", "number": 2, "pose": [1.80, 1.56, -135.0] }]"#,
-    ),
-    (
-        "Beside both sectors, or too far",
-        r#""robots": [OWN, { "team": "pink", "number": 1, "pose": [1.32, 1.70, -60.0] }],
-        "posts": [{ "position_m": [2.08, 1.3] }]"#,
-    ),
+/// The greatest distance of the paper's sonars, m: the measures of what is drawn are for such, and grow with it.
+const PAPER_MAX_M: f32 = 0.75;
+
+/// Something to detect: other robots, with their headings in degrees, and posts. Where they are is told from [`PLACE`], m.
+struct Situation {
+    words: &'static str,
+    robots: &'static [(Vec2, f32)],
+    posts: &'static [Vec2],
+}
+
+const SITUATIONS: [Situation; 4] = [
+    Situation { words: "A robot ahead", robots: &[(Vec2::new(0.58, 0.0), 160.0)], posts: &[] },
+    Situation { words: "A post on the left", robots: &[], posts: &[Vec2::new(0.42, 0.24)] },
+    Situation {
+        words: "Two robots",
+        robots: &[(Vec2::new(0.36, -0.22), 120.0), (Vec2::new(0.6, 0.26), -135.0)],
+        posts: &[],
+    },
+    Situation {
+        words: "Beside both sectors, or too far",
+        robots: &[(Vec2::new(0.12, 0.4), -60.0)],
+        posts: &[Vec2::new(0.88, 0.0)],
+    },
 ];
 
 /// Draws it.
-pub fn draw(scale: f32) -> Result<Image, FigureError> {
+pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
     let mut canvas = Canvas::scaled(SIZE, scale, PAPER);
-    let own = own_sectors(&mut canvas)?;
-    for (index, ((words, robots), letter)) in SITUATIONS.into_iter().zip('c'..).enumerate() {
+    let own = own_sectors(&mut canvas, model)?;
+    let size = own.max_m / PAPER_MAX_M;
+    for (index, (shown, letter)) in SITUATIONS.into_iter().zip('c'..).enumerate() {
         let at = Vec2::new(790.0 + 402.0 * (index % 2) as f32, 72.0 + 500.0 * (index / 2) as f32);
-        let played = situation(robots)?;
-        let plan = Plan::new(at, Vec2::new(376.0, 376.0), PLACE + Vec2::X * 0.35, 345.0, true);
+        let played = situation(model, &shown, size)?;
+        let plan = Plan::new(at, Vec2::new(376.0, 376.0), PLACE + Vec2::X * 0.35 * size, 345.0 / size, true);
         let plan = plan.counted_from(PLACE);
         plan.picture(&mut canvas, played.scene());
-        let reading = played.app.robot::<SonarReading>(BLUE).copied().unwrap_or_default();
+        let reading: SonarReading = played.robot(BLUE);
         draw_sectors(&mut canvas, &plan, &own, reading);
         plan.outline(&mut canvas);
         plan.ruler(&mut canvas, 0.25, "25 cm");
-        caption(&mut canvas, &letter.to_string(), words, at - Vec2::Y * 16.0);
+        caption(&mut canvas, &letter.to_string(), shown.words, at - Vec2::Y * 16.0);
         let text = format!("left: {}    right: {}", metres(reading.left), metres(reading.right));
         canvas.words(&text, at + Vec2::new(0.0, 376.0 + 28.0), 20.0, Anchor::Left, INK);
     }
@@ -60,14 +71,19 @@ fn metres(distance: Option<f32>) -> String {
     distance.map_or("nothing".to_owned(), |distance| format!("{distance:.2} m"))
 }
 
-/// The first cycle of a situation, with sonars without noise.
-fn situation(robots: &str) -> Result<FigureMatch, FigureError> {
-    let own = r#"{ "team": "blue", "number": 1, "pose": [1.2, 1.3, 0.0] }"#;
-    let scenario = format!(
-        r#"{{ "rules": "free", "ball": null, "sonar": {{ "noise": "none" }}, {} }}"#,
-        robots.replace("OWN", own)
-    );
-    let mut played = FigureMatch::begin(&scenario)?;
+/// The first cycle of a situation of this size, with sonars without noise.
+fn situation(model: &RobotModel, shown: &Situation, size: f32) -> Result<FigureMatch, FigureError> {
+    let mut robots = vec![json!({ "team": "blue", "number": 1, "pose": [PLACE.x, PLACE.y, 0.0] })];
+    robots.extend(shown.robots.iter().zip(1..).map(|((offset, heading_deg), number)| {
+        let place = PLACE + size * *offset;
+        json!({ "team": "pink", "number": number, "pose": [place.x, place.y, heading_deg] })
+    }));
+    let posts = shown.posts.iter().map(|offset| (PLACE + size * *offset).to_array());
+    let posts: Vec<Value> = posts.map(|place| json!({ "position_m": place })).collect();
+    let scenario = json!({
+        "rules": "free", "ball": null, "sonar": { "noise": "none" }, "robots": robots, "posts": posts,
+    });
+    let mut played = FigureMatch::begin(model, &scenario.to_string())?;
     played.play(1, |_| ());
     Ok(played)
 }
@@ -94,31 +110,42 @@ fn sonars(settings: &SonarSettings, reading: SonarReading) -> [(f32, Option<f32>
 }
 
 /// The large panel with the sectors alone and their measures, and the table of the sonars. Returns their settings.
-fn own_sectors(canvas: &mut Canvas) -> Result<SonarSettings, FigureError> {
-    let played = situation(r#""robots": [OWN]"#)?;
-    let settings = played.app.robot::<SonarSettings>(BLUE).copied().unwrap_or_default();
-    let plan = Plan::new(Vec2::new(100.0, 72.0), Vec2::new(620.0, 560.0), PLACE + Vec2::X * 0.36, 590.0, true);
+fn own_sectors(canvas: &mut Canvas, model: &RobotModel) -> Result<SonarSettings, FigureError> {
+    let played = situation(model, &Situation { words: "", robots: &[], posts: &[] }, 1.0)?;
+    let settings: SonarSettings = played.robot(BLUE);
+    if !settings.fitted {
+        return Err(FigureError::Lacking { figure: 4, what: "what sonars hear" });
+    }
+    let size = settings.max_m / PAPER_MAX_M;
+    let middle = PLACE + Vec2::X * 0.36 * size;
+    let plan = Plan::new(Vec2::new(100.0, 72.0), Vec2::new(620.0, 560.0), middle, 590.0 / size, true);
     let plan = plan.counted_from(PLACE);
     plan.picture(canvas, played.scene());
     draw_sectors(canvas, &plan, &settings, SonarReading::default());
     let from_robot = |distance: f32, angle: f32| plan.place(PLACE + distance * unit(angle));
     for (heading, colour) in [(settings.heading, COLOURS[0]), (-settings.heading, COLOURS[1])] {
-        canvas.dashes(&[from_robot(0.0, 0.0), from_robot(settings.max_m + 0.06, heading)], colour, 2.0);
+        canvas.dashes(&[from_robot(0.0, 0.0), from_robot(settings.max_m + 0.06 * size, heading)], colour, 2.0);
     }
-    canvas.dashes(&[from_robot(0.0, 0.0), from_robot(settings.max_m + 0.03, 0.0)], PAPER, 1.5);
+    canvas.dashes(&[from_robot(0.0, 0.0), from_robot(settings.max_m + 0.03 * size, 0.0)], PAPER, 1.5);
     // The direction of the left sonar, and the opening of the right one.
     let pose = Pose::new(PLACE.x, PLACE.y, 0.0);
     let half = settings.heading / 2.0;
-    canvas.line(&plan.places(arc(pose, half, half, 0.56)), PAPER, 2.0);
-    let opening = plan.places(arc(pose, -settings.heading, settings.half_angle, 0.45));
+    canvas.line(&plan.places(arc(pose, half, half, 0.56 * size)), PAPER, 2.0);
+    let opening = plan.places(arc(pose, -settings.heading, settings.half_angle, 0.45 * size));
     canvas.line(&opening, PAPER, 2.0);
     let degrees = |angle: f32| format!("{}\u{b0}", (100.0 * to_degrees(angle)).round() / 100.0);
-    bright_words(canvas, &degrees(settings.heading), from_robot(0.60, half) + Vec2::Y * 6.0, 20.0, Anchor::Middle);
+    bright_words(
+        canvas,
+        &degrees(settings.heading),
+        from_robot(0.60 * size, half) + Vec2::Y * 6.0,
+        20.0,
+        Anchor::Middle,
+    );
     let words = format!("\u{b1}{}", degrees(settings.half_angle));
-    bright_words(canvas, &words, from_robot(0.49, -settings.heading) + Vec2::Y * 6.0, 20.0, Anchor::Middle);
+    bright_words(canvas, &words, from_robot(0.49 * size, -settings.heading) + Vec2::Y * 6.0, 20.0, Anchor::Middle);
     // Their range, beside them.
     let left_edge = settings.heading + settings.half_angle;
-    let beside = unit(left_edge).perp() * 0.05;
+    let beside = unit(left_edge).perp() * 0.05 * size;
     let along = |distance: f32| plan.place(PLACE + distance * unit(left_edge) + beside);
     measure(canvas, [along(0.0), along(settings.min_m)], "", PAPER, None);
     measure(canvas, [along(settings.min_m), along(settings.max_m)], "", PAPER, None);
@@ -128,7 +155,7 @@ fn own_sectors(canvas: &mut Canvas) -> Result<SonarSettings, FigureError> {
         let words = if from == 0.0 { format!("{metres:.2} m") } else { format!("to {metres:.2} m") };
         bright_words(canvas, &words, at, 20.0, Anchor::Middle);
     }
-    plan.frame(canvas, 0.1);
+    plan.frame(canvas, if size > 1.5 { 0.2 } else { 0.1 });
     caption(canvas, "a", "The sectors of both sonars, from above", Vec2::new(100.0, 56.0));
     table(canvas, &settings);
     Ok(settings)

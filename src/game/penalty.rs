@@ -27,11 +27,16 @@ impl Penalty {
 pub struct ActivePenalty {
     /// The offence.
     pub reason: PenaltyReason,
-    /// Cycles of play until the robot may come back.
+    /// Cycles of play until the robot may come back; of one that does not, those that the halves have left.
     pub cycles_left: u64,
 }
 
 impl ActivePenalty {
+    /// Whether the robot does not come back in this match.
+    pub fn is_for_the_match(&self) -> bool {
+        self.reason == PenaltyReason::SentOff
+    }
+
     /// Time of play until the robot may come back, s.
     pub fn left_s(&self, clock: &CycleClock) -> f64 {
         self.cycles_left as f64 * clock.period_s
@@ -65,6 +70,8 @@ pub enum PenaltyReason {
     ShootOut,
     /// Play was stuck, and it was the nearest to the ball.
     GameStuck,
+    /// It was cautioned too often, and plays no more in this match.
+    SentOff,
     /// Whoever runs the match removed it.
     #[default]
     Manual,
@@ -74,7 +81,7 @@ pub enum PenaltyReason {
 
 impl PenaltyReason {
     /// All but those of a program's own.
-    pub const BUILT_IN: [PenaltyReason; 12] = [
+    pub const BUILT_IN: [PenaltyReason; 13] = [
         PenaltyReason::Pushing,
         PenaltyReason::Stalling,
         PenaltyReason::BallHolding,
@@ -86,6 +93,7 @@ impl PenaltyReason {
         PenaltyReason::Fallen,
         PenaltyReason::ShootOut,
         PenaltyReason::GameStuck,
+        PenaltyReason::SentOff,
         PenaltyReason::Manual,
     ];
 
@@ -103,6 +111,7 @@ impl PenaltyReason {
             PenaltyReason::Fallen => "fallen",
             PenaltyReason::ShootOut => "shoot_out",
             PenaltyReason::GameStuck => "game_stuck",
+            PenaltyReason::SentOff => "sent_off",
             PenaltyReason::Manual => "manual",
             PenaltyReason::Own(rule) => rule.as_str(),
         }
@@ -118,6 +127,7 @@ impl PenaltyReason {
             | PenaltyReason::IllegalDefender
             | PenaltyReason::IllegalPosition
             | PenaltyReason::Obstruction
+            | PenaltyReason::SentOff
             | PenaltyReason::Manual
             | PenaltyReason::Own(_) => true,
             PenaltyReason::Inactive | PenaltyReason::Fallen | PenaltyReason::ShootOut | PenaltyReason::GameStuck => {
@@ -141,6 +151,7 @@ impl PenaltyReason {
             PenaltyReason::Fallen => "lying on the ground",
             PenaltyReason::ShootOut => "the shoot-out",
             PenaltyReason::GameStuck => "a stuck game",
+            PenaltyReason::SentOff => "being cautioned too often",
             PenaltyReason::Manual => "a reason of its own",
         })
     }

@@ -21,13 +21,26 @@ pub enum SetPlayKind {
     GoalKick,
     /// The defenders put it out over the goal line.
     CornerKick,
-    /// An opponent pushed near the ball.
+    /// An opponent pushed near the ball: a direct free kick.
     PushingFreeKick,
+    /// An opponent committed another offence near the ball.
+    IndirectFreeKick,
     /// An opponent pushed near the ball in its own penalty area. It has a `ready` and a `set` of its own.
     PenaltyKick,
 }
 
 impl SetPlayKind {
+    /// Whether a goal of the team that takes it counts directly, where the rules know the difference.
+    pub fn is_direct(self) -> bool {
+        match self {
+            SetPlayKind::GoalKick
+            | SetPlayKind::CornerKick
+            | SetPlayKind::PushingFreeKick
+            | SetPlayKind::PenaltyKick => true,
+            SetPlayKind::KickOff | SetPlayKind::KickIn | SetPlayKind::IndirectFreeKick => false,
+        }
+    }
+
     /// Its name, as at the start of a sentence.
     pub fn words(self) -> &'static str {
         match self {
@@ -36,6 +49,7 @@ impl SetPlayKind {
             SetPlayKind::GoalKick => "Goal kick",
             SetPlayKind::CornerKick => "Corner kick",
             SetPlayKind::PushingFreeKick => "Pushing free kick",
+            SetPlayKind::IndirectFreeKick => "Indirect free kick",
             SetPlayKind::PenaltyKick => "Penalty kick",
         }
     }

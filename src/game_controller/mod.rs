@@ -103,7 +103,8 @@ impl GameController {
         robots.sort_by_key(|(id, _)| *id);
         let GameControllerSettings { version, team_numbers, .. } = self.settings;
         let shots_scored = self.shots_scored;
-        let portrayed = |game| Portrayed { game, rules, clock, robots: &robots, team_numbers, shots_scored };
+        let records = &memory.robots;
+        let portrayed = |game| Portrayed { game, rules, clock, robots: &robots, records, team_numbers, shots_scored };
         self.send(portrayed(memory.announcement.told(game)).packet(version, false), is_time);
         if self.network.has_monitors() {
             self.send(portrayed(game).packet(version, true), is_time);

@@ -3,7 +3,7 @@
 use crate::cycle::CycleClock;
 use crate::game::{Game, Penalty, Rules, SetPlay, ShootOut};
 use crate::pitch::End;
-use crate::referee::SetPlayStatus;
+use crate::referee::{RobotMemory, SetPlayStatus};
 use crate::team::{PerTeam, RobotId, Team};
 
 use super::packet::{ControlPacket, MOST_PLAYERS, PlayerPacket, ProtocolVersion, TeamPacket};
@@ -22,6 +22,8 @@ pub struct Portrayed<'a> {
     pub clock: &'a CycleClock,
     /// All robots.
     pub robots: &'a [(RobotId, Penalty)],
+    /// What the referee remembers of robots.
+    pub records: &'a [RobotMemory],
     /// The teams' numbers in the league.
     pub team_numbers: PerTeam<u8>,
     /// The shots of a shoot-out that have scored.
@@ -74,7 +76,7 @@ impl Portrayed<'_> {
             [PlayerPacket { penalty: version.substitute_code(), ..PlayerPacket::default() }; MOST_PLAYERS];
         for (id, penalty) in self.robots.iter().filter(|(id, _)| id.team == team) {
             if let Some(player) = players.get_mut(usize::from(id.number).wrapping_sub(1)) {
-                *player = self.player(*penalty, version);
+                *player = self.player(*id, *penalty, version);
             }
         }
         let messages_left = self.game.messages_left.map_or(u32::MAX, |left| left[team]);
@@ -90,12 +92,14 @@ impl Portrayed<'_> {
         }
     }
 
-    fn player(&self, penalty: Penalty, version: ProtocolVersion) -> PlayerPacket {
-        let Some(active) = penalty.0 else { return PlayerPacket::default() };
+    fn player(&self, id: RobotId, penalty: Penalty, version: ProtocolVersion) -> PlayerPacket {
+        let cautions = self.records.iter().find(|record| record.id == id).map_or(0, |record| record.cautions);
+        let cautioned = PlayerPacket { cautions: u8::try_from(cautions).unwrap_or(u8::MAX), ..PlayerPacket::default() };
+        let Some(active) = penalty.0 else { return cautioned };
         PlayerPacket {
             penalty: version.penalty_code(active.reason),
             seconds_left: whole_seconds(active.cycles_left, self.clock).min(u64::from(u8::MAX)) as u8,
-            ..PlayerPacket::default()
+            ..cautioned
         }
     }
 }
@@ -132,7 +136,8 @@ mod tests {
 
     fn packet(game: &Game, rules: &Rules, robots: &[(RobotId, Penalty)], for_monitors: bool) -> ControlPacket {
         let (clock, team_numbers) = (CycleClock::default(), PerTeam { blue: 5, pink: 12 });
-        Portrayed { game, rules, clock: &clock, robots, team_numbers, shots_scored: PerTeam::default() }
+        let shots_scored = PerTeam::default();
+        Portrayed { game, rules, clock: &clock, robots, records: &[], team_numbers, shots_scored }
             .packet(VERSION, for_monitors)
     }
 

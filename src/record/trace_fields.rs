@@ -133,7 +133,7 @@ pub const TRACE_FIELDS: &[TraceField] = &[
     field("game.set_play", "the free kick under way, or the kick-off that is one team's own, or null"),
     field(
         "game.set_play.kind",
-        "`kick_off`, `kick_in`, `goal_kick`, `corner_kick`, `pushing_free_kick` or `penalty_kick`",
+        "`kick_off`, `kick_in`, `goal_kick`, `corner_kick`, `pushing_free_kick`, `indirect_free_kick` or `penalty_kick`",
     ),
     field("game.set_play.team", "whose"),
     field(

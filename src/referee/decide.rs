@@ -152,7 +152,8 @@ impl Referee<'_, '_> {
                 && let Some((reason, evidence)) = robot_rules::judge(&case).or_else(own_rules)
             {
                 self.penalise(index, reason, evidence);
-                if let (PenaltyReason::BallHolding, Some(ball)) = (reason, self.seen.ball) {
+                self.restart_after_offence(index, reason);
+                if let (PenaltyReason::BallHolding, Some(ball), None) = (reason, self.seen.ball, self.decisions.ball) {
                     self.put_ball(ball.position);
                 }
             }

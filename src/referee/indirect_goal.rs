@@ -1,6 +1,9 @@
 //! Indirect goals: a goal counts only if two robots of the team have played the ball since the last restart (2025
 //! rule book, section 3.4). Own goals always count, and so does a first shot of the team that had to keep away
 //! from a free kick which was not taken in time.
+//!
+//! Where the rules know [direct free kicks](crate::game::Rules::direct_free_kicks), it goes only for the team that restarted play
+//! with an indirect one, until an opponent plays the ball (HSL 2026, laws 8 and 13).
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -8,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::areas::is_keeper_at_home;
 use super::boundary::Crossing;
 use super::snapshot::MatchSnapshot;
-use crate::game::Evidence;
+use crate::game::{Evidence, SetPlayKind};
 use crate::team::{RobotId, Team};
 
 /// A ball slower than this has come to a stop, m/s.
@@ -28,6 +31,8 @@ pub struct Plays {
     pub shot: Option<RobotId>,
     /// A direct goal that is allowed.
     pub direct: Option<Direct>,
+    /// How play was restarted, and by which team; none in a shoot-out, and where both may score.
+    pub restart: Option<(SetPlayKind, Team)>,
 }
 
 /// Permission for a direct goal.
@@ -40,6 +45,11 @@ pub struct Direct {
 }
 
 impl Plays {
+    /// After a restart of this kind by a team.
+    pub fn after(kind: SetPlayKind, team: Team) -> Self {
+        Self { restart: Some((kind, team)), ..Self::default() }
+    }
+
     /// After a free kick that was not taken in time: the other team may score directly.
     pub fn direct_for(team: Team) -> Self {
         Self { direct: Some(Direct { team, robot: None }), ..Self::default() }
@@ -91,6 +101,15 @@ impl Direct {
     }
 }
 
+/// Whether a goal of `team` has to be indirect where the rules know direct free kicks: if it restarted play with an indirect one,
+/// and no opponent has played the ball since. Of a team with fewer than three robots nobody else can be asked to.
+fn has_to_be_indirect(snapshot: &MatchSnapshot, plays: &Plays, team: Team) -> bool {
+    let robots = snapshot.robots.iter().filter(|robot| robot.id.team == team && robot.is_present()).count();
+    plays.restart.is_some_and(|(kind, by)| by == team && !kind.is_direct())
+        && plays.first[team.opponent() as usize].is_none()
+        && robots >= 3
+}
+
 /// Why a goal of `team` does not count, if it had to be indirect and was not.
 pub fn judge(snapshot: &MatchSnapshot, plays: &Plays, team: Team, crossing: &Crossing) -> Option<Evidence> {
     if !snapshot.rules.indirect_goals {
@@ -100,7 +119,11 @@ pub fn judge(snapshot: &MatchSnapshot, plays: &Plays, team: Team, crossing: &Cro
     let own_goal = snapshot.last_touch.is_some_and(|touch| touch.robot.team != team) && !shot_by_team;
     let indirect = plays.second[team as usize];
     let direct = plays.direct.is_some_and(|direct| direct.team == team && direct.robot.is_some());
-    if own_goal || indirect || direct {
+    if own_goal
+        || indirect
+        || direct
+        || (snapshot.rules.direct_free_kicks && !has_to_be_indirect(snapshot, plays, team))
+    {
         return None;
     }
     let evidence = snapshot.evidence(

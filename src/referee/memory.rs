@@ -55,6 +55,8 @@ pub struct RobotMemory {
     pub restarts: u32,
     /// How often it was placed by hand because it was at an illegal place.
     pub hand_placements: u32,
+    /// How often it was cautioned in this match.
+    pub cautions: u32,
     /// Since when, and where, it stands near the ball, if it does.
     pub stall: Option<Stall>,
     /// Cycles for which it has covered the ball.
@@ -86,6 +88,7 @@ impl RobotMemory {
             id,
             restarts: 0,
             hand_placements: 0,
+            cautions: 0,
             stall: None,
             cycles_holding: 0,
             cycles_in_goal: 0,
@@ -102,8 +105,8 @@ impl RobotMemory {
 
     /// Forgets whatever was held against it: it was placed, or play was stopped.
     pub(super) fn forgive(&mut self) {
-        let RobotMemory { id, restarts, hand_placements, head, returns, .. } = *self;
-        *self = RobotMemory { restarts, hand_placements, head, returns, ..RobotMemory::clean(id) };
+        let RobotMemory { id, restarts, hand_placements, cautions, head, returns, .. } = *self;
+        *self = RobotMemory { restarts, hand_placements, cautions, head, returns, ..RobotMemory::clean(id) };
     }
 }
 

@@ -10,35 +10,38 @@
 //! [`Rules`] has a switch and the figures of each rule. Presets are files in `assets/rules`; a scenario names one, or
 //! changes some of its fields: `rules: (preset: "spl2010", half_s: 300, pushing_limit: None)`.
 //!
-//! Sections are those of the rule books of the Standard Platform League of 2010 and 2025.
+//! Sections are those of the rule books of the Standard Platform League of 2010 and 2025, and of the Humanoid Soccer League's draft of
+//! January 2026.
 //!
-//! | rule | source | `naoisis` | `spl2010` | `spl2025` | `extended` | `free` |
-//! |---|---|---|---|---|---|---|
-//! | [goals](goal), own goals | 2010: 3.3; 2025: 3.3 | yes | yes | yes | yes | |
-//! | [no goal straight from the kick-off](kick_off_shot) | 2010: 4.5 | | yes | | | |
-//! | [indirect goals](indirect_goal) | 2025: 3.4 | | | yes | | |
-//! | a lead of ten goals ends the match | 2025: 3.16 | | | yes | | |
-//! | [message budget](crate::game::Rules::message_budget) | 2025: 2.4.2 | | | 1200 | | |
-//! | [ball out](ball_out) leads to | 2010: 3.9; 2025: 3.8 | kick-off | throw-in | [free kick](set_play) | kick-off | |
-//! | `ready` and `set` before a kick-off, [legal places](positions) | 2010: 3.5; 2025: 3.7 | placed | yes | yes | placed | |
-//! | an illegal place in `set` | 2010: 3.5; 2025: 4.4.1 | | by hand | 15 s | | |
-//! | who begins outside its half takes the kick-off | 2025: 3.7 | | | yes | | |
-//! | [pushing](collision) | paper: 3.4; 2010: 4.9; 2025: 4.10 | 30 s | 30 s, the 4th for the half | 45 s + 10 s, free kick | 30 s | |
-//! | [penalty kick](penalty_kick) | 2025: 3.10 | | | yes | | |
-//! | [obstruction] | 2010: 4.14 | | yes | | | |
-//! | [stalling] | paper: 3.4 | yes | | | yes | |
-//! | [ball holding](ball_holding), the ball is put back | 2010: 4.6; 2025: 4.8 | | yes | yes | | |
-//! | [leaving the field](leaving_field), staying in a goal | 2010: 4.12; 2025: 4.12 | | yes | yes | | |
-//! | [illegal defender](illegal_defender) | 2010: 4.13; 2025: 4.4.2 | | all but the keeper | the 4th | | |
-//! | [inactive robots](inactive) | 2010: 4.7; 2025: 4.6 | | yes | yes | | |
-//! | [game stuck](game_stuck) | 2010: 3.10; 2025: 3.11 | | 15 s | 30 s, walking counts | | |
-//! | falls, getting up | paper: 4 | | | | yes | |
-//! | [lying for too long](fallen) | 2010: 4.7; 2025: 4.6 | | yes | yes | yes | |
-//! | dives | paper: 4 | | | | yes | |
-//! | [penalty shoot-out](shoot_out) | 2010: 3.8; 2025: 3.19; paper: 4 | | 5 x 60 s | 3 x 30 s | 5 x 60 s | |
-//! | halves, change of sides, clock | 2010: 3.1; 2025: 3.1 | 2 x 600 s | 2 x 600 s | 2 x 600 s, runs on | 2 x 600 s | |
-//! | [a half ends when a shot has come to rest](ball_stop) | 2025: 3.18 | | | yes | | |
-//! | [goals and kick-offs are told](GameStatus) | 2025: 3.2, 3.3 | at once | at once | 15 s late | at once | at once |
+//! | rule | source | `naoisis` | `spl2010` | `spl2025` | `hsl2026` | `extended` | `free` |
+//! |---|---|---|---|---|---|---|---|
+//! | [goals](goal), own goals | 2010: 3.3; 2025: 3.3 | yes | yes | yes | yes | yes | |
+//! | [no goal straight from the kick-off](kick_off_shot) | 2010: 4.5 | | yes | | | | |
+//! | [indirect goals](indirect_goal) | 2025: 3.4 | | | yes | after an indirect restart | | |
+//! | a lead of ten goals ends the match | 2025: 3.16 | | | yes | yes | | |
+//! | [message budget](crate::game::Rules::message_budget) | 2025: 2.4.2 | | | 1200 | 12,000 | | |
+//! | [ball out](ball_out) leads to | 2010: 3.9; 2025: 3.8 | kick-off | throw-in | [free kick](set_play) | [free kick](set_play) | kick-off | |
+//! | `ready` and `set` before a kick-off, [legal places](positions) | 2010: 3.5; 2025: 3.7 | placed | yes | yes | yes | placed | |
+//! | an illegal place in `set` | 2010: 3.5; 2025: 4.4.1 | | by hand | 15 s | 30 s | | |
+//! | who begins outside its half takes the kick-off | 2025: 3.7 | | | yes | yes | | |
+//! | [pushing](collision) | paper: 3.4; 2010: 4.9; 2025: 4.10 | 30 s | 30 s, the 4th for the half | 45 s + 10 s, free kick | 30 s + 15 s, caution, free kick | 30 s | |
+//! | [penalty kick](penalty_kick) | 2025: 3.10 | | | yes | yes | | |
+//! | [obstruction] | 2010: 4.14 | | yes | | | | |
+//! | [stalling] | paper: 3.4 | yes | | | | yes | |
+//! | [ball holding](ball_holding), the ball is put back | 2010: 4.6; 2025: 4.8 | | yes | yes | yes | | |
+//! | [leaving the field](leaving_field), staying in a goal | 2010: 4.12; 2025: 4.12 | | yes | yes | yes | | |
+//! | [illegal defender](illegal_defender) | 2010: 4.13; 2025: 4.4.2 | | all but the keeper | the 4th | | | |
+//! | [inactive robots](inactive) | 2010: 4.7; 2025: 4.6 | | yes | yes | | | |
+//! | [game stuck](game_stuck) | 2010: 3.10; 2025: 3.11 | | 15 s | 30 s, walking counts | 30 s, walking counts | | |
+//! | falls, getting up | paper: 4 | | | | | yes | |
+//! | [lying for too long](fallen) | 2010: 4.7; 2025: 4.6 | | yes | yes | yes | yes | |
+//! | dives | paper: 4 | | | | | yes | |
+//! | [penalty shoot-out](shoot_out) | 2010: 3.8; 2025: 3.19; paper: 4 | | 5 x 60 s | 3 x 30 s | 3 x 60 s | 5 x 60 s | |
+//! | halves, change of sides, clock | 2010: 3.1; 2025: 3.1 | 2 x 600 s | 2 x 600 s | 2 x 600 s, runs on | 2 x 600 s, runs on | 2 x 600 s | |
+//! | [a half ends when a shot has come to rest](ball_stop) | 2025: 3.18 | | | yes | yes | | |
+//! | [goals and kick-offs are told](GameStatus) | 2025: 3.2, 3.3 | at once | at once | 15 s late | 10 s late | at once | at once |
+//! | [an offence near the ball](crate::game::Rules::offence_free_kick_m) stops play | HSL draft: 5.1 | | | | free kick | | |
+//! | [cautions](crate::game::Rules::cautions_to_send_off) | HSL GameController | | | | the 2nd sends off | | |
 //!
 //! What the books have and these rules have not: hands and arms (no robot moves them), wide stances (a dive is the only one,
 //! and ends by itself), pick-ups, time-outs, extra time, the break at half time, and `standby` before a half's first `ready`, in
@@ -103,7 +106,7 @@ mod testing;
 pub mod touch;
 
 pub use formation::formation;
-pub use memory::RefereeMemory;
+pub use memory::{RefereeMemory, RobotMemory};
 pub use own_rules::OwnRule;
 pub use positions::IllegalPosition;
 pub use status::{Announcement, GameStatus, SetPlayStatus};

@@ -131,7 +131,7 @@ impl Referee<'_, '_> {
             SetPlayKind::CornerKick => {
                 Vec2::new(self.decisions.game.own_end(team.opponent()).sign() * corner.x, side * corner.y)
             }
-            SetPlayKind::PushingFreeKick => ball,
+            SetPlayKind::PushingFreeKick | SetPlayKind::IndirectFreeKick => ball,
             SetPlayKind::PenaltyKick => penalty_mark(pitch, penalty_kick::end(self.seen, team)),
         }
     }

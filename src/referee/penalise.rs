@@ -1,5 +1,7 @@
 //! The referee's penalties: robots are removed, wait, and come back.
 
+use bevy::prelude::*;
+
 use super::collision;
 use super::decide::Referee;
 use super::placing::Occupied;
@@ -17,6 +19,9 @@ impl Referee<'_, '_> {
     pub(super) fn count_penalties(&mut self) {
         for index in 0..self.decisions.robots.len() {
             let Some(penalty) = &mut self.decisions.robots[index].penalty.0 else { continue };
+            if penalty.is_for_the_match() {
+                continue;
+            }
             penalty.cycles_left = penalty.cycles_left.saturating_sub(1);
             if penalty.cycles_left == 0 {
                 self.bring_back(index);
@@ -29,20 +34,48 @@ impl Referee<'_, '_> {
         if !self.decisions.robots[robot].is_present() {
             return;
         }
-        let RobotSnapshot { id, pose, .. } = self.seen.robots[robot];
-        self.penalise(robot, PenaltyReason::Pushing, collision::evidence(self.seen, robot, other));
-        let Some(ball) = self.seen.ball else { return };
-        let near_ball = pose.position.distance(ball.position) <= PUSHING_FREE_KICK_M;
-        let (rules, game) = (self.seen.rules, &self.decisions.game);
-        if !near_ball || game.set_play.is_some() || game.state != GameState::Playing {
+        let id = self.seen.robots[robot].id;
+        let evidence = collision::evidence(self.seen, robot, other);
+        let is_sent_off = self.caution(robot, &evidence);
+        self.penalise(robot, if is_sent_off { PenaltyReason::SentOff } else { PenaltyReason::Pushing }, evidence);
+        let rules = self.seen.rules;
+        let Some(ball_m) = self.offence_near_ball(robot, rules.offence_free_kick_m.unwrap_or(PUSHING_FREE_KICK_M))
+        else {
             return;
-        }
+        };
         let place = self.seen.robots[other].pose.position;
         if rules.penalty_kicks && self.seen.pitch.in_penalty_area(self.seen.game.own_end(id.team), place) {
             self.begin_penalty_kick(id.team.opponent());
-        } else if rules.pushing_free_kick {
-            self.begin_free_kick(SetPlayKind::PushingFreeKick, id.team.opponent(), ball.position);
+        } else if rules.pushing_free_kick || rules.offence_free_kick_m.is_some() {
+            self.begin_free_kick(SetPlayKind::PushingFreeKick, id.team.opponent(), ball_m);
         }
+    }
+
+    /// Where the ball lies for the free kick that the offence of a robot so near to it gives, if play is on.
+    fn offence_near_ball(&self, robot: usize, near_m: f32) -> Option<Vec2> {
+        let ball = self.seen.ball?.position;
+        let game = &self.decisions.game;
+        let is_play = game.set_play.is_none() && game.state == GameState::Playing && self.decisions.ball.is_none();
+        (is_play && self.seen.robots[robot].pose.position.distance(ball) <= near_m).then_some(ball)
+    }
+
+    /// Gives the other team the free kick that an offence other than pushing is worth, if it is.
+    pub(super) fn restart_after_offence(&mut self, robot: usize, reason: PenaltyReason) {
+        let Some(near_m) = self.seen.rules.offence_free_kick_m.filter(|_| reason.is_infraction()) else { return };
+        if let Some(ball_m) = self.offence_near_ball(robot, near_m) {
+            let team = self.seen.robots[robot].id.team.opponent();
+            self.begin_free_kick(SetPlayKind::IndirectFreeKick, team, ball_m);
+        }
+    }
+
+    /// Cautions a robot that pushed, if the rules know cautions. Whether it is sent off with that.
+    fn caution(&mut self, index: usize, evidence: &Evidence) -> bool {
+        let Some(most) = self.seen.rules.cautions_to_send_off else { return false };
+        let record = &mut self.memory.robots[index];
+        record.cautions += 1;
+        let (robot, cautions) = (record.id, record.cautions);
+        self.decisions.events.push(MatchEvent::Caution { robot, cautions, evidence: evidence.clone() });
+        cautions >= most
     }
 
     /// For how many cycles of play a robot of `team` is removed, and counts the offence.
@@ -51,7 +84,7 @@ impl Referee<'_, '_> {
         if reason == PenaltyReason::IllegalPosition && self.decisions.game.state == GameState::Set {
             return self.seen.cycles(rules.illegal_position_s.unwrap_or(rules.penalty_s));
         }
-        let is_push = reason == PenaltyReason::Pushing;
+        let is_push = matches!(reason, PenaltyReason::Pushing | PenaltyReason::SentOff);
         self.memory.pushes[team] += u32::from(is_push);
         let for_the_half = is_push && rules.pushing_limit.is_some_and(|limit| self.memory.pushes[team] >= limit);
         let mut seconds = rules.penalty_s;
@@ -60,8 +93,12 @@ impl Referee<'_, '_> {
             seconds += rules.penalty_increase_s * *earlier as f32;
             *earlier += 1;
         }
-        let rest_of_half = self.seen.game.cycles_left.filter(|_| for_the_half);
-        rest_of_half.unwrap_or(self.seen.cycles(seconds))
+        let rest_of_half = self.seen.game.cycles_left;
+        if reason == PenaltyReason::SentOff {
+            let halves_left = rules.halves.saturating_sub(self.seen.game.half);
+            return rest_of_half.unwrap_or(0) + u64::from(halves_left) * rules.half_cycles(&self.seen.clock);
+        }
+        rest_of_half.filter(|_| for_the_half).unwrap_or(self.seen.cycles(seconds))
     }
 
     /// Removes a robot from the pitch.
@@ -100,17 +137,18 @@ impl Referee<'_, '_> {
     /// Lets all penalised robots come back.
     pub(super) fn bring_all_back(&mut self) {
         for index in 0..self.decisions.robots.len() {
-            if !self.decisions.robots[index].is_present() {
+            let robot = &self.decisions.robots[index];
+            if !robot.is_present() && !robot.is_sent_off() {
                 self.bring_back(index);
             }
         }
     }
 
-    /// All penalties are over; the robots are about to be placed.
+    /// All penalties are over but those for the match; the robots are about to be placed.
     pub(super) fn end_penalties(&mut self) {
         for index in 0..self.decisions.robots.len() {
             let robot = &mut self.decisions.robots[index];
-            if robot.penalty.is_active() {
+            if !robot.is_present() && !robot.is_sent_off() {
                 robot.penalty = Penalty(None);
                 let (robot, position_m) = (robot.id, robot.pose.position);
                 self.decisions.events.push(MatchEvent::PenaltyOver { robot, position_m });

@@ -3,7 +3,7 @@
 use core::fmt::Write;
 
 use crate::events::{BoundaryLine, DisallowedGoal, FallCause, MatchEvent};
-use crate::game::Evidence;
+use crate::game::{Evidence, PenaltyReason};
 
 /// The heads of the report's columns.
 pub const HEADER: &str = "     time    to play  decision";
@@ -82,7 +82,14 @@ fn sentence(event: &MatchEvent) -> Option<(String, Option<&Evidence>)> {
         }
         MatchEvent::Penalty { robot, reason, until_s, evidence } => {
             let until = minutes(f64::from(*until_s));
-            (format!("{robot} is penalised for {} until {until}.", reason.words()), Some(evidence))
+            let sentence = match reason {
+                PenaltyReason::SentOff => format!("{robot} is sent off."),
+                _ => format!("{robot} is penalised for {} until {until}.", reason.words()),
+            };
+            (sentence, Some(evidence))
+        }
+        MatchEvent::Caution { robot, cautions, evidence } => {
+            (format!("{robot} is cautioned, for the {} time.", ordinal(*cautions)), Some(evidence))
         }
         MatchEvent::TooManyMessages { team, evidence } => {
             (format!("{team} has sent more messages than it may: its goals do not count."), Some(evidence))
@@ -120,6 +127,16 @@ fn sentence(event: &MatchEvent) -> Option<(String, Option<&Evidence>)> {
         | MatchEvent::CommandRefused { .. }
         | MatchEvent::InvariantBroken { .. } => return None,
     })
+}
+
+/// A number of times in words.
+fn ordinal(number: u32) -> String {
+    match number {
+        1 => "first".to_owned(),
+        2 => "second".to_owned(),
+        3 => "third".to_owned(),
+        _ => format!("{number}th"),
+    }
 }
 
 fn explain(text: &mut String, evidence: &Evidence) {

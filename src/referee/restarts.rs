@@ -161,7 +161,7 @@ impl Referee<'_, '_> {
         let team = self.decisions.game.kick_off();
         self.whistle();
         self.memory.kick_off = team.map(KickOffPlay::new);
-        self.memory.plays = Plays::default();
+        self.memory.plays = team.map_or_else(Plays::default, |team| Plays::after(SetPlayKind::KickOff, team));
         self.memory.stuck = default();
         let must_kick = team.filter(|_| self.seen.rules.kick_off_player);
         self.memory.kick_off_player = must_kick.and_then(|team| positions::kick_off_player(&self.now(), team));
@@ -286,7 +286,7 @@ impl Referee<'_, '_> {
     pub(super) fn begin_free_kick(&mut self, kind: SetPlayKind, team: Team, place: Vec2) {
         let place = self.put_ball(place);
         self.memory.kick_off = None;
-        self.memory.plays = Plays::default();
+        self.memory.plays = Plays::after(kind, team);
         self.memory.stuck.cycles = 0;
         let cycles = self.seen.cycles(self.seen.rules.free_kick_s);
         self.decisions.game.set_play = Some(SetPlay::new(kind, team, place, cycles));

@@ -163,7 +163,7 @@ impl Referee<'_, '_> {
             }
         };
         let poses = [Pose::new(attacker_x, 0.0, PI), Pose::new(GOAL.sign() * pitch.half_length(), 0.0, 0.0)];
-        for robot in &mut self.decisions.robots {
+        for robot in self.decisions.robots.iter_mut().filter(|robot| !robot.is_sent_off()) {
             let penalty = ActivePenalty { reason: PenaltyReason::ShootOut, cycles_left: u64::from(u32::MAX) };
             robot.penalty = Penalty(Some(penalty));
         }
@@ -187,7 +187,8 @@ impl Referee<'_, '_> {
 
     /// The robot of a team with the least number from `number` on, or else with the least number.
     fn first_of(&self, team: Team, number: u8) -> Option<usize> {
-        let numbers = || self.seen.robots.iter().enumerate().filter(|(_, robot)| robot.id.team == team);
+        let numbers =
+            || self.seen.robots.iter().enumerate().filter(|(_, robot)| robot.id.team == team && !robot.is_sent_off());
         let first = numbers().find(|(_, robot)| robot.id.number >= number).or_else(|| numbers().next());
         first.map(|(index, _)| index)
     }

@@ -132,4 +132,9 @@ impl RobotSnapshot {
     pub fn is_present(&self) -> bool {
         !self.penalty.is_active()
     }
+
+    /// Whether it plays no more in this match.
+    pub fn is_sent_off(&self) -> bool {
+        self.penalty.0.is_some_and(|penalty| penalty.is_for_the_match())
+    }
 }

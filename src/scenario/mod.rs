@@ -18,6 +18,7 @@ mod expectation;
 mod fault;
 mod field_path;
 mod format;
+mod inline_models;
 mod layers;
 mod leagues;
 mod library;

@@ -48,6 +48,11 @@ pub enum FieldPart {
     Value,
 }
 
+/// The field of this name: the last of several, which is what the parsers keep.
+fn field<'a>(entries: &'a [Entry], name: &str) -> Option<&'a Entry> {
+    entries.iter().rev().find(|entry| entry.key == name)
+}
+
 impl Node {
     /// Where `path` is in the text, and how many of its steps were found there. A path that leads on beyond the text
     /// (into a preset, or to a default) is placed at the last key that is there.
@@ -57,8 +62,12 @@ impl Node {
         for (found, segment) in path.segments().iter().enumerate() {
             let next = match (segment, &node.content) {
                 (Segment::Field(name), Content::Map(entries)) => {
-                    // The last of several: what the parsers keep.
-                    entries.iter().rev().find(|entry| entry.key == *name).map(|entry| {
+                    // What is not said beside a model may be said in it.
+                    let in_model = || match &field(entries, "model")?.value.content {
+                        Content::Map(of_model) => field(of_model, name),
+                        _ => None,
+                    };
+                    field(entries, name).or_else(in_model).map(|entry| {
                         key_span = entry.key_span.clone();
                         &entry.value
                     })

@@ -6,6 +6,7 @@ use serde_json::{Map, Value};
 
 use super::fault::ScenarioFault;
 use super::field_path::FieldPath;
+use super::inline_models;
 use super::layers::lay_over;
 use super::leagues;
 use super::preset::Preset;
@@ -80,6 +81,7 @@ pub fn resolve(root: &mut Map<String, Value>) -> Vec<ScenarioFault> {
     let mut faults = Vec::new();
     let path = FieldPath::default();
     leagues::lay_under(root, &mut faults);
+    inline_models::take_apart(root, of_models(), &mut faults);
     let mut real = realism_settings::settings_of(root, &mut faults);
     if root.get("ball").is_some_and(Value::is_null) {
         // Without a ball there is nothing to fill in.

@@ -134,7 +134,7 @@ fn fork_when_known(world: &mut World) {
     }
     let rebuilt = world.resource::<Rebuilt>();
     let moment = rebuilt.moment(cycle, world.resource::<Keyframes>());
-    let why_not = rebuilt.why_not(cycle);
+    let why_not = rebuilt.why_not(cycle, world.resource::<Keyframes>());
     let result = match (moment.map(|moment| (moment.is_same, moment.moment.clone())), why_not) {
         (Some((true, moment)), _) => fork(world, cycle, moment.time_s, |world| moment.put_back(world)),
         (Some((false, _)), _) => Err("Played again, the match is another one here: it cannot go on from it".to_owned()),

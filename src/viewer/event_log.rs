@@ -4,7 +4,7 @@ use bevy::prelude::*;
 
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
 use crate::events::{BoundaryLine, CollisionPartner, CycleEvents, KickMiss, KickResult, MatchEvent};
-use crate::game::Evidence;
+use crate::game::{Evidence, PenaltyReason};
 use crate::kick_geometry::KickType;
 use crate::referee::report::headline;
 use crate::team::{RobotId, Team};
@@ -128,7 +128,9 @@ fn circumstances(event: &MatchEvent) -> (Option<RobotId>, Option<Vec2>, Option<&
         | MatchEvent::GotUp { robot }
         | MatchEvent::Dive { robot, .. } => (Some(*robot), None, None),
         MatchEvent::PenaltyOver { robot, position_m } => (Some(*robot), Some(*position_m), None),
-        MatchEvent::Penalty { robot, evidence, .. } => (Some(*robot), None, Some(evidence)),
+        MatchEvent::Penalty { robot, evidence, .. } | MatchEvent::Caution { robot, evidence, .. } => {
+            (Some(*robot), None, Some(evidence))
+        }
         MatchEvent::PlacedByHand { robot, position_m, evidence } => (Some(*robot), Some(*position_m), Some(evidence)),
         MatchEvent::Goal { scorer, evidence, .. } => (*scorer, None, Some(evidence)),
         MatchEvent::GameStuck { robot, evidence } => (*robot, None, Some(evidence)),
@@ -186,6 +188,9 @@ fn describe(event: &MatchEvent) -> Option<(Option<Team>, bool, String)> {
         }
         MatchEvent::KickOff { team } => (Some(*team), false, format!("Kick-off for {team}")),
         MatchEvent::ThrowIn { team, .. } => (Some(*team), false, format!("Throw-in for {team}")),
+        MatchEvent::Penalty { robot, reason: PenaltyReason::SentOff, .. } => {
+            (Some(robot.team), true, format!("{robot} is sent off"))
+        }
         MatchEvent::Penalty { robot, reason, .. } => {
             (Some(robot.team), false, format!("{robot} penalised for {}", reason.words()))
         }

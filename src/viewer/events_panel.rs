@@ -23,7 +23,7 @@ use crate::team::RobotId;
 
 /// Entries of the list that are shown, and in the past, of what is to come.
 const SHOWN: usize = 60;
-const TO_COME: usize = 4;
+const TO_COME: usize = 2;
 /// Height of the list: of a list that nobody uses, so that it leaves the pitch free, of one in use, and the least, logical
 /// pixels.
 const HEIGHT: f32 = 96.0;
@@ -268,9 +268,9 @@ mod tests {
             let shown = around(&log, now_s);
             [shown[0].time_s, shown[shown.len() - 1].time_s]
         };
-        assert_eq!(times(80.0), [21.0, 84.0]);
+        assert_eq!(times(80.0), [21.0, 82.0]);
         assert_eq!(times(1e9), [40.0, 99.0]);
-        assert_eq!(times(10.5), [0.0, 14.0]);
+        assert_eq!(times(10.5), [0.0, 12.0]);
         assert!(around(&[], 0.0).is_empty());
     }
 

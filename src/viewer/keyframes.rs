@@ -4,11 +4,14 @@ use bevy::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use crate::behaviour::Program;
 use crate::cycle::CycleClock;
 use crate::whatif::Moment;
 
 /// From one to the next, s.
 pub const INTERVAL_S: f64 = 5.0;
+/// Why a match cannot be kept.
+const PROGRAMS: &str = "robots of this match are played by programs, whose thoughts nobody but they can take back";
 /// Beyond this many bytes every other one is forgotten.
 const MOST_BYTES: usize = 200 << 20;
 
@@ -27,6 +30,8 @@ pub struct Keyframes(Arc<Mutex<Kept>>);
 struct Kept {
     moments: BTreeMap<u64, Moment>,
     bytes: usize,
+    /// Whether something was done since the last one that playing the match again does not do.
+    is_changed: bool,
     /// Why there can be none.
     fault: Option<String>,
 }
@@ -70,6 +75,11 @@ impl Keyframes {
         self.kept().moments.keys().next_back().copied()
     }
 
+    /// Notes that something was done by hand in the cycle under way: after it the match is kept.
+    pub fn note_change(&self) {
+        self.kept().is_changed = true;
+    }
+
     /// Why there can be none, if so.
     pub fn fault(&self) -> Option<String> {
         self.kept().fault.clone()
@@ -84,15 +94,18 @@ impl Keyframes {
     }
 }
 
-/// Keeps the match in `world` as it is, if it is time to, or if `must`: after what playing it again does not do by itself.
-pub fn keep_if_due(world: &mut World, must: bool) {
+/// Keeps the match in `world` as it is, if it is time to, or if something was done that playing it again does not do by itself.
+pub fn keep_if_due(world: &mut World) {
     let Some(keyframes) = world.get_resource::<Keyframes>().cloned() else { return };
     let clock = *world.resource::<CycleClock>();
     let since = keyframes.last().map(|last| (clock.cycle.saturating_sub(last)) as f64 * clock.period_s);
-    if keyframes.fault().is_some() || (!must && since.is_some_and(|since_s| since_s < INTERVAL_S - 1e-9)) {
+    let is_changed = core::mem::take(&mut keyframes.kept().is_changed);
+    if keyframes.fault().is_some() || (!is_changed && since.is_some_and(|since_s| since_s < INTERVAL_S - 1e-9)) {
         return;
     }
-    match Moment::of(world) {
+    let is_played_by_programs = world.query::<&Program>().iter(world).next().is_some();
+    let moment = if is_played_by_programs { Err(PROGRAMS.to_owned()) } else { Moment::of(world) };
+    match moment {
         Ok(moment) => keyframes.keep(clock.cycle, moment),
         Err(fault) => keyframes.kept().fault = Some(fault),
     }
@@ -109,16 +122,20 @@ mod tests {
         let mut app = App::new();
         app.add_plugins(NaoisisPlugins).init_resource::<Keyframes>();
         app.start_match(&Scenario::named("match3v3").unwrap()).unwrap();
-        keep_if_due(app.world_mut(), false);
+        keep_if_due(app.world_mut());
         for _ in 0..320 {
             app.run_cycles(1);
-            keep_if_due(app.world_mut(), false);
+            keep_if_due(app.world_mut());
         }
         let keyframes = app.world().resource::<Keyframes>().clone();
         assert_eq!((keyframes.last(), keyframes.before(299).map(|(cycle, _)| cycle)), (Some(300), Some(150)));
         let expected = app.ball();
         keyframes.before(310).unwrap().1.put_back(app.world_mut()).unwrap();
         assert_eq!((app.cycle(), app.run_cycles(20).ball()), (300, expected));
-        assert_eq!((keyframes.until(200).last(), keyframes.last()), (Some(150), Some(300)));
+        // After what was done by hand it is kept at once.
+        app.world().resource::<Keyframes>().note_change();
+        keep_if_due(app.world_mut());
+        assert_eq!(keyframes.last(), Some(320));
+        assert_eq!((keyframes.until(200).last(), keyframes.last()), (Some(150), Some(320)));
     }
 }

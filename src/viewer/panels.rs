@@ -198,7 +198,7 @@ fn status(playback: &Playback, clock: &CycleClock, scenario: Option<&Scenario>, 
 
 fn show_help(mut contexts: EguiContexts, mut actions: MessageWriter<Action>) -> Result {
     /// Width of the list, and what of the window's height it leaves to everything else, logical pixels.
-    const WIDTH: f32 = 690.0;
+    const WIDTH: f32 = 1040.0;
     const AROUND: f32 = 150.0;
 
     let context = contexts.ctx_mut()?;
@@ -219,17 +219,28 @@ fn show_help(mut contexts: EguiContexts, mut actions: MessageWriter<Action>) -> 
     Ok(())
 }
 
-/// The groups in two columns, each about half of the lines.
+/// The groups in as many columns as there is room for, each of them about as long.
 fn show_keys(ui: &mut egui::Ui) {
+    /// Width of a column, logical pixels.
+    const COLUMN: f32 = 320.0;
+
     let groups = keys::help();
+    let columns = ((ui.available_width() / COLUMN) as usize).clamp(1, groups.len());
     // Besides its lines a group has its name and a gap.
-    let heights: Vec<usize> = groups.iter().map(|group| group.lines.len() + 2).collect();
-    let half = heights.iter().sum::<usize>().div_ceil(2);
-    let left = (0..groups.len()).find(|end| heights[..*end].iter().sum::<usize>() >= half).unwrap_or(groups.len());
+    let height = |group: &HelpGroup| group.lines.len() + 2;
+    let each = groups.iter().map(height).sum::<usize>().div_ceil(columns);
     ui.horizontal_top(|ui| {
-        for column in [&groups[..left], &groups[left..]] {
-            ui.vertical(|ui| column.iter().for_each(|group| show_key_group(ui, group)));
+        let mut rest = &groups[..];
+        while !rest.is_empty() {
+            let mut filled = 0;
+            let is_full = |group: &HelpGroup| {
+                filled += height(group);
+                filled > each + 2
+            };
+            let end = rest.iter().position(is_full).unwrap_or(rest.len()).max(1);
+            ui.vertical(|ui| rest[..end].iter().for_each(|group| show_key_group(ui, group)));
             ui.add_space(20.0);
+            rest = &rest[end..];
         }
     });
 }

@@ -198,6 +198,7 @@ fn examples() -> Vec<MatchEvent> {
             MatchEvent::GoalDisallowed { team, reason: DisallowedGoal::NotIndirect, evidence: evidence.clone() },
             MatchEvent::GameStuck { robot: who, evidence: evidence.clone() },
             MatchEvent::PlacedByHand { robot, position_m, evidence: evidence.clone() },
+            MatchEvent::Caution { robot, cautions: 2, evidence: evidence.clone() },
             MatchEvent::Penalty {
                 robot,
                 reason: PenaltyReason::BallHolding,

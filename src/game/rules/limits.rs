@@ -38,6 +38,8 @@ impl Rules {
         limits.range("team_size", self.team_size, 1..=11, " robots");
         limits.range("mercy_goals", self.mercy_goals.unwrap_or(1), 1..=1000, " goals");
         limits.range("pushing_limit", self.pushing_limit.unwrap_or(1), 1..=1000, " collisions");
+        limits.range("cautions_to_send_off", self.cautions_to_send_off.unwrap_or(1), 1..=100, " cautions");
+        limits.range("offence_free_kick_m", self.offence_free_kick_m.unwrap_or(0.0), 0.0..=100.0, " m");
         limits.range("collision_speed_mps", self.collision_speed_mps, 0.0..=10.0, " m/s");
         limits.range("free_kick_distance_m", self.free_kick_distance_m, 0.0..=100.0, " m");
         limits.range("fall_from_mps", self.fall_from_mps, 0.0..=100.0, " m/s");

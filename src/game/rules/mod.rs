@@ -145,6 +145,9 @@ pub struct Rules {
     /// Whether a goal counts only if two robots of the team have played the ball since the last restart (2025 rule
     /// book, section 3.4).
     pub indirect_goals: bool,
+    /// Whether that goes only for the team that restarted play, and only after a kick-off, a kick-in and an indirect free kick:
+    /// anything else is direct, and an opponent's touch ends it (HSL 2026, laws 8 and 13).
+    pub direct_free_kicks: bool,
 
     /// Whether a ball outside the lines is out.
     pub ball_out: bool,
@@ -211,6 +214,12 @@ pub struct Rules {
     pub pushing_limit: Option<u32>,
     /// Whether a collision within half a metre of the ball gives the other team a free kick (2025).
     pub pushing_free_kick: bool,
+    /// Any offence of a robot so near to the ball, m, gives the other team a free kick, an indirect one but for pushing; none:
+    /// pushing alone does (HSL 2026, section 5.1: 0.75 in the small division, else 1.5).
+    pub offence_free_kick_m: Option<f32>,
+    /// A robot that pushes is cautioned, and with so many cautions sent off for the rest of the match; none: no cautions
+    /// (GameController of the HSL 2026: 2).
+    pub cautions_to_send_off: Option<u32>,
 
     /// Whether a robot that stands near the ball for too long is penalised.
     pub stalling: bool,
@@ -316,6 +325,7 @@ impl Default for Rules {
             goals: true,
             no_kick_off_shots: false,
             indirect_goals: false,
+            direct_free_kicks: false,
             ball_out: true,
             ball_out_restart: BallOutRestart::KickOff,
             free_kick_s: 30.0,
@@ -345,6 +355,8 @@ impl Default for Rules {
             chest_to_chest_penalises_both: false,
             pushing_limit: None,
             pushing_free_kick: false,
+            offence_free_kick_m: None,
+            cautions_to_send_off: None,
             stalling: true,
             stall_s: 15.0,
             stall_radius_m: 0.5,

@@ -23,11 +23,9 @@ impl Checks {
         self.range(path.field("foot_y_m"), body.foot_y_m, 0.0..=WIDEST_M, " m");
         if body.neck_m.truncate().abs().max_element() > WIDEST_M || !(0.0..=body.height_m).contains(&body.neck_m.z) {
             let message = format!("the neck is at ({}, {}, {})", body.neck_m.x, body.neck_m.y, body.neck_m.z);
-            self.value_fault(
-                path.field("neck_m"),
-                message,
-                format!("a place up to {} m high, the robot's height", body.height_m),
-            );
+            let expected = format!("a place up to {} m high, the robot's height", body.height_m);
+            let fault = ScenarioFault::new(path.field("neck_m"), message, expected);
+            self.push(fault.judged_with([path.field("height_m")]));
         }
         let band = path.field("waistband");
         self.span(&band.field("z_m"), body.waistband.z_m, [0.0, HIGHEST_M]);

@@ -71,13 +71,15 @@ pub struct CameraMouse;
 #[derive(Message, Clone, Copy, PartialEq, Debug)]
 pub struct LookAt(pub Vec2);
 
-/// The part of the window, from the left, that a panel covers, logical pixels: the match is shown beside it.
+/// The parts of the window that panels cover, logical pixels: the match is shown beside and above them.
 #[derive(Resource, Clone, Copy, PartialEq, Debug, Default)]
 pub struct Covered {
-    /// Its value in this frame.
-    pub now: f32,
-    /// As the camera has it: it gets there smoothly.
-    eased: f32,
+    /// From the left.
+    pub left: f32,
+    /// From below, but for the panels that are always there.
+    pub below: f32,
+    /// As the camera has them: it gets there smoothly.
+    eased: Vec2,
 }
 
 /// What the camera goes along with.
@@ -144,12 +146,12 @@ fn make_room(
     mut camera: Single<&mut ViewerCamera>,
     mut before: Local<f32>,
 ) {
-    if covered.now != *before {
-        let widths = [*before, covered.now].map(|covered| aspect_beside(window, covered));
+    if covered.left != *before {
+        let widths = [*before, covered.left].map(|covered| aspect_beside(window, covered));
         if camera.mode == CameraMode::Orbit {
             camera.wanted = camera.wanted.farther(widths[0] / widths[1]);
         }
-        *before = covered.now;
+        *before = covered.left;
     }
 }
 
@@ -164,7 +166,7 @@ fn choose_view(
     robots: Query<&Transform, (With<RobotId>, Without<ViewerCamera>)>,
     mut camera: Single<&mut ViewerCamera>,
 ) {
-    let aspect = aspect_beside(window, covered.now);
+    let aspect = aspect_beside(window, covered.left);
     for preset in presets.read() {
         if matches!(preset, ViewPreset::FollowRobot | ViewPreset::Eyes(_)) && selection.0.is_none() {
             selection.0 = roster.iter().next().map(|(id, _)| id);
@@ -298,11 +300,12 @@ fn move_camera(
         let share = 1.0 - ops::exp(-EASING_PER_S * time.delta_secs());
         camera.current = camera.current.eased(camera.wanted, share);
         *transform = camera.current.transform();
-        covered.eased += share * (covered.now - covered.eased);
+        let now = Vec2::new(covered.left, covered.below);
+        covered.eased = covered.eased.lerp(now, share);
         let height = window.iter().next().map_or(1.0, |window| window.height().max(1.0));
         let aside = camera.current.metres_per_pixel(height) * covered.eased / 2.0;
-        let right = transform.right();
-        transform.translation -= aside * right;
+        let (right, up) = (transform.right(), transform.up());
+        transform.translation -= aside.x * right + aside.y * up;
     }
     if let Projection::Perspective(perspective) = &mut *projection
         && perspective.fov != field_of_view

@@ -13,7 +13,7 @@ use std::time::Instant;
 mod tests;
 
 use super::event_log::EventLog;
-use super::keyframes::{self, Simulator};
+use super::keyframes::{self, Keyframes, Simulator};
 use super::memory::ViewerMemory;
 use super::shared::{DisplayFraction, Notice, Playback, ViewerCommand, is_over};
 use super::speed::Speed;
@@ -189,16 +189,14 @@ fn advance(world: &mut World) -> bool {
     if stands || !world.contains_resource::<Scenario>() || is_over_in(world) {
         return false;
     }
-    // What is done by hand is not done again by itself when the match is played again.
-    let is_changed = !world.resource::<Interventions>().queue.is_empty();
-    let is_kept = world.contains_resource::<Simulator>();
-    if is_kept {
-        keyframes::keep_if_due(world, false);
+    if world.contains_resource::<Simulator>() {
+        keyframes::keep_if_due(world);
+        // What is done by hand is not done again by itself when the match is played again.
+        if !world.resource::<Interventions>().queue.is_empty() {
+            world.resource::<Keyframes>().note_change();
+        }
     }
     let result = try_run_cycle(world);
-    if is_kept && is_changed && result.is_ok() {
-        keyframes::keep_if_due(world, true);
-    }
     let mut playback = world.resource_mut::<Playback>();
     playback.note_progress(1.0);
     if let Err(panic) = &result {

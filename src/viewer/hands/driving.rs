@@ -16,6 +16,7 @@ use crate::robot::kick::{KickCommand, KickRequest};
 use crate::robot::motion::{MotionLimits, WalkCommand};
 use crate::team::RobotId;
 use crate::viewer::camera::ViewerCamera;
+use crate::viewer::keyframes::Keyframes;
 use crate::viewer::shared::{KeysSystems, Selection, ViewPreset};
 
 /// How fast the head follows the keys, of the speed that its joints reach: slow enough to aim.
@@ -169,11 +170,14 @@ fn wish(is_pressed: impl Fn(KeyCode) -> bool) -> Wish {
 fn drive(
     clock: Res<CycleClock>,
     roster: Res<Roster>,
+    keyframes: Res<Keyframes>,
     mut driving: ResMut<Driving>,
     mut robots: Query<(&HeadAngles, &HeadLimits, &MotionLimits, &mut WalkCommand, &mut HeadCommand, &mut KickCommand)>,
 ) {
     let Some(entity) = driving.robot.and_then(|robot| roster.get(robot)) else { return };
     let Ok((angles, head, motion, mut walk, mut look, mut kick)) = robots.get_mut(entity) else { return };
+    // Nobody drives when the match is played again.
+    keyframes.note_change();
     let wish = driving.wish;
     *walk = walk_command(wish.walk, motion, clock.period());
     *look = head_command(&wish, *angles, head, clock.period());

@@ -36,9 +36,9 @@ pub(super) fn keep_past_situation(world: &mut World) {
             }
         }
         Some(_) => "The situation is not saved: played again, the match is another one here".to_owned(),
-        None => {
-            rebuilt.why_not(cycle).unwrap_or_else(|| "The match is played again to here: once more, please".to_owned())
-        }
+        None => rebuilt
+            .why_not(cycle, world.resource::<Keyframes>())
+            .unwrap_or_else(|| "The match is played again to here: once more, please".to_owned()),
     };
     world.resource_mut::<Notice>().tell(text);
 }

@@ -3,11 +3,16 @@
 
 use bevy::prelude::*;
 use bevy_egui::EguiPrimaryContextPass;
+use std::io;
+use std::sync::mpsc::{self, Receiver, TryRecvError};
+use std::sync::{Mutex, PoisonError};
+use std::thread;
 use std::time::{Duration, Instant};
 
 mod panel;
 pub mod tracks;
 
+use super::camera::Covered;
 use super::display_settings::DisplaySettings;
 use super::keyframes::Keyframes;
 use super::shared::{FindEvent, Notice, Playback, Selection, TimelineCommand};
@@ -19,8 +24,10 @@ use crate::record::history::{History, MarkKind};
 use crate::team::RobotId;
 use tracks::{BallSource, Condition, Number, Span, Tracks};
 
-/// The part of a frame in which records of what was before are read.
-const BUDGET: Duration = Duration::from_millis(4);
+/// The part of a frame in which the few records are read that came while a thread read the others.
+const BUDGET: Duration = Duration::from_millis(2);
+/// More cycles than this are read by a thread.
+const FEW: u64 = 60;
 
 /// Keeps and shows the [`Lanes`].
 pub struct LanesPlugin;
@@ -33,8 +40,18 @@ impl Plugin for LanesPlugin {
             .add_systems(Update, (read_records, find_event).chain())
             .add_systems(
                 EguiPrimaryContextPass,
-                panel::show.run_if(|display: Res<DisplaySettings>| display.lanes).after(ThemeSystems),
+                (panel::show.run_if(is_open), uncover.run_if(not(is_open))).after(ThemeSystems),
             );
+    }
+}
+
+fn is_open(display: Res<DisplaySettings>) -> bool {
+    display.lanes
+}
+
+fn uncover(mut covered: ResMut<Covered>) {
+    if covered.below != 0.0 {
+        covered.below = 0.0;
     }
 }
 
@@ -45,6 +62,8 @@ pub struct Lanes {
     pub tracks: Tracks,
     /// The match that it is of.
     keyframes: Keyframes,
+    /// What a thread has read, when it has.
+    read: Option<Mutex<Receiver<Tracks>>>,
     /// The first and the last cycle that is shown; the whole match without.
     pub part: Option<[f64; 2]>,
     /// The number that is plotted, if one is.
@@ -100,7 +119,7 @@ fn note_cycle(mut lanes: ResMut<Lanes>, current: Res<CurrentRecord>) {
     }
 }
 
-/// Records of what nobody has taken in are read, some in each frame while they are looked at.
+/// Records of what nobody has taken in are read while they are looked at: many by a thread, a few here.
 fn read_records(
     mut lanes: ResMut<Lanes>,
     mut history: ResMut<History>,
@@ -111,15 +130,36 @@ fn read_records(
         let (number, kind) = (lanes.number, lanes.kind);
         *lanes = Lanes { keyframes: keyframes.clone(), number, kind, ..default() };
     }
-    if !display.lanes {
+    let Some(last) = history.last_cycle().filter(|_| display.lanes) else { return };
+    let next = |tracks: &Tracks| tracks.last_cycle().map_or(0, |last| last + 1);
+    if let Some(read) = &lanes.read {
+        let tracks = read.lock().unwrap_or_else(PoisonError::into_inner).try_recv();
+        match tracks {
+            Ok(tracks) => (lanes.tracks, lanes.read) = (tracks, None),
+            Err(TryRecvError::Empty) => return,
+            Err(TryRecvError::Disconnected) => lanes.read = None,
+        }
+    }
+    if next(&lanes.tracks) + FEW <= last {
+        lanes.read = read_by_thread(lanes.tracks.clone(), history.clone()).ok().map(Mutex::new);
         return;
     }
     let started = Instant::now();
-    let next = |lanes: &Lanes| lanes.tracks.last_cycle().map_or(0, |last| last + 1);
-    while history.last_cycle().is_some_and(|last| next(&lanes) <= last) && started.elapsed() < BUDGET {
-        let Ok(Some(record)) = history.record(next(&lanes)) else { return };
+    while next(&lanes.tracks) <= last && started.elapsed() < BUDGET {
+        let Ok(Some(record)) = history.record(next(&lanes.tracks)) else { return };
         lanes.tracks.note(&record);
     }
+}
+
+fn read_by_thread(mut tracks: Tracks, mut history: History) -> io::Result<Receiver<Tracks>> {
+    let (sender, receiver) = mpsc::channel();
+    thread::Builder::new().name("lanes".to_owned()).spawn(move || {
+        while let Ok(Some(record)) = history.record(tracks.last_cycle().map_or(0, |last| last + 1)) {
+            tracks.note(&record);
+        }
+        let _nobody_waits = sender.send(tracks);
+    })?;
+    Ok(receiver)
 }
 
 fn find_event(

@@ -13,6 +13,7 @@ use crate::behaviour::drawings::Ink;
 use crate::cycle::CycleClock;
 use crate::record::history::{History, MarkKind};
 use crate::team::RobotId;
+use crate::viewer::camera::Covered;
 use crate::viewer::layout;
 use crate::viewer::palette;
 use crate::viewer::shared::{Action, Choice, FindEvent, Selection, TimelineCommand};
@@ -32,7 +33,7 @@ const WIDE_ENOUGH: f32 = 46.0;
 const LEAST_PART: f64 = 30.0;
 
 /// The colours of the words that robots say, in the order in which they are said first.
-const WORD_INKS: [Ink; 6] = [Ink::Green, Ink::Sky, Ink::Purple, Ink::Yellow, Ink::Vermilion, Ink::White];
+const WORD_INKS: [Ink; 5] = [Ink::Sky, Ink::Yellow, Ink::Purple, Ink::White, Ink::Green];
 
 pub(super) fn show(
     mut contexts: EguiContexts,
@@ -43,7 +44,7 @@ pub(super) fn show(
     selection: Res<Selection>,
     mut moments: MessageWriter<TimelineCommand>,
     mut events: MessageWriter<FindEvent>,
-    mut actions: MessageWriter<Action>,
+    (mut actions, mut covered): (MessageWriter<Action>, ResMut<Covered>),
 ) -> Result {
     let Some(cycles) = history.cycles() else { return Ok(()) };
     let whole = [*cycles.start() as f64, (*cycles.end()).max(cycles.start() + 1) as f64];
@@ -56,6 +57,9 @@ pub(super) fn show(
         card(ui).show(ui, |ui| {
             ui.set_width(width);
             show_head(ui, &mut lanes, &mut events);
+            if lanes.read.is_some() {
+                ui.label(dim("The match is being read…").size(text_size::SMALL));
+            }
             let axis = Axis { part: lanes.part.unwrap_or(whole), left: NAMES, width: width - NAMES };
             let rows = egui::ScrollArea::vertical().max_height(MOST).show(ui, |ui| {
                 for (id, track) in lanes.tracks.robots() {
@@ -94,6 +98,8 @@ pub(super) fn show(
             show_legend(ui, &lanes.tracks, axis.part.map(time));
         });
     });
+    // The pitch is seen above it.
+    covered.below = layout::place_of(context, "lanes").map_or(0.0, |lanes| lanes.height() * context.zoom_factor());
     Ok(())
 }
 
@@ -359,8 +365,10 @@ fn show_legend(ui: &mut egui::Ui, tracks: &Tracks, ends: [String; 2]) {
         let words = words.map(|(index, word)| (word_colour(index), word.as_str()));
         let sources = [BallSource::Seen, BallSource::Remembered, BallSource::Told, BallSource::Lost];
         let sources = sources.map(|source| (ball_colour(source), ball_words(source)));
-        let others =
-            [(ink(Ink::Vermilion), "down, or off the pitch"), (ui.visuals().strong_text_color(), "● kick, ○ missed")];
+        let others = [
+            (ink(Ink::Vermilion), "down, or off the pitch"),
+            (ui.visuals().strong_text_color(), "disc: kick, ring: missed"),
+        ];
         for (colour, name) in words.chain(sources).chain(others) {
             let (area, _) = ui.allocate_exact_size(egui::vec2(9.0, 9.0), Sense::hover());
             ui.painter().rect_filled(area, 1.0, colour);

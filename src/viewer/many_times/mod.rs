@@ -223,6 +223,9 @@ fn begin_when_known(world: &mut World) {
 /// The moment that is shown, after a cycle, as soon as it is known whole.
 fn shown_moment(world: &mut World, cycle: u64) -> Result<Option<Whole>, String> {
     let keyframes = world.resource::<Keyframes>().clone();
+    if let Some(fault) = keyframes.fault() {
+        return Err(format!("It cannot be played on: {fault}"));
+    }
     if !world.resource::<Timeline>().is_past() {
         if world.resource::<Game>().state == GameState::Finished {
             return Err("The match is over: nothing comes of this moment any more".to_owned());
@@ -236,7 +239,7 @@ fn shown_moment(world: &mut World, cycle: u64) -> Result<Option<Whole>, String> 
             Ok(Some(Whole { cycle, moment: moment.moment.clone(), situation: moment.situation.clone(), keyframes }))
         }
         Some(_) => Err("Played again, the match is another one here: it cannot go on from it".to_owned()),
-        None => rebuilt.why_not(cycle).map_or(Ok(None), Err),
+        None => rebuilt.why_not(cycle, &keyframes).map_or(Ok(None), Err),
     }
 }
 

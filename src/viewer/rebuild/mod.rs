@@ -83,9 +83,10 @@ pub struct Rebuilt {
     pub progress: Progress,
     latest: Option<RebuiltMoment>,
     thread: Option<Thread>,
-    /// The trace's match that the thread plays, by what is kept of it.
-    plays: Option<Keyframes>,
-    asked: Option<(u64, Keyframes)>,
+    /// The match that this is known of, by what is kept of it.
+    of: Keyframes,
+    /// The cycle that was asked for last.
+    asked: Option<u64>,
 }
 
 impl Rebuilt {
@@ -97,8 +98,11 @@ impl Rebuilt {
 }
 
 impl Rebuilt {
-    /// Why the moment after a cycle will not be rebuilt, if so.
-    pub fn why_not(&self, cycle: u64) -> Option<String> {
+    /// Why the moment after a cycle of the match that is shown will not be rebuilt, if so.
+    pub fn why_not(&self, cycle: u64, keyframes: &Keyframes) -> Option<String> {
+        if let Some(fault) = keyframes.fault() {
+            return Some(format!("Not known: {fault}."));
+        }
         match &self.progress {
             Progress::Failed(message) => Some(format!("Not known: {message}.")),
             Progress::Differs(from) if cycle >= *from => Some(format!(
@@ -190,7 +194,7 @@ impl Rebuilt {
     }
 }
 
-/// Has the match of a trace that is shown played again, from its start.
+/// Of another match nothing is known; that of a trace is played again, from its start.
 fn begin(
     timeline: Res<Timeline>,
     keyframes: Res<Keyframes>,
@@ -198,26 +202,21 @@ fn begin(
     simulator: Option<Res<Simulator>>,
     mut rebuilt: ResMut<Rebuilt>,
 ) {
-    let Some(simulator) = simulator else { return };
-    let is_known = rebuilt.plays.as_ref().is_some_and(|plays| plays.is_same(&keyframes));
-    match timeline.trace_scenario() {
-        Some(scenario) if !is_known => {
-            rebuilt.progress = Progress::Until(0);
-            rebuilt.plays = Some(keyframes.clone());
-            let play = PlayAgain {
-                scenario: scenario.clone(),
-                records: history.clone(),
-                fields: timeline.fields().clone(),
-                keyframes: keyframes.clone(),
-            };
-            rebuilt.ask(&simulator, Request::Play(Box::new(play)));
-        }
-        None if rebuilt.plays.is_some() => {
-            rebuilt.plays = None;
-            rebuilt.progress = Progress::Nothing;
-            rebuilt.ask(&simulator, Request::Forget);
-        }
-        _ => {}
+    let Some(simulator) = simulator.filter(|_| !rebuilt.of.is_same(&keyframes)) else { return };
+    rebuilt.of = keyframes.clone();
+    rebuilt.asked = None;
+    rebuilt.progress = Progress::Nothing;
+    if let Some(scenario) = timeline.trace_scenario() {
+        rebuilt.progress = Progress::Until(0);
+        let play = PlayAgain {
+            scenario: scenario.clone(),
+            records: history.clone(),
+            fields: timeline.fields().clone(),
+            keyframes: keyframes.clone(),
+        };
+        rebuilt.ask(&simulator, Request::Play(Box::new(play)));
+    } else if rebuilt.thread.is_some() {
+        rebuilt.ask(&simulator, Request::Forget);
     }
 }
 
@@ -232,12 +231,12 @@ fn ask(
 ) {
     let Some(simulator) = simulator.filter(|_| timeline.is_past()) else { return };
     let cycle = clock.cycle;
-    let is_asked = rebuilt.asked.as_ref().is_some_and(|(asked, of)| *asked == cycle && of.is_same(&keyframes));
+    let is_asked = rebuilt.asked == Some(cycle);
     let is_beyond = matches!(rebuilt.progress, Progress::Differs(from) if cycle >= from);
-    if is_asked || is_beyond || matches!(rebuilt.progress, Progress::Failed(_)) {
+    if is_asked || is_beyond || keyframes.fault().is_some() || matches!(rebuilt.progress, Progress::Failed(_)) {
         return;
     }
-    rebuilt.asked = Some((cycle, keyframes.clone()));
+    rebuilt.asked = Some(cycle);
     let record = current.record.clone();
     let wanted = Wanted { cycle, record, fields: timeline.fields().clone(), keyframes: keyframes.clone() };
     rebuilt.ask(&simulator, Request::Rebuild(wanted));
@@ -270,7 +269,7 @@ fn read_state(world: &mut World) {
         match moment {
             Some(moment) if moment.is_same => Ok(moment.states.get(&id).cloned().unwrap_or_default()),
             Some(_) => Err(OTHER_MATCH.to_owned()),
-            None => Err(why_unknown(rebuilt, cycle, world.contains_resource::<Simulator>())),
+            None => Err(why_unknown(rebuilt, cycle, keyframes, world.contains_resource::<Simulator>())),
         }
     } else {
         let robot = world.resource::<Roster>().get(id);
@@ -282,11 +281,11 @@ fn read_state(world: &mut World) {
 const OTHER_MATCH: &str = "Played again, the match is another one here: it was changed by hand, or a robot was driven.";
 
 /// Why the state of a moment is not known.
-fn why_unknown(rebuilt: &Rebuilt, cycle: u64, can_play: bool) -> String {
+fn why_unknown(rebuilt: &Rebuilt, cycle: u64, keyframes: &Keyframes, can_play: bool) -> String {
     if !can_play {
         return "This program cannot play the match again.".to_owned();
     }
-    rebuilt.why_not(cycle).unwrap_or_else(|| match &rebuilt.progress {
+    rebuilt.why_not(cycle, keyframes).unwrap_or_else(|| match &rebuilt.progress {
         Progress::Until(until) if cycle > *until => format!("The match is played again to here: at cycle {until}…"),
         _ => "This moment is played again…".to_owned(),
     })

@@ -95,8 +95,8 @@ fn cover_window(
     let scale = display.panel_scale.factor();
     let width = windows.iter().next().map_or(WIDTH, |window| width_in(window.width() / scale));
     let now = if is_shown { (width + BORDERS) * scale } else { 0.0 };
-    if covered.now != now {
-        covered.now = now;
+    if covered.left != now {
+        covered.left = now;
     }
 }
 

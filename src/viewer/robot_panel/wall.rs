@@ -13,6 +13,8 @@ use crate::viewer::layout;
 use crate::viewer::shared::{Action, Choice};
 use crate::viewer::theme::{MARGIN, band, card, dim, panel, text_size};
 
+/// The images take this share of the window's width at most, so that the pitch is seen beside them.
+const SHARE: f32 = 0.45;
 /// Robots in a row.
 const IN_A_ROW: usize = 3;
 
@@ -27,7 +29,7 @@ pub(super) fn show_wall(
     // As large as the window lets them be beside the panel of the robot.
     let room = context.content_rect().size();
     let rows = roster.len().div_ceil(IN_A_ROW).max(1) as f32;
-    let by_width = (layout::width_beside_robot(context) - 2.0 * MARGIN) / (2 * IN_A_ROW) as f32 - 8.0;
+    let by_width = SHARE * layout::width_beside_robot(context) / (2 * IN_A_ROW) as f32 - 8.0;
     let by_height = ((room.y - 220.0) / rows - 26.0) / 0.75;
     let width = by_width.min(by_height).clamp(60.0, 320.0);
     panel("cameras", Align2::RIGHT_CENTER, [-MARGIN, 0.0]).show(context, |ui| {

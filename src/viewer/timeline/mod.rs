@@ -38,6 +38,7 @@ impl Plugin for TimelinePlugin {
         app.init_resource::<History>()
             .init_resource::<CurrentRecord>()
             .init_resource::<Timeline>()
+            .init_resource::<Keyframes>()
             .add_message::<TimelineCommand>()
             .add_systems(Cycle, keep_cycle.in_set(RecordSystems::Keep))
             .add_systems(First, (keep_start, obey_timeline_commands).chain().before(TimeSystems))
