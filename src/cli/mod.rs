@@ -51,6 +51,7 @@ mod game_controller;
 mod interrupt;
 mod list;
 mod logs;
+mod mistakes;
 mod outputs;
 mod pace;
 mod pictures;

@@ -5,6 +5,7 @@ use clap::Args;
 
 use super::beliefs::BeliefArguments;
 use super::logs::LogArguments;
+use super::mistakes::MistakeArguments;
 use super::outputs::Output;
 use super::pictures::PictureArguments;
 use super::recording::Recording;
@@ -35,6 +36,7 @@ recordings! {
     pictures: PictureArguments,
     trace: TraceArguments,
     beliefs: BeliefArguments,
+    mistakes: MistakeArguments,
     logs: LogArguments,
 }
 

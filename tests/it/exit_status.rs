@@ -33,7 +33,7 @@ fn every_command_says_by_its_status_how_it_went() {
         ("play match3v3 --blue dragons", 2),
         ("play short.json --record typo.json", 2),
         ("run short.json", 0),
-        ("run short.json --trace t.jsonl --beliefs b.csv --save s.naoisis", 0),
+        ("run short.json --trace t.jsonl --beliefs b.csv --mistakes m.json --save s.naoisis", 0),
         ("run s.naoisis --duration 0.2", 0),
         ("run nowhere.json", 2),
         ("run typo.json", 2),
@@ -95,7 +95,7 @@ fn what_cannot_be_printed_or_written_fails_by_name() {
         assert_eq!(output.status.code(), Some(1), "{line}: {said}");
         assert!(said.contains("standard output: No space left on device"), "{line}: {said}");
     }
-    for option in ["--trace", "--beliefs"] {
+    for option in ["--trace", "--beliefs", "--mistakes"] {
         let output =
             command(folder.path(), &format!("run match3v3 --duration 20 {option} /dev/full")).output().unwrap();
         let said = text(&output.stderr);
