@@ -171,6 +171,8 @@ fn fork(
         }
     };
     let keyframes = way.keyframes.clone();
+    // Its chance may be another from here on.
+    keyframes.note_change();
     way.put(world);
     let mut branches = world.resource_mut::<Branches>();
     branches.list.push(Branch { from: Some((shown, cycle)), last_cycle: cycle, keyframes, aside: None });

@@ -109,6 +109,14 @@ fn many_times_come_out_differently_and_one_can_be_watched() {
     send(&mut app, ManyTimesCommand::Watch(outcome));
     wait(&mut app, "the branch", |app| shown(app) == 1);
     wait(&mut app, "its end", |app| app.cycle() >= 120);
+    // Of this way, too, any moment can be had again.
+    send(&mut app, ViewerCommand::TogglePause);
+    send(&mut app, TimelineCommand::GoTo(100));
+    let is_known = |app: &App| {
+        let (rebuilt, keyframes) = (app.world().resource::<Rebuilt>(), app.world().resource::<Keyframes>());
+        rebuilt.moment(100, keyframes).is_some_and(|moment| moment.is_same)
+    };
+    wait(&mut app, "the moment", is_known);
     let run = app.world().resource::<ManyTimes>().run.as_ref().unwrap();
     let test = saved_test::of_moment(run.situation.clone().unwrap(), Team::Blue, 30, run).unwrap();
     assert_eq!(test.expectations[0].to_string(), "blue.goals >= 1 within 2 s in 30 % of 50");

@@ -20,7 +20,7 @@ use crate::viewer::timeline::Timeline;
 /// In place of the name of a team, where robots are none.
 const NOBODY: &str = "—";
 /// What the panel leaves of the window's height, logical pixels.
-const AROUND: f32 = 80.0;
+const AROUND: f32 = 150.0;
 /// Lists are at most so high, logical pixels.
 const LIST_HEIGHT: f32 = 460.0;
 
