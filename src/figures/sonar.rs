@@ -1,6 +1,6 @@
 //! Figure 4: the sectors of a robot's sonars, and what they detect.
 
-use bevy::math::Vec2;
+use bevy::math::{Vec2, ops};
 use serde_json::{Value, json};
 
 use super::FigureError;
@@ -8,7 +8,7 @@ use super::axes::{Plan, caption, remark};
 use super::figure_match::{BLUE, FigureMatch};
 use super::marks::{ORANGE, SKY_BLUE, arc, bright_words, measure, sector};
 use crate::appearance::colours::Colour;
-use crate::geometry::{Pose, to_degrees, unit};
+use crate::geometry::{Pose, to_degrees, to_radians, unit};
 use crate::record::canvas::{Anchor, Canvas, INK, PAPER};
 use crate::scenario::RobotModel;
 use crate::sensing::camera::image::Image;
@@ -49,11 +49,11 @@ const SITUATIONS: [Situation; 4] = [
 pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
     let mut canvas = Canvas::scaled(SIZE, scale, PAPER);
     let own = own_sectors(&mut canvas, model)?;
-    let size = own.max_m / PAPER_MAX_M;
+    let (size, zoom) = (own.max_m / PAPER_MAX_M, zoom(&own));
     for (index, (shown, letter)) in SITUATIONS.into_iter().zip('c'..).enumerate() {
         let at = Vec2::new(790.0 + 402.0 * (index % 2) as f32, 72.0 + 500.0 * (index / 2) as f32);
         let played = situation(model, &shown, size)?;
-        let plan = Plan::new(at, Vec2::new(376.0, 376.0), PLACE + Vec2::X * 0.35 * size, 345.0 / size, true);
+        let plan = Plan::new(at, Vec2::new(376.0, 376.0), PLACE + Vec2::X * 0.35 * zoom, 345.0 / zoom, true);
         let plan = plan.counted_from(PLACE);
         plan.picture(&mut canvas, played.scene());
         let reading: SonarReading = played.robot(BLUE);
@@ -65,6 +65,13 @@ pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
         canvas.words(&text, at + Vec2::new(0.0, 376.0 + 28.0), 20.0, Anchor::Left, INK);
     }
     Ok(canvas.into_image())
+}
+
+/// How many times as large a plan has to be as of the paper's sonars, for the sectors to fit in: the paper's reach 37.48° aside.
+fn zoom(settings: &SonarSettings) -> f32 {
+    let aside = |angle: f32| ops::sin(angle.min(core::f32::consts::FRAC_PI_2));
+    let wider = aside(settings.heading + settings.half_angle) / aside(to_radians(37.48));
+    settings.max_m / PAPER_MAX_M * wider.max(1.0)
 }
 
 fn metres(distance: Option<f32>) -> String {
@@ -117,8 +124,9 @@ fn own_sectors(canvas: &mut Canvas, model: &RobotModel) -> Result<SonarSettings,
         return Err(FigureError::Lacking { figure: 4, what: "what sonars hear" });
     }
     let size = settings.max_m / PAPER_MAX_M;
-    let middle = PLACE + Vec2::X * 0.36 * size;
-    let plan = Plan::new(Vec2::new(100.0, 72.0), Vec2::new(620.0, 560.0), middle, 590.0 / size, true);
+    let zoom = zoom(&settings);
+    let middle = PLACE + Vec2::X * 0.36 * zoom;
+    let plan = Plan::new(Vec2::new(100.0, 72.0), Vec2::new(620.0, 560.0), middle, 590.0 / zoom, true);
     let plan = plan.counted_from(PLACE);
     plan.picture(canvas, played.scene());
     draw_sectors(canvas, &plan, &settings, SonarReading::default());

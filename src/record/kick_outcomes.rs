@@ -91,7 +91,7 @@ impl KickFollower {
                 }
                 MatchEvent::BallOut { .. } => ended.extend(self.open.take().map(|kick| (kick, KickEnd::Out))),
                 MatchEvent::Goal { team, .. } => {
-                    ended.extend(self.open.take().map(|kick| (kick, KickEnd::Goal(*team))))
+                    ended.extend(self.open.take().map(|kick| (kick, KickEnd::Goal(*team))));
                 }
                 _ => {}
             }

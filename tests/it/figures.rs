@@ -37,6 +37,24 @@ fn all_eight_are_drawn_the_same_on_every_run() {
 }
 
 #[test]
+fn figures_of_another_robot_show_what_it_has() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = draw(folder.path(), &["--robot", "booster_k1", "--only", "2,4,5,7"]);
+    assert!(output.status.success());
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(said.lines().count(), 2, "{said}");
+    assert!(said.contains("figure 4 shows what sonars hear, and the robot has none"), "{said}");
+    let own = files(&folder.path().join("figures"));
+    assert_eq!(own.keys().collect::<Vec<_>>(), ["figure_2_robots.png", "figure_5_kicks.png"]);
+    let output = draw(folder.path(), &["--out", "nao", "--only", "2"]);
+    assert!(output.status.success());
+    assert_ne!(files(&folder.path().join("nao"))["figure_2_robots.png"], own["figure_2_robots.png"]);
+    let output = draw(folder.path(), &["--robot", "boster_k1", "--out", "other"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("did you mean `booster_k1`?"));
+}
+
+#[test]
 fn nothing_is_written_over_unasked() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("figures");
