@@ -45,7 +45,7 @@ pub(super) fn serve(simulator: MakeApp, requests: &Receiver<Request>, replies: &
                 wanted = None;
                 again = Again::begin(simulator(), *play, replies);
             }
-            Some(Request::Rebuild(new)) => wanted = Some(new),
+            Some(Request::Rebuild(new)) => wanted = Some(*new),
             Some(Request::Forget) => (again, wanted) = (None, None),
             None => {}
         }
