@@ -28,7 +28,7 @@
 //! The registration reads which components the system accesses, and refuses one that reaches for ground truth: see
 //! [`barrier`]. What parameters the system may have is a [list](parameters), which the compiler holds. It can run under
 //! [conditions](Behaviour::run_if), and have its [turn](Behaviour::after) among the others. What it thinks of it can
-//! [draw](drawings) for people.
+//! [draw](drawings) for people, and [say why](reasons).
 
 use bevy::prelude::*;
 use core::any::TypeId;
@@ -41,6 +41,7 @@ pub mod barrier;
 pub mod drawings;
 mod function;
 pub mod parameters;
+pub mod reasons;
 pub mod script;
 
 use crate::cycle::{Cycle, CycleHalf, CycleSystems};
@@ -59,6 +60,7 @@ impl Plugin for BehaviourPlugin {
             .register_type::<Idle>()
             .register_type::<Remote>()
             .register_type::<Program>()
+            .register_type::<reasons::Reasons>()
             .add_plugins(drawings::DrawingsPlugin)
             .configure_sets(
                 Cycle,

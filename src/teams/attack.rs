@@ -151,8 +151,8 @@ pub fn search(player: &Player, memory: &mut PlayerMemory) -> Decision {
     Decision { walk, target: Some(place), head, intention: "search", ..default() }
 }
 
-/// Where to look when nothing else is decided: at the ball, now and then around for landmarks.
-pub fn watch(player: &Player, memory: &mut PlayerMemory) -> HeadCommand {
+/// Where to look when nothing else is decided: at the ball, now and then around for landmarks, and where `walk` leads.
+pub fn watch(player: &Player, memory: &mut PlayerMemory, walk: &WalkCommand) -> HeadCommand {
     /// A pose that was not confirmed for so long needs a look around, s.
     const OLD_POSE_S: f32 = 1.0;
     /// How long a look around takes, s.
@@ -176,7 +176,30 @@ pub fn watch(player: &Player, memory: &mut PlayerMemory) -> HeadCommand {
     {
         return player.head.look_at(post);
     }
-    player.head.look_at(ball)
+    player.head.look_at(way_to_look_along(player, ball, walk).unwrap_or(ball))
+}
+
+/// A place on the way (m, robot frame) of a player that walks elsewhere than it looks, when it is time to look there: whoever is in
+/// the way is seen so.
+fn way_to_look_along(player: &Player, ball: Vec2, walk: &WalkCommand) -> Option<Vec2> {
+    /// How often it looks there, and how long, s.
+    const EVERY_S: f32 = 1.6;
+    const FOR_S: f32 = 0.6;
+    /// How far ahead it looks, as the time to walk there, and at least and at most, s and m.
+    const AHEAD_S: f32 = 3.0;
+    const AHEAD_M: [f32; 2] = [0.8, 1.6];
+    /// The cosine of the angle within which what is beside the gaze is seen as well: less than half of a NAO's image.
+    const IN_VIEW: f32 = 0.9;
+    /// Who has less than this to walk to the ball watches nothing else, s.
+    const NEAR_BALL_S: f32 = 3.0;
+    let speed_mps = walk.translation().length() / player.period;
+    let way = walk.translation().normalize_or_zero();
+    let walks = speed_mps > 0.3 * player.limits.max_linear_mps;
+    let is_seen = way.dot(ball.normalize_or(Vec2::X)) > IN_VIEW;
+    let is_near_ball = ball.length() < NEAR_BALL_S * player.limits.max_linear_mps;
+    let is_time = player.status.time_s.rem_euclid(EVERY_S) < FOR_S;
+    let ahead_m = (AHEAD_S * player.limits.max_linear_mps).clamp(AHEAD_M[0], AHEAD_M[1]);
+    (player.head.turns() && walks && !is_seen && !is_near_ball && is_time).then_some(way * ahead_m)
 }
 
 /// The goal post (m, robot frame) for which the head turns least, of those that can be seen well.
@@ -256,6 +279,28 @@ mod tests {
                 Some(crate::team::RobotId::new(crate::team::Team::Blue, 3));
         }));
         assert!(!kicks(|situation| situation.body = BodyStatus::Recovering));
+    }
+
+    #[test]
+    fn who_walks_where_it_does_not_look_looks_there_now_and_then() {
+        let mut situation = PlayerFixture::new(Pose::default(), Vec2::new(0.0, 3.0));
+        let mut looks = |walk: WalkCommand, ball: Vec2| {
+            situation.belief.ball.as_mut().unwrap().position_m = ball;
+            let mut there = 0;
+            for cycle in 0..96 {
+                situation.status.time_s = cycle as f32 / 30.0;
+                let player = situation.player();
+                let ball = player.in_robot(ball);
+                there += usize::from(way_to_look_along(&player, ball, &walk).is_some());
+            }
+            there
+        };
+        let ahead = WalkCommand::new(0.006, 0.0, 0.0);
+        // 0.6 of 1.6 s.
+        assert!((30..42).contains(&looks(ahead, Vec2::new(0.0, 3.0))));
+        assert_eq!(looks(ahead, Vec2::new(3.0, 0.3)), 0, "the ball is on the way");
+        assert_eq!(looks(ahead, Vec2::new(0.0, 0.4)), 0, "the ball is at its feet");
+        assert_eq!(looks(WalkCommand::default(), Vec2::new(0.0, 3.0)), 0, "it stands");
     }
 
     #[test]

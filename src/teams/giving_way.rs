@@ -3,6 +3,7 @@
 use bevy::prelude::*;
 
 use super::player::Player;
+use super::walking::walks_sideways;
 use crate::belief::RobotBelief;
 use crate::geometry::unrotate;
 use crate::robot::motion::WalkCommand;
@@ -11,6 +12,8 @@ use crate::robot::motion::WalkCommand;
 const GIVE_WAY_M: f32 = 0.45;
 /// Who walks step by step comes no nearer to an opponent than this, m, and brakes in time.
 const STOP_M: f32 = 0.4;
+/// An opponent seen longer ago may be anywhere, s.
+const OLD_S: f32 = 2.0;
 /// What is not walking at an opponent, m/s: the referee overlooks less than 0.05.
 const GIVE_WAY_MPS: f32 = 0.03;
 /// Two who face each other with the ball so near to the line between them may fight for it, m.
@@ -20,7 +23,7 @@ const FIGHT_M: f32 = 0.2;
 pub fn give_way(player: &Player, walk: WalkCommand, opponents: &[RobotBelief]) -> WalkCommand {
     let mut step = player.forward.rotate(walk.translation());
     let wider_m = 2.0 * player.wider_than_nao_m();
-    for other in opponents.iter().filter(|other| other.age_s < 1.0) {
+    for other in opponents.iter().filter(|other| other.age_s < OLD_S) {
         let way = other.position_m - player.position();
         let distance = way.length();
         let Some(line) = way.try_normalize() else { continue };
@@ -37,7 +40,8 @@ pub fn give_way(player: &Player, walk: WalkCommand, opponents: &[RobotBelief]) -
         step -= line * (towards - most);
     }
     let step = unrotate(player.forward, step);
-    WalkCommand { dx: step.x, dy: step.y, dtheta: walk.dtheta }
+    let dy = if walks_sideways(player.limits) { step.y } else { 0.0 };
+    WalkCommand { dx: step.x, dy, dtheta: walk.dtheta }
 }
 
 /// Whether the player faces an opponent in this direction and at this distance with the ball between them.

@@ -4,6 +4,7 @@ use bevy::prelude::*;
 
 use super::attack::attack;
 use super::player::{Decision, Player, PlayerMemory};
+use crate::behaviour::reasons::{Choice, Reasons};
 use crate::game::DefenderLimit;
 use crate::kick_geometry::Side;
 use crate::pitch::End;
@@ -65,6 +66,22 @@ pub fn keep(
     let facing = (position - player.position()).normalize_or(Vec2::X);
     let walk = player.go_and_stay(place, facing, &player.obstacles());
     Decision { walk, target: Some(place), intention: "keep", ..default() }
+}
+
+/// What speaks for what the keeper does: how near the ball is to the goal, m, and how fast it comes, m/s.
+pub fn reasons(player: &Player, decision: &Decision) -> Reasons {
+    let Some(ball) = player.ball() else { return Reasons::default() };
+    let (distance, speed) = (ball.position_m.distance(player.own_goal()), -ball.velocity_mps.x);
+    let chosen = match decision.intention {
+        taken @ ("save" | "keep") => taken,
+        _ => "clear",
+    };
+    let options = vec![
+        Choice::new("save", speed - SHOT_SPEED_MPS, format!("the ball comes at {speed:.1} m/s")),
+        Choice::new("clear", CLEAR_DISTANCE_M - distance, format!("the ball is {distance:.1} m from the goal")),
+        Choice::new("keep", 0.0, "otherwise"),
+    ];
+    Reasons::of(options, chosen)
 }
 
 /// A dive, for a shot that crosses the keeper's line at `y` and that it can reach by a dive only.

@@ -18,6 +18,7 @@ pub mod keeper;
 pub mod kicking;
 pub mod looking;
 pub mod obeying;
+pub mod options;
 pub mod passer;
 pub mod passing;
 pub mod penalty_kicks;
@@ -33,6 +34,7 @@ pub use player::{Decision, Player, PlayerMemory};
 
 use crate::behaviour::BehaviourApp;
 use crate::behaviour::drawings::{Drawings, Frame, Ink};
+use crate::behaviour::reasons::Reasons;
 use crate::belief::{Belief, SimpleBelief};
 use crate::communication::{Inbox, Outbox, TeamMessage};
 use crate::cycle::CycleClock;
@@ -94,6 +96,9 @@ impl Plugin for BuiltInTeamsPlugin {
 trait Role: Component {
     /// Decides while the ball is in play.
     fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision;
+
+    /// What speaks for that decision, of a player with this memory before it.
+    fn reasons(player: &Player, memory: PlayerMemory, decision: &Decision) -> Reasons;
 }
 
 /// Marks a robot that goes for the ball.
@@ -136,11 +141,19 @@ impl Role for PassingKeeper {
     fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
         passer::keep(player, memory)
     }
+
+    fn reasons(player: &Player, _memory: PlayerMemory, decision: &Decision) -> Reasons {
+        keeper::reasons(player, decision)
+    }
 }
 
 impl Role for Passer {
     fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
         passer::decide(player, memory)
+    }
+
+    fn reasons(player: &Player, memory: PlayerMemory, decision: &Decision) -> Reasons {
+        passer::reasons(player, memory, decision)
     }
 }
 
@@ -148,11 +161,19 @@ impl Role for Chaser {
     fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
         chaser::decide(player, memory)
     }
+
+    fn reasons(player: &Player, _memory: PlayerMemory, decision: &Decision) -> Reasons {
+        roles::reasons(player, decision)
+    }
 }
 
 impl Role for Keeper {
     fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
         keeper::decide(player, memory)
+    }
+
+    fn reasons(player: &Player, _memory: PlayerMemory, decision: &Decision) -> Reasons {
+        keeper::reasons(player, decision)
     }
 }
 
@@ -160,11 +181,19 @@ impl Role for Striker {
     fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
         striker::decide(player, memory)
     }
+
+    fn reasons(player: &Player, _memory: PlayerMemory, decision: &Decision) -> Reasons {
+        roles::reasons(player, decision)
+    }
 }
 
 impl Role for Supporter {
     fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
         supporter::decide(player, memory)
+    }
+
+    fn reasons(player: &Player, _memory: PlayerMemory, decision: &Decision) -> Reasons {
+        roles::reasons(player, decision)
     }
 }
 
@@ -192,6 +221,7 @@ struct PlayerQuery {
     outbox: &'static mut Outbox,
     posture: &'static mut PostureCommand,
     drawings: &'static mut Drawings,
+    reasons: Option<&'static mut Reasons>,
 }
 
 fn play<R: Role>(
@@ -222,9 +252,14 @@ fn play<R: Role>(
             forward: robot.belief.pose.forward(),
         };
         let memory = &mut *robot.memory;
+        let before = robot.reasons.is_some().then(|| memory.clone());
         let decision = decide_in_game(&player, memory, R::decide);
+        if let (Some(reasons), Some(before)) = (&mut robot.reasons, before) {
+            let decides = player.status.state == GameState::Playing && !player.status.penalised;
+            **reasons = if decides { R::reasons(&player, before, &decision) } else { Reasons::default() };
+        }
         *robot.walk = decision.walk;
-        *robot.head = decision.head.unwrap_or_else(|| attack::watch(&player, memory));
+        *robot.head = decision.head.unwrap_or_else(|| attack::watch(&player, memory, &decision.walk));
         robot.kick.0 = decision.kick;
         robot.posture.0 = decision.posture.or_else(|| obeying::posture(&player));
         draw(&mut robot.drawings, &player, memory, &decision);

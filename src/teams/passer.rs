@@ -8,44 +8,48 @@
 
 use bevy::prelude::*;
 
-use super::aiming::Aim;
 use super::attack::{choose_aim, go_for, search};
 use super::giving_way::give_way;
 use super::obeying::is_for_the_keeper_only;
-use super::passing::{Pass, freedom, lane, meet, rolled, shot_value};
+use super::options::{Company, KickOption, best, options, pass_worth, reach_m, walking_s};
+use super::passing::{Pass, meet, rolled};
 use super::player::{Decision, Player, PlayerMemory};
-use crate::belief::{BallBelief, RobotBelief};
+use super::roles::{SUPPORT_DISTANCE_M, support};
+use crate::behaviour::reasons::Reasons;
+use crate::belief::{BallBelief, Belief, RobotBelief};
+use crate::geometry::unit;
 
 /// The jersey number of the keeper, who has other things to do.
 const KEEPER: u8 = 1;
 /// What was heard or seen of a team-mate longer ago does not count, s.
-const FRESH_TEAM_MATE_S: f32 = 1.0;
+const FRESH_TEAM_MATE_S: f32 = 2.0;
 /// What team-mates told of opponents longer ago does not count, s.
 const FRESH_REPORT_S: f32 = 1.0;
 /// An opponent that is told of and one that is seen nearer to each other than this are one, m.
 const SAME_OPPONENT_M: f32 = 0.5;
 /// A player keeps its turn at the ball until a team-mate is nearer by this, s.
 const TURN_PREFERENCE_S: f32 = 0.8;
-/// A pass must lead to a chance that is better by this factor than the own one.
-const PASS_GAIN: f32 = 1.6;
-/// Passes over less, or more, are not tried, m.
-const PASS_RANGE_M: [f32; 2] = [0.7, 3.0];
 /// An announced pass is waited for so long, s.
 const PASS_PATIENCE_S: f32 = 4.0;
-/// And by so much: a chance of a goal.
-const LEAST_GAIN: f32 = 0.05;
+/// A kick that ends nearer to who gets it than this share of the reach is a pass, which is announced; of others each makes what
+/// it can.
+const NEAR_RECEIVER: f32 = 0.2;
 /// How much better a new place to wait at must be than the one chosen before.
 const PLACE_PREFERENCE: f32 = 1.25;
 /// Opponents must be nearer to the ball by this for the team to fall back, s.
 const FALL_BACK_S: f32 = 1.0;
-
-/// Whoever falls back stands between the ball and a place beside the middle of the goal by this, m: what the keeper does
-/// not cover.
-const BESIDE_KEEPER_M: f32 = 0.4;
-/// And so far from the goal at most, or just outside the penalty area, m.
-const MOST_GUARD_M: f32 = 1.8;
+/// Whoever guards stands between the ball and a place beside the middle of the goal by this share of its width: what the keeper
+/// does not cover.
+const BESIDE_KEEPER: f32 = 0.29;
+/// And so far from the goal at most, as a share of the pitch's length, or just outside the penalty area.
+const MOST_GUARD: f32 = 0.3;
 /// A ball further back than this share of the own half is defended by all.
 const OWN_THIRD: f32 = 0.33;
+/// Places to wait at for a pass, from the ball: angles to the way to the goal, radians, and shares of the kick's reach.
+const WAITING_ANGLES: [f32; 6] = [0.2, -0.2, 0.6, -0.6, 1.1, -1.1];
+const WAITING_SHARES: [f32; 3] = [0.35, 0.55, 0.75];
+/// Who waits keeps so far from team-mates, as a share of the kick's reach.
+const APART_SHARE: f32 = 0.25;
 /// Distance of the keeper's place from the middle of the goal, m: further out it covers more of the goal, as the others
 /// cover what it leaves.
 const KEEPER_GUARD_M: f32 = 0.9;
@@ -55,32 +59,34 @@ const KEEPER_CLEAR_M: f32 = 1.5;
 /// Decides for a passer.
 pub fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
     listen(player, memory);
+    let belief = with_what_mates_tell(player, memory);
+    let player = &Player { belief: &belief, ..*player };
     let Some(ball) = player.ball() else { return Decision { reports_opponents: true, ..search(player, memory) } };
-    let opponents = opponents(player, memory);
     memory.attacks = has_turn(player, memory, ball);
     let mut decision = if memory.attacks && !is_for_the_keeper_only(player, ball.position_m) {
         memory.free_place = None;
-        attack(player, memory, ball, &opponents)
+        attack(player, memory, ball)
     } else {
         memory.lost_since_s = None;
         memory.kick = None;
         memory.at_ball_since_s = None;
-        wait_for_the_ball(player, memory, ball, &opponents)
+        wait_for_the_ball(player, memory, ball)
     };
-    decision.walk = give_way(player, decision.walk, &opponents);
+    decision.walk = give_way(player, decision.walk, &player.belief.opponents);
     Decision { reports_opponents: true, ..decision }
 }
 
 /// Decides for the keeper.
 pub fn keep(player: &Player, memory: &mut PlayerMemory) -> Decision {
     listen(player, memory);
-    let opponents = opponents(player, memory);
+    let belief = with_what_mates_tell(player, memory);
+    let player = &Player { belief: &belief, ..*player };
     let clear = |player: &Player, memory: &mut PlayerMemory| match player.ball() {
-        Some(ball) => attack(player, memory, ball, &opponents),
+        Some(ball) => attack(player, memory, ball),
         None => search(player, memory),
     };
     let mut decision = super::keeper::keep(player, memory, KEEPER_GUARD_M, KEEPER_CLEAR_M, clear);
-    decision.walk = give_way(player, decision.walk, &opponents);
+    decision.walk = give_way(player, decision.walk, &player.belief.opponents);
     Decision { reports_opponents: true, ..decision }
 }
 
@@ -101,16 +107,16 @@ fn listen(player: &Player, memory: &mut PlayerMemory) {
     }
 }
 
-/// The opponents that the player knows of, from its own eyes and from its team-mates'.
-fn opponents(player: &Player, memory: &PlayerMemory) -> Vec<RobotBelief> {
-    let mut known = player.belief.opponents.clone();
+/// What the player believes, with the opponents that its team-mates tell of.
+fn with_what_mates_tell(player: &Player, memory: &PlayerMemory) -> Belief {
+    let mut belief = player.belief.clone();
     for (_, place, when) in &memory.told_opponents {
-        if known.iter().all(|other| other.position_m.distance(*place) > SAME_OPPONENT_M) {
+        if belief.opponents.iter().all(|other| other.position_m.distance(*place) > SAME_OPPONENT_M) {
             let age_s = player.status.time_s - when;
-            known.push(RobotBelief { id: None, position_m: *place, covariance: [0.04, 0.0, 0.04], age_s });
+            belief.opponents.push(RobotBelief { id: None, position_m: *place, covariance: [0.04, 0.0, 0.04], age_s });
         }
     }
-    known
+    belief
 }
 
 /// When somebody at `place` is behind the ball, or where it will be, s.
@@ -134,69 +140,134 @@ fn has_turn(player: &Player, memory: &PlayerMemory, ball: &BallBelief) -> bool {
     })
 }
 
-/// Shoots, passes, or takes the ball forward.
-fn attack(player: &Player, memory: &mut PlayerMemory, ball: &BallBelief, opponents: &[RobotBelief]) -> Decision {
-    memory.lost_since_s = None;
-    let (meeting_place, _) =
-        meet(ball.position_m, ball.velocity_mps, player.rolling, player.position(), player.limits.max_linear_mps);
-    let kick_off = memory.kick_off_since_s.is_some() && player.status.kick_off_team == player.id.team;
-    let mut aim = choose_aim(player, memory, meeting_place);
-    let own = if aim.is_shot { shot_value(meeting_place, opponents, player.pitch) } else { 0.0 };
-    let pass = best_pass(player, meeting_place, opponents)
-        .filter(|(value, _)| !kick_off && *value > PASS_GAIN * own + LEAST_GAIN);
-    if let Some((_, pass)) = &pass {
-        aim = Aim::at(meeting_place, pass.place);
-        memory.aim = Some(aim.direction);
-    }
-    Decision { pass: pass.map(|(_, pass)| pass), ..go_for(player, memory, ball, &aim, meeting_place) }
+/// The field players of the own team that the player knows of: numbers and places, m, team frame.
+fn mates(player: &Player) -> Vec<(u8, Vec2)> {
+    let fresh = player.belief.team_mates.iter().filter(|mate| mate.age_s < FRESH_TEAM_MATE_S);
+    fresh.filter_map(|mate| Some((mate.id?.number, mate.position_m))).filter(|(number, _)| *number != KEEPER).collect()
 }
 
-/// The pass that leads to the best chance, and how good that is.
-fn best_pass(player: &Player, ball: Vec2, opponents: &[RobotBelief]) -> Option<(f32, Pass)> {
-    let mates = player.belief.team_mates.iter().filter(|mate| mate.age_s < FRESH_TEAM_MATE_S);
-    mates
-        .filter_map(|mate| {
-            let to = mate.id.filter(|id| id.number != KEEPER)?.number;
-            // A little ahead of the team-mate, where it will play on from.
-            let place = mate.position_m + (player.opponent_goal() - mate.position_m).normalize_or(Vec2::X) * 0.25;
-            let distance = place.distance(ball);
-            let value = shot_value(place, opponents, player.pitch)
-                * freedom(place, opponents)
-                * lane(ball, place, opponents, player.kicks.direction_sd);
-            ((PASS_RANGE_M[0]..PASS_RANGE_M[1]).contains(&distance) && value > 0.05)
-                .then_some((value, Pass { to, place }))
-        })
-        .max_by(|(first, _), (second, _)| first.total_cmp(second))
+/// What the player can do with the ball, and where it meets it.
+fn possible(
+    player: &Player,
+    memory: &mut PlayerMemory,
+    company: Company,
+    ball: &BallBelief,
+) -> (Vec<KickOption>, Vec2) {
+    let (meeting_place, _) =
+        meet(ball.position_m, ball.velocity_mps, player.rolling, player.position(), player.limits.max_linear_mps);
+    let previous = memory.aim;
+    let aim = choose_aim(player, memory, meeting_place);
+    let kick_off = memory.kick_off_since_s.is_some() && player.status.kick_off_team == player.id.team;
+    let options = if kick_off {
+        vec![KickOption { aim, place: meeting_place + aim.direction * aim.distance_m, receiver: None, value: 0.0 }]
+    } else {
+        options(player, company, meeting_place, aim, previous)
+    };
+    (options, meeting_place)
+}
+
+/// Shoots, passes, or takes the ball forward: whatever is worth most.
+fn attack(player: &Player, memory: &mut PlayerMemory, ball: &BallBelief) -> Decision {
+    memory.lost_since_s = None;
+    let mates = mates(player);
+    let company = Company { mates: &mates, opponents: &player.belief.opponents };
+    let (options, meeting_place) = possible(player, memory, company, ball);
+    let Some(chosen) = best(&options) else { return search(player, memory) };
+    memory.aim = Some(chosen.aim.direction);
+    let near = |to: u8| {
+        mates
+            .iter()
+            .any(|(number, mate)| *number == to && mate.distance(chosen.place) < NEAR_RECEIVER * reach_m(player))
+    };
+    let pass = chosen.receiver.filter(|to| near(*to)).map(|to| Pass { to, place: chosen.place });
+    Decision { pass, ..go_for(player, memory, ball, &chosen.aim, meeting_place) }
+}
+
+/// What speaks for the decision of a passer: with the ball, what each kick is worth, in goals.
+pub fn reasons(player: &Player, mut memory: PlayerMemory, decision: &Decision) -> Reasons {
+    listen(player, &mut memory);
+    let belief = with_what_mates_tell(player, &memory);
+    let player = &Player { belief: &belief, ..*player };
+    let Some(ball) = player.ball() else { return Reasons::default() };
+    if !matches!(decision.intention, "attack" | "kick") {
+        return super::roles::reasons(player, decision);
+    }
+    let mates = mates(player);
+    let company = Company { mates: &mates, opponents: &player.belief.opponents };
+    let (options, _) = possible(player, &mut memory, company, ball);
+    let chosen = best(&options).and_then(|best| options.iter().position(|option| option == best));
+    Reasons { chosen, options: options.iter().map(KickOption::choice).collect() }
 }
 
 /// Goes where a pass was announced to, or could come to; back, if the opponents are sooner at the ball.
-fn wait_for_the_ball(
-    player: &Player,
-    memory: &mut PlayerMemory,
-    ball: &BallBelief,
-    opponents: &[RobotBelief],
-) -> Decision {
+fn wait_for_the_ball(player: &Player, memory: &mut PlayerMemory, ball: &BallBelief) -> Decision {
     let facing = (ball.position_m - player.position()).normalize_or(Vec2::X);
     let mut obstacles = player.obstacles();
-    obstacles.add(ball.position_m, 0.5);
+    obstacles.add(ball.position_m, 0.7 * SUPPORT_DISTANCE_M);
     if let Some((pass, _)) = memory.expected_pass {
         let behind = (player.opponent_goal() - pass.place).normalize_or(Vec2::X) * -0.25;
         let place = pass.place + behind;
         let walk = player.go_and_stay(place, facing, &obstacles);
         return Decision { walk, target: Some(place), intention: "receive", ..default() };
     }
-    let times = opponents.iter().map(|opponent| time_to_ball_s(player, ball, opponent.position_m));
-    let theirs_s = times.fold(f32::MAX, f32::min);
-    let mates = player.belief.team_mates.iter().filter(|mate| mate.age_s < FRESH_TEAM_MATE_S);
-    let ours_s = mates.map(|mate| time_to_ball_s(player, ball, mate.position_m)).fold(f32::MAX, f32::min);
-    let place = if theirs_s + FALL_BACK_S < ours_s || ball.position_m.x < -OWN_THIRD * player.pitch.half_length() {
-        memory.free_place = None;
-        guard_place(player, ball)
-    } else {
-        free_place(player, memory, ball, opponents)
+    let mates = mates(player);
+    let company = Company { mates: &mates, opponents: &player.belief.opponents };
+    let place = match job(player, company, ball) {
+        Job::Cover => None,
+        Job::Guard => Some(guard_place(player, ball)),
+        Job::Offer => Some(free_place(player, memory, company, ball.position_m)),
     };
-    let walk = player.go_and_stay(place, facing, &obstacles);
-    Decision { walk, target: Some(place), intention: "support", ..default() }
+    if let Some(place) = place {
+        let walk = player.go_and_stay(place, facing, &obstacles);
+        return Decision { walk, target: Some(place), intention: "support", ..default() };
+    }
+    memory.free_place = None;
+    support(player, ball.position_m)
+}
+
+/// What a player does that does not go for the ball.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Job {
+    /// Stands behind whoever goes for the ball, for what comes back.
+    Cover,
+    /// Stands between the ball and the own goal.
+    Guard,
+    /// Waits where a pass could reach it.
+    Offer,
+}
+
+/// The jobs of those who wait, from the one furthest back to the one furthest ahead.
+fn jobs(waiting: usize) -> &'static [Job] {
+    use Job::{Cover, Guard, Offer};
+    match waiting {
+        0 | 1 => &[Offer],
+        2 => &[Cover, Offer],
+        3 => &[Guard, Cover, Offer],
+        4 => &[Guard, Cover, Offer, Offer],
+        5 => &[Guard, Cover, Cover, Offer, Offer],
+        _ => &[Guard, Guard, Cover, Cover, Offer, Offer],
+    }
+}
+
+/// The player's job among those who wait.
+fn job(player: &Player, company: Company, ball: &BallBelief) -> Job {
+    let to_ball_s = |place: Vec2| time_to_ball_s(player, ball, place);
+    let sooner = |best: f32, next: f32| best.min(next);
+    let theirs_s = company.opponents.iter().map(|other| to_ball_s(other.position_m)).fold(f32::MAX, sooner);
+    let ours_s = company.mates.iter().map(|(_, mate)| to_ball_s(*mate)).fold(to_ball_s(player.position()), sooner);
+    // Whoever is soonest at the ball goes for it.
+    let waits = |place: Vec2| to_ball_s(place) > ours_s;
+    let own = (player.position().x, player.id.number);
+    let waiting = company.mates.iter().filter(|(_, mate)| waits(*mate));
+    let (behind, others) = waiting
+        .fold((0, 0), |(behind, others), (number, mate)| (behind + usize::from((mate.x, *number) < own), others + 1));
+    let job = *jobs(others + 1).get(behind).unwrap_or(&Job::Cover);
+    let falls_back = theirs_s + FALL_BACK_S < ours_s || ball.position_m.x < -OWN_THIRD * player.pitch.half_length();
+    match (job, falls_back) {
+        (Job::Offer, true) if others == 0 => Job::Guard,
+        (Job::Offer, true) => Job::Cover,
+        _ => job,
+    }
 }
 
 /// Between the ball and that side of the own goal on which the player is, outside the penalty area.
@@ -204,30 +275,31 @@ fn guard_place(player: &Player, ball: &BallBelief) -> Vec2 {
     let ball = rolled(ball.position_m, ball.velocity_mps, player.rolling, 1.0);
     let to_goal = player.own_goal() - ball;
     let side = if to_goal.perp_dot(player.position() - ball) * to_goal.x > 0.0 { 1.0 } else { -1.0 };
-    let goal = player.own_goal() + Vec2::new(0.0, side * BESIDE_KEEPER_M);
+    let goal = player.own_goal() + Vec2::new(0.0, side * BESIDE_KEEPER * player.pitch.goal.width_m);
     // On a large pitch, the penalty area alone is deeper than that.
     let least = player.pitch.penalty_area.depth_m + 0.35;
-    let away = (0.5 * ball.distance(goal)).min(MOST_GUARD_M).max(least);
+    let away = (0.5 * ball.distance(goal)).min(MOST_GUARD * player.pitch.length_m).max(least);
     goal + (ball - goal).normalize_or(Vec2::X) * away
 }
 
-/// The place from which a pass would lead to the best chance.
-fn free_place(player: &Player, memory: &mut PlayerMemory, ball: &BallBelief, opponents: &[RobotBelief]) -> Vec2 {
-    let ball = ball.position_m;
-    let (length, width) = (player.pitch.half_length(), player.pitch.half_width());
+/// The place at which a pass would be worth most, not too far away.
+fn free_place(player: &Player, memory: &mut PlayerMemory, company: Company, ball: Vec2) -> Vec2 {
+    let reach = reach_m(player);
+    let half = Vec2::new(player.pitch.half_length() - 0.8, player.pitch.half_width() - 0.5);
     let value = |place: Vec2| {
-        let distance = place.distance(ball);
-        let in_range = (PASS_RANGE_M[0]..PASS_RANGE_M[1]).contains(&distance);
-        let way_s = place.distance(player.position()) / player.limits.max_linear_mps.max(1e-3);
-        let chance = 0.1 + shot_value(place, opponents, player.pitch);
-        let free = 0.2 + freedom(place, opponents);
-        let open = 0.2 + lane(ball, place, opponents, player.kicks.direction_sd);
-        if in_range { chance * free * open / (1.0 + 0.1 * way_s) } else { 0.0 }
+        let way_s = walking_s(player, [player.position()], place);
+        let mate_m = company.mates.iter().map(|(_, mate)| mate.distance(place)).fold(f32::MAX, f32::min);
+        let apart = (mate_m / (APART_SHARE * reach)).min(1.0);
+        let distance = ball.distance(place);
+        let in_range = distance > 0.2 * reach && distance < 0.9 * reach;
+        if in_range { apart * pass_worth(player, company, ball, place).max(0.01) / (1.0 + 0.1 * way_s) } else { 0.0 }
     };
+    let towards_goal = (player.opponent_goal() - ball).normalize_or(Vec2::X);
     let mut best = memory.free_place.map_or((0.0, player.position()), |place| (PLACE_PREFERENCE * value(place), place));
-    for x in [0.2, 0.35, 0.5, 0.65] {
-        for y in [-0.55, -0.3, 0.0, 0.3, 0.55] {
-            let place = Vec2::new(x * length, y * width);
+    for angle in WAITING_ANGLES {
+        let direction = unit(angle).rotate(towards_goal);
+        for share in WAITING_SHARES {
+            let place = (ball + direction * share * reach).clamp(-half, half);
             let worth = value(place);
             if worth > best.0 {
                 best = (worth, place);
@@ -260,18 +332,49 @@ mod tests {
     }
 
     #[test]
-    fn who_stands_free_before_the_goal_gets_the_ball_and_is_told_so() {
-        let mut situation = PlayerFixture::new(Pose::new(-0.2, 0.0, 0.0), Vec2::ZERO);
-        situation.belief.team_mates = vec![mate(3, 1.6, 0.8)];
-        // The direct way is blocked.
-        situation.belief.opponents = vec![opponent(0.8, -0.1), opponent(2.7, 0.0)];
-        let decision = decide(&situation.player(), &mut PlayerMemory::default());
-        let pass = decision.pass.expect("a pass");
-        assert!(pass.to == 3 && pass.place.distance(Vec2::new(1.6, 0.8)) < 0.3, "{pass:?}");
-        // An opponent on the way of the pass, whom only a team-mate sees.
-        let robots_m = vec![Vec2::new(0.9, 0.45)];
+    fn who_stands_free_gets_the_ball_unless_a_team_mate_tells_of_an_opponent_there() {
+        // 4.5 m from the goal there is no shot.
+        let mut situation = PlayerFixture::new(Pose::new(-1.7, 0.0, 0.0), Vec2::new(-1.5, 0.0));
+        situation.belief.team_mates = vec![mate(3, 0.3, 0.9)];
+        situation.belief.opponents = vec![opponent(-0.7, 0.0), opponent(-0.7, -0.6)];
+        let worth = |situation: &PlayerFixture| {
+            let decision = decide(&situation.player(), &mut PlayerMemory::default());
+            let reasons = reasons(&situation.player(), PlayerMemory::default(), &decision);
+            reasons.choice().filter(|choice| choice.name == "pass to 3").map(|choice| choice.value)
+        };
+        let free = worth(&situation).expect("a pass");
+        let robots_m = vec![Vec2::new(0.4, 0.9)];
         situation.heard = vec![said(3, TeamMessage { robots_m, ..default() })];
-        assert_eq!(decide(&situation.player(), &mut PlayerMemory::default()).pass, None);
+        assert!(worth(&situation).is_none_or(|guarded| guarded < free), "{free}");
+    }
+
+    #[test]
+    fn its_reasons_are_the_kicks_that_it_could_make_and_the_best_is_what_it_prepares() {
+        let mut situation = PlayerFixture::new(Pose::new(-0.6, 0.0, 0.0), Vec2::ZERO);
+        situation.belief.team_mates = vec![mate(3, 1.6, 0.8)];
+        let mut memory = PlayerMemory::default();
+        let decision = decide(&situation.player(), &mut memory);
+        let reasons = reasons(&situation.player(), PlayerMemory::default(), &decision);
+        let choice = reasons.choice().unwrap();
+        assert!(reasons.options.len() > 5 && reasons.options.iter().all(|option| option.value <= choice.value));
+        assert!(choice.name == "pass to 3" || decision.pass.is_none(), "{choice:?} {decision:?}");
+    }
+
+    #[test]
+    fn of_those_who_wait_the_last_guards_and_the_foremost_offers_itself() {
+        let mut situation = PlayerFixture::new(Pose::new(-1.0, 0.0, 0.0), Vec2::ZERO);
+        let jobs = |situation: &PlayerFixture| {
+            let player = situation.player();
+            let mates = mates(&player);
+            job(&player, Company { mates: &mates, opponents: &[] }, player.ball().unwrap())
+        };
+        // Number 3 is at the ball; of 2, 4 and 5, 2 is the last, then the one in the middle, then the foremost.
+        situation.belief.team_mates = vec![mate(3, -0.2, 0.0), mate(4, 0.5, 0.8), mate(5, 1.2, -0.8)];
+        assert_eq!(jobs(&situation), Job::Guard);
+        situation.belief.pose.position = Vec2::new(0.8, 1.5);
+        assert_eq!(jobs(&situation), Job::Cover);
+        situation.belief.pose.position = Vec2::new(1.8, 1.5);
+        assert_eq!(jobs(&situation), Job::Offer);
     }
 
     #[test]
@@ -308,7 +411,7 @@ mod tests {
         // That of the pitch of 2025: 1.65 m deep.
         situation.pitch.penalty_area.depth_m = 1.65;
         let place = guard_place(&situation.player(), &ball);
-        assert!((place.distance(Vec2::new(-3.0, BESIDE_KEEPER_M)) - 2.0).abs() < 1e-4, "{place}");
+        assert!((place.distance(Vec2::new(-3.0, BESIDE_KEEPER * 1.4)) - 2.0).abs() < 1e-4, "{place}");
     }
 
     #[test]

@@ -1,14 +1,11 @@
-//! Passes: where a rolling ball is met, who could receive a pass and where, and how a pass is announced.
+//! Passes: where a rolling ball is met, and how a pass is announced.
 
 use bevy::prelude::*;
 use core::fmt;
 use core::str::FromStr;
 use serde::{Deserialize, Serialize};
 
-use super::aiming::room_along;
 use crate::ball::Rolling;
-use crate::belief::RobotBelief;
-use crate::pitch::Pitch;
 
 /// From a robot's place to where it stops the ball, m.
 const REACH_M: f32 = 0.2;
@@ -73,49 +70,10 @@ pub fn meet(ball: Vec2, velocity: Vec2, rolling: Rolling, from: Vec2, walk_mps: 
     (rest, walk_s(rest))
 }
 
-/// How good it would be to have the ball at a place, m, team frame: 1 with a free shot at the goal from near by, 0 where
-/// there is none.
-pub fn shot_value(place: Vec2, opponents: &[RobotBelief], pitch: &Pitch) -> f32 {
-    let half_goal = pitch.goal.width_m / 2.0;
-    let goal = |share: f32| Vec2::new(pitch.half_length(), share * half_goal);
-    let room = [-0.7, -0.35, 0.0, 0.35, 0.7]
-        .map(|share| {
-            let way = goal(share) - place;
-            let distance = way.length().max(0.1);
-            room_along(place, way / distance, distance, opponents)
-        })
-        .into_iter()
-        .fold(0.0, f32::max);
-    let way = goal(0.0) - place;
-    let distance = way.length().max(0.3);
-    // The goal looks narrow from the side, and far away there is time to save.
-    let width = (way.x / distance).max(0.0);
-    (room / 0.35).min(1.0) * width / (1.0 + 0.25 * distance * distance)
-}
-
-/// How free a place is: 0 where an opponent stands, 1 where none is near.
-pub fn freedom(place: Vec2, opponents: &[RobotBelief]) -> f32 {
-    let nearest =
-        opponents.iter().map(|opponent| opponent.position_m.distance_squared(place)).fold(f32::MAX, f32::min).sqrt();
-    ((nearest - 0.3) / 0.7).clamp(0.0, 1.0)
-}
-
-/// How free the way of the ball is from one place to another: 0 if it is blocked, 1 if there is room, for a kick whose direction
-/// spreads by `direction_sd`, radians.
-pub fn lane(from: Vec2, to: Vec2, opponents: &[RobotBelief], direction_sd: f32) -> f32 {
-    let way = to - from;
-    let distance = way.length().max(0.05);
-    (room_along(from, way / distance, distance, opponents) / (0.2 + direction_sd * distance)).clamp(0.0, 1.0)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use approx::assert_abs_diff_eq;
-
-    fn opponent(x: f32, y: f32) -> RobotBelief {
-        RobotBelief { id: None, position_m: Vec2::new(x, y), covariance: [0.0; 3], age_s: 0.0 }
-    }
 
     #[test]
     fn an_announced_pass_reads_as_it_was_meant() {
@@ -139,18 +97,5 @@ mod tests {
         assert_abs_diff_eq!(place.x, 3.0, epsilon = 0.15);
         // (1 - 0.2) m at 0.2 m/s.
         assert_abs_diff_eq!(meet(Vec2::X, Vec2::ZERO, Rolling::default(), Vec2::ZERO, 0.2).1, 4.0, epsilon = 1e-5);
-    }
-
-    #[test]
-    fn nearer_and_freer_is_better() {
-        let pitch = Pitch::default();
-        let value = |x, y, opponents: &[RobotBelief]| shot_value(Vec2::new(x, y), opponents, &pitch);
-        assert!(value(2.0, 0.0, &[]) > value(0.0, 0.0, &[]));
-        assert!(value(2.0, 0.0, &[]) > value(2.8, 1.5, &[]));
-        assert!(value(1.0, 0.0, &[opponent(1.5, 0.0)]) < 0.5 * value(1.0, 0.0, &[]));
-        assert_eq!(freedom(Vec2::ZERO, &[opponent(0.2, 0.0)]), 0.0);
-        assert_eq!(freedom(Vec2::ZERO, &[opponent(2.0, 0.0)]), 1.0);
-        assert_eq!(lane(Vec2::ZERO, Vec2::new(2.0, 0.0), &[opponent(1.0, 0.1)], 0.0), 0.0);
-        assert_eq!(lane(Vec2::ZERO, Vec2::new(2.0, 0.0), &[opponent(1.0, 1.0)], 0.0), 1.0);
     }
 }

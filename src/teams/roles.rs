@@ -4,6 +4,7 @@ use bevy::prelude::*;
 
 use super::obeying::is_for_the_keeper_only;
 use super::player::{Decision, Player, PlayerMemory};
+use crate::behaviour::reasons::{Choice, Reasons};
 use crate::team::RobotId;
 
 /// A player keeps its turn at the ball until a team-mate is nearer by this, s.
@@ -34,6 +35,21 @@ pub fn has_turn(player: &Player, memory: &PlayerMemory, ball: Vec2, counts: impl
         // Of two that need the same time, the one with the lower number goes.
         own_s < time_s || (own_s == time_s && mate.id.is_none_or(|id| player.id < id))
     })
+}
+
+/// What speaks for going for the ball, and what for leaving it to others: how long it takes, s.
+pub fn reasons(player: &Player, decision: &Decision) -> Reasons {
+    let Some(ball) = player.ball().map(|ball| ball.position_m) else { return Reasons::default() };
+    let time_s = |place: Vec2| time_to_ball_s(place, ball, player.opponent_goal());
+    let own_s = time_s(player.position());
+    let others = player.belief.team_mates.iter().filter(|mate| mate.age_s < FRESH_TEAM_MATE_S);
+    let others_s = others.map(|mate| time_s(mate.position_m)).fold(f32::INFINITY, f32::min);
+    let mut options = vec![Choice::new("attack", -own_s, format!("{own_s:.1} s to the ball"))];
+    if others_s.is_finite() {
+        options.push(Choice::new("support", -others_s, format!("{others_s:.1} s for the nearest team-mate")));
+    }
+    let chosen = if decision.intention == "kick" { "attack" } else { decision.intention };
+    Reasons::of(options, chosen)
 }
 
 /// Where supporters stand: ahead of and to the left of the ball, m; the first for the player with number 2.

@@ -17,6 +17,8 @@ pub const POST_CLEARANCE_M: f32 = 0.25;
 pub const OBSTACLE_RANGE_M: f32 = 1.5;
 /// How much further than its edge an obstacle is passed, as a share of the radius: for coming back to the straight way.
 const PASSING_FACTOR: f32 = 1.02;
+/// A robot whose speed to the side is less than this share of that ahead goes only ahead and back, as one on wheels.
+const LEAST_SIDEWAYS_SHARE: f32 = 0.15;
 /// The most obstacles that are reckoned with.
 const MOST_OBSTACLES: usize = 24;
 
@@ -76,13 +78,42 @@ fn velocity_towards(forward: Vec2, way: Vec2, facing: Vec2, gait: &Gait, limits:
     const THERE: (f32, f32) = (0.008, 0.035);
 
     let distance = way.length();
-    let goes = distance > THERE.0;
+    if !walks_sideways(limits) && distance > THERE_WITHOUT_SIDEWAYS_M {
+        return velocity_ahead(forward, way, gait, limits);
+    }
+    let goes = distance > THERE.0 && walks_sideways(limits);
     let facing = if goes && is_sooner_ahead(forward, way, facing, gait, limits) { way / distance } else { facing };
     let angle = angle_of(unrotate(forward, facing));
     let turn = if angle.abs() > THERE.1 { gait.braking_turn(angle.abs()).max(gait.least_angular) } else { 0.0 };
     let speed = if goes { gait.braking_speed(distance).max(gait.least_mps) } else { 0.0 };
     let towards = unrotate(forward, way.normalize_or_zero()) * speed;
     gait.reachable(towards.extend(turn.copysign(angle)), limits)
+}
+
+/// Where a robot that does not walk sideways is this near, it is there: it cannot mend what is left on the spot, m.
+const THERE_WITHOUT_SIDEWAYS_M: f32 = 0.02;
+
+/// Whether the robot can go sideways fast enough to make use of it.
+pub fn walks_sideways(limits: &MotionLimits) -> bool {
+    limits.gait.is_none_or(|gait| gait.sideways_mps >= LEAST_SIDEWAYS_SHARE * limits.max_linear_mps)
+}
+
+/// The velocity of a robot that goes along `way` without going sideways: it turns there, and then goes ahead; over a short way it
+/// backs instead of turning around.
+fn velocity_ahead(forward: Vec2, way: Vec2, gait: &Gait, limits: &MotionLimits) -> Vec3 {
+    /// Turned away by more than this, it turns on the spot, radians.
+    const TURNS_FIRST: f32 = 0.5;
+    /// Over no more than this it backs, m.
+    const BACKS_M: f32 = 0.3;
+
+    let distance = way.length();
+    let backs = distance < BACKS_M && way.dot(forward) < 0.0 && gait.backward_mps > gait.least_mps;
+    let sign = if backs { -1.0 } else { 1.0 };
+    let angle = angle_of(unrotate(forward, sign * way));
+    let turn = gait.braking_turn(angle.abs()).max(gait.least_angular).copysign(angle);
+    let share = (1.0 - angle.abs() / TURNS_FIRST).max(0.0);
+    let speed = sign * share * gait.braking_speed(distance).max(gait.least_mps);
+    gait.reachable(Vec3::new(speed, 0.0, turn), limits)
 }
 
 /// Whether a robot is sooner at the end of `way` if it turns there, walks ahead, and turns to `facing` in the end, than if it faces
@@ -271,6 +302,27 @@ mod tests {
             // Straight ahead at full speed, a turn at each end, and what starting and stopping take.
             let soonest_s = place.length() / 0.2 + 2.0 * core::f32::consts::PI / limits.max_angular;
             assert!(seconds < soonest_s + 3.0, "walk {index} takes {seconds} s");
+        }
+    }
+
+    #[test]
+    fn who_cannot_walk_sideways_gets_everywhere_ahead_and_back() {
+        const PERIOD: f32 = 1.0 / 30.0;
+        let gait = Gait { sideways_mps: 0.005, ..Gait::default() };
+        let limits = MotionLimits { gait: Some(gait), ..MotionLimits::default() };
+        assert!(!walks_sideways(&limits) && walks_sideways(&MotionLimits::default()));
+        for index in 0..24 {
+            let place = unit(0.26 * index as f32) * (0.1 + 0.1 * index as f32);
+            let facing = unit(1.7 * index as f32);
+            let (mut pose, mut state) = (Pose::default(), GaitState::default());
+            for _ in 0..30 * 60 {
+                let command = step_towards(pose.forward(), place - pose.position, facing, &limits, PERIOD);
+                assert_eq!(command.dy, 0.0);
+                let [step, _] = state.walk(command, &gait, &limits, PERIOD, &mut RandomStream::for_match(1, "test"));
+                pose = after_step(pose, step);
+            }
+            assert!(pose.position.distance(place) < 0.05, "walk {index} ends {} off", pose.position.distance(place));
+            assert!(angle_of(unrotate(pose.forward(), facing)).abs() < 0.1, "walk {index} ends at {pose:?}");
         }
     }
 

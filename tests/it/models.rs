@@ -121,6 +121,23 @@ fn every_model_plays_in_every_realism_and_meets_every_other() {
 }
 
 #[test]
+fn every_model_finds_the_ball_and_kicks_it_however_it_walks() {
+    for model in MODELS {
+        let text = format!(
+            r#"{{ "model": "{}", "realism": "realistic", "rules": "free", "ball": {{ "position_m": [0.8, -0.7] }},
+                  "robots": [{{ "number": 1, "pose": [-1, 0.5, 90], "behaviour": "chaser" }}] }}"#,
+            model.name
+        );
+        let mut app = headless_app();
+        app.start_match(&Scenario::from_json(&text).unwrap()).unwrap();
+        let has_kicked = |app: &App| {
+            app.events().iter().any(|event| matches!(event, MatchEvent::Kick { result: KickResult::Kicked, .. }))
+        };
+        assert!(app.run_until(30 * 120, has_kicked), "{}: {:?}", model.name, app.robot_pose(blue(1)));
+    }
+}
+
+#[test]
 fn every_league_plays() {
     for league in LEAGUES {
         let text = format!(r#"{{ "league": "{}", "teams": {{ "blue": "passers", "pink": "chasers" }} }}"#, league.name);

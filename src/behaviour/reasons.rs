@@ -1,0 +1,87 @@
+//! Why a robot does what it does: the options that its behaviour had, what each was worth to it, and which it chose.
+//!
+//! A behaviour says so in the [`Reasons`] of its robots. They are there for robots that somebody gave them, such as who looks for
+//! the cause of a mistake; a behaviour asks for `Option<&mut Reasons>`, and does nothing for the others. The built-in teams do:
+//!
+//! ```
+//! use bevy::prelude::*;
+//! use naoisis::behaviour::reasons::Reasons;
+//! use naoisis::prelude::*;
+//! use naoisis::robot::Roster;
+//!
+//! let mut app = App::new();
+//! app.add_plugins((MinimalPlugins, NaoisisPlugins));
+//! app.start_match(&Scenario::named("match3v3")?)?;
+//! let robot = RobotId::new(Team::Blue, 2);
+//! let entity = app.world().resource::<Roster>().get(robot).unwrap();
+//! app.world_mut().entity_mut(entity).insert(Reasons::default());
+//! app.run_cycles(30);
+//! let reasons = app.robot::<Reasons>(robot).unwrap();
+//! println!("{robot}: {:?} of {:?}", reasons.choice(), reasons.options);
+//! # assert!(reasons.choice().is_some());
+//! # Ok::<(), Box<dyn core::error::Error>>(())
+//! ```
+
+use bevy::prelude::*;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
+
+use crate::knowledge::Knowledge;
+
+/// What a behaviour considered in the last cycle in which it decided, and what it chose.
+#[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
+#[reflect(Component, @Knowledge::Belief)]
+pub struct Reasons {
+    /// What it could do.
+    pub options: Vec<Choice>,
+    /// The place of what it did among the options, from 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub chosen: Option<usize>,
+}
+
+/// Something that a robot could do.
+#[derive(Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
+pub struct Choice {
+    /// What, in a word or two.
+    pub name: Cow<'static, str>,
+    /// What it is worth, in a unit of the behaviour's own: more is better.
+    pub value: f32,
+    /// What speaks for it, for people.
+    pub why: Cow<'static, str>,
+}
+
+impl Choice {
+    /// An option of this name, value and explanation.
+    pub fn new(name: impl Into<Cow<'static, str>>, value: f32, why: impl Into<Cow<'static, str>>) -> Self {
+        Self { name: name.into(), value, why: why.into() }
+    }
+}
+
+impl Reasons {
+    /// These options, of which the one of this name was chosen; if there are several, the best of them.
+    pub fn of(options: Vec<Choice>, chosen: &str) -> Self {
+        let named = options.iter().enumerate().filter(|(_, option)| option.name == chosen);
+        let chosen =
+            named.max_by(|(_, first), (_, second)| first.value.total_cmp(&second.value)).map(|(place, _)| place);
+        Self { options, chosen }
+    }
+
+    /// What was chosen, if anything was.
+    pub fn choice(&self) -> Option<&Choice> {
+        self.options.get(self.chosen?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_several_options_of_a_name_the_best_was_chosen() {
+        let options = ["pass", "shoot", "pass"].into_iter().zip([0.1, 0.4, 0.2]);
+        let options: Vec<Choice> = options.map(|(name, value)| Choice::new(name, value, "")).collect();
+        assert_eq!(Reasons::of(options.clone(), "pass").choice().map(|choice| choice.value), Some(0.2));
+        assert_eq!(Reasons::of(options, "dribble").choice(), None);
+    }
+}
