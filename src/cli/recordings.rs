@@ -5,10 +5,10 @@ use clap::Args;
 
 use super::beliefs::BeliefArguments;
 use super::logs::LogArguments;
-use super::mistakes::MistakeArguments;
 use super::outputs::Output;
 use super::pictures::PictureArguments;
 use super::recording::Recording;
+use super::reviews::ReviewArguments;
 use super::traces::TraceArguments;
 use crate::record::recorder::Recorder;
 
@@ -36,7 +36,7 @@ recordings! {
     pictures: PictureArguments,
     trace: TraceArguments,
     beliefs: BeliefArguments,
-    mistakes: MistakeArguments,
+    reviews: ReviewArguments,
     logs: LogArguments,
 }
 

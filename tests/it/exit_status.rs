@@ -95,7 +95,7 @@ fn what_cannot_be_printed_or_written_fails_by_name() {
         assert_eq!(output.status.code(), Some(1), "{line}: {said}");
         assert!(said.contains("standard output: No space left on device"), "{line}: {said}");
     }
-    for option in ["--trace", "--beliefs", "--mistakes"] {
+    for option in ["--trace", "--beliefs", "--mistakes", "--summary"] {
         let output =
             command(folder.path(), &format!("run match3v3 --duration 20 {option} /dev/full")).output().unwrap();
         let said = text(&output.stderr);
