@@ -71,7 +71,7 @@ pub fn figures(arguments: &FiguresArguments) -> ExitCode {
             Ok(image) => image,
             Err(error @ FigureError::Lacking { .. }) => {
                 if !arguments.quiet {
-                    eprintln!("not drawn: {error}");
+                    report::note(&format!("not drawn: {error}"));
                 }
                 continue;
             }

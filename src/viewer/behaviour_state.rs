@@ -7,6 +7,7 @@ use core::any::TypeId;
 use std::collections::BTreeMap;
 
 use crate::behaviour::BehaviourRegistry;
+use crate::behaviour::reasons::Reasons;
 use crate::behaviour::script::Script;
 use crate::belief::{Belief, SimpleBelief};
 use crate::knowledge::Knowledge;
@@ -23,6 +24,8 @@ pub struct BehaviourState {
     pub name: Option<String>,
     /// The behaviour's components on the robot.
     pub components: Vec<StateComponent>,
+    /// What it considered when it decided last, and what it chose, if it says so.
+    pub reasons: Option<Reasons>,
 }
 
 /// A component that a behaviour keeps its state in.
@@ -46,6 +49,7 @@ pub fn state_of(world: &World, robot: Entity) -> BehaviourState {
     let Some(registry) = world.get_resource::<AppTypeRegistry>() else { return BehaviourState::default() };
     let (registry, behaviours) = (registry.read(), world.resource::<BehaviourRegistry>());
     let mut state = BehaviourState { name: entity.contains::<Script>().then(|| "script".to_owned()), ..default() };
+    state.reasons = entity.get::<Reasons>().filter(|reasons| !reasons.options.is_empty()).cloned();
     for id in entity.archetype().components() {
         let Some(info) = world.components().get_info(*id) else { continue };
         if let Some(name) = info.type_id().and_then(|id| behaviours.name_of_marker(id)) {
@@ -69,8 +73,8 @@ pub fn state_of(world: &World, robot: Entity) -> BehaviourState {
 /// Whether a component is what a behaviour thinks: one that is marked so, or one of a program's own.
 fn belongs_to_behaviour(info: &ComponentInfo, registry: &TypeRegistry) -> bool {
     let Some(type_id) = info.type_id() else { return false };
-    // What the robot believes is shown beside; how its estimator is set up is no thought.
-    if [TypeId::of::<Belief>(), TypeId::of::<SimpleBelief>()].contains(&type_id) {
+    // What the robot believes, and its reasons, are shown beside; how its estimator is set up is no thought.
+    if [TypeId::of::<Belief>(), TypeId::of::<SimpleBelief>(), TypeId::of::<Reasons>()].contains(&type_id) {
         return false;
     }
     match Knowledge::of_type(registry, type_id) {

@@ -1,5 +1,5 @@
 //! Lanes: the whole match at a glance, a lane for each robot: what it meant to do, from what it knew of the ball, its kicks, falls
-//! and penalties; a number of all robots as curves; and the way to the next event of a kind.
+//! penalties and mistakes; a number of all robots as curves; and the way to the next event of a kind.
 
 use bevy::prelude::*;
 use bevy_egui::EguiPrimaryContextPass;
@@ -21,6 +21,8 @@ use super::timeline::Timeline;
 use crate::cycle::{Cycle, CycleClock};
 use crate::record::gather::{CurrentRecord, RecordSystems};
 use crate::record::history::{History, MarkKind};
+use crate::record::mistakes::Mistake;
+use crate::scenario::Scenario;
 use crate::team::RobotId;
 use tracks::{BallSource, Condition, Number, Span, Tracks};
 
@@ -64,6 +66,8 @@ pub struct Lanes {
     keyframes: Keyframes,
     /// What a thread has read, when it has.
     read: Option<Mutex<Receiver<Tracks>>>,
+    /// Whether somebody asked for an event while the lanes were closed.
+    is_wanted: bool,
     /// The first and the last cycle that is shown; the whole match without.
     pub part: Option<[f64; 2]>,
     /// The number that is plotted, if one is.
@@ -90,11 +94,13 @@ pub enum EventKind {
     BallLost,
     /// A robot meant to do something else than before.
     NewIntention,
+    /// Something went wrong.
+    Mistake,
 }
 
 impl EventKind {
     /// All of them, each with its name.
-    pub const ALL: [(EventKind, &str); 7] = [
+    pub const ALL: [(EventKind, &str); 8] = [
         (EventKind::Goal, "goal"),
         (EventKind::Out, "ball out"),
         (EventKind::Penalty, "penalty"),
@@ -102,6 +108,7 @@ impl EventKind {
         (EventKind::Fall, "fall"),
         (EventKind::BallLost, "ball lost"),
         (EventKind::NewIntention, "new intention"),
+        (EventKind::Mistake, "mistake"),
     ];
 
     /// Its name, for people.
@@ -124,13 +131,16 @@ fn read_records(
     mut lanes: ResMut<Lanes>,
     mut history: ResMut<History>,
     keyframes: Res<Keyframes>,
+    scenario: Option<Res<Scenario>>,
     display: Res<DisplaySettings>,
 ) {
+    let Some(scenario) = scenario else { return };
     if !lanes.keyframes.is_same(&keyframes) {
-        let (number, kind) = (lanes.number, lanes.kind);
-        *lanes = Lanes { keyframes: keyframes.clone(), number, kind, ..default() };
+        let (number, kind, tracks) = (lanes.number, lanes.kind, Tracks::new(&scenario));
+        *lanes = Lanes { tracks, keyframes: keyframes.clone(), number, kind, ..default() };
     }
-    let Some(last) = history.last_cycle().filter(|_| display.lanes) else { return };
+    let is_wanted = display.lanes || lanes.is_wanted;
+    let Some(last) = history.last_cycle().filter(|_| is_wanted) else { return };
     let next = |tracks: &Tracks| tracks.last_cycle().map_or(0, |last| last + 1);
     if let Some(read) = &lanes.read {
         let tracks = read.lock().unwrap_or_else(PoisonError::into_inner).try_recv();
@@ -157,6 +167,7 @@ fn read_by_thread(mut tracks: Tracks, mut history: History) -> io::Result<Receiv
         while let Ok(Some(record)) = history.record(tracks.last_cycle().map_or(0, |last| last + 1)) {
             tracks.note(&record);
         }
+        tracks.gather_mistakes();
         let _nobody_waits = sender.send(tracks);
     })?;
     Ok(receiver)
@@ -164,7 +175,7 @@ fn read_by_thread(mut tracks: Tracks, mut history: History) -> io::Result<Receiv
 
 fn find_event(
     mut wanted: MessageReader<FindEvent>,
-    lanes: Res<Lanes>,
+    mut lanes: ResMut<Lanes>,
     history: Res<History>,
     selection: Res<Selection>,
     timeline: Res<Timeline>,
@@ -174,7 +185,12 @@ fn find_event(
     mut moments: MessageWriter<TimelineCommand>,
 ) {
     for wanted in wanted.read() {
-        let cycles = cycles_of(&lanes, &history, selection.0);
+        lanes.is_wanted = true;
+        if lanes.tracks.last_cycle().unwrap_or_default() + FEW < history.last_cycle().unwrap_or_default() {
+            notice.tell("The match is being read for it: once more, please");
+            continue;
+        }
+        let cycles = cycles_of(&lanes, &history, selection.0, clock.period_s);
         let now = timeline.cursor().map_or(clock.cycle, |cursor| cursor.ceil() as u64);
         let found = match wanted {
             FindEvent::Next => cycles.iter().find(|cycle| **cycle > now),
@@ -184,6 +200,11 @@ fn find_event(
             Some(cycle) => {
                 moments.write(TimelineCommand::GoTo(*cycle));
                 playback.paused = true;
+                let is_there = |mistake: &&Mistake| cycle_of(mistake, clock.period_s) == *cycle;
+                let of_kind = lanes.tracks.mistakes().iter().filter(|_| lanes.kind == EventKind::Mistake);
+                if let Some(mistake) = of_kind.filter(|mistake| is_of(mistake, selection.0)).find(is_there) {
+                    notice.tell(mistake_words(mistake));
+                }
             }
             None => {
                 let whose = selection.0.map_or_else(String::new, |id| format!(" of {id}"));
@@ -195,7 +216,7 @@ fn find_event(
 }
 
 /// The cycles of the events of the chosen kind, in order: of a robot, if one is selected and the kind is about robots.
-fn cycles_of(lanes: &Lanes, history: &History, robot: Option<RobotId>) -> Vec<u64> {
+fn cycles_of(lanes: &Lanes, history: &History, robot: Option<RobotId>, period_s: f64) -> Vec<u64> {
     let marks = |kind| history.marks().iter().filter(move |mark| mark.kind == kind).map(|mark| mark.cycle);
     let tracks =
         || lanes.tracks.robots().filter(|(id, _)| robot.is_none_or(|robot| robot == *id)).map(|(_, track)| track);
@@ -209,10 +230,33 @@ fn cycles_of(lanes: &Lanes, history: &History, robot: Option<RobotId>) -> Vec<u6
         EventKind::NewIntention => {
             tracks().flat_map(|track| track.intentions.iter().skip(1).map(|span| span.first)).collect()
         }
+        EventKind::Mistake => {
+            let of_robot = lanes.tracks.mistakes().iter().filter(|mistake| is_of(mistake, robot));
+            of_robot.map(|mistake| cycle_of(mistake, period_s)).collect()
+        }
     };
     cycles.sort_unstable();
     cycles.dedup();
     cycles
+}
+
+/// Whether a mistake is a robot's, or any will do.
+fn is_of(mistake: &Mistake, robot: Option<RobotId>) -> bool {
+    robot.is_none_or(|robot| mistake.robot == robot)
+}
+
+/// The cycle in which a mistake began.
+fn cycle_of(mistake: &Mistake, period_s: f64) -> u64 {
+    (mistake.from_s / period_s).round() as u64
+}
+
+/// What went wrong, in a line.
+fn mistake_words(mistake: &Mistake) -> String {
+    let other = mistake.other.map_or_else(String::new, |other| format!(" with {other}"));
+    let worst = mistake.worst.map_or_else(String::new, |worst| format!(", {worst:.2} {}", mistake.unit()));
+    let length_s = mistake.until_s - mistake.from_s;
+    let length = if length_s > 0.0 { format!(", for {length_s:.1} s") } else { String::new() };
+    format!("{}: {}{other}{worst}{length}", mistake.robot, mistake.kind)
 }
 
 /// When something began to be so.
@@ -225,7 +269,7 @@ mod tests {
     use super::*;
     use crate::events::MatchEvent;
     use crate::game::PenaltyReason;
-    use crate::record::cycle_record::{CycleRecord, PenaltyRecord, RobotRecord};
+    use crate::record::cycle_record::{CycleRecord, GameRecord, PenaltyRecord, RobotRecord};
     use crate::team::Team;
 
     const BLUE: RobotId = RobotId::new(Team::Blue, 1);
@@ -248,9 +292,34 @@ mod tests {
             history.push(&record).unwrap();
             lanes.tracks.note(&record);
         }
-        assert_eq!(cycles_of(&lanes, &history, Some(PINK)), [20], "a goal is nobody's own");
+        assert_eq!(cycles_of(&lanes, &history, Some(PINK), 0.1), [20], "a goal is nobody's own");
         lanes.kind = EventKind::Penalty;
-        assert_eq!(cycles_of(&lanes, &history, None), [40, 70]);
-        assert_eq!(cycles_of(&lanes, &history, Some(PINK)), [70]);
+        assert_eq!(cycles_of(&lanes, &history, None, 0.1), [40, 70]);
+        assert_eq!(cycles_of(&lanes, &history, Some(PINK), 0.1), [70]);
+    }
+
+    #[test]
+    fn mistakes_are_found_and_said() {
+        let scenario = Scenario::named("match3v3").unwrap();
+        let (mut lanes, history) = (Lanes { tracks: Tracks::new(&scenario), ..default() }, History::default());
+        lanes.kind = EventKind::Mistake;
+        for cycle in 0..90_u64 {
+            let missed = MatchEvent::Kick {
+                robot: PINK,
+                kick_type: crate::kick_geometry::KickType::LeftStraight,
+                speed: Some(1.0),
+                result: crate::events::KickResult::Missed,
+                reason: Some(crate::events::KickMiss::OutOfReach),
+                direction: None,
+                launch_speed_mps: None,
+            };
+            let events = if cycle == 50 { vec![missed] } else { Vec::new() };
+            let game = GameRecord { state: crate::game::GameState::Playing, ..default() };
+            let time_s = cycle as f64 * 0.1;
+            lanes.tracks.note(&CycleRecord { cycle, time_s, events, game, ..default() });
+        }
+        assert_eq!(cycles_of(&lanes, &history, Some(PINK), 0.1), [50]);
+        assert_eq!(cycles_of(&lanes, &history, Some(BLUE), 0.1), [0; 0]);
+        assert_eq!(mistake_words(&lanes.tracks.mistakes()[0]), "pink1: kick missed");
     }
 }

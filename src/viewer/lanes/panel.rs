@@ -8,16 +8,18 @@ use bevy_egui::egui::{
 };
 
 use super::tracks::{BallSource, Condition, Number, RobotTrack, Span, Tracks};
-use super::{EventKind, Lanes};
+use super::{EventKind, Lanes, cycle_of, mistake_words};
 use crate::behaviour::drawings::Ink;
 use crate::cycle::CycleClock;
 use crate::record::history::{History, MarkKind};
+use crate::record::mistake_recorder::table;
+use crate::record::mistakes::Mistake;
 use crate::team::RobotId;
 use crate::viewer::camera::Covered;
 use crate::viewer::layout;
 use crate::viewer::palette;
 use crate::viewer::shared::{Action, Choice, FindEvent, Selection, TimelineCommand};
-use crate::viewer::theme::{MARGIN, bright, card, dim, minutes, panel, team_colour, text_size};
+use crate::viewer::theme::{MARGIN, bright, card, dim, minutes, panel, problem_colour, team_colour, text_size};
 use crate::viewer::timeline::Timeline;
 
 /// Height of a lane, of what is known of the ball in it, of the plot, and of all lanes at most, logical pixels.
@@ -63,7 +65,9 @@ pub(super) fn show(
             let axis = Axis { part: lanes.part.unwrap_or(whole), left: NAMES, width: width - NAMES };
             let rows = egui::ScrollArea::vertical().max_height(MOST).show(ui, |ui| {
                 for (id, track) in lanes.tracks.robots() {
-                    show_lane(ui, (id, track), lanes.tracks.words(), &axis, selection.0, &mut actions);
+                    let lane = show_lane(ui, (id, track), lanes.tracks.words(), &axis, selection.0, &mut actions);
+                    let mistakes = lanes.tracks.mistakes().iter().filter(|mistake| mistake.robot == id);
+                    mark_mistakes(ui, lane, mistakes.map(|mistake| cycle_of(mistake, clock.period_s)), &axis);
                 }
             });
             let mut area = rows.inner_rect;
@@ -89,6 +93,7 @@ pub(super) fn show(
             if let Some(at) = response.hover_pos() {
                 let words = hint(
                     &lanes,
+                    clock.period_s,
                     axis.cycle(at.x) as u64,
                     (at.y - rows.inner_rect.top()) / LANE,
                     rows.state.offset.y / LANE,
@@ -185,6 +190,13 @@ fn show_head(ui: &mut egui::Ui, lanes: &mut Lanes, events: &mut MessageWriter<Fi
         if (kind, number) != (lanes.kind, lanes.number) {
             (lanes.kind, lanes.number) = (kind, number);
         }
+        let mistakes = lanes.tracks.mistakes();
+        if !mistakes.is_empty() {
+            ui.separator();
+            let count = format!("{} mistakes", mistakes.len());
+            let label = ui.label(RichText::new(count).color(problem_colour(ui)));
+            label.on_hover_ui(|ui| drop(ui.monospace(table(mistakes))));
+        }
         if lanes.part.is_some() && ui.button("Whole match").on_hover_text("Or a double click").clicked() {
             lanes.part = None;
         }
@@ -198,7 +210,7 @@ fn show_lane(
     axis: &Axis,
     selected: Option<RobotId>,
     actions: &mut MessageWriter<Action>,
-) {
+) -> Area {
     ui.spacing_mut().item_spacing.y = 0.0;
     let (area, _) = ui.allocate_exact_size(egui::vec2(axis.left + axis.width, LANE), Sense::hover());
     let name_area = Area::from_min_size(area.min, egui::vec2(NAMES, LANE));
@@ -247,10 +259,23 @@ fn show_lane(
         let at = Pos2::new(axis.x(*cycle as f64), lane.center().y - 2.0);
         let stroke = Stroke::new(1.2, ui.visuals().strong_text_color());
         if *struck {
-            painter.circle(at, 3.0, ui.visuals().strong_text_color(), Stroke::NONE)
+            painter.circle_filled(at, 3.0, stroke.color);
         } else {
-            painter.circle_stroke(at, 3.0, stroke)
-        };
+            painter.circle_stroke(at, 3.0, stroke);
+        }
+    }
+    lane
+}
+
+/// A triangle at the upper edge of a lane for each mistake.
+fn mark_mistakes(ui: &egui::Ui, lane: Area, cycles: impl Iterator<Item = u64>, axis: &Axis) {
+    let painter = ui.painter().with_clip_rect(lane.intersect(ui.clip_rect()));
+    let axis = Axis { left: lane.left(), ..*axis };
+    for cycle in cycles {
+        let tip = Pos2::new(axis.x(cycle as f64), lane.top() + 6.0);
+        let corners = vec![tip, tip + egui::vec2(-3.5, -6.0), tip + egui::vec2(3.5, -6.0)];
+        let edge = Stroke::new(0.8, Color32::BLACK);
+        painter.add(egui::Shape::convex_polygon(corners, ink(Ink::Vermilion), edge));
     }
 }
 
@@ -342,7 +367,7 @@ fn ball_words(source: BallSource) -> &'static str {
 }
 
 /// What is under the mouse: in a lane, that far below the first one that is shown.
-fn hint(lanes: &Lanes, cycle: u64, row: f32, hidden: f32) -> String {
+fn hint(lanes: &Lanes, period_s: f64, cycle: u64, row: f32, hidden: f32) -> String {
     let index = (row + hidden).floor();
     let Some((id, track)) = (index >= 0.0).then(|| lanes.tracks.robots().nth(index as usize)).flatten() else {
         return String::new();
@@ -352,7 +377,17 @@ fn hint(lanes: &Lanes, cycle: u64, row: f32, hidden: f32) -> String {
     }
     let intention = at(&track.intentions, cycle).map(|word| lanes.tracks.words()[*word].as_str());
     let ball = at(&track.ball, cycle).map(|source| ball_words(*source));
-    format!("   {id}: {}   {}", intention.unwrap_or_default(), ball.unwrap_or_default())
+    let mut words = format!("   {id}: {}   {}", intention.unwrap_or_default(), ball.unwrap_or_default());
+    let is_there = |mistake: &&Mistake| {
+        let from = cycle_of(mistake, period_s);
+        mistake.robot == id
+            && (from..=from + ((mistake.until_s - mistake.from_s) / period_s) as u64 + 10).contains(&cycle)
+    };
+    for mistake in lanes.tracks.mistakes().iter().filter(is_there) {
+        words.push('\n');
+        words.push_str(&mistake_words(mistake));
+    }
+    words
 }
 
 /// The colours, and the ends of the part that is shown.
@@ -367,7 +402,7 @@ fn show_legend(ui: &mut egui::Ui, tracks: &Tracks, ends: [String; 2]) {
         let sources = sources.map(|source| (ball_colour(source), ball_words(source)));
         let others = [
             (ink(Ink::Vermilion), "down, or off the pitch"),
-            (ui.visuals().strong_text_color(), "disc: kick, ring: missed"),
+            (ui.visuals().strong_text_color(), "disc: kick, ring: missed; triangle: mistake"),
         ];
         for (colour, name) in words.chain(sources).chain(others) {
             let (area, _) = ui.allocate_exact_size(egui::vec2(9.0, 9.0), Sense::hover());

@@ -5,7 +5,9 @@ use std::collections::BTreeMap;
 
 use crate::events::{KickResult, MatchEvent};
 use crate::record::cycle_record::{CycleRecord, RobotRecord};
+use crate::record::mistakes::{Mistake, MistakeFinder};
 use crate::robot::posture::Posture;
+use crate::scenario::Scenario;
 use crate::team::RobotId;
 use crate::viewer::cycle_samples::{CycleSample, RobotSample};
 
@@ -121,16 +123,36 @@ impl Number {
     }
 }
 
+/// Mistakes are gathered anew after so many cycles.
+const MISTAKES_EVERY: usize = 30;
+
 /// All robots over the match, as far as its records have been read.
-#[derive(Clone, PartialEq, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Tracks {
     /// The cycles that have been read.
     cycles: Vec<u64>,
     robots: BTreeMap<RobotId, RobotTrack>,
     words: Vec<String>,
+    finder: Option<MistakeFinder>,
+    mistakes: Vec<Mistake>,
 }
 
 impl Tracks {
+    /// Of a match of a scenario, of which nothing has been read yet.
+    pub fn new(scenario: &Scenario) -> Self {
+        Self { finder: Some(MistakeFinder::new(scenario)), ..default() }
+    }
+
+    /// What went wrong, in the order in which it began: as of some cycles ago.
+    pub fn mistakes(&self) -> &[Mistake] {
+        &self.mistakes
+    }
+
+    /// Gathers what went wrong until now.
+    pub fn gather_mistakes(&mut self) {
+        self.mistakes = self.finder.as_ref().map(MistakeFinder::mistakes).unwrap_or_default();
+    }
+
     /// The last cycle that has been read.
     pub fn last_cycle(&self) -> Option<u64> {
         self.cycles.last().copied()
@@ -184,6 +206,9 @@ impl Tracks {
         }
         let sample = CycleSample::of(record);
         self.cycles.push(cycle);
+        if let Some(finder) = &mut self.finder {
+            finder.look(record);
+        }
         for robot in &record.robots {
             let track = self.robots.entry(robot.id).or_default();
             let intention = robot.command.as_ref().and_then(|command| command.say.as_ref()?.intention.as_deref());
@@ -210,6 +235,9 @@ impl Tracks {
             {
                 track.kicks.push((cycle, *result != KickResult::Missed));
             }
+        }
+        if self.cycles.len().is_multiple_of(MISTAKES_EVERY) {
+            self.gather_mistakes();
         }
     }
 }

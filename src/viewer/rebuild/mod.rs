@@ -135,7 +135,7 @@ enum Request {
     /// To play a trace's match again, in place of any other.
     Play(Box<PlayAgain>),
     /// A moment, in place of any other.
-    Rebuild(Wanted),
+    Rebuild(Box<Wanted>),
     /// Nothing any more.
     Forget,
 }
@@ -239,7 +239,7 @@ fn ask(
     rebuilt.asked = Some(cycle);
     let record = current.record.clone();
     let wanted = Wanted { cycle, record, fields: timeline.fields().clone(), keyframes: keyframes.clone() };
-    rebuilt.ask(&simulator, Request::Rebuild(wanted));
+    rebuilt.ask(&simulator, Request::Rebuild(Box::new(wanted)));
 }
 
 fn listen(mut rebuilt: ResMut<Rebuilt>) {

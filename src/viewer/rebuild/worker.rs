@@ -5,10 +5,12 @@ use std::sync::mpsc::{Receiver, Sender, TryRecvError};
 
 use super::{PlayAgain, RebuiltMoment, Reply, Request, Wanted};
 use crate::behaviour::REMOTE;
+use crate::behaviour::reasons::Reasons;
 use crate::cycle::{CycleClock, run_cycle};
 use crate::game::{Game, GameState};
 use crate::record::cycle_record::CycleRecord;
 use crate::record::fields::Fields;
+use crate::robot::Roster;
 use crate::scenario::BehaviourSpec;
 use crate::sensing::jobs::SensingThreads;
 use crate::simulation::{MatchApp, situation};
@@ -45,7 +47,7 @@ pub(super) fn serve(simulator: MakeApp, requests: &Receiver<Request>, replies: &
                 wanted = None;
                 again = Again::begin(simulator(), *play, replies);
             }
-            Some(Request::Rebuild(new)) => wanted = Some(new),
+            Some(Request::Rebuild(new)) => wanted = Some(*new),
             Some(Request::Forget) => (again, wanted) = (None, None),
             None => {}
         }
@@ -166,15 +168,37 @@ impl Moments {
         }
         of_match.clone_from(&wanted.keyframes);
         while app.world().resource::<CycleClock>().cycle < wanted.cycle {
+            // Only of the last cycle somebody wants to know why.
+            if app.world().resource::<CycleClock>().cycle + 1 == wanted.cycle {
+                ask_for_reasons(app.world_mut());
+            }
             run_cycle(app.world_mut());
         }
+        let states = all_states(app.world());
+        forget_reasons(app.world_mut());
         Ok(RebuiltMoment {
             cycle: wanted.cycle,
             keyframes: wanted.keyframes.clone(),
             is_same: is_same(app, &wanted.record, &wanted.fields),
-            states: all_states(app.world()),
+            states,
             moment: Moment::of(app.world_mut())?,
             situation: situation(app.world_mut()).map_err(|fault| fault.to_string()),
         })
+    }
+}
+
+/// All robots say why they do what they do in the next cycle.
+fn ask_for_reasons(world: &mut World) {
+    let robots: Vec<Entity> = world.resource::<Roster>().entities().collect();
+    for robot in robots {
+        world.entity_mut(robot).insert(Reasons::default());
+    }
+}
+
+/// They no longer do: the match goes on as it would have without.
+fn forget_reasons(world: &mut World) {
+    let robots: Vec<Entity> = world.resource::<Roster>().entities().collect();
+    for robot in robots {
+        world.entity_mut(robot).remove::<Reasons>();
     }
 }

@@ -212,6 +212,7 @@ fn show_robot(
                     }
                     None => drop(ui.label(dim("It keeps none."))),
                 });
+                section(ui, "Why", true, |ui| show_reasons(ui, &state));
                 section(ui, "Messages", false, |ui| {
                     let said = command.and_then(|command| command.say.as_ref());
                     show_messages(ui, said, &robot.inbox.0, clock.cycle);
@@ -304,6 +305,38 @@ fn show_messages(
         let text = format!("{}, {age} ago: {}", message.from, wording::message(&message.say));
         ui.add(egui::Label::new(egui::RichText::new(text).size(text_size::ENTRY)).wrap());
     }
+}
+
+/// The options that the behaviour had, each with a bar for what it was worth; the one that it chose is strong.
+fn show_reasons(ui: &mut egui::Ui, state: &ShownState) {
+    /// Width of the longest bar, logical pixels.
+    const BAR: f32 = 70.0;
+
+    let reasons = state.0.as_ref().ok().and_then(|state| state.reasons.as_ref());
+    let Some(reasons) = reasons else {
+        ui.label(
+            dim("Of a moment of the past (Left): its options, where its behaviour tells them.").size(text_size::SMALL),
+        );
+        return;
+    };
+    let values = reasons.options.iter().map(|option| option.value).filter(|value| value.is_finite());
+    let (least, most) = values.fold((0.0_f32, 0.0_f32), |(least, most), value| (least.min(value), most.max(value)));
+    Grid::new("reasons").num_columns(3).spacing([8.0, 2.0]).show(ui, |ui| {
+        for (index, option) in reasons.options.iter().enumerate() {
+            let is_chosen = reasons.chosen == Some(index);
+            let name = egui::RichText::new(option.name.as_ref()).size(text_size::ENTRY);
+            ui.label(if is_chosen { name.strong() } else { name.weak() });
+            let (area, response) = ui.allocate_exact_size(egui::vec2(BAR, 9.0), egui::Sense::hover());
+            let share = ((option.value - least) / (most - least).max(f32::EPSILON)).clamp(0.0, 1.0);
+            let bar = egui::Rect::from_min_size(area.min, egui::vec2(share * BAR, area.height()));
+            let visuals = ui.visuals();
+            let colour = if is_chosen { visuals.strong_text_color() } else { visuals.weak_text_color() };
+            ui.painter().rect_filled(bar, 1.0, colour);
+            response.on_hover_text(format!("{:.2}", option.value));
+            ui.add(egui::Label::new(dim(option.why.as_ref()).size(text_size::SMALL)).wrap());
+            ui.end_row();
+        }
+    });
 }
 
 fn show_state(ui: &mut egui::Ui, state: &ShownState) {
