@@ -1,20 +1,18 @@
 //! Why a robot does what it does: the options that its behaviour had, what each was worth to it, and which it chose.
 //!
-//! A behaviour says so in the [`Reasons`] of its robots. They are there for robots that somebody gave them, such as who looks for
-//! the cause of a mistake; a behaviour asks for `Option<&mut Reasons>`, and does nothing for the others. The built-in teams do:
+//! A behaviour says so in the [`Reasons`] of its robots. They are there for robots that somebody gave them, such as a trace with the
+//! field `robots.reasons`; a behaviour asks for `Option<&mut Reasons>`, and does nothing for the others. The built-in teams do:
 //!
 //! ```
 //! use bevy::prelude::*;
-//! use naoisis::behaviour::reasons::Reasons;
+//! use naoisis::behaviour::reasons::{Reasons, ask_for_reasons};
 //! use naoisis::prelude::*;
-//! use naoisis::robot::Roster;
 //!
 //! let mut app = App::new();
 //! app.add_plugins((MinimalPlugins, NaoisisPlugins));
 //! app.start_match(&Scenario::named("match3v3")?)?;
 //! let robot = RobotId::new(Team::Blue, 2);
-//! let entity = app.world().resource::<Roster>().get(robot).unwrap();
-//! app.world_mut().entity_mut(entity).insert(Reasons::default());
+//! ask_for_reasons(app.world_mut());
 //! app.run_cycles(30);
 //! let reasons = app.robot::<Reasons>(robot).unwrap();
 //! println!("{robot}: {:?} of {:?}", reasons.choice(), reasons.options);
@@ -28,6 +26,7 @@ use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
 use crate::knowledge::Knowledge;
+use crate::team::RobotId;
 
 /// What a behaviour considered in the last cycle in which it decided, and what it chose.
 #[derive(Component, Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
@@ -70,6 +69,15 @@ impl Reasons {
     /// What was chosen, if anything was.
     pub fn choice(&self) -> Option<&Choice> {
         self.options.get(self.chosen?)
+    }
+}
+
+/// Asks all robots of the match for their reasons, from the next cycle on.
+pub fn ask_for_reasons(world: &mut World) {
+    let mut silent = world.query_filtered::<Entity, (With<RobotId>, Without<Reasons>)>();
+    let robots: Vec<Entity> = silent.iter(world).collect();
+    for robot in robots {
+        world.entity_mut(robot).insert(Reasons::default());
     }
 }
 

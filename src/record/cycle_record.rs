@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 
 use super::vocabulary::{Perception, RobotCommand, head_angles};
 use crate::behaviour::drawings::Drawings;
+use crate::behaviour::reasons::Reasons;
 use crate::belief::Belief;
 use crate::communication::{ReceivedMessage, StatusReport};
 use crate::cycle::CycleClock;
@@ -114,6 +115,9 @@ pub struct RobotRecord {
     /// What its behaviour drew.
     #[serde(default, skip_serializing_if = "Drawings::is_empty")]
     pub drawings: Drawings,
+    /// Why it did what it did, of those who say so.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reasons: Option<Reasons>,
     /// What it has last reported of itself to a GameController.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reported: Option<StatusReport>,
@@ -139,6 +143,7 @@ impl RobotRecord {
             belief: None,
             command: None,
             drawings: default(),
+            reasons: None,
             reported: None,
         }
     }

@@ -11,6 +11,7 @@ use super::cycle_record::{BallRecord, CycleRecord, GameRecord, PenaltyRecord, Ro
 use super::vocabulary::{Commanded, Perceived, RobotCommand};
 use crate::ball::{Ball, BallPhysics, BallVelocity};
 use crate::behaviour::drawings::Drawings;
+use crate::behaviour::reasons::Reasons;
 use crate::belief::Belief;
 use crate::communication::StatusReport;
 use crate::cycle::CycleClock;
@@ -54,6 +55,7 @@ struct RecordedRobot {
     penalty: &'static Penalty,
     belief: Option<&'static Belief>,
     drawings: Option<&'static Drawings>,
+    reasons: Option<&'static Reasons>,
     reported: Option<&'static StatusReport>,
     perceived: Perceived,
 }
@@ -116,6 +118,7 @@ impl RecordedMatch<'_, '_> {
             belief: robot.belief.cloned(),
             command,
             drawings: robot.drawings.cloned().unwrap_or_default(),
+            reasons: robot.reasons.cloned(),
             reported: robot.reported.copied(),
             ..RobotRecord::new(id)
         };

@@ -14,6 +14,7 @@ use super::fields::Fields;
 use super::lean::LeanNumbers;
 use super::output_file::OutputFile;
 use super::recorder::{MatchEnd, RecordError, Recorder};
+use crate::behaviour::reasons::ask_for_reasons;
 use crate::events::MatchEvent;
 use crate::scenario::Scenario;
 
@@ -148,7 +149,10 @@ impl TraceRecorder {
 }
 
 impl Recorder for TraceRecorder {
-    fn start(&mut self, scenario: &Scenario, record: &CycleRecord, _: &mut World) {
+    fn start(&mut self, scenario: &Scenario, record: &CycleRecord, world: &mut World) {
+        if self.fields.names().iter().any(|name| name.starts_with("robots.reasons")) {
+            ask_for_reasons(world);
+        }
         let (every, fields) = (self.every, self.fields.clone());
         self.write(&Header {
             line_type: "header",

@@ -3,6 +3,7 @@
 use bevy::prelude::*;
 use bevy::reflect::enums::{Enum, VariantInfo};
 use bevy::reflect::{TypeInfo, Typed};
+use naoisis::behaviour::reasons::ask_for_reasons;
 use naoisis::communication::StatusReport;
 use naoisis::events::*;
 use naoisis::prelude::*;
@@ -363,6 +364,14 @@ fn the_guide_describes_every_field_of_a_trace() {
     // What a robot reports to a GameController comes from outside.
     let robot = app.world().resource::<Roster>().get(blue(1)).unwrap();
     app.world_mut().entity_mut(robot).insert(StatusReport::default());
+    app.run_cycles(5);
+    look_at(&bytes.written());
+    // Reasons are for who asks for them.
+    let mut app = headless_app();
+    let players = r#"{ "rules": "free", "teams": { "blue": "passers", "pink": "roles" } }"#;
+    app.start_match(&Scenario::from_json(players).unwrap()).unwrap();
+    ask_for_reasons(app.world_mut());
+    let bytes = begin_trace(&mut app);
     app.run_cycles(5);
     look_at(&bytes.written());
     let forgotten: Vec<_> = written.difference(&documented).collect();
