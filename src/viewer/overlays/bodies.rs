@@ -9,10 +9,11 @@ use crate::behaviour::drawings::{Drawings, DrawnShape, Frame, Ink};
 use crate::belief::point_pitch_from_team;
 use crate::game::{Game, Penalty};
 use crate::geometry::{Pose, unit};
-use crate::kick_geometry::{KickType, strike};
+use crate::kick_geometry::KickType;
 use crate::record::gather::CurrentRecord;
 use crate::robot::PreviousPose;
 use crate::robot::body::{Body, BodyBox};
+use crate::robot::kick::KickSettings;
 use crate::team::RobotId;
 use crate::viewer::cycle_samples::{CycleSample, CycleSamples};
 use crate::viewer::palette;
@@ -63,7 +64,7 @@ fn draw_box(body: BodyBox, place: Pose, colour: Color, brush: &mut Brush) {
 
 pub(super) fn draw_kick_areas(
     showing: Showing,
-    robots: Query<(&RobotId, &Pose, &PreviousPose, &Penalty)>,
+    robots: Query<(&RobotId, &Pose, &PreviousPose, &Penalty, &KickSettings)>,
     balls: Query<&Pose, (With<Ball>, Without<RobotId>)>,
     mut brush: Brush,
 ) {
@@ -71,19 +72,20 @@ pub(super) fn draw_kick_areas(
         return;
     }
     let ball = balls.iter().next().map(|pose| pose.position);
-    for (id, pose, previous, penalty) in &robots {
+    for (id, pose, previous, penalty, kicks) in &robots {
         if !showing.shows(Overlay::KickAreas, *id, penalty) {
             continue;
         }
         let place = showing.place(pose, previous);
         for kick_type in KickType::ALL {
-            let strike = ball.and_then(|ball| strike(kick_type, pose.inverse_transform_point(ball)));
+            let Some(geometry) = kicks.geometry(kick_type) else { continue };
+            let strike = ball.and_then(|ball| kicks.strike(kick_type, pose.inverse_transform_point(ball)));
             let ink = match (kick_type, strike) {
                 (_, Some(_)) => Ink::Vermilion,
                 (KickType::LeftStraight | KickType::RightStraight, None) => Ink::White,
                 (KickType::LeftSide | KickType::RightSide, None) => Ink::Sky,
             };
-            let area = corners(kick_type.admissible_rectangle());
+            let area = corners(geometry.rectangle());
             brush.outline(area.map(|corner| place.transform_point(corner)), palette::ink(ink));
             // Where the ball would go.
             if let (Some(strike), Some(ball)) = (strike, ball) {
