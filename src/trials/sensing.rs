@@ -4,7 +4,7 @@ use bevy::math::{Vec2, Vec3, ops};
 use serde_json::{Value, json};
 
 use super::{Laboratory, Quantity, TrialError, deviation_of, mean_of};
-use crate::camera_model::CameraIntrinsics;
+use crate::camera_model::{CameraIntrinsics, CameraMount};
 use crate::communication::MessageStatistics;
 use crate::cycle::CycleClock;
 use crate::geometry::{to_degrees, to_radians, unit};
@@ -176,6 +176,20 @@ fn without_feet(laboratory: &mut Laboratory, cycles: u32) -> Result<f64, TrialEr
         errors.extend(seen.map(|place| f64::from(place.x / FEET_HIDDEN_M) - 1.0));
     }
     Ok(mean_of(&errors))
+}
+
+/// Whether there is a gap between the images of two cameras, one below the other, in which feet are hidden. Those of a NAO V6
+/// overlap.
+fn has_gap(cameras: &CameraSettings) -> bool {
+    let half_height = |mount: &CameraMount| {
+        let CameraIntrinsics { size, focal_length, .. } = cameras.intrinsics(mount);
+        ops::atan(0.5 * size.y / focal_length)
+    };
+    let is_gap = |pair: &[CameraMount]| {
+        let [upper, lower] = pair else { return false };
+        lower.tilt() - upper.tilt() > half_height(upper) + half_height(lower)
+    };
+    cameras.mounts.as_slice().windows(2).any(is_gap)
 }
 
 /// Where a robot's feet are between the two images of a level head, m, and the lowest of its legs is seen at 15 cm of 30.
@@ -366,9 +380,8 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<Quantity>, Tr
             "messages.loss",
         ),
     ];
-    // Feet are hidden between the images of two cameras.
-    let has_two = real.cameras.mounts.as_slice().len() > 1;
-    let has = |quantity: &Quantity| has_two || !quantity.name.starts_with("robot without feet");
+    let has_gap = has_gap(&real.cameras);
+    let has = |quantity: &Quantity| has_gap || !quantity.name.starts_with("robot without feet");
     let sonars = if real.sonar.fitted { measure_sonars(model, &real, cycles)? } else { Vec::new() };
     Ok(sonars.into_iter().chain(quantities.into_iter().filter(has)).collect())
 }
