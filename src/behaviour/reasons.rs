@@ -13,7 +13,7 @@
 //! app.start_match(&Scenario::named("match3v3")?)?;
 //! let robot = RobotId::new(Team::Blue, 2);
 //! ask_for_reasons(app.world_mut());
-//! app.run_cycles(30);
+//! app.run_cycles(150);
 //! let reasons = app.robot::<Reasons>(robot).unwrap();
 //! println!("{robot}: {:?} of {:?}", reasons.choice(), reasons.options);
 //! # assert!(reasons.choice().is_some());
