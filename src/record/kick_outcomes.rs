@@ -132,6 +132,20 @@ fn crossing(pitch: &Pitch, from: Vec2, direction: f32, end: End) -> Option<Vec2>
     (way_m.is_finite() && way_m > 0.0).then(|| from + way_m * along)
 }
 
+/// A kick at 2 m/s in this direction (radians, pitch frame), for tests.
+#[cfg(test)]
+pub(super) fn kick(robot: RobotId, direction: f32) -> MatchEvent {
+    MatchEvent::Kick {
+        robot,
+        kick_type: crate::kick_geometry::KickType::LeftStraight,
+        speed: Some(1.0),
+        result: crate::events::KickResult::Kicked,
+        reason: None,
+        direction: Some(direction),
+        launch_speed_mps: Some(2.0),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -251,9 +251,9 @@ impl MatchSummary {
 #[cfg(test)]
 mod tests {
     use super::super::cycle_record::{BallRecord, GameRecord, RobotRecord};
+    use super::super::kick_outcomes::kick;
     use super::*;
     use crate::geometry::Pose;
-    use crate::kick_geometry::KickType;
     use crate::team::Team;
     use core::f32::consts::FRAC_PI_2;
 
@@ -279,18 +279,6 @@ mod tests {
             });
         }
         summary
-    }
-
-    fn kick(robot: RobotId, direction: f32) -> MatchEvent {
-        MatchEvent::Kick {
-            robot,
-            kick_type: KickType::LeftStraight,
-            speed: Some(1.0),
-            result: KickResult::Kicked,
-            reason: None,
-            direction: Some(direction),
-            launch_speed_mps: Some(2.0),
-        }
     }
 
     #[test]

@@ -1,10 +1,10 @@
 use super::super::cycle_record::{BallRecord, GameRecord};
+use super::super::kick_outcomes::kick;
 use super::*;
 use crate::belief::{BallBelief, Belief};
 use crate::camera_model::CameraName;
 use crate::events::CollisionType;
 use crate::geometry::Pose;
-use crate::kick_geometry::KickType;
 use crate::sensing::vision::BallPercept;
 
 const BLUE2: RobotId = RobotId::new(Team::Blue, 2);
@@ -92,18 +92,6 @@ fn the_robot_at_the_ball_should_see_it() {
         record.game.state = GameState::Ready;
     });
     assert_eq!(stopped, []);
-}
-
-fn kick(robot: RobotId, direction: f32) -> MatchEvent {
-    MatchEvent::Kick {
-        robot,
-        kick_type: KickType::LeftStraight,
-        speed: Some(1.0),
-        result: KickResult::Kicked,
-        reason: None,
-        direction: Some(direction),
-        launch_speed_mps: Some(2.0),
-    }
 }
 
 fn touch(robot: RobotId) -> MatchEvent {
