@@ -10,6 +10,7 @@ use crate::camera_model::CameraMounts;
 use crate::cycle::CycleClock;
 use crate::record::encoder::RecordError;
 use crate::record::frames::{FrameRecorder, remove_frames};
+use crate::record::overlay::Overlay;
 use crate::record::picture::Picture;
 use crate::record::picture_recorder::PictureRecorder;
 use crate::record::recorder::Recorder;
@@ -34,6 +35,9 @@ pub struct PictureArguments {
     /// What frames and video show: field,blue1.top,pink2.bottom
     #[arg(long, value_name = "VIEWS", value_delimiter = ',')]
     pub views: Vec<Picture>,
+    /// Draw over pictures of the field what robots sense, what they believe, or what their behaviours draw: beliefs,senses,drawings
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    pub draw: Vec<Overlay>,
     /// Take frames and video of every N-th cycle only
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub every: Option<u64>,
@@ -53,6 +57,12 @@ impl Recording for PictureArguments {
         }
         if !self.views.is_empty() && !moving && self.sheet.is_none() {
             return Err("--views: expected --frames DIR, --video FILE or --sheet FILE with it".to_owned());
+        }
+        if !self.draw.is_empty() && !moving && self.sheet.is_none() {
+            return Err("--draw: expected --frames DIR, --video FILE or --sheet FILE with it".to_owned());
+        }
+        if !self.draw.is_empty() && !self.views.is_empty() && !self.views.contains(&Picture::Field) && moving {
+            return Err("--draw: expected `field` among --views, which is what it draws on".to_owned());
         }
         Ok(())
     }
@@ -82,6 +92,7 @@ impl Recording for PictureArguments {
         let every = self.every.unwrap_or(1);
         let cycle_s = world.resource::<CycleClock>().period_s;
         let mut pictures = PictureRecorder::default();
+        pictures.renderer.overlays.clone_from(&self.draw);
         // The video's file is made last: a command that fails before leaves nothing behind.
         if let Some(path) = &self.sheet {
             let camera = self.views.iter().find_map(|picture| match picture {
@@ -135,6 +146,10 @@ mod tests {
         assert!(twice.check().unwrap_err().starts_with("--views: blue1.top is there twice"));
         let only_sheet = PictureArguments { frames: None, sheet: fine.frames.clone(), ..fine.clone() };
         assert!(only_sheet.check().unwrap_err().starts_with("--every"));
+        let drawn = PictureArguments { draw: vec![Overlay::Beliefs], ..default() };
+        assert!(drawn.check().unwrap_err().starts_with("--draw: expected --frames"));
+        let unseen = PictureArguments { views: views(&["blue1.top"]), draw: drawn.draw, ..fine.clone() };
+        assert!(unseen.check().unwrap_err().starts_with("--draw: expected `field`"));
         let nothing = PictureArguments { frames: None, every: None, ..fine };
         assert!(nothing.check().unwrap_err().starts_with("--views"));
     }
