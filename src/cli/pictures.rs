@@ -10,7 +10,7 @@ use crate::camera_model::CameraMounts;
 use crate::cycle::CycleClock;
 use crate::record::encoder::RecordError;
 use crate::record::frames::{FrameRecorder, remove_frames};
-use crate::record::overlay::Overlay;
+use crate::record::overlay::OverlayOf;
 use crate::record::picture::Picture;
 use crate::record::picture_recorder::PictureRecorder;
 use crate::record::recorder::Recorder;
@@ -35,9 +35,9 @@ pub struct PictureArguments {
     /// What frames and video show: field,blue1.top,pink2.bottom
     #[arg(long, value_name = "VIEWS", value_delimiter = ',')]
     pub views: Vec<Picture>,
-    /// Draw over pictures of the field what robots sense, what they believe, or what their behaviours draw: beliefs,senses,drawings
+    /// Draw over pictures of the field what robots sense, what they believe, or what their behaviours draw; of one robot or all: blue2.beliefs,senses,drawings
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
-    pub draw: Vec<Overlay>,
+    pub draw: Vec<OverlayOf>,
     /// Take frames and video of every N-th cycle only
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub every: Option<u64>,
@@ -77,8 +77,7 @@ impl Recording for PictureArguments {
             if let Picture::Camera(robot, _) = picture
                 && world.resource::<Roster>().get(*robot).is_none()
             {
-                let robots: Vec<String> = world.resource::<Roster>().iter().map(|(id, _)| id.to_string()).collect();
-                return Err(format!("--views: {picture}: no such robot plays; expected one of {}", robots.join(", ")));
+                return Err(format!("--views: {picture}: no such robot plays; expected one of {}", who_plays(world)));
             }
             if let Picture::Camera(robot, camera) = picture
                 && let mounts = mounts_of(world, *robot)
@@ -87,6 +86,11 @@ impl Recording for PictureArguments {
                 let cameras: Vec<String> = mounts.names().map(|name| format!("{robot}.{name}")).collect();
                 let expected = if cameras.is_empty() { "another robot".to_owned() } else { cameras.join(" or ") };
                 return Err(format!("--views: {picture}: the robot has no such camera; expected {expected}"));
+            }
+        }
+        for drawn in &self.draw {
+            if let Some(robot) = drawn.robot.filter(|robot| world.resource::<Roster>().get(*robot).is_none()) {
+                return Err(format!("--draw: {drawn}: no such robot plays; expected one of {}", who_plays(world)));
             }
         }
         let every = self.every.unwrap_or(1);
@@ -125,6 +129,12 @@ pub fn or_force(error: &RecordError) -> &'static str {
     if matches!(error, RecordError::NotEmpty(_)) { ", or --force to replace frames that are there" } else { "" }
 }
 
+/// The robots that play, in words.
+fn who_plays(world: &World) -> String {
+    let robots: Vec<String> = world.resource::<Roster>().iter().map(|(id, _)| id.to_string()).collect();
+    robots.join(", ")
+}
+
 /// The cameras of a robot.
 fn mounts_of(world: &World, robot: RobotId) -> CameraMounts {
     let robot = world.resource::<Roster>().get(robot);
@@ -146,7 +156,7 @@ mod tests {
         assert!(twice.check().unwrap_err().starts_with("--views: blue1.top is there twice"));
         let only_sheet = PictureArguments { frames: None, sheet: fine.frames.clone(), ..fine.clone() };
         assert!(only_sheet.check().unwrap_err().starts_with("--every"));
-        let drawn = PictureArguments { draw: vec![Overlay::Beliefs], ..default() };
+        let drawn = PictureArguments { draw: vec!["beliefs".parse().unwrap()], ..default() };
         assert!(drawn.check().unwrap_err().starts_with("--draw: expected --frames"));
         let unseen = PictureArguments { views: views(&["blue1.top"]), draw: drawn.draw, ..fine.clone() };
         assert!(unseen.check().unwrap_err().starts_with("--draw: expected `field`"));

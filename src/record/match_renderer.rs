@@ -6,7 +6,7 @@
 use bevy::math::ops;
 use bevy::prelude::*;
 
-use super::overlay::{Overlay, draw_over};
+use super::overlay::{OverlayOf, draw_over};
 use crate::appearance::robot::RobotDesign;
 use crate::appearance::scene::Scene;
 use crate::appearance::view::View;
@@ -35,7 +35,7 @@ pub struct MatchRenderer {
     renderer: Renderer,
     still_renderer: StillRenderer,
     /// What is drawn over pictures of the field.
-    pub overlays: Vec<Overlay>,
+    pub overlays: Vec<OverlayOf>,
 }
 
 impl MatchRenderer {

@@ -9,6 +9,7 @@ use core::str::FromStr;
 
 use super::canvas::{Anchor, Canvas, PAPER, ellipse};
 use super::marks::{arc, bright_arrow, bright_line, bright_words, confidence_ellipse, sector};
+use super::picture;
 use crate::appearance::colours::Colour;
 use crate::appearance::view::View;
 use crate::behaviour::drawings::{Drawing, Drawings, DrawnShape, Frame, Ink};
@@ -52,6 +53,34 @@ impl Overlay {
     pub const ALL: [Overlay; 3] = [Overlay::Senses, Overlay::Beliefs, Overlay::Drawings];
 }
 
+/// What is drawn over pictures of the field, of whom: in words, `beliefs` or `blue2.beliefs`.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct OverlayOf {
+    /// What.
+    pub overlay: Overlay,
+    /// Of this robot; none for all.
+    pub robot: Option<RobotId>,
+}
+
+impl FromStr for OverlayOf {
+    type Err = NoOverlay;
+
+    fn from_str(words: &str) -> Result<Self, Self::Err> {
+        let Some((robot, overlay)) = words.split_once('.') else {
+            return Ok(Self { overlay: words.parse()?, robot: None });
+        };
+        let robot = picture::robot(robot).map_err(|_| NoOverlay(words.to_owned()))?;
+        Ok(Self { overlay: overlay.parse().map_err(|_| NoOverlay(words.to_owned()))?, robot: Some(robot) })
+    }
+}
+
+impl fmt::Display for OverlayOf {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.robot.map_or(Ok(()), |robot| write!(formatter, "{robot}."))?;
+        self.overlay.fmt(formatter)
+    }
+}
+
 impl fmt::Display for Overlay {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.write_str(match self {
@@ -64,7 +93,9 @@ impl fmt::Display for Overlay {
 
 /// Why a word is nothing that can be drawn.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
-#[error("`{0}` cannot be drawn: expected `beliefs`, `senses` or `drawings`")]
+#[error(
+    "`{0}` cannot be drawn: expected `beliefs`, `senses` or `drawings`, or those of one robot, such as `blue2.beliefs`"
+)]
 pub struct NoOverlay(String);
 
 impl FromStr for Overlay {
@@ -77,11 +108,14 @@ impl FromStr for Overlay {
 }
 
 /// A picture of the field with these drawn over it, seen as in `view`.
-pub fn draw_over(world: &World, picture: &Image, view: &View, overlays: &[Overlay]) -> Image {
+pub fn draw_over(world: &World, picture: &Image, view: &View, overlays: &[OverlayOf]) -> Image {
     let mut brush = Brush::on(picture, view);
     let robots = || world.resource::<Roster>().iter().filter(|(_, robot)| is_on_pitch(world, *robot));
-    for overlay in Overlay::ALL.into_iter().filter(|overlay| overlays.contains(overlay)) {
-        for (id, robot) in robots() {
+    let is_wanted = |overlay: Overlay, id: RobotId| {
+        overlays.iter().any(|wanted| wanted.overlay == overlay && wanted.robot.is_none_or(|robot| robot == id))
+    };
+    for overlay in Overlay::ALL {
+        for (id, robot) in robots().filter(|(id, _)| is_wanted(overlay, *id)) {
             let Some(pose) = world.get::<Pose>(robot).copied() else { continue };
             let own_end = world.resource::<Game>().own_end(id.team);
             match overlay {
@@ -265,6 +299,48 @@ impl<'a> Brush<'a> {
     fn words(&mut self, at: Vec2, words: &str) {
         if let Some(pixel) = self.view.project(at.extend(0.0)) {
             bright_words(&mut self.canvas, words, pixel - 8.0 * Vec2::Y, 9.0 * self.width, Anchor::Middle);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::record::match_renderer::MatchRenderer;
+    use crate::scenario::Scenario;
+    use crate::simulation::{MatchApp, NaoisisPlugins};
+
+    /// How many pixels of a picture of the field differ when these are drawn over it, after a while of a match.
+    fn drawn_pixels(overlays: &[&str]) -> usize {
+        let mut app = App::new();
+        app.add_plugins(NaoisisPlugins);
+        app.start_match(&Scenario::named("match3v3").unwrap()).unwrap();
+        app.run_cycles(60);
+        let mut renderer = MatchRenderer::default();
+        renderer.look(app.world_mut());
+        let plain = renderer.draw_field(app.world_mut(), [320, 180]);
+        renderer.overlays = overlays.iter().map(|words| words.parse().unwrap()).collect();
+        let drawn = renderer.draw_field(app.world_mut(), [320, 180]);
+        plain.rgb.chunks(3).zip(drawn.rgb.chunks(3)).filter(|(one, other)| one != other).count()
+    }
+
+    #[test]
+    fn what_is_asked_for_is_drawn_of_whom_it_is_asked_for() {
+        assert_eq!(drawn_pixels(&[]), 0);
+        let one = drawn_pixels(&["blue2.beliefs"]);
+        let all = drawn_pixels(&["beliefs"]);
+        assert!(one > 50 && all > 2 * one, "{one} of one robot, {all} of six");
+        assert!(drawn_pixels(&["senses"]) > all, "what cameras see covers the ground");
+        assert!(drawn_pixels(&["drawings"]) > 50);
+    }
+
+    #[test]
+    fn overlays_are_named_as_they_are_asked_for() {
+        for words in ["beliefs", "senses", "blue2.beliefs", "pink12.drawings"] {
+            assert_eq!(words.parse::<OverlayOf>().unwrap().to_string(), words);
+        }
+        for words in ["", "belief", "blue2", "blue2.", "blue0.beliefs", "top.senses", "beliefs.blue2"] {
+            assert_eq!(words.parse::<OverlayOf>(), Err(NoOverlay(words.to_owned())), "{words}");
         }
     }
 }
