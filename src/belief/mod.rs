@@ -31,12 +31,14 @@ pub mod particle_filter;
 mod particle_set;
 pub mod pose_estimate;
 pub mod robots;
+mod settings;
 pub mod sighting;
 pub mod simple;
 pub mod team_ball;
 pub mod unscented;
 
-pub use simple::{SimpleBelief, SimpleBeliefPlugin};
+pub use settings::SimpleBelief;
+pub use simple::SimpleBeliefPlugin;
 
 /// The covariance of a place, m²: the entries xx, xy, yy of the symmetric matrix.
 pub type PlaceCovariance = [f32; 3];

@@ -89,7 +89,7 @@ impl Recording for PictureArguments {
             }
         }
         for drawn in &self.draw {
-            if let Some(robot) = drawn.robot.filter(|robot| world.resource::<Roster>().get(*robot).is_none()) {
+            if drawn.robot.is_some_and(|robot| world.resource::<Roster>().get(robot).is_none()) {
                 return Err(format!("--draw: {drawn}: no such robot plays; expected one of {}", who_plays(world)));
             }
         }
