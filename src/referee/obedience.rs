@@ -93,9 +93,9 @@ impl Referee<'_, '_> {
             }
             GameState::Playing => self.begin_play(),
             GameState::Finished => self.finish(),
-            GameState::Initial => {
+            GameState::Initial | GameState::Standby => {
                 self.decisions.game.set_play = None;
-                self.enter(GameState::Initial);
+                self.enter(outside.state);
             }
         }
     }

@@ -44,8 +44,10 @@ pub(super) fn begin_match(
     }
     game.state = match rules.kick_off {
         KickOffProcedure::Placed => GameState::Playing,
+        KickOffProcedure::ReadyAndSet if rules.standby_s > 0.0 => GameState::Standby,
         KickOffProcedure::ReadyAndSet => GameState::Ready,
     };
+    memory.draw_standby(&rules, &clock);
     events.push(MatchEvent::HalfBegins { half: game.half });
     events.push(MatchEvent::StateChanged { state: game.state });
     if game.state == GameState::Playing {
@@ -224,6 +226,7 @@ pub(super) fn tell_status(
             restarts: record.map_or(0, |record| record.restarts),
             hand_placements: record.map_or(0, |record| record.hand_placements),
             whistles: game.whistles,
+            ready_signals: game.ready_signals,
         };
     }
 }
