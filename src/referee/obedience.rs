@@ -84,7 +84,11 @@ impl Referee<'_, '_> {
         match outside.state {
             GameState::Ready => match penalty_kick {
                 Some(team) => self.begin_penalty_kick(team),
-                None => self.prepare_kick_off(outside.kicking_team),
+                None => {
+                    let is_signal = self.decisions.game.state == GameState::Standby;
+                    self.decisions.game.ready_signals += u32::from(is_signal);
+                    self.prepare_kick_off(outside.kicking_team);
+                }
             },
             GameState::Set => {
                 let mark = |team| penalty_mark(self.seen.pitch, penalty_kick::end(self.seen, team));
