@@ -15,7 +15,7 @@ pub struct GetUp {
     is_trying: bool,
     /// Cycles for which it has lain without trying.
     cycles_lying: u64,
-    /// Whether another robot has touched it since it fell.
+    /// Whether another robot has touched it while it tried.
     is_disturbed: bool,
     /// Attempts that failed since it fell.
     failed: u32,
@@ -32,7 +32,8 @@ impl GetUp {
         Self {
             is_trying,
             cycles_lying: if is_trying { 0 } else { self.cycles_lying + 1 },
-            is_disturbed: self.is_disturbed || snapshot.contacts.iter().any(|pair| pair.contains(&index)),
+            is_disturbed: self.is_disturbed
+                || is_trying && snapshot.contacts.iter().any(|pair| pair.contains(&index)),
             failed: self.failed + u32::from(self.is_trying && !is_trying),
         }
     }
@@ -104,6 +105,10 @@ mod tests {
         let mut alone = fallen();
         assert_eq!([tries(&mut alone), tries(&mut alone)], [false, true]);
         let mut touched = fallen().contact(BLUE2, PINK2);
+        touched.pass();
+        // Who only lies is not disturbed.
+        assert!(!touched.memory.robots[1].get_up.is_disturbed);
+        touched.robot_mut(BLUE2).posture = Posture::GettingUp { cycles: 900, cycles_left: 1 };
         touched.pass();
         touched.contacts.clear();
         assert_eq!([(); 3].map(|()| tries(&mut touched)), [false, false, true]);
