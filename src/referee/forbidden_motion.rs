@@ -24,15 +24,21 @@ pub fn advance(cycles: u64, robot: &RobotSnapshot) -> u64 {
 /// The case against a robot that walks, and had stood for so many cycles before.
 pub fn judge(stood: u64, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> Option<Evidence> {
     let since = snapshot.game.state_cycles;
-    let begins = stood >= snapshot.cycles(STOOD_S) || since > snapshot.cycles(FINISHED_S);
-    (walks(robot) && begins).then(|| {
+    let (what, cycles, limit_s) = if stood >= snapshot.cycles(STOOD_S) {
+        ("s of standing before", stood, STOOD_S)
+    } else if since > snapshot.cycles(FINISHED_S) {
+        ("s of walking on", since, FINISHED_S)
+    } else {
+        return None;
+    };
+    walks(robot).then(|| {
         let rule = match snapshot.game.state {
             GameState::Standby => "In `standby` nobody may walk before the referee raises its arms.",
             _ => "In `set` nobody may walk before the whistle.",
         };
         snapshot
             .evidence_against(rule, robot)
-            .with_measurement("s into it", snapshot.seconds(since), FINISHED_S)
+            .with_measurement(what, snapshot.seconds(cycles), limit_s)
             .otherwise("It had to stand, and to wait.")
     })
 }
