@@ -175,13 +175,16 @@ pub(super) fn officiate(
         }
         let Ok(mut robot) = robots.get_mut(*entity) else { continue };
         *robot.penalty = after.penalty;
-        if before.pose != after.pose {
-            *robot.pose = after.pose;
-            robot.previous.0 = after.pose;
+        let is_put_down = before.pose != after.pose;
+        if is_put_down || before.is_present() && !after.is_present() {
             *robot.velocity = Velocity::default();
             *robot.walk = WalkCommand::default();
             *robot.kick = KickCommand::default();
             *robot.kick_phase = KickPhase::default();
+        }
+        if is_put_down {
+            *robot.pose = after.pose;
+            robot.previous.0 = after.pose;
             // Whoever is put down is put on its feet.
             *robot.posture = Posture::Upright;
         }
