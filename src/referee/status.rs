@@ -111,14 +111,21 @@ impl Announcement {
         let goal = events.iter().any(|event| matches!(event, MatchEvent::Goal { .. }));
         let ends = after.state == GameState::Finished || after.half != before.half;
         let delay_s = match (before.state, after.state) {
-            _ if ends => 0.0,
             _ if goal => seen.rules.goal_delay_s,
             (GameState::Set, GameState::Playing) => seen.rules.status_delay_s,
             (GameState::Standby, GameState::Ready) => seen.rules.ready_delay_s,
             _ => 0.0,
         };
         let delay_cycles = seen.cycles(delay_s);
-        if delay_cycles > 0 {
+        if ends {
+            // A goal is told late even if its half is over, but for the last.
+            let score = self.told(before).score;
+            let cycles_left = if goal { delay_cycles } else { self.cycles_left };
+            *self = Self::default();
+            if score != after.score && cycles_left > 0 && after.state != GameState::Finished {
+                *self = Self { instead: Some(Game { score, ..after.clone() }), cycles_left };
+            }
+        } else if delay_cycles > 0 {
             *self = Self { instead: Some(before.clone()), cycles_left: delay_cycles };
         } else if self.cycles_left == 0
             || is_told_at_once(before, after)
@@ -210,6 +217,24 @@ mod tests {
         assert_eq!((told.state, told.score.blue, told.cycles_left), (GameState::Playing, 0, Some(999)));
         assert_eq!(told_in(&mut situation, GameState::Ready), Some(5));
         assert_eq!(situation.memory.announcement.told(&situation.game).score.blue, 1);
+    }
+
+    #[test]
+    fn a_goal_is_told_late_even_if_the_half_ends_meanwhile() {
+        for cycles_left in [1, 3] {
+            let mut situation = delayed().touched_by(BLUE2).ball_rolled([2.9, 0.0], [3.2, 0.0]);
+            situation.rules.clock_runs_in_stoppages = true;
+            situation.game.cycles_left = Some(cycles_left);
+            let told = [(); 7].map(|()| {
+                situation.pass();
+                let told = situation.memory.announcement.told(&situation.game);
+                (told.half, told.score.blue)
+            });
+            let over = cycles_left as usize - 1;
+            assert!(told[..over].iter().all(|told| *told == (1, 0)), "{told:?}");
+            assert!(told[over..5].iter().all(|told| *told == (2, 0)), "{told:?}");
+            assert_eq!(told[5..], [(2, 1); 2]);
+        }
     }
 
     #[test]
