@@ -86,7 +86,7 @@ pub fn look_through_images(
 }
 
 /// Adds what one camera saw to what the other did: a thing that both see is one percept.
-fn merge(percepts: &mut Percepts, is_lower: bool, findings: &Findings) {
+pub(super) fn merge(percepts: &mut Percepts, is_lower: bool, findings: &Findings) {
     // Of two balls, the one that is seen better; a lower camera, which comes later in the model, is nearer to what it sees.
     if let Some((_, ball)) = findings.ball
         && (percepts.ball.is_none() || is_lower)

@@ -1,4 +1,4 @@
-use super::accuracy::{self, Conditions};
+use super::accuracy::{self, Conditions, EVERYWHERE_M};
 use super::*;
 use crate::appearance::robot::RobotDesign;
 use crate::appearance::scene::{Scene, SceneBall, SceneRobot};
@@ -183,14 +183,15 @@ fn an_empty_image_has_nothing_in_it() {
 fn in_random_scenes_nearly_everything_visible_is_found_at_its_distance() {
     for design in RobotDesign::BOTH {
         let mut stream = RandomStream::for_match(7, "scenes of a test");
-        let mut uniform = || stream.uniform();
-        let accuracy = accuracy::measure(250, Conditions { design, ..Conditions::default() }, &mut uniform);
+        let mut conditions = Conditions::default();
+        conditions.cameras.design = design;
+        let accuracy = accuracy::measure(250, &conditions, &mut stream);
         for class in [&accuracy.ball, &accuracy.goal_posts, &accuracy.robots, &accuracy.penalty_crosses] {
-            assert!(class.found_share() >= 0.95, "{accuracy}");
+            assert!(class.found_share(EVERYWHERE_M) >= 0.95, "{accuracy}");
             // Half of the directions are known to a degree.
-            assert!(class.bearing_errors[class.bearing_errors.len() / 2] < to_radians(1.0), "{accuracy}");
-            assert!(class.visible > 20, "{accuracy}");
-            assert!(class.near_median() < 0.05, "{accuracy}");
+            assert!(class.bearing_error(EVERYWHERE_M, 0.5) < to_radians(1.0), "{accuracy}");
+            assert!(class.visible(EVERYWHERE_M).count() > 20, "{accuracy}");
+            assert!(class.range_error([0.0, 2.0], 0.5) < 0.05, "{accuracy}");
         }
         // Of 500 images: parts of a waistband that a robot in front divides count as more than one.
         let false_detections = accuracy.ball.false_detections + accuracy.goal_posts.false_detections;
