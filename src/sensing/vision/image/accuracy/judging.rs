@@ -78,6 +78,7 @@ impl Accuracy {
         for (kind_of, class) in [
             ((|kind| matches!(kind, LandmarkKind::Junction { .. })) as fn(LandmarkKind) -> bool, &mut self.junctions),
             (|kind| kind == LandmarkKind::CentreCircle, &mut self.centre_circle),
+            (|kind| kind == LandmarkKind::CornerArc, &mut self.corner_arcs),
         ] {
             let mut kinds: Vec<LandmarkKind> = Vec::new();
             for mark in in_view.landmarks.iter().chain(&seen.landmarks).filter(|mark| kind_of(mark.kind)) {
@@ -188,6 +189,7 @@ fn all_of(scene: &Scene, own: Pose, kind: LandmarkKind) -> Vec<Vec2> {
             of_shape.map(|junction| junction.position).collect()
         }
         LandmarkKind::CentreCircle => vec![Vec2::ZERO],
+        LandmarkKind::CornerArc => scene.markings.corner_arcs.iter().map(|arc| arc.corner).collect(),
         _ => Vec::new(),
     };
     in_pitch.into_iter().map(|place| own.inverse_transform_point(place)).collect()

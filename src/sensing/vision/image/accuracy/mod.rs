@@ -79,8 +79,7 @@ impl Default for Conditions {
 impl Conditions {
     /// What the robot knows of what it looks for.
     fn known(&self) -> Known {
-        let waistbands = PerTeam::new(|team| self.bodies[team].waistband);
-        Known { waistbands, ..Known::new(&self.pitch, self.ball_radius_m) }
+        Known::new(&self.pitch, self.ball_radius_m).with_robots(&self.bodies)
     }
 }
 
@@ -107,6 +106,8 @@ pub struct Accuracy {
     pub penalty_crosses: ClassAccuracy,
     /// The centre circle, by its centre.
     pub centre_circle: ClassAccuracy,
+    /// Arcs at corners, each by its corner.
+    pub corner_arcs: ClassAccuracy,
 }
 
 /// Memory for drawing and looking.

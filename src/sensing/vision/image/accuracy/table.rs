@@ -13,7 +13,7 @@ const BANDS_M: [f32; 8] = [0.0, 1.0, 2.0, 3.0, 5.0, 8.0, 12.0, f32::INFINITY];
 
 impl Accuracy {
     /// All classes, by their names.
-    pub fn classes(&self) -> [(&'static str, &ClassAccuracy); 7] {
+    pub fn classes(&self) -> [(&'static str, &ClassAccuracy); 8] {
         [
             ("ball", &self.ball),
             ("goal posts", &self.goal_posts),
@@ -22,6 +22,7 @@ impl Accuracy {
             ("junctions", &self.junctions),
             ("penalty crosses", &self.penalty_crosses),
             ("centre circle", &self.centre_circle),
+            ("corner arcs", &self.corner_arcs),
         ]
     }
 }
@@ -42,6 +43,10 @@ impl fmt::Display for Accuracy {
             "", "visible", "found", "false in 100", "range median", "90 %", "bearing", "90 %"
         )?;
         for (name, class) in self.classes() {
+            // There are pitches without corner arcs.
+            if class.sightings.is_empty() && class.false_detections == 0 {
+                continue;
+            }
             let false_in_100 = 100.0 * class.false_detections as f32 / self.looks.max(1) as f32;
             row(formatter, name, class, EVERYWHERE_M, &format!("{false_in_100:.2}"))?;
             for band in BANDS_M.windows(2).map(|ends| [ends[0], ends[1]]) {
