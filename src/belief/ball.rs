@@ -7,6 +7,7 @@ use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::covariance::inverse;
+use super::pose_estimate::StepError;
 use super::sighting::{Residual, Sighting};
 use crate::ball::{BallPhysics, Rolling};
 use crate::geometry::{Pose, unit, unrotate};
@@ -41,10 +42,16 @@ pub struct BallModel {
     pub radius_m: f32,
     /// How it slows down.
     pub rolling: Rolling,
-    /// Unforeseen change of its velocity: variance per second, (m/s)²/s.
+    /// Unforeseen change of its velocity while it is watched: variance per second, (m/s)²/s.
     pub velocity_noise: f32,
+    /// The same while it is not, when robots may kick it: one kick of 2 to 3 m/s in some seconds.
+    pub unseen_velocity_noise: f32,
+    /// A ball is watched until it was not seen for so long, s.
+    pub watched_s: f32,
     /// Speed that a ball of which nothing is known may have, m/s: standard deviation.
     pub start_speed_sd: f32,
+    /// Speed of one that was seen to have been kicked, m/s: standard deviation along each axis.
+    pub kicked_speed_sd: f32,
     /// A sighting further from the expectation than this is doubted: squared Mahalanobis distance.
     pub gate: f32,
     /// Two doubted sightings as near as this confirm each other, m, at a distance of one metre.
@@ -58,8 +65,11 @@ impl Default for BallModel {
         Self {
             radius_m: BallPhysics::default().radius_m,
             rolling: Rolling::default(),
-            velocity_noise: 0.02,
+            velocity_noise: 0.1,
+            unseen_velocity_noise: 1.5,
+            watched_s: 0.15,
             start_speed_sd: 0.5,
+            kicked_speed_sd: 1.7,
             gate: 16.0,
             confirmation_m: 0.15,
             rest_speed_mps: 0.05,
@@ -94,6 +104,13 @@ impl BallEstimate {
         }
     }
 
+    /// A ball that is seen elsewhere than it can have rolled to: somebody has kicked it.
+    fn kicked(sighting: &Sighting, model: &BallModel) -> Self {
+        let speed_variance = model.kicked_speed_sd * model.kicked_speed_sd;
+        let velocity_covariance = Mat2::from_diagonal(Vec2::splat(speed_variance));
+        Self { velocity_covariance, ..Self::first_seen(sighting, model) }
+    }
+
     /// A ball that lies where it was put, m, robot frame; with the standard deviation of that.
     pub fn at_rest(position: Vec2, position_sd: f32) -> Self {
         Self {
@@ -109,9 +126,10 @@ impl BallEstimate {
     }
 
     /// The ball `duration` seconds later, seen from where a measured step (in the robot's frame before it) led.
-    pub fn advanced(&self, step: Pose, duration: f32, model: &BallModel) -> Self {
+    pub fn advanced(&self, step: Pose, duration: f32, model: &BallModel, walk: &StepError) -> Self {
         let kept = model.kept(self.velocity.length(), duration);
-        let noise = model.velocity_noise * duration;
+        let is_watched = self.age_s <= model.watched_s;
+        let noise = if is_watched { model.velocity_noise } else { model.unseen_velocity_noise } * duration;
         let mut ahead = Self {
             position: self.position + self.velocity * duration - step.position,
             velocity: self.velocity * kept,
@@ -124,9 +142,11 @@ impl BallEstimate {
             doubted: self.doubted.map(|doubted| doubted - step.position),
             ..*self
         };
-        // The walk itself is not exact either.
-        let slip = 0.1 * step.position.length();
-        ahead.position_covariance += Mat2::from_diagonal(Vec2::splat(slip * slip));
+        // The walk itself is not exact either, nor is the turn, which shows the more the further away the ball is.
+        let of_walk = walk.covariance(step);
+        let across = self.position.perp();
+        ahead.position_covariance += Mat2::from_diagonal(Vec2::splat(of_walk.x_axis.x))
+            + Mat2::from_cols(across * across.x, across * across.y) * of_walk.z_axis.z;
         if step.heading != 0.0 {
             ahead.turn_frame(step.heading);
         }
@@ -154,14 +174,15 @@ impl BallEstimate {
             && (self.age_s + self.missing_s).is_finite()
     }
 
-    /// The ball after it was seen there.
-    pub fn seen(&self, sighting: &Sighting, model: &BallModel) -> Self {
+    /// The ball after it was seen there, as it was `late_s` seconds ago but carried on by its velocity since.
+    pub fn seen(&self, sighting: &Sighting, model: &BallModel, late_s: f32) -> Self {
         let Residual { difference, noise } = sighting.residual(self.position);
+        let noise = noise + self.velocity_covariance * (late_s * late_s);
         let inverse = inverse(self.position_covariance + noise);
         if difference.dot(inverse * difference) > model.gate {
             let near = model.confirmation_m * sighting.place.length_squared().max(1.0);
             return match self.doubted {
-                Some(before) if before.distance(sighting.place) < near => Self::first_seen(sighting, model),
+                Some(before) if before.distance(sighting.place) < near => Self::kicked(sighting, model),
                 _ => Self { doubted: Some(sighting.place), ..*self },
             };
         }
@@ -200,6 +221,7 @@ mod tests {
     use core::f32::consts::FRAC_PI_2;
 
     const PERIOD: f32 = 1.0 / 30.0;
+    const STEADY: StepError = StepError { place_per_metre: 0.0, heading_per_metre: 0.0, heading_per_radian: 0.0 };
 
     fn sighting(place: Vec2) -> Sighting {
         Sighting::new(place, 0.004)
@@ -213,7 +235,7 @@ mod tests {
             // The closed form of exponential drag: s = v0 (1 - exp(-k t)) / k.
             let time = cycle as f32 * PERIOD;
             let place = start + velocity * (1.0 - (-drag * time).exp()) / drag;
-            estimate = estimate.advanced(Pose::default(), PERIOD, &model).seen(&sighting(place), &model);
+            estimate = estimate.advanced(Pose::default(), PERIOD, &model, &STEADY).seen(&sighting(place), &model, 0.0);
         }
         estimate
     }
@@ -235,7 +257,7 @@ mod tests {
         let (start, speed, variance) =
             (estimate.position.x, estimate.velocity.x, estimate.position_covariance.x_axis.x);
         for _ in 0..30 {
-            estimate = estimate.advanced(Pose::default(), PERIOD, &model);
+            estimate = estimate.advanced(Pose::default(), PERIOD, &model, &STEADY);
         }
         // v (1 - exp(-k 1 s)) / k = 0.787 v.
         assert_abs_diff_eq!(estimate.position.x - start, 0.787 * speed, epsilon = 0.02);
@@ -247,11 +269,11 @@ mod tests {
     fn a_turn_of_the_robot_turns_the_ball_the_other_way() {
         let estimate = watched(Vec2::new(1.0, 0.0), Vec2::new(1.0, 0.0), 10);
         let place = estimate.position;
-        let turned = estimate.advanced(Pose::new(0.0, 0.0, FRAC_PI_2), 0.0, &BallModel::default());
+        let turned = estimate.advanced(Pose::new(0.0, 0.0, FRAC_PI_2), 0.0, &BallModel::default(), &STEADY);
         assert_abs_diff_eq!(turned.position, Vec2::new(0.0, -place.x), epsilon = 1e-5);
         assert!(turned.velocity.y < -0.5 && turned.velocity.x.abs() < 1e-3);
         assert_abs_diff_eq!(turned.position_covariance.y_axis.y, estimate.position_covariance.x_axis.x, epsilon = 1e-6);
-        let walked = estimate.advanced(Pose::new(0.1, 0.0, 0.0), 0.0, &BallModel::default());
+        let walked = estimate.advanced(Pose::new(0.1, 0.0, 0.0), 0.0, &BallModel::default(), &STEADY);
         assert_abs_diff_eq!(walked.position.x, place.x - 0.1, epsilon = 1e-6);
     }
 
@@ -260,11 +282,11 @@ mod tests {
         let model = BallModel::default();
         let estimate = watched(Vec2::new(1.0, 0.0), Vec2::ZERO, 30);
         let elsewhere = sighting(Vec2::new(2.0, 1.0));
-        let once = estimate.seen(&elsewhere, &model);
+        let once = estimate.seen(&elsewhere, &model, 0.0);
         assert_eq!(once.position, estimate.position);
-        let twice = once.seen(&elsewhere, &model);
+        let twice = once.seen(&elsewhere, &model, 0.0);
         assert_eq!(twice.position, elsewhere.place);
         // The error forgotten: seen again where it was.
-        assert_eq!(once.seen(&sighting(estimate.position), &model).doubted, None);
+        assert_eq!(once.seen(&sighting(estimate.position), &model, 0.0).doubted, None);
     }
 }

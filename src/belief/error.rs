@@ -3,21 +3,24 @@
 //! | measure | of | meaning |
 //! |---|---|---|
 //! | error | pose, ball, its velocity, opponents | distance between belief and truth |
-//! | NEES | pose, ball | normalised estimation error squared, eᵀ P⁻¹ e: by how much the error exceeds the robot's own covariance. Of a calibrated belief it lies within [`NEES_95_POSE`] or [`NEES_95_PLACE`] 95 times out of 100 (Bar-Shalom, Li, Kirubarajan: Estimation with Applications to Tracking and Navigation, 2001) |
+//! | NEES | pose, ball, opponents | normalised estimation error squared, eᵀ P⁻¹ e: by how much the error exceeds the robot's own covariance (Bar-Shalom, Li, Kirubarajan: Estimation with Applications to Tracking and Navigation, 2001). Where it is at most [`ELLIPSOID_95`] or [`ELLIPSE_95`], the truth lies within the robot's ellipse of 95 %, as it does of a calibrated belief 95 times out of 100 |
 //! | false tracks | opponents | believed where none is within [`MATCH_M`] |
 //! | time to detect | ball, opponents | how long the robot knew nothing of one that was on the pitch |
+//!
+//! A belief is about the moment at which the robot sensed: the start of a cycle. The truth that it is compared with is that of this
+//! moment, not that of the cycle's end, when everything has moved on.
 
 use bevy::prelude::*;
 
-use super::{Belief, PlaceCovariance, PoseCovariance};
+use super::{Belief, PlaceCovariance, PoseCovariance, RobotBelief};
 use crate::geometry::{Pose, wrap_angle};
 
 /// A believed and a true robot further apart than this are not the same, m.
 pub const MATCH_M: f32 = 0.5;
-/// The interval in which the NEES of a pose lies with 95 %: χ² with three degrees of freedom.
-pub const NEES_95_POSE: [f32; 2] = [0.216, 9.348];
-/// The interval in which the NEES of a place lies with 95 %: χ² with two degrees of freedom.
-pub const NEES_95_PLACE: [f32; 2] = [0.051, 7.378];
+/// The NEES of a pose at the edge of the ellipsoid that holds 95 %: χ² with three degrees of freedom.
+pub const ELLIPSOID_95: f32 = 7.815;
+/// The NEES of a place at the edge of the ellipse that holds 95 %: χ² with two degrees of freedom.
+pub const ELLIPSE_95: f32 = 5.991;
 
 /// What is true of what a robot believes, in its team's frame.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -45,7 +48,9 @@ pub struct BeliefError {
     pub opponents: u32,
     /// Those of them that the robot knows of.
     pub opponents_known: u32,
-    /// The mean error of the places of those, m.
+    /// Those of these that are within the ellipse of 95 % around where they are believed.
+    pub opponents_within: u32,
+    /// The mean error of the places of those that it knows of, m.
     pub opponent_m: Option<f32>,
     /// Believed opponents that are none.
     pub false_tracks: u32,
@@ -76,10 +81,14 @@ impl BeliefError {
             }
         });
         let matches = matches(belief, truth);
-        let distances: Vec<f32> = matches.iter().map(|(_, distance)| *distance).collect();
-        for (index, _) in &matches {
+        let mut opponents_within = 0;
+        for Match { index, believed, .. } in &matches {
             known(*index);
+            let RobotBelief { position_m, covariance, .. } = belief.opponents[*believed];
+            let nees = place_nees(truth.opponents[*index] - position_m, covariance);
+            opponents_within += u32::from(nees.is_some_and(|nees| nees <= ELLIPSE_95));
         }
+        let summed_m: f32 = matches.iter().map(|found| found.distance_m).sum();
         Self {
             position_m: difference.length(),
             heading: turned.abs(),
@@ -87,31 +96,43 @@ impl BeliefError {
             ball,
             opponents: truth.opponents.len() as u32,
             opponents_known: matches.len() as u32,
-            opponent_m: (!distances.is_empty()).then(|| distances.iter().sum::<f32>() / distances.len() as f32),
+            opponents_within,
+            opponent_m: (!matches.is_empty()).then(|| summed_m / matches.len() as f32),
             false_tracks: (belief.opponents.len() - matches.len()) as u32,
         }
     }
 }
 
-/// True opponents and how far from them they are believed: nearest pairs first, each only once.
-fn matches(belief: &Belief, truth: &Truth) -> Vec<(usize, f32)> {
-    let mut pairs: Vec<(f32, usize, usize)> = Vec::new();
+/// A true opponent, and the believed one that it is.
+struct Match {
+    distance_m: f32,
+    /// Which of the true ones.
+    index: usize,
+    /// Which of the believed ones.
+    believed: usize,
+}
+
+/// True opponents and those that they are believed to be: nearest pairs first, each only once.
+fn matches(belief: &Belief, truth: &Truth) -> Vec<Match> {
+    let mut pairs: Vec<Match> = Vec::new();
     for (believed, opponent) in belief.opponents.iter().enumerate() {
         for (index, place) in truth.opponents.iter().enumerate() {
-            let distance = opponent.position_m.distance(*place);
-            if distance <= MATCH_M {
-                pairs.push((distance, index, believed));
+            let distance_m = opponent.position_m.distance(*place);
+            if distance_m <= MATCH_M {
+                pairs.push(Match { distance_m, index, believed });
             }
         }
     }
-    pairs.sort_by(|first, second| first.0.total_cmp(&second.0).then((first.1, first.2).cmp(&(second.1, second.2))));
-    let mut taken: Vec<(usize, usize, f32)> = Vec::new();
-    for (distance, index, believed) in pairs {
-        if taken.iter().all(|(other, track, _)| *other != index && *track != believed) {
-            taken.push((index, believed, distance));
+    let order = |pair: &Match| (pair.index, pair.believed);
+    pairs
+        .sort_by(|first, second| first.distance_m.total_cmp(&second.distance_m).then(order(first).cmp(&order(second))));
+    let mut taken: Vec<Match> = Vec::new();
+    for pair in pairs {
+        if taken.iter().all(|other| other.index != pair.index && other.believed != pair.believed) {
+            taken.push(pair);
         }
     }
-    taken.into_iter().map(|(index, _, distance)| (index, distance)).collect()
+    taken
 }
 
 fn pose_nees(difference: Vec2, turned: f32, [xx, xy, yy, xt, yt, tt]: PoseCovariance) -> Option<f32> {
@@ -130,7 +151,7 @@ fn place_nees(difference: Vec2, [xx, xy, yy]: PlaceCovariance) -> Option<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::belief::{BallBelief, RobotBelief};
+    use crate::belief::BallBelief;
     use approx::assert_abs_diff_eq;
 
     fn opponent(x: f32, y: f32) -> RobotBelief {
@@ -180,5 +201,10 @@ mod tests {
         known.sort_unstable();
         assert_eq!(known, [1, 2]);
         assert_eq!((error.opponents, error.opponents_known, error.false_tracks), (3, 2, 1));
+        // (0.1² + 0.05²) / 0.01 = 1.25 is within 5.991, 0.2² / 0.01 = 4 too, and 0.3² / 0.01 = 9 would not be.
+        assert_eq!(error.opponents_within, 2);
+        let further = Truth { opponents: vec![Vec2::new(-2.3, 0.0)], ..default() };
+        let error = BeliefError::of(&belief, &further, |_| {});
+        assert_eq!((error.opponents_known, error.opponents_within), (1, 0));
     }
 }

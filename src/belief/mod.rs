@@ -26,6 +26,7 @@ pub mod landmarks;
 pub mod line_sighting;
 pub mod localisation_method;
 pub mod localiser;
+mod moments;
 pub mod particle_filter;
 mod particle_set;
 pub mod pose_estimate;

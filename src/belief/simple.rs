@@ -7,12 +7,12 @@
 use bevy::ecs::query::QueryData;
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
-use std::collections::VecDeque;
 
 use super::ball::{BallEstimate, BallModel};
 use super::camera_error::{CameraError, CameraMotion};
 use super::landmarks::{LandmarkModel, Landmarks, PitchObservation};
 use super::localiser::Localiser;
+use super::moments::{Moment, Moments, as_seen_now};
 use super::pose_estimate::StepError;
 use super::robots::{RobotTrack, SonarModel, TrackModel, advance_tracks, hear_robot, see_robot};
 use super::sighting::Sighting;
@@ -107,9 +107,15 @@ impl Default for SimpleBelief {
 }
 
 impl SimpleBelief {
-    /// The same for a robot that knows how it walks, and what it has in view.
-    fn with_known(self, (limits, odometry): (&MotionLimits, &OdometrySettings), view: &FieldOfView) -> Self {
+    /// The same for a robot that knows how it walks, what it has in view, and how its cameras err.
+    fn with_known(
+        self,
+        (limits, odometry): (&MotionLimits, &OdometrySettings),
+        view: &FieldOfView,
+        gaze: GazeNoise,
+    ) -> Self {
         let landmarks = LandmarkModel { lens_height_m: view.lens_height_m, ..self.landmarks };
+        let landmarks = if gaze == GazeNoise::default() { landmarks } else { landmarks.of_rocking_cameras() };
         Self { step_error: self.step_error.with_known(limits.gait.as_ref(), &odometry.noise), landmarks, ..self }
     }
 }
@@ -124,8 +130,8 @@ pub struct SimpleBeliefMemory {
     own: Localiser,
     /// The odometry of the last cycle.
     odometry: Pose,
-    /// When odometry was what in the last moments, s since the start, the oldest first: what is seen late was seen from there.
-    way: VecDeque<(f64, Pose)>,
+    /// The last moments, the oldest first: what is seen late was seen from there.
+    moments: Moments,
     /// How often the robots had been placed.
     restarts: u32,
     /// How often it had been placed by hand.
@@ -197,23 +203,27 @@ fn estimate(
     for robot in &mut robots {
         let BelievingRobotItem { status, odometry, camera, percepts, mut memory, mut belief, .. } = robot;
         let view = FieldOfView::of(camera);
-        let settings = &robot.settings.with_known(robot.steps, &view);
-        let motion = CameraMotion {
-            noise: robot.vision.noise.gaze,
-            is_walking: odometry.0 != memory.odometry,
-            head_yaw: robot.head.yaw,
-            lens_height_m: view.lens_height_m,
-            period_s: period,
-        };
-        let motion = (motion.noise != GazeNoise::default()).then_some(motion);
+        let settings = &robot.settings.with_known(robot.steps, &view, robot.vision.noise.gaze);
         let id = *robot.id;
         let place = |kicking_off| formation(&pitch, rules.team_size, id.number, End::NegativeX, kicking_off);
         let kicking_off = id.team == status.kick_off_team && !status.drop_ball;
         let start = || Localiser::placed(settings.localisation, id, belief.pose);
         memory.begin_cycle(start, odometry.0, status, landmarks, kicking_off, rules.return_place, place);
         let ground = robot.steps.0.gait.map_or(1.0, |gait| gait.slip.scale);
+        let is_walking = odometry.0 != memory.odometry;
         memory.pass_time(odometry.0, ground, settings, period);
-        let percepts = memory.as_seen_now(percepts, clock.start_time_s(), &mut late);
+        let now = Moment { time_s: clock.start_time_s(), odometry: odometry.0, head_yaw: robot.head.yaw, is_walking };
+        let then = memory.moments.at(percepts.time_s, now);
+        let motion = CameraMotion {
+            noise: robot.vision.noise.gaze,
+            is_walking: then.is_walking,
+            head_yaw: then.head_yaw,
+            lens_height_m: view.lens_height_m,
+            period_s: period,
+        };
+        let motion = (motion.noise != GazeNoise::default()).then_some(motion);
+        let ball = memory.ball.as_ref().map(|ball| ball.velocity);
+        let percepts = as_seen_now(percepts, (then, now), ball, &mut late);
         memory.listen(&robot.inbox.0);
         if !status.penalised {
             let image = Vec2::new(camera.width as f32, camera.height as f32);
@@ -228,7 +238,8 @@ fn estimate(
             };
             memory.own.correct(id, &observation);
             let camera = memory.own.camera().copied().zip(motion);
-            memory.watch_ball(percepts, (*robot.head, &view), camera.as_ref(), settings, period);
+            let late_s = (now.time_s - then.time_s) as f32;
+            memory.watch_ball(percepts, (*robot.head, &view), camera.as_ref(), settings, period, late_s);
             memory.watch_robots(percepts, camera.as_ref(), settings);
             memory.hear_robots((robot.sonar, robot.sonar_settings), &pitch, &settings.sonar);
         }
@@ -293,35 +304,12 @@ impl SimpleBeliefMemory {
         step.position *= ground;
         self.odometry = odometry;
         self.own.move_by(step, period, &settings.step_error);
-        self.ball = self.ball.map(|ball| ball.advanced(step, period, &settings.ball));
+        self.ball = self.ball.map(|ball| ball.advanced(step, period, &settings.ball, &settings.step_error));
         advance_tracks(&mut self.tracks, step, period, &settings.robots);
         self.heard.retain_mut(|heard| {
             heard.age_s += period;
             heard.age_s < settings.message_forget_s
         });
-    }
-
-    /// What was seen, in the frame in which the robot is `now_s`, s since the start: it may have walked since, and the ball rolled.
-    fn as_seen_now<'a>(&mut self, percepts: &'a Percepts, now_s: f64, late: &'a mut Percepts) -> &'a Percepts {
-        /// What is longer ago is not looked at any more, s.
-        const LONGEST_S: f64 = 2.5;
-        /// Times that differ by less are the same, s.
-        const SAME_S: f64 = 1e-4;
-
-        self.way.retain(|(time_s, _)| (now_s - LONGEST_S..now_s).contains(time_s));
-        self.way.push_back((now_s, self.odometry));
-        let age_s = now_s - percepts.time_s;
-        if age_s < SAME_S {
-            return percepts;
-        }
-        let then = self.way.iter().rev().find(|(time_s, _)| *time_s < percepts.time_s + SAME_S);
-        let Some((_, then)) = then else { return percepts };
-        late.clone_from(percepts);
-        late.move_to(then.relative(self.odometry));
-        if let (Some(seen), Some(ball)) = (&mut late.ball, &self.ball) {
-            seen.position_m += ball.velocity * age_s as f32;
-        }
-        late
     }
 
     fn listen(&mut self, messages: &[ReceivedMessage]) {
@@ -346,6 +334,7 @@ impl SimpleBeliefMemory {
         camera: Option<&(CameraError, CameraMotion)>,
         settings: &SimpleBelief,
         period: f32,
+        late_s: f32,
     ) {
         if let Some(seen) = &percepts.ball {
             let sighting = corrected(
@@ -353,7 +342,7 @@ impl SimpleBeliefMemory {
                 camera,
             );
             self.ball = Some(match &self.ball {
-                Some(ball) => ball.seen(&sighting, &settings.ball),
+                Some(ball) => ball.seen(&sighting, &settings.ball, late_s),
                 None => BallEstimate::first_seen(&sighting, &settings.ball),
             });
         } else if let Some(ball) = &mut self.ball {

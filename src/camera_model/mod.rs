@@ -19,6 +19,7 @@ use crate::geometry::unit;
 use crate::robot::head::HeadAngles;
 
 mod mount;
+mod seen_ground;
 
 pub use mount::{CameraMount, CameraMounts, CameraName, NotACameraName};
 

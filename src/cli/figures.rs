@@ -7,6 +7,7 @@ use std::process::ExitCode;
 
 use super::interrupt::Interrupt;
 use super::outputs::EXISTS;
+use super::realism::no_model;
 use super::report;
 use super::terminal::Printer;
 use crate::figures::{FIGURES, Figure, FigureError};
@@ -48,7 +49,7 @@ fn scale(word: &str) -> Result<f32, String> {
 pub fn figures(arguments: &FiguresArguments) -> ExitCode {
     let model = match RobotModel::find(&arguments.robot) {
         Ok(model) => model,
-        Err(error) => return report::usage_error(&format!("--robot: {error}")),
+        Err(error) => return report::usage_error(&no_model("--robot: ", &error)),
     };
     let chosen: Vec<(&Figure, PathBuf)> = FIGURES
         .iter()

@@ -10,6 +10,7 @@ use crate::camera_model::CameraMounts;
 use crate::cycle::CycleClock;
 use crate::record::encoder::RecordError;
 use crate::record::frames::{FrameRecorder, remove_frames};
+use crate::record::overlay::OverlayOf;
 use crate::record::picture::Picture;
 use crate::record::picture_recorder::PictureRecorder;
 use crate::record::recorder::Recorder;
@@ -34,6 +35,9 @@ pub struct PictureArguments {
     /// What frames and video show: field,blue1.top,pink2.bottom
     #[arg(long, value_name = "VIEWS", value_delimiter = ',')]
     pub views: Vec<Picture>,
+    /// Draw over pictures of the field what robots sense, what they believe, or what their behaviours draw; of one robot or all: blue2.beliefs,senses,drawings
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    pub draw: Vec<OverlayOf>,
     /// Take frames and video of every N-th cycle only
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub every: Option<u64>,
@@ -54,6 +58,12 @@ impl Recording for PictureArguments {
         if !self.views.is_empty() && !moving && self.sheet.is_none() {
             return Err("--views: expected --frames DIR, --video FILE or --sheet FILE with it".to_owned());
         }
+        if !self.draw.is_empty() && !moving && self.sheet.is_none() {
+            return Err("--draw: expected --frames DIR, --video FILE or --sheet FILE with it".to_owned());
+        }
+        if !self.draw.is_empty() && !self.views.is_empty() && !self.views.contains(&Picture::Field) && moving {
+            return Err("--draw: expected `field` among --views, which is what it draws on".to_owned());
+        }
         Ok(())
     }
 
@@ -67,8 +77,7 @@ impl Recording for PictureArguments {
             if let Picture::Camera(robot, _) = picture
                 && world.resource::<Roster>().get(*robot).is_none()
             {
-                let robots: Vec<String> = world.resource::<Roster>().iter().map(|(id, _)| id.to_string()).collect();
-                return Err(format!("--views: {picture}: no such robot plays; expected one of {}", robots.join(", ")));
+                return Err(format!("--views: {picture}: no such robot plays; expected one of {}", who_plays(world)));
             }
             if let Picture::Camera(robot, camera) = picture
                 && let mounts = mounts_of(world, *robot)
@@ -79,9 +88,15 @@ impl Recording for PictureArguments {
                 return Err(format!("--views: {picture}: the robot has no such camera; expected {expected}"));
             }
         }
+        for drawn in &self.draw {
+            if let Some(robot) = drawn.robot.filter(|robot| world.resource::<Roster>().get(*robot).is_none()) {
+                return Err(format!("--draw: {drawn}: no such robot plays; expected one of {}", who_plays(world)));
+            }
+        }
         let every = self.every.unwrap_or(1);
         let cycle_s = world.resource::<CycleClock>().period_s;
         let mut pictures = PictureRecorder::default();
+        pictures.renderer.overlays.clone_from(&self.draw);
         // The video's file is made last: a command that fails before leaves nothing behind.
         if let Some(path) = &self.sheet {
             let camera = self.views.iter().find_map(|picture| match picture {
@@ -114,6 +129,12 @@ pub fn or_force(error: &RecordError) -> &'static str {
     if matches!(error, RecordError::NotEmpty(_)) { ", or --force to replace frames that are there" } else { "" }
 }
 
+/// The robots that play, in words.
+fn who_plays(world: &World) -> String {
+    let robots: Vec<String> = world.resource::<Roster>().iter().map(|(id, _)| id.to_string()).collect();
+    robots.join(", ")
+}
+
 /// The cameras of a robot.
 fn mounts_of(world: &World, robot: RobotId) -> CameraMounts {
     let robot = world.resource::<Roster>().get(robot);
@@ -135,6 +156,10 @@ mod tests {
         assert!(twice.check().unwrap_err().starts_with("--views: blue1.top is there twice"));
         let only_sheet = PictureArguments { frames: None, sheet: fine.frames.clone(), ..fine.clone() };
         assert!(only_sheet.check().unwrap_err().starts_with("--every"));
+        let drawn = PictureArguments { draw: vec!["beliefs".parse().unwrap()], ..default() };
+        assert!(drawn.check().unwrap_err().starts_with("--draw: expected --frames"));
+        let unseen = PictureArguments { views: views(&["blue1.top"]), draw: drawn.draw, ..fine.clone() };
+        assert!(unseen.check().unwrap_err().starts_with("--draw: expected `field`"));
         let nothing = PictureArguments { frames: None, every: None, ..fine };
         assert!(nothing.check().unwrap_err().starts_with("--views"));
     }

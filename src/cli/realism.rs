@@ -7,7 +7,6 @@ use std::process::ExitCode;
 use super::interrupt::Interrupt;
 use super::report;
 use super::terminal::Printer;
-use crate::scenario::wording::one_of;
 use crate::scenario::{MODELS, ModelError, RobotModel};
 use crate::trials::{self, Quantity};
 
@@ -31,7 +30,7 @@ pub fn realism(arguments: &RealismArguments) -> ExitCode {
         None => MODELS.iter().filter_map(|model| RobotModel::named(model.name)).collect(),
         Some(name) => match RobotModel::find(name) {
             Ok(model) => vec![model],
-            Err(error) => return report::usage_error(&no_model(&error)),
+            Err(error) => return report::usage_error(&no_model("--robot: ", &error)),
         },
     };
     // There is nothing to be closed.
@@ -51,12 +50,9 @@ pub fn realism(arguments: &RealismArguments) -> ExitCode {
     printer.finish(ExitCode::SUCCESS)
 }
 
-/// What is wrong with `--robot`.
-pub(super) fn no_model(error: &ModelError) -> String {
-    format!(
-        "--robot: {error}; expected {}, or the path of a `.ron` file",
-        one_of(MODELS.iter().map(|model| model.name))
-    )
+/// What is wrong with the model that an argument names, which begins with `argument`.
+pub(super) fn no_model(argument: &str, error: &ModelError) -> String {
+    format!("{argument}{error}; expected {}", error.expected())
 }
 
 /// The table of a model. What is far off is marked by `!`, what no source gives by `?`.

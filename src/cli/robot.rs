@@ -8,6 +8,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use super::outputs::EXISTS;
+use super::realism::no_model;
 use super::report;
 use super::terminal::Printer;
 use crate::figures::model_sheet;
@@ -46,7 +47,7 @@ pub fn robot(arguments: &RobotArguments) -> ExitCode {
     let RobotCommand::Show(arguments) = &arguments.command;
     let model = match RobotModel::find(&arguments.model) {
         Ok(model) => model,
-        Err(error) => return report::usage_error(&error.to_string()),
+        Err(error) => return report::usage_error(&no_model("", &error)),
     };
     let sheet = arguments.out.as_ref().map(|folder| folder.join(format!("{}.png", model.name)));
     if let (Some(folder), Some(path)) = (&arguments.out, &sheet) {

@@ -7,10 +7,6 @@ use serde_json::json;
 use super::FigureError;
 use super::axes::{Axes, Plan, caption, remark};
 use super::figure_match::{FigureMatch, PINK};
-use super::marks::{
-    self, ORANGE, SKY_BLUE, VERMILION, YELLOW, bright_arrow, bright_line, confidence_ellipse, key, sd_along_and_across,
-    sector,
-};
 use crate::appearance::colours::Colour;
 use crate::appearance::scene::Scene;
 use crate::belief::{Belief, RobotBelief, SimpleBelief, point_pitch_from_team, team_from_pitch};
@@ -18,6 +14,10 @@ use crate::camera_model::CameraIntrinsics;
 use crate::geometry::{Pose, to_degrees};
 use crate::pitch::End;
 use crate::record::canvas::{Anchor, Canvas, GREY, INK, PAPER};
+use crate::record::marks::{
+    self, ORANGE, SKY_BLUE, VERMILION, YELLOW, bright_arrow, bright_line, confidence_ellipse, key, sd_along_and_across,
+    sector,
+};
 use crate::robot::Roster;
 use crate::robot::head::{HeadAngles, HeadLimits};
 use crate::scenario::RobotModel;

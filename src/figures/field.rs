@@ -5,9 +5,9 @@ use bevy::math::Vec2;
 use super::FigureError;
 use super::axes::Plan;
 use super::figure_match::FigureMatch;
-use super::marks::{YELLOW, bright_arrow, bright_words, measure};
 use crate::ball::BallPhysics;
 use crate::record::canvas::{Anchor, Canvas, INK, PAPER};
+use crate::record::marks::{YELLOW, bright_arrow, bright_words, measure};
 use crate::scenario::RobotModel;
 use crate::sensing::camera::image::Image;
 

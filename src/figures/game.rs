@@ -4,12 +4,12 @@ use bevy::math::Vec2;
 
 use super::FigureError;
 use super::figure_match::{self, FigureMatch, PINK, pixels, supersampling, view_of_robot};
-use super::marks::YELLOW;
 use crate::appearance::scene::Scene;
 use crate::appearance::view::View;
 use crate::events::MatchEvent;
 use crate::game::GameState;
 use crate::record::canvas::{Anchor, Canvas, GREY, INK, PAPER, ellipse};
+use crate::record::marks::YELLOW;
 use crate::record::match_renderer::view_of_field;
 use crate::scenario::RobotModel;
 use crate::sensing::camera::CameraSettings;

@@ -16,7 +16,6 @@ mod field;
 mod figure_match;
 mod game;
 mod kicks;
-mod marks;
 pub mod model_sheet;
 mod robots;
 mod sonar;

@@ -8,7 +8,7 @@ use std::path::Path;
 use super::cycle_record::CycleRecord;
 use super::output_file::OutputFile;
 use super::recorder::{MatchEnd, RecordError, Recorder};
-use crate::belief::error::{BeliefError, NEES_95_PLACE, NEES_95_POSE, Truth};
+use crate::belief::error::{BeliefError, ELLIPSE_95, ELLIPSOID_95, Truth};
 use crate::belief::{point_team_from_pitch, team_from_pitch};
 use crate::geometry::{Pose, to_degrees};
 use crate::pitch::End;
@@ -20,7 +20,8 @@ use crate::team::RobotId;
 const RATE_HZ: f64 = 10.0;
 
 const HEADER: &str = "cycle,time_s,robot,position_error_m,heading_error_deg,pose_nees,ball_error_m,\
-                      ball_velocity_error_mps,ball_nees,opponents,opponents_known,opponent_error_m,false_tracks";
+                      ball_velocity_error_mps,ball_nees,opponents,opponents_known,opponents_within_ellipse,\
+                      opponent_error_m,false_tracks";
 
 /// A table of errors that is being written, and what its summary needs.
 pub struct BeliefRecorder {
@@ -28,8 +29,31 @@ pub struct BeliefRecorder {
     file: BufWriter<File>,
     /// Every so many cycles there are rows.
     every: u64,
+    /// How everything was when the robots sensed: at the end of the cycle before.
+    sensed: Sensed,
     robots: Vec<RobotErrors>,
     error: Option<io::Error>,
+}
+
+/// What is true at the end of a cycle.
+#[derive(Default)]
+struct Sensed {
+    /// Place (m) and velocity (m/s) of the ball.
+    ball: Option<[Vec2; 2]>,
+    poses: Vec<(RobotId, Pose)>,
+}
+
+impl Sensed {
+    fn of(record: &CycleRecord) -> Self {
+        Self {
+            ball: record.ball.map(|ball| [ball.position_m, ball.velocity_mps].map(Vec3::truncate)),
+            poses: record.robots.iter().map(|robot| (robot.id, robot.pose)).collect(),
+        }
+    }
+
+    fn pose(&self, id: RobotId) -> Option<Pose> {
+        self.poses.iter().find(|(other, _)| *other == id).map(|(_, pose)| *pose)
+    }
 }
 
 /// What is remembered of one robot's errors.
@@ -38,11 +62,13 @@ struct RobotErrors {
     id: Option<RobotId>,
     position_m: Vec<f64>,
     heading_deg: Vec<f64>,
-    pose_in_bounds: [u32; 2],
+    /// How often the truth was within the ellipse of 95 %, and how often there was one: of the pose, of the ball, of opponents.
+    pose_within: [u32; 2],
     ball_m: Vec<f64>,
     ball_velocity_mps: Vec<f64>,
-    ball_in_bounds: [u32; 2],
+    ball_within: [u32; 2],
     opponent_m: Vec<f64>,
+    opponents_within: [u32; 2],
     false_tracks: u32,
     /// When the ball, and each opponent by its number, came into being for this robot and was not known yet, s.
     unknown_since_s: Vec<(RobotId, f64)>,
@@ -60,11 +86,11 @@ impl BeliefRecorder {
         let output = OutputFile::create(path)?;
         let mut file = BufWriter::new(output.writer()?);
         let error = writeln!(file, "{HEADER}").err();
-        Ok(Self { output, file, every: 1, robots: Vec::new(), error })
+        Ok(Self { output, file, every: 1, sensed: Sensed::default(), robots: Vec::new(), error })
     }
 
     fn write_rows(&mut self, record: &CycleRecord) -> io::Result<()> {
-        let ball = record.ball.map(|ball| [ball.position_m, ball.velocity_mps].map(Vec3::truncate));
+        let ball = self.sensed.ball;
         let present = || record.robots.iter().filter(|robot| robot.penalised.is_none());
         // A robot that was sent off looks for nothing meanwhile.
         for robot in &mut self.robots {
@@ -77,9 +103,10 @@ impl BeliefRecorder {
             let Some(belief) = &robot.belief else { continue };
             let opponents: Vec<(RobotId, Vec2)> = present()
                 .filter(|other| other.id.team != robot.id.team)
-                .map(|other| (other.id, other.pose.position))
+                .filter_map(|other| Some((other.id, self.sensed.pose(other.id)?.position)))
                 .collect();
-            let truth = truth(robot.pose, ball, &opponents, record.game.own_end(robot.id.team));
+            let Some(pose) = self.sensed.pose(robot.id) else { continue };
+            let truth = truth(pose, ball, &opponents, record.game.own_end(robot.id.team));
             let mut known = vec![false; opponents.len()];
             let error = BeliefError::of(belief, &truth, |index| known[index] = true);
             let ball_known = belief.ball.is_some() || ball.is_none();
@@ -93,7 +120,7 @@ impl BeliefRecorder {
         let cell = |value: Option<f32>| value.map(|value| format!("{value:.4}")).unwrap_or_default();
         writeln!(
             self.file,
-            "{cycle},{time_s:.3},{id},{:.4},{:.3},{},{},{},{},{},{},{},{}",
+            "{cycle},{time_s:.3},{id},{:.4},{:.3},{},{},{},{},{},{},{},{},{}",
             error.position_m,
             to_degrees(error.heading),
             cell(error.pose_nees),
@@ -102,6 +129,7 @@ impl BeliefRecorder {
             cell(error.ball.and_then(|ball| ball.nees)),
             error.opponents,
             error.opponents_known,
+            error.opponents_within,
             cell(error.opponent_m),
             error.false_tracks,
         )
@@ -123,13 +151,15 @@ impl BeliefRecorder {
         let robot = &mut self.robots[index];
         robot.position_m.push(f64::from(error.position_m));
         robot.heading_deg.push(f64::from(to_degrees(error.heading)));
-        count(&mut robot.pose_in_bounds, error.pose_nees, NEES_95_POSE);
+        count(&mut robot.pose_within, error.pose_nees, ELLIPSOID_95);
         if let Some(ball) = error.ball {
             robot.ball_m.push(f64::from(ball.position_m));
             robot.ball_velocity_mps.push(f64::from(ball.velocity_mps));
-            count(&mut robot.ball_in_bounds, ball.nees, NEES_95_PLACE);
+            count(&mut robot.ball_within, ball.nees, ELLIPSE_95);
         }
         robot.opponent_m.extend(error.opponent_m.map(f64::from));
+        robot.opponents_within[0] += error.opponents_within;
+        robot.opponents_within[1] += error.opponents_known;
         robot.false_tracks += error.false_tracks;
         match (ball_known, robot.ball_unknown_since_s) {
             (false, None) => robot.ball_unknown_since_s = Some(time_s),
@@ -155,7 +185,8 @@ impl BeliefRecorder {
 }
 
 impl Recorder for BeliefRecorder {
-    fn start(&mut self, scenario: &Scenario, _: &CycleRecord, _: &mut World) {
+    fn start(&mut self, scenario: &Scenario, record: &CycleRecord, _: &mut World) {
+        self.sensed = Sensed::of(record);
         self.every = (1.0 / (RATE_HZ * scenario.cycle_s)).round().max(1.0) as u64;
     }
 
@@ -163,6 +194,7 @@ impl Recorder for BeliefRecorder {
         if self.error.is_none() && record.cycle.is_multiple_of(self.every) {
             self.error = self.write_rows(record).err();
         }
+        self.sensed = Sensed::of(record);
     }
 
     fn has_failed(&self) -> bool {
@@ -182,21 +214,22 @@ impl Recorder for BeliefRecorder {
     }
 }
 
-/// The columns of the summary: medians, but for the shares of NEES within the bounds of 95 % and the mean number of
-/// false tracks.
-const COLUMNS: [&str; 14] = [
+/// The columns of the summary: medians, but for how often the truth is within the ellipse of 95 %, and the mean number of false
+/// tracks.
+const COLUMNS: [&str; 15] = [
     "robot",
     "position m",
     "90 %",
     "most",
     "heading deg",
     "90 %",
-    "NEES",
+    "in 95 %",
     "ball m",
     "ball m/s",
-    "NEES",
+    "in 95 %",
     "found after s",
     "opponent m",
+    "in 95 %",
     "found after s",
     "false tracks",
 ];
@@ -229,12 +262,13 @@ impl RobotErrors {
             format!("{:.2}", quantile(&mut self.position_m, 1.0)),
             number(&self.heading_deg),
             format!("{:.2}", quantile(&mut self.heading_deg, 0.9)),
-            share(self.pose_in_bounds),
+            share(self.pose_within),
             number(&self.ball_m),
             number(&self.ball_velocity_mps),
-            share(self.ball_in_bounds),
+            share(self.ball_within),
             number(&self.detect_ball_s),
             number(&self.opponent_m),
+            share(self.opponents_within),
             number(&self.detect_opponent_s),
             format!("{:.2}", f64::from(self.false_tracks) / rows),
         ]
@@ -250,10 +284,10 @@ fn truth(pose: Pose, ball: Option<[Vec2; 2]>, opponents: &[(RobotId, Vec2)], own
     }
 }
 
-fn count([inside, all]: &mut [u32; 2], nees: Option<f32>, [low, high]: [f32; 2]) {
+fn count([inside, all]: &mut [u32; 2], nees: Option<f32>, edge: f32) {
     if let Some(nees) = nees {
         *all += 1;
-        *inside += u32::from((low..=high).contains(&nees));
+        *inside += u32::from(nees <= edge);
     }
 }
 

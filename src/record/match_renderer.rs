@@ -6,6 +6,7 @@
 use bevy::math::ops;
 use bevy::prelude::*;
 
+use super::overlay::{OverlayOf, draw_over};
 use crate::appearance::robot::RobotDesign;
 use crate::appearance::scene::Scene;
 use crate::appearance::view::View;
@@ -33,6 +34,8 @@ pub struct MatchRenderer {
     is_prepared: [bool; 2],
     renderer: Renderer,
     still_renderer: StillRenderer,
+    /// What is drawn over pictures of the field.
+    pub overlays: Vec<OverlayOf>,
 }
 
 impl MatchRenderer {
@@ -57,6 +60,13 @@ impl MatchRenderer {
             self.still_renderer.draw(&self.prepared[design as usize], view, &mut shot.image);
         }
         shot.image
+    }
+
+    /// A picture of the whole field, of this size in pixels, with the overlays over it.
+    pub fn draw_field(&mut self, world: &mut World, size: [u32; 2]) -> Image {
+        let view = view_of_field(&self.scene.pitch, size);
+        let picture = self.draw(world, &view);
+        if self.overlays.is_empty() { picture } else { draw_over(world, &picture, &view, &self.overlays) }
     }
 
     /// A picture of a camera that moves.

@@ -4,7 +4,7 @@ use bevy::prelude::*;
 use core::fmt;
 use core::str::FromStr;
 
-use super::match_renderer::{MatchRenderer, view_of_field};
+use super::match_renderer::MatchRenderer;
 use crate::camera_model::CameraName;
 use crate::sensing::camera::image::Image;
 use crate::team::{RobotId, Team};
@@ -26,10 +26,7 @@ impl Picture {
     /// Takes it of the match as the renderer has just seen it. Of a robot that is not on the pitch there is none.
     pub fn take(self, renderer: &mut MatchRenderer, world: &mut World) -> Option<Image> {
         match self {
-            Picture::Field => {
-                let view = view_of_field(&renderer.scene().pitch, FIELD_SIZE);
-                Some(renderer.draw(world, &view))
-            }
+            Picture::Field => Some(renderer.draw_field(world, FIELD_SIZE)),
             Picture::Camera(robot, side) => renderer.through_the_eyes_of(world, robot, side),
         }
     }

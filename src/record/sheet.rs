@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use super::canvas::{Anchor, Canvas, GREY, INK, PAPER};
 use super::encoder::{Layer, RecordError, write_png};
-use super::match_renderer::{MatchRenderer, view_of_field};
+use super::match_renderer::MatchRenderer;
 use super::video::check_extension;
 use crate::camera_model::CameraName;
 use crate::cycle::CycleClock;
@@ -73,11 +73,10 @@ impl SheetRecorder {
             }
         }
         let score = world.resource::<Game>().score;
-        let view = view_of_field(&renderer.scene().pitch, [WIDTH, FIELD_HEIGHT]);
         self.moments.push(Moment {
             cycle: clock.cycle,
             caption: format!("{:.1} s   {} : {}", clock.end_time_s(), score.blue, score.pink),
-            field: renderer.draw(world, &view),
+            field: renderer.draw_field(world, [WIDTH, FIELD_HEIGHT]),
             view: renderer.through_the_eyes_of(world, self.robot, self.side),
         });
     }

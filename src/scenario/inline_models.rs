@@ -6,7 +6,7 @@ use serde_json::{Map, Value};
 use super::fault::ScenarioFault;
 use super::field_path::FieldPath;
 use super::layers::lay_over;
-use super::models::MODELS;
+use super::models::expected_model;
 use super::wording::{did_you_mean, one_of, quoted};
 use crate::team::Team;
 
@@ -40,12 +40,11 @@ fn take_apart_of(
     match fields.remove("preset") {
         Some(name @ Value::String(_)) => holder.insert("model".to_owned(), name),
         preset => {
-            let names = MODELS.iter().map(|preset| preset.name);
             let (path, message) = match preset {
                 None => (path.clone(), "the model has no `preset`".to_owned()),
                 Some(_) => (path.field("preset"), "`preset` is no name of a model".to_owned()),
             };
-            faults.push(ScenarioFault::new(path, message, format!("{}, or the path of a `.ron` file", one_of(names))));
+            faults.push(ScenarioFault::new(path, message, expected_model()));
             holder.remove("model")
         }
     };

@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 
 use super::fault::ScenarioFault;
 use super::field_path::FieldPath;
+use super::layers::field_of_word;
 use super::preset::Preset;
 use super::shape;
 use super::wording::{did_you_mean, one_of, quoted};
@@ -79,7 +80,7 @@ pub(super) fn lay_under(root: &mut Map<String, Value>, faults: &mut Vec<Scenario
 
 /// Gives an object the fields that it lacks; where the league names a preset, the object has changes of that.
 fn lay_under_object(own: &mut Map<String, Value>, league: Value, field: &str) {
-    let key = if field == "realism" { "all" } else { "preset" };
+    let key = field_of_word(&FieldPath::from(field));
     if own.contains_key(key) {
         return;
     }

@@ -13,7 +13,7 @@ use super::preset::Preset;
 use super::read::read;
 use super::shape;
 use super::types::Scenario;
-use super::wording::{did_you_mean, quoted};
+use super::wording::{did_you_mean, one_of, quoted};
 
 /// The models that come with the program: `assets/robots`.
 pub const MODELS: &[Preset] = &[
@@ -74,7 +74,24 @@ pub enum ModelError {
         line: usize,
         /// What is wrong.
         reason: String,
+        /// What was expected instead.
+        expected: String,
     },
+}
+
+impl ModelError {
+    /// What was expected instead.
+    pub fn expected(&self) -> String {
+        match self {
+            ModelError::Wrong { expected, .. } => expected.clone(),
+            _ => expected_model(),
+        }
+    }
+}
+
+/// What is expected where a model is named.
+pub(super) fn expected_model() -> String {
+    format!("{}, or the path of a `.ron` file", one_of(MODELS.iter().map(|preset| preset.name)))
 }
 
 impl RobotModel {
@@ -104,12 +121,16 @@ impl RobotModel {
             return Err(unreadable(format!("it has more than {} MiB", LARGEST_FILE_BYTES >> 20)));
         }
         let text = String::from_utf8(bytes).map_err(|_| unreadable("it is not UTF-8 text".to_owned()))?;
-        let wrong = |line: usize, reason: String| ModelError::Wrong { path: path.to_owned(), line, reason };
+        let wrong = |line, reason, expected| ModelError::Wrong { path: path.to_owned(), line, reason, expected };
         let value = read(&text, Format::Ron).map_err(|fault| {
             let line = text.get(..fault.span.start).unwrap_or_default().matches('\n').count() + 1;
-            wrong(line, format!("{}; expected {}", fault.message, fault.expected))
+            wrong(line, fault.message, fault.expected)
         })?;
-        let model: RobotModel = shape::read(&value).map_err(|fault| wrong(1, fault.to_string()))?;
+        let model: RobotModel = shape::read(&value).map_err(|fault| {
+            let path = fault.path();
+            let (message, expected) = fault.error().words(path.last_part().as_deref());
+            wrong(1, message, expected)
+        })?;
         let model = RobotModel { reference: path.to_owned(), ..model };
         // Its figures are a scenario's settings, and looked at as such.
         let mut settings = model.all_settings();
@@ -117,7 +138,7 @@ impl RobotModel {
         let settings = Value::Object(settings).to_string();
         match Scenario::from_json(&settings) {
             Ok(_) => Ok(model),
-            Err(error) => Err(wrong(1, format!("{}; expected {}", error.message(), error.expected()))),
+            Err(error) => Err(wrong(1, error.message().to_owned(), error.expected().to_owned())),
         }
     }
 

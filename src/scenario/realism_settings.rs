@@ -7,10 +7,9 @@ use std::sync::LazyLock;
 use super::fault::ScenarioFault;
 use super::field_path::FieldPath;
 use super::layers::lay_over;
-use super::models::{MODELS, RobotModel, is_file};
+use super::models::{RobotModel, expected_model, is_file};
 use super::realism::{Realism, Realisms};
 use super::types::Scenario;
-use super::wording::one_of;
 
 /// What a scenario has where it says nothing itself, by parts; of the paper's nothing, which are the defaults. Presets in it are
 /// names still.
@@ -24,8 +23,8 @@ pub fn settings_of(root: &mut Map<String, Value>, faults: &mut Vec<ScenarioFault
             Ok(model) => Some(model),
             // What says all itself, as the header of a trace does, needs no file of a model.
             Err(_) if reference.as_str().is_some_and(is_file) && says_all(root, realisms) => None,
-            Err(message) => {
-                faults.push(no_model(FieldPath::from("model"), message));
+            Err(wrong) => {
+                faults.push(wrong.at(FieldPath::from("model")));
                 root.remove("model");
                 None
             }
@@ -89,23 +88,33 @@ pub fn model_of(
         {
             None
         }
-        Err(message) => {
-            faults.push(no_model(path.field("model"), message));
+        Err(wrong) => {
+            faults.push(wrong.at(path.field("model")));
             robot.remove("model");
             None
         }
     }
 }
 
-fn no_model(path: FieldPath, message: String) -> ScenarioFault {
-    let names = MODELS.iter().map(|preset| preset.name);
-    ScenarioFault::new(path, message, format!("{}, or the path of a `.ron` file", one_of(names)))
+/// What is wrong with a `model`.
+struct NoModel {
+    message: String,
+    expected: String,
+}
+
+impl NoModel {
+    fn at(self, path: FieldPath) -> ScenarioFault {
+        ScenarioFault::new(path, self.message, self.expected)
+    }
 }
 
 /// The model that a scenario names, or what is wrong with that.
-fn find(reference: &Value) -> Result<RobotModel, String> {
-    let name = reference.as_str().ok_or_else(|| "`model` is no name of a model".to_owned())?;
-    RobotModel::find(name).map_err(|error| error.to_string())
+fn find(reference: &Value) -> Result<RobotModel, NoModel> {
+    match reference.as_str().map(RobotModel::find) {
+        Some(Ok(model)) => Ok(model),
+        Some(Err(error)) => Err(NoModel { message: error.to_string(), expected: error.expected() }),
+        None => Err(NoModel { message: "`model` is no name of a model".to_owned(), expected: expected_model() }),
+    }
 }
 
 /// Whether there are settings for every part that a realism has.

@@ -6,6 +6,7 @@ use serde_json::{Map, Value};
 
 use super::error::{ScenarioError, ScenarioErrorKind};
 use super::field_path::{FieldPath, Segment};
+use super::layers::field_of_word;
 use super::wording::quoted;
 
 /// A field of a scenario and the value that it should have instead of the file's.
@@ -65,9 +66,9 @@ impl Setting {
             let here = self.path.first(position);
             value = match segment {
                 Segment::Field(name) => {
-                    if let Value::String(preset) = value {
-                        let preset = Value::String(core::mem::take(preset));
-                        *value = Value::Object(Map::from_iter([("preset".to_owned(), preset)]));
+                    if let Value::String(word) = value {
+                        let word = Value::String(core::mem::take(word));
+                        *value = Value::Object(Map::from_iter([(field_of_word(&here).to_owned(), word)]));
                     } else if value.is_null() {
                         *value = Value::Object(Map::new());
                     }
@@ -160,7 +161,8 @@ fn split_values(text: &str) -> Vec<&str> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenario::{Format, ScenarioFile};
+    use crate::scenario::{Format, Realism, ScenarioFile};
+    use crate::team::Team;
 
     fn set(text: &str, settings: &[&str]) -> Result<ScenarioFile, ScenarioError> {
         let settings: Vec<Setting> = settings.iter().map(|setting| setting.parse().unwrap()).collect();
@@ -183,6 +185,21 @@ mod tests {
         let rules = set(r#"{ "rules": "spl2010" }"#, &["rules.half_s=30"]).unwrap().scenario.rules;
         let preset = crate::game::Rules::preset("spl2010").unwrap();
         assert_eq!(rules, crate::game::Rules { half_s: 30.0, ..preset });
+    }
+
+    #[test]
+    fn what_a_word_stands_for_stays() {
+        let text = r#"{ "teams": { "blue": "passers", "pink": { "team": "roles" } }, "realism": "realistic" }"#;
+        let settings = ["teams.blue.model=booster_k1", "teams.blue.model.body.height_m=0.9", "realism.kicks=paper"];
+        let scenario = set(text, &settings).unwrap().scenario;
+        let teams = scenario.teams.unwrap();
+        assert_eq!((teams.blue.as_str(), teams.pink.as_str()), ("passers", "roles"));
+        assert_eq!(teams.robots[Team::Blue].model.as_deref(), Some("booster_k1"));
+        assert_eq!(teams.robots[Team::Blue].body.as_ref().map(|body| body.height_m), Some(0.9));
+        let realism = scenario.realism;
+        assert_eq!((realism.motion, realism.kicks), (Realism::Realistic, Realism::Paper));
+        let error = set(text, &["teams.blue.model=nope"]).unwrap_err().to_string();
+        assert!(error.contains("there is no model `nope`") && !error.contains("preset"), "{error}");
     }
 
     #[test]

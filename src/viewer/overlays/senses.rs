@@ -2,7 +2,7 @@
 
 use bevy::prelude::*;
 
-use super::geometry::{arc, sector, seen_ground};
+use super::geometry::{arc, sector};
 use super::{Brush, Overlay, Showing};
 use crate::behaviour::drawings::Ink;
 use crate::camera_model::CameraName;
@@ -42,7 +42,7 @@ pub(super) fn draw_fields_of_view(
         let place = showing.place(pose, previous);
         let views = settings.views(*head);
         for (side, camera) in views.named().filter(|(name, _)| settings.which.includes(*name)) {
-            let outline = seen_ground(camera, FURTHEST_M);
+            let outline = camera.seen_ground(FURTHEST_M);
             let colour = palette::ink(camera_ink(side));
             brush.outline(outline.into_iter().map(|corner| place.transform_point(corner)), colour);
         }

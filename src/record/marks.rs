@@ -2,10 +2,10 @@
 
 use bevy::math::{Vec2, ops};
 
+use super::canvas::{Anchor, Canvas, INK, PAPER, arrow_head, ellipse, width_of_words};
 use crate::appearance::colours::Colour;
 use crate::belief::PlaceCovariance;
 use crate::geometry::{Pose, unit};
-use crate::record::canvas::{Anchor, Canvas, INK, PAPER, arrow_head, ellipse, width_of_words};
 
 /// Colours that the colour-blind can tell apart (Okabe and Ito).
 pub const ORANGE: Colour = Colour([230, 159, 0]);
