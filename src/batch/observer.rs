@@ -7,7 +7,7 @@ use crate::ball::Ball;
 use crate::belief::{Belief, pitch_from_team};
 use crate::communication::MessageStatistics;
 use crate::cycle::CycleClock;
-use crate::events::{CycleEvents, KickResult, MatchEvent};
+use crate::events::{CollisionPartner, CycleEvents, KickResult, MatchEvent};
 use crate::game::{Game, GameState, Penalty};
 use crate::geometry::Pose;
 use crate::pitch::End;
@@ -62,6 +62,10 @@ pub struct MatchRow {
     pub own_goals: PerTeam<u32>,
     /// Balls that it struck.
     pub kicks: PerTeam<u32>,
+    /// Balls that it kicked without scoring and of which the next touch was a team-mate's.
+    pub kept: PerTeam<u32>,
+    /// Balls that it kicked without scoring and that an opponent touched next, or that left the pitch.
+    pub given_away: PerTeam<u32>,
     /// Penalties against it.
     pub penalties: PerTeam<u32>,
     /// Balls that left the pitch.
@@ -91,6 +95,8 @@ impl MatchRow {
             goals: PerTeam::default(),
             own_goals: PerTeam::default(),
             kicks: PerTeam::default(),
+            kept: PerTeam::default(),
+            given_away: PerTeam::default(),
             penalties: PerTeam::default(),
             outs: 0,
             blue_possession: None,
@@ -107,6 +113,10 @@ impl MatchRow {
 pub struct MatchObserver {
     own_goals: PerTeam<u32>,
     kicks: PerTeam<u32>,
+    kept: PerTeam<u32>,
+    given_away: PerTeam<u32>,
+    /// Who kicked the ball that nobody else has touched since.
+    kicker: Option<RobotId>,
     penalties: PerTeam<u32>,
     outs: u32,
     /// Cycles of play in which the team had touched the ball last.
@@ -127,6 +137,7 @@ impl MatchObserver {
         }
         let game = world.resource::<Game>();
         if game.state != GameState::Playing {
+            self.kicker = None;
             return;
         }
         let own_ends = PerTeam::new(|team| game.own_end(team));
@@ -149,17 +160,38 @@ impl MatchObserver {
 
     fn count(&mut self, event: &MatchEvent) {
         match event {
-            MatchEvent::Goal { team, own_goal: true, .. } => self.own_goals[team.opponent()] += 1,
+            MatchEvent::Goal { team, own_goal, .. } => {
+                self.own_goals[team.opponent()] += u32::from(*own_goal);
+                self.kicker = None;
+            }
             MatchEvent::Kick { robot, result: KickResult::Kicked | KickResult::Reduced, .. } => {
                 self.kicks[robot.team] += 1;
+                self.touched(*robot);
+                self.kicker = Some(*robot);
             }
+            MatchEvent::Collision { robot: Some(robot), with: CollisionPartner::Ball, .. } => self.touched(*robot),
             MatchEvent::Penalty { robot, .. } => self.penalties[robot.team] += 1,
-            MatchEvent::BallOut { .. } => self.outs += 1,
+            MatchEvent::BallOut { .. } => {
+                self.outs += 1;
+                if let Some(kicker) = self.kicker.take() {
+                    self.given_away[kicker.team] += 1;
+                }
+            }
             MatchEvent::AgentLost { robot, .. } => self.agents_lost[robot.team] += 1,
             MatchEvent::InvariantBroken { message } if self.first_broken_invariant.is_none() => {
                 self.first_broken_invariant = Some(message.clone());
             }
             _ => {}
+        }
+    }
+
+    /// A robot touched the ball: whose it was after a kick is known now, unless it was the kicker again.
+    fn touched(&mut self, robot: RobotId) {
+        let Some(kicker) = self.kicker.take_if(|kicker| *kicker != robot) else { return };
+        if robot.team == kicker.team {
+            self.kept[kicker.team] += 1;
+        } else {
+            self.given_away[kicker.team] += 1;
         }
     }
 
@@ -189,6 +221,8 @@ impl MatchObserver {
             goals: score,
             own_goals: self.own_goals,
             kicks: self.kicks,
+            kept: self.kept,
+            given_away: self.given_away,
             penalties: self.penalties,
             outs: self.outs,
             blue_possession: share(self.possession.blue, self.possession.pink),
@@ -213,4 +247,40 @@ fn programs_lost(lost: PerTeam<u32>) -> String {
 /// With the digits of a batch's table, so that a batch that goes on with one comes to the same to the last digit.
 fn rounded(value: f64) -> f64 {
     (value * 1e4).round() / 1e4
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kick_geometry::KickType;
+
+    fn kick(robot: RobotId) -> MatchEvent {
+        MatchEvent::Kick {
+            robot,
+            kick_type: KickType::LeftStraight,
+            speed: Some(1.0),
+            result: KickResult::Kicked,
+            reason: None,
+            direction: Some(0.0),
+            launch_speed_mps: Some(2.0),
+        }
+    }
+
+    #[test]
+    fn a_kicked_ball_is_kept_by_a_team_mate_and_given_away_to_an_opponent_or_over_a_line() {
+        const BLUE2: RobotId = RobotId::new(Team::Blue, 2);
+        const BLUE3: RobotId = RobotId::new(Team::Blue, 3);
+        const PINK1: RobotId = RobotId::new(Team::Pink, 1);
+        let mut observer = MatchObserver::default();
+        // A dribble, a pass, a ball for the opponents, and theirs back.
+        for robot in [BLUE2, BLUE2, BLUE3, PINK1, BLUE2] {
+            observer.count(&kick(robot));
+        }
+        assert_eq!((observer.kept, observer.given_away), (PerTeam { blue: 1, pink: 0 }, PerTeam { blue: 1, pink: 1 }));
+        let scorer = Some(BLUE2);
+        let goal = MatchEvent::Goal { team: Team::Blue, scorer, own_goal: false, evidence: default() };
+        observer.count(&goal);
+        observer.count(&kick(PINK1));
+        assert_eq!((observer.kept.blue, observer.given_away.blue), (1, 1), "a goal is neither");
+    }
 }

@@ -4,7 +4,7 @@ use core::fmt::{self, Write};
 
 use super::observer::MatchRow;
 use crate::statistics::{Estimate, mean, share};
-use crate::team::Team;
+use crate::team::{PerTeam, Team};
 
 /// What the matches of two teams come to, as the first of them sees it, with 95 % confidence.
 #[derive(Clone, PartialEq, Debug)]
@@ -27,6 +27,9 @@ pub struct PairSummary {
     pub goals_against: Option<Estimate>,
     /// The first team's goals less the second's.
     pub goal_difference: Option<Estimate>,
+    /// Of the balls that each team kicked without scoring, those of which the next touch was a team-mate's, as a share: the first
+    /// team's and the second's.
+    pub kept: [Option<Estimate>; 2],
 }
 
 impl PairSummary {
@@ -37,6 +40,13 @@ impl PairSummary {
             .iter()
             .map(|(row, first)| [*first, first.opponent()].map(|team| f64::from(row.goals[team])))
             .collect();
+        let kept = |whose: fn(Team) -> Team| {
+            let sum = |counts: fn(&MatchRow) -> PerTeam<u32>| {
+                valid.iter().map(|(row, first)| counts(row)[whose(*first)] as usize).sum::<usize>()
+            };
+            let kept = sum(|row| row.kept);
+            share(kept, kept + sum(|row| row.given_away))
+        };
         let wins = goals.iter().filter(|[own, other]| own > other).count();
         let losses = goals.iter().filter(|[own, other]| own < other).count();
         let mean_of = |value: fn(&[f64; 2]) -> f64| mean(&goals.iter().map(value).collect::<Vec<f64>>());
@@ -50,6 +60,7 @@ impl PairSummary {
             goals: mean_of(|goals| goals[0]),
             goals_against: mean_of(|goals| goals[1]),
             goal_difference: mean_of(|goals| goals[0] - goals[1]),
+            kept: [kept(|first| first), kept(Team::opponent)],
         }
     }
 
@@ -82,6 +93,7 @@ impl PairSummary {
             goals: self.goals_against,
             goals_against: self.goals,
             goal_difference: self.goal_difference.map(negative),
+            kept: [self.kept[1], self.kept[0]],
             ..self.clone()
         }
     }
@@ -211,6 +223,9 @@ impl fmt::Display for PairTable {
                 let [own, other, value] = [own.value, other.value, difference.value];
                 write!(line, "; goals {own:.2} : {other:.2}, difference {value:+.2} ± {:.2}", difference.margin())?;
             }
+            if let [Some(own), Some(other)] = summary.kept.map(|kept| kept.map(|kept| 100.0 * kept.value)) {
+                write!(line, "; balls kept {own:.0} % : {other:.0} %")?;
+            }
             if summary.failed > 0 {
                 write!(line, "; {} failed", summary.failed)?;
             }
@@ -227,7 +242,6 @@ impl fmt::Display for PairTable {
 mod tests {
     use super::*;
     use crate::batch::observer::MatchOutcome;
-    use crate::team::PerTeam;
 
     fn row(blue: u32, pink: u32) -> MatchRow {
         MatchRow { goals: PerTeam { blue, pink }, ..MatchRow::failed(1, MatchOutcome::FinalWhistle, String::new()) }

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::observer::MatchRow;
 use crate::statistics::{Estimate, mean, share};
-use crate::team::Team;
+use crate::team::{PerTeam, Team};
 
 /// What the valid matches of one variant come to, with 95 % confidence.
 #[derive(Clone, PartialEq, Debug, Serialize)]
@@ -27,6 +27,10 @@ pub struct Summary {
     pub pink_goals: Option<Estimate>,
     /// Blue's goals less pink's.
     pub goal_difference: Option<Estimate>,
+    /// Of the balls that blue kicked without scoring, those of which the next touch was a team-mate's, as a share.
+    pub blue_kept: Option<Estimate>,
+    /// The same of pink's.
+    pub pink_kept: Option<Estimate>,
     /// Penalties against blue in a match.
     pub blue_penalties: Option<Estimate>,
     /// Penalties against pink in a match.
@@ -60,6 +64,8 @@ impl Summary {
             blue_goals: mean_of(&|row| Some(f64::from(row.goals.blue))),
             pink_goals: mean_of(&|row| Some(f64::from(row.goals.pink))),
             goal_difference: mean_of(&|row| Some(f64::from(row.goals.blue) - f64::from(row.goals.pink))),
+            blue_kept: kept_share(&valid, Team::Blue),
+            pink_kept: kept_share(&valid, Team::Pink),
             blue_penalties: mean_of(&|row| Some(f64::from(row.penalties.blue))),
             pink_penalties: mean_of(&|row| Some(f64::from(row.penalties.pink))),
             blue_possession: mean_of(&|row| row.blue_possession).map(Estimate::of_share),
@@ -91,6 +97,8 @@ impl Summary {
             ("blue's goals", number(&self.blue_goals, 2, "")),
             ("pink's goals", number(&self.pink_goals, 2, "")),
             ("goal difference", number(&self.goal_difference, 2, "")),
+            ("balls that blue kept", percent(&self.blue_kept)),
+            ("balls that pink kept", percent(&self.pink_kept)),
             ("penalties of blue", number(&self.blue_penalties, 2, "")),
             ("penalties of pink", number(&self.pink_penalties, 2, "")),
             ("possession of blue", percent(&self.blue_possession)),
@@ -107,11 +115,17 @@ impl Summary {
     }
 }
 
+/// Of the balls that a team kicked without scoring, those of which the next touch was a team-mate's, as a share.
+fn kept_share(rows: &[&MatchRow], team: Team) -> Option<Estimate> {
+    let sum = |counts: fn(&MatchRow) -> PerTeam<u32>| rows.iter().map(|row| counts(row)[team] as usize).sum::<usize>();
+    let kept = sum(|row| row.kept);
+    share(kept, kept + sum(|row| row.given_away))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::batch::observer::MatchOutcome;
-    use crate::team::PerTeam;
 
     fn row(blue: u32, pink: u32, outcome: MatchOutcome) -> MatchRow {
         MatchRow { goals: PerTeam { blue, pink }, ..MatchRow::failed(1, outcome, String::new()) }

@@ -21,7 +21,7 @@ use crate::team::PerTeam;
 const LEADING_COLUMNS: [&str; 2] = ["match", "seed"];
 
 /// The columns after those of the settings.
-const COLUMNS: [&str; 19] = [
+const COLUMNS: [&str; 23] = [
     "outcome",
     "duration_s",
     "blue_goals",
@@ -30,6 +30,10 @@ const COLUMNS: [&str; 19] = [
     "pink_own_goals",
     "blue_kicks",
     "pink_kicks",
+    "blue_kept",
+    "pink_kept",
+    "blue_given_away",
+    "pink_given_away",
     "blue_penalties",
     "pink_penalties",
     "outs",
@@ -262,13 +266,15 @@ impl Table {
             goals: counts(2)?,
             own_goals: counts(4)?,
             kicks: counts(6)?,
-            penalties: counts(8)?,
-            outs: count(10)?,
-            blue_possession: share(11)?,
-            ball_in_blue_half: share(12)?,
-            messages_lost: share(13)?,
-            belief_error_m: PerTeam { blue: share(14)?, pink: share(15)? },
-            note: cell(16)?.to_owned(),
+            kept: counts(8)?,
+            given_away: counts(10)?,
+            penalties: counts(12)?,
+            outs: count(14)?,
+            blue_possession: share(15)?,
+            ball_in_blue_half: share(16)?,
+            messages_lost: share(17)?,
+            belief_error_m: PerTeam { blue: share(18)?, pink: share(19)? },
+            note: cell(20)?.to_owned(),
         })
     }
 }
@@ -302,7 +308,7 @@ fn cells<V: Variants>(batch: &Batch<V>, row: &MatchRow) -> Vec<String> {
     let mut cells = vec![(row.index + 1).to_string(), row.seed.to_string()];
     cells.extend(batch.variants.values(row.variant).into_iter().map(as_text));
     cells.extend([outcome, format!("{:.3}", row.duration_s)]);
-    for counts in [row.goals, row.own_goals, row.kicks, row.penalties] {
+    for counts in [row.goals, row.own_goals, row.kicks, row.kept, row.given_away, row.penalties] {
         cells.extend([counts.blue.to_string(), counts.pink.to_string()]);
     }
     cells.push(row.outs.to_string());

@@ -58,6 +58,8 @@ pub struct BallModel {
     pub confirmation_m: f32,
     /// Slower than this it is taken to rest, m/s.
     pub rest_speed_mps: f32,
+    /// It is taken to roll when its velocity is further from none than this: squared Mahalanobis distance.
+    pub rolling_gate: f32,
 }
 
 impl Default for BallModel {
@@ -73,6 +75,8 @@ impl Default for BallModel {
             gate: 16.0,
             confirmation_m: 0.15,
             rest_speed_mps: 0.05,
+            // By chance, a ball that lies seems to roll once in ninety times.
+            rolling_gate: 9.0,
         }
     }
 }
@@ -202,9 +206,9 @@ impl BallEstimate {
 
     /// The velocity, or none when it does not stand out from rest.
     pub fn credible_velocity(&self, model: &BallModel) -> Vec2 {
-        let spread = self.velocity_covariance.x_axis.x + self.velocity_covariance.y_axis.y;
-        let least = model.rest_speed_mps * model.rest_speed_mps;
-        if self.velocity.length_squared() > (2.0 * spread).max(least) { self.velocity } else { Vec2::ZERO }
+        let stands_out = self.velocity.dot(inverse(self.velocity_covariance) * self.velocity) > model.rolling_gate;
+        let is_fast = self.velocity.length_squared() > model.rest_speed_mps * model.rest_speed_mps;
+        if stands_out && is_fast { self.velocity } else { Vec2::ZERO }
     }
 }
 

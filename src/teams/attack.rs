@@ -11,6 +11,7 @@ use crate::kick_geometry::KickType;
 use crate::robot::head::HeadCommand;
 use crate::robot::kick::KickRequest;
 use crate::robot::motion::WalkCommand;
+use crate::sensing::status::BodyStatus;
 
 /// An opponent nearer to the ball than this puts the attacker under pressure, m.
 const PRESSURE_DISTANCE_M: f32 = 0.5;
@@ -49,13 +50,34 @@ pub fn go_for(
     aim: &Aim,
     meeting_place: Vec2,
 ) -> Decision {
-    if let Some(kick) = kick_if_ready(player, memory, ball, aim) {
+    if player.kick_is_on_its_way(memory) {
+        return Decision { intention: "kick", ..default() };
+    }
+    let ready = kick_if_ready(player, memory, ball, aim);
+    if ready.is_some() && !has_looked(player, memory) {
+        return Decision { intention: "attack", ..default() };
+    }
+    memory.ready_since_s = None;
+    if let Some(kick) = ready {
+        memory.kicked_at_s = Some(player.status.time_s);
         memory.kick = None;
         memory.at_ball_since_s = None;
         return Decision { kick: Some(kick), intention: "kick", ..default() };
     }
     let (walk, target) = line_up(player, memory, ball, aim, meeting_place);
     Decision { walk, target: Some(target), intention: "attack", ..default() }
+}
+
+/// Whether the player has stood and looked at a ball that lies right for so long that it can trust its eyes. The cameras of who walks
+/// step by step sway with the steps, and balls seem to lie where they do not.
+fn has_looked(player: &Player, memory: &mut PlayerMemory) -> bool {
+    /// As long as a sway lasts, s.
+    const LOOK_S: f32 = 0.4;
+    if player.limits.gait.is_none() {
+        return true;
+    }
+    let since_s = *memory.ready_since_s.get_or_insert(player.status.time_s);
+    player.body == BodyStatus::Standing && player.status.time_s - since_s >= LOOK_S
 }
 
 /// Where the ball should go: at the own kick-off to the side, otherwise at the goal or towards it.
@@ -279,6 +301,33 @@ mod tests {
                 Some(crate::team::RobotId::new(crate::team::Team::Blue, 3));
         }));
         assert!(!kicks(|situation| situation.body = BodyStatus::Recovering));
+    }
+
+    #[test]
+    fn who_walks_step_by_step_stands_and_looks_before_it_kicks_and_does_not_kick_twice() {
+        let mut situation = PlayerFixture::new(Pose::new(-0.17, -0.05, 0.0), Vec2::ZERO);
+        situation.limits.gait = Some(crate::robot::gait::Gait::default());
+        situation.latency.kick_s = 0.033;
+        situation.body = BodyStatus::Walking;
+        let mut memory = PlayerMemory::default();
+        let mut kicks = Vec::new();
+        for cycle in 0..30 {
+            situation.status.time_s = cycle as f32 / 30.0;
+            if cycle == 6 {
+                situation.body = BodyStatus::Standing;
+            }
+            let decision = attack(&situation.player(), &mut memory);
+            assert!(decision.walk.is_null(), "{cycle}: {decision:?}");
+            if decision.kick.is_some() {
+                kicks.push(cycle);
+                if kicks.len() == 2 {
+                    break;
+                }
+            }
+        }
+        // 0.4 s are 12 cycles. It is told to its legs once, and again when the legs should have begun and have not.
+        assert_eq!(kicks[0], 12);
+        assert!(kicks.get(1).is_none_or(|again| *again > 13), "{kicks:?}");
     }
 
     #[test]

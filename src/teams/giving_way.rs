@@ -3,17 +3,17 @@
 use bevy::prelude::*;
 
 use super::player::Player;
-use super::walking::walks_sideways;
+use super::walking::{OBSTACLE_MEMORY_S, walks_sideways};
 use crate::belief::RobotBelief;
-use crate::geometry::unrotate;
+use crate::geometry::{unit, unrotate};
 use crate::robot::motion::WalkCommand;
 
 /// Nearer to an opponent than this, a player does not walk at it, m: they touch at some 0.3 m.
 const GIVE_WAY_M: f32 = 0.45;
 /// Who walks step by step comes no nearer to an opponent than this, m, and brakes in time.
 const STOP_M: f32 = 0.4;
-/// An opponent seen longer ago may be anywhere, s.
-const OLD_S: f32 = 2.0;
+/// What gives an echo is nearer than its middle by this, m.
+const ECHO_DEPTH_M: f32 = 0.05;
 /// What is not walking at an opponent, m/s: the referee overlooks less than 0.05.
 const GIVE_WAY_MPS: f32 = 0.03;
 /// Two who face each other with the ball so near to the line between them may fight for it, m.
@@ -23,8 +23,11 @@ const FIGHT_M: f32 = 0.2;
 pub fn give_way(player: &Player, walk: WalkCommand, opponents: &[RobotBelief]) -> WalkCommand {
     let mut step = player.forward.rotate(walk.translation());
     let wider_m = 2.0 * player.wider_than_nao_m();
-    for other in opponents.iter().filter(|other| other.age_s < OLD_S) {
-        let way = other.position_m - player.position();
+    let seen = opponents
+        .iter()
+        .filter(|other| other.age_s < OBSTACLE_MEMORY_S)
+        .map(|other| other.position_m - player.position());
+    for way in seen.chain(heard(player)) {
         let distance = way.length();
         let Some(line) = way.try_normalize() else { continue };
         let most_mps = match &player.limits.gait {
@@ -42,6 +45,15 @@ pub fn give_way(player: &Player, walk: WalkCommand, opponents: &[RobotBelief]) -
     let step = unrotate(player.forward, step);
     let dy = if walks_sideways(player.limits) { step.y } else { 0.0 };
     WalkCommand { dx: step.x, dy, dtheta: walk.dtheta }
+}
+
+/// The ways to what its sonars hear before it, m, team frame.
+fn heard<'a>(player: &'a Player) -> impl Iterator<Item = Vec2> + use<'a> {
+    let echoes = [(player.sonar.left, 1.0), (player.sonar.right, -1.0)];
+    echoes.into_iter().filter_map(|(distance, side)| {
+        let direction = player.forward.rotate(unit(side * player.sonar_settings.heading));
+        distance.map(|distance| direction * (distance + ECHO_DEPTH_M))
+    })
 }
 
 /// Whether the player faces an opponent in this direction and at this distance with the ball between them.
@@ -80,5 +92,18 @@ mod tests {
         assert!(dx(&situation, 0.45) < 0.005 && dx(&situation, 0.9) == 0.006);
         situation.belief.ball.as_mut().unwrap().position_m = Vec2::new(0.2, 0.0);
         assert_eq!(dx(&situation, 0.35), 0.006);
+    }
+
+    #[test]
+    fn nobody_walks_at_what_it_only_hears() {
+        let mut situation = PlayerFixture::new(Pose::default(), Vec2::new(0.0, 2.0));
+        situation.limits.gait = Some(Gait::default());
+        let ahead = WalkCommand::new(0.006, 0.0, 0.0);
+        let given = |situation: &PlayerFixture, walk: WalkCommand| give_way(&situation.player(), walk, &[]);
+        assert_eq!(given(&situation, ahead), ahead);
+        situation.sonar.left = Some(0.3);
+        assert!(given(&situation, ahead).dx < 0.003);
+        let back = WalkCommand::new(-0.003, 0.0, 0.0);
+        assert_eq!(given(&situation, back), back);
     }
 }

@@ -3,6 +3,7 @@
 use bevy::prelude::*;
 
 use super::attack::attack;
+use super::options::reach_m;
 use super::player::{Decision, Player, PlayerMemory};
 use crate::behaviour::reasons::{Choice, Reasons};
 use crate::game::DefenderLimit;
@@ -62,7 +63,8 @@ pub fn keep(
         return clear(player, memory);
     }
     memory.kick = None;
-    let place = guard_place(position, goal, player.pitch.goal.width_m / 2.0, guard_m);
+    let place =
+        guard_place(position, goal, player.pitch.goal.width_m / 2.0, guard_m.max(coming_out_m(player, distance)));
     let facing = (position - player.position()).normalize_or(Vec2::X);
     let walk = player.go_and_stay(place, facing, &player.obstacles());
     Decision { walk, target: Some(place), intention: "keep", ..default() }
@@ -100,6 +102,21 @@ fn dive(player: &Player, ball: Vec2, velocity: Vec2, y: f32) -> Option<PostureRe
     pays.then_some(PostureRequest::Dive(if way > 0.0 { Side::Left } else { Side::Right }))
 }
 
+/// How far from the middle of the goal the keeper comes towards a ball at this distance from it, m: the nearer to a ball that can be
+/// shot it stands, the more of the goal it hides.
+fn coming_out_m(player: &Player, distance: f32) -> f32 {
+    /// From this share of the greatest kick's distance shots are to be reckoned with.
+    const SHOT_RANGE_SHARE: f32 = 0.75;
+    /// It comes out over this share of the way to the ball, and at most so far that it can walk back in so many seconds, s.
+    const SHARE_OF_WAY: f32 = 0.5;
+    const BACK_S: f32 = 5.0;
+    if distance > SHOT_RANGE_SHARE * reach_m(player) {
+        return 0.0;
+    }
+    let back_mps = player.limits.gait.map_or(player.limits.max_linear_mps, |gait| gait.backward_mps);
+    (SHARE_OF_WAY * distance).min(BACK_S * back_mps)
+}
+
 /// Between the ball and the middle of the goal.
 fn guard_place(ball: Vec2, goal: Vec2, half_width: f32, guard_m: f32) -> Vec2 {
     let towards_ball = (ball - goal).normalize_or(Vec2::X);
@@ -129,6 +146,19 @@ mod tests {
         // Along (2, 1) / √5, 0.45 m from the goal.
         assert_abs_diff_eq!(place, goal + Vec2::new(0.4025, 0.2012), epsilon = 1e-3);
         assert!(guard_place(Vec2::new(-2.9, 2.0), goal, 0.7, GUARD_DISTANCE_M).x >= -2.8);
+    }
+
+    #[test]
+    fn the_keeper_comes_out_to_a_ball_that_can_be_shot_no_further_than_it_gets_back_in_time() {
+        let mut situation =
+            crate::teams::player::tests::PlayerFixture::new(crate::geometry::Pose::new(-2.7, 0.0, 0.0), Vec2::ZERO);
+        let out = |situation: &crate::teams::player::tests::PlayerFixture, distance: f32| {
+            coming_out_m(&situation.player(), distance)
+        };
+        // 5 s at 0.2 m/s are 1 m; kicks reach 4 m.
+        assert_eq!([out(&situation, 1.5), out(&situation, 2.5), out(&situation, 3.5)], [0.75, 1.0, 0.0]);
+        situation.limits.gait = Some(crate::robot::gait::Gait { backward_mps: 0.1, ..default() });
+        assert_eq!(out(&situation, 2.5), 0.5);
     }
 
     #[test]

@@ -4,7 +4,7 @@ use bevy::prelude::*;
 use core::f32::consts::FRAC_PI_2;
 
 use super::aiming::{Aim, BLOCKED_HALF_WIDTH_M};
-use super::walking::Obstacles;
+use super::walking::{Obstacles, walking_time_s};
 use crate::ball::Rolling;
 use crate::belief::RobotBelief;
 use crate::geometry::{Pose, unrotate};
@@ -17,6 +17,8 @@ use crate::robot::motion::MotionLimits;
 const LINE_MARGIN_M: f32 = 0.35;
 /// The ball must lie so far inside the rectangle of a kick, m: it is not seen to the millimetre.
 const RECTANGLE_MARGIN_M: f32 = 0.004;
+/// Aiming finer than this share of what the kick itself spreads by is not worth the while.
+const SPREAD_SHARE: f32 = 0.7;
 /// A kick over less is not worth the while, m.
 const LEAST_KICK_M: f32 = 0.4;
 /// Advantage of the type of kick chosen before, s.
@@ -68,8 +70,13 @@ impl KickPlan {
             let ball_side = -way.normalize_or_zero().perp_dot(ball - own.position).abs();
             let passes_ball =
                 way.dot(ball - own.position) > 0.0 && way.length_squared() > ball.distance_squared(own.position);
-            let detour_s = if passes_ball { 4.0 * (0.25 + ball_side).max(0.0) } else { 0.0 };
-            let mut cost_s = (way.length() / limits.max_linear_mps.max(0.01)).max(turn_s) + 0.4 * turn_s + detour_s;
+            let speed_mps = limits.max_linear_mps.max(0.01);
+            let detour_s = if passes_ball { 0.8 * (0.25 + ball_side).max(0.0) / speed_mps } else { 0.0 };
+            let walk_s = match &limits.gait {
+                Some(gait) => walking_time_s(forward, way, facing, gait, limits),
+                None => (way.length() / speed_mps).max(turn_s) + 0.4 * turn_s,
+            };
+            let mut cost_s = walk_s + detour_s;
             if geometry.is_none() {
                 // It does not have this one.
                 return (f32::MAX, Self { kick_type, position, facing });
@@ -146,7 +153,7 @@ pub fn kick_now(
             let distance_m =
                 if aim.is_shot { reach_m } else { aim.distance_m.min(room_inside(ball.place, direction, pitch)) };
             let is_good = direction.dot(aim.direction) > 0.3
-                && error < patience * aim.tolerance
+                && error < patience * aim.tolerance.max(SPREAD_SHARE * kicks.direction_sd)
                 && distance_m > LEAST_KICK_M
                 && (!aim.is_shot || reach_m > 1.1 * aim.distance_m);
             is_good.then_some((error, KickRequest { kick_type, speed: rolling.speed_share(distance_m, reach_m) }))

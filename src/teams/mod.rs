@@ -50,6 +50,7 @@ use crate::robot::motion::{MotionLimits, WalkCommand};
 use crate::robot::posture::PostureCommand;
 use crate::sensing::camera::CameraSettings;
 use crate::sensing::camera::field_of_view::FieldOfView;
+use crate::sensing::latency::Latency;
 use crate::sensing::sonar::{SonarReading, SonarSettings};
 use crate::sensing::status::BodyStatus;
 use crate::team::RobotId;
@@ -211,6 +212,7 @@ struct PlayerQuery {
     sonar_settings: &'static SonarSettings,
     limits: &'static MotionLimits,
     kicks: &'static KickSettings,
+    latency: &'static Latency,
     own_body: &'static Body,
     head_limits: &'static HeadLimits,
     cameras: &'static CameraSettings,
@@ -242,6 +244,7 @@ fn play<R: Role>(
             sonar_settings: robot.sonar_settings,
             limits: robot.limits,
             kicks: robot.kicks,
+            latency: robot.latency,
             own_body: robot.own_body,
             head: Head::new(robot.head_limits, FieldOfView::of(robot.cameras)),
             rolling: robot.estimator.ball.rolling,

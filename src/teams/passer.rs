@@ -14,7 +14,7 @@ use super::obeying::is_for_the_keeper_only;
 use super::options::{Company, KickOption, best, options, pass_worth, reach_m, walking_s};
 use super::passing::{Pass, meet, rolled};
 use super::player::{Decision, Player, PlayerMemory};
-use super::roles::{SUPPORT_DISTANCE_M, support};
+use super::roles::{SUPPORT_DISTANCE_M, support, time_around_ball_s};
 use crate::behaviour::reasons::Reasons;
 use crate::belief::{BallBelief, Belief, RobotBelief};
 use crate::geometry::unit;
@@ -123,10 +123,7 @@ fn with_what_mates_tell(player: &Player, memory: &PlayerMemory) -> Belief {
 fn time_to_ball_s(player: &Player, ball: &BallBelief, place: Vec2) -> f32 {
     let (meeting_place, time_s) =
         meet(ball.position_m, ball.velocity_mps, player.rolling, place, player.limits.max_linear_mps);
-    let forwards = (meeting_place - place)
-        .normalize_or(Vec2::X)
-        .dot((player.opponent_goal() - meeting_place).normalize_or(Vec2::X));
-    time_s + 2.0 * (1.0 - forwards)
+    time_s + time_around_ball_s(player, place, meeting_place)
 }
 
 /// Whether it is this player's turn: no field player of its team is at the ball sooner.

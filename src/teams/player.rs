@@ -7,7 +7,8 @@ use super::hearing::Whistles;
 use super::looking::Head;
 use super::passing::Pass;
 use super::walking::{
-    BALL_CLEARANCE_M, OBSTACLE_RANGE_M, Obstacles, POST_CLEARANCE_M, ROBOT_CLEARANCE_M, step_towards, way_around,
+    BALL_CLEARANCE_M, OBSTACLE_MEMORY_S, OBSTACLE_RANGE_M, Obstacles, POST_CLEARANCE_M, ROBOT_CLEARANCE_M,
+    step_towards, way_around,
 };
 use crate::ball::Rolling;
 use crate::belief::{BallBelief, Belief};
@@ -23,6 +24,7 @@ use crate::robot::head::HeadCommand;
 use crate::robot::kick::{KickRequest, KickSettings};
 use crate::robot::motion::{MotionLimits, WalkCommand};
 use crate::robot::posture::PostureRequest;
+use crate::sensing::latency::Latency;
 use crate::sensing::sonar::{SonarReading, SonarSettings};
 use crate::sensing::status::BodyStatus;
 use crate::team::RobotId;
@@ -56,6 +58,8 @@ pub struct Player<'a> {
     pub limits: &'a MotionLimits,
     /// How far it kicks.
     pub kicks: &'a KickSettings,
+    /// How late its commands are.
+    pub latency: &'a Latency,
     /// Its body.
     pub own_body: &'a Body,
     /// Its head, and what is in view of it.
@@ -113,6 +117,10 @@ pub struct PlayerMemory {
     pub aim: Option<Vec2>,
     /// The kick that is being prepared.
     pub kick: Option<KickType>,
+    /// Since when the ball lies right for the kick that it is about to make, s.
+    pub ready_since_s: Option<f32>,
+    /// When it told its legs to kick last, s.
+    pub kicked_at_s: Option<f32>,
     /// Since when it is at the ball, s.
     pub at_ball_since_s: Option<f32>,
     /// Whether it is its turn to go for the ball.
@@ -197,13 +205,19 @@ impl<'a> Player<'a> {
         opponents.filter(|opponent| opponent.age_s < FRESH_S).map(|opponent| opponent.position_m)
     }
 
+    /// Whether a kick that it told its legs has not reached them yet: the next would find them busy.
+    pub fn kick_is_on_its_way(&self, memory: &PlayerMemory) -> bool {
+        let until_s = self.latency.kick_s + 0.5 * self.period;
+        memory.kicked_at_s.is_some_and(|then| (0.0..until_s).contains(&(self.status.time_s - then)))
+    }
+
     /// What is in the way: robots, posts, and what the sonars hear besides. The ball is not.
     pub fn obstacles(&self) -> Obstacles {
         let mut obstacles = Obstacles::default();
         let own = self.position();
         let near = |place: Vec2| place.distance_squared(own) < OBSTACLE_RANGE_M * OBSTACLE_RANGE_M;
         let robots = self.belief.opponents.iter().chain(&self.belief.team_mates);
-        for robot in robots.filter(|robot| robot.age_s < 2.0 && near(robot.position_m)) {
+        for robot in robots.filter(|robot| robot.age_s < OBSTACLE_MEMORY_S && near(robot.position_m)) {
             obstacles.add(robot.position_m, ROBOT_CLEARANCE_M + 2.0 * self.wider_than_nao_m());
         }
         let (x, y) = (self.pitch.goal_post_x(), self.pitch.goal.width_m / 2.0);
@@ -284,6 +298,7 @@ pub(super) mod tests {
         pub sonar_settings: SonarSettings,
         pub limits: MotionLimits,
         pub kicks: KickSettings,
+        pub latency: Latency,
         pub own_body: Body,
         pub head: Head,
         pub rolling: Rolling,
@@ -305,6 +320,7 @@ pub(super) mod tests {
                 sonar_settings: SonarSettings::default(),
                 limits: MotionLimits::default(),
                 kicks: KickSettings::default(),
+                latency: Latency::default(),
                 own_body: Body::default(),
                 head: Head::default(),
                 rolling: Rolling::default(),
@@ -326,6 +342,7 @@ pub(super) mod tests {
                 sonar_settings: &self.sonar_settings,
                 limits: &self.limits,
                 kicks: &self.kicks,
+                latency: &self.latency,
                 own_body: &self.own_body,
                 head: self.head,
                 rolling: self.rolling,
@@ -355,7 +372,7 @@ pub(super) mod tests {
             covariance: [0.0; 3],
             age_s,
         };
-        situation.belief.opponents = vec![robot(1.5, 0.6, 0.0), robot(-2.0, 0.0, 0.0), robot(2.2, 0.0, 3.0)];
+        situation.belief.opponents = vec![robot(1.5, 0.6, 0.0), robot(-2.0, 0.0, 0.0), robot(2.2, 0.0, 5.0)];
         let count = |situation: &PlayerFixture| situation.player().obstacles().iter().count();
         // The opponent near by, and the post at (2.975, 0.7); the others are far away or long gone.
         assert_eq!(count(&situation), 2);

@@ -14,12 +14,20 @@ const FRESH_TEAM_MATE_S: f32 = 1.0;
 /// Players whose turn it is not keep so far from the ball, m.
 pub const SUPPORT_DISTANCE_M: f32 = 0.9;
 
-/// About how long somebody at `position` needs to stand behind the ball, s: the way, and around the ball if it is on the
-/// wrong side.
-pub fn time_to_ball_s(position: Vec2, ball: Vec2, opponent_goal: Vec2) -> f32 {
-    let way = ball - position;
-    let forwards = way.normalize_or(Vec2::X).dot((opponent_goal - ball).normalize_or(Vec2::X));
-    way.length() / 0.2 + 2.0 * (1.0 - forwards)
+/// Who comes from before the ball walks so much further than who comes from beside it, m: around it.
+const AROUND_BALL_M: f32 = 0.4;
+
+/// About how long somebody at `position` who walks as the player does needs to stand behind the ball, s: the way, and around the
+/// ball if it is on the wrong side.
+pub fn time_to_ball_s(player: &Player, position: Vec2, ball: Vec2) -> f32 {
+    position.distance(ball) / player.limits.max_linear_mps.max(0.01) + time_around_ball_s(player, position, ball)
+}
+
+/// How much longer than straight ahead who comes from `position` walks around the ball to stand behind it, s.
+pub fn time_around_ball_s(player: &Player, position: Vec2, ball: Vec2) -> f32 {
+    let forwards = (ball - position).normalize_or(Vec2::X).dot((player.opponent_goal() - ball).normalize_or(Vec2::X));
+    let around_m = (1.0 - forwards) * (AROUND_BALL_M + player.longer_than_nao_m());
+    around_m / player.limits.max_linear_mps.max(0.01)
 }
 
 /// Whether it is this player's turn to go for the ball: nobody of the team-mates that count is there sooner.
@@ -27,11 +35,10 @@ pub fn has_turn(player: &Player, memory: &PlayerMemory, ball: Vec2, counts: impl
     if is_for_the_keeper_only(player, ball) {
         return false;
     }
-    let goal = player.opponent_goal();
     let preference = if memory.attacks { TURN_PREFERENCE_S } else { 0.0 };
-    let own_s = time_to_ball_s(player.position(), ball, goal) - preference;
+    let own_s = time_to_ball_s(player, player.position(), ball) - preference;
     player.belief.team_mates.iter().filter(|mate| mate.age_s < FRESH_TEAM_MATE_S && counts(mate.id)).all(|mate| {
-        let time_s = time_to_ball_s(mate.position_m, ball, goal);
+        let time_s = time_to_ball_s(player, mate.position_m, ball);
         // Of two that need the same time, the one with the lower number goes.
         own_s < time_s || (own_s == time_s && mate.id.is_none_or(|id| player.id < id))
     })
@@ -40,7 +47,7 @@ pub fn has_turn(player: &Player, memory: &PlayerMemory, ball: Vec2, counts: impl
 /// What speaks for going for the ball, and what for leaving it to others: how long it takes, s.
 pub fn reasons(player: &Player, decision: &Decision) -> Reasons {
     let Some(ball) = player.ball().map(|ball| ball.position_m) else { return Reasons::default() };
-    let time_s = |place: Vec2| time_to_ball_s(place, ball, player.opponent_goal());
+    let time_s = |place: Vec2| time_to_ball_s(player, place, ball);
     let own_s = time_s(player.position());
     let others = player.belief.team_mates.iter().filter(|mate| mate.age_s < FRESH_TEAM_MATE_S);
     let others_s = others.map(|mate| time_s(mate.position_m)).fold(f32::INFINITY, f32::min);

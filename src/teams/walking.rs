@@ -15,6 +15,8 @@ pub const ROBOT_CLEARANCE_M: f32 = 0.36;
 pub const POST_CLEARANCE_M: f32 = 0.25;
 /// Obstacles further away than this do not matter yet, m.
 pub const OBSTACLE_RANGE_M: f32 = 1.5;
+/// A robot seen longer ago may be anywhere, s.
+pub const OBSTACLE_MEMORY_S: f32 = 4.0;
 /// How much further than its edge an obstacle is passed, as a share of the radius: for coming back to the straight way.
 const PASSING_FACTOR: f32 = 1.02;
 /// A robot whose speed to the side is less than this share of that ahead goes only ahead and back, as one on wheels.
@@ -119,12 +121,31 @@ fn velocity_ahead(forward: Vec2, way: Vec2, gait: &Gait, limits: &MotionLimits) 
 /// Whether a robot is sooner at the end of `way` if it turns there, walks ahead, and turns to `facing` in the end, than if it faces
 /// `facing` all the time.
 fn is_sooner_ahead(forward: Vec2, way: Vec2, facing: Vec2, gait: &Gait, limits: &MotionLimits) -> bool {
-    let distance = way.length();
-    let ahead = way / distance;
-    let turn_s = |from: Vec2, to: Vec2| angle_of(unrotate(from, to)).abs() / limits.max_angular;
-    let aside = gait.reachable((unrotate(facing, ahead) * limits.max_linear_mps).extend(0.0), limits).length();
-    let turning_s = turn_s(forward, ahead) + turn_s(ahead, facing);
-    distance / limits.max_linear_mps + turning_s < distance / aside + turn_s(forward, facing)
+    ahead_s(forward, way, facing, limits) < aside_s(forward, way, facing, gait, limits)
+}
+
+/// How long it takes to turn to a way, go along it ahead, and turn to `facing`, s.
+fn ahead_s(forward: Vec2, way: Vec2, facing: Vec2, limits: &MotionLimits) -> f32 {
+    let ahead = way.normalize_or(facing);
+    way.length() / limits.max_linear_mps + turn_s(forward, ahead, limits) + turn_s(ahead, facing, limits)
+}
+
+/// How long it takes to turn to `facing` and go along a way facing so, s.
+fn aside_s(forward: Vec2, way: Vec2, facing: Vec2, gait: &Gait, limits: &MotionLimits) -> f32 {
+    let ahead = way.normalize_or(facing);
+    let speed_mps = gait.reachable((unrotate(facing, ahead) * limits.max_linear_mps).extend(0.0), limits).length();
+    way.length() / speed_mps + turn_s(forward, facing, limits)
+}
+
+fn turn_s(from: Vec2, to: Vec2, limits: &MotionLimits) -> f32 {
+    angle_of(unrotate(from, to)).abs() / limits.max_angular
+}
+
+/// About how long a robot with a gait takes to go along `way` and to face `facing` in the end, s: in the sooner one of the two ways
+/// in which [`step_towards`] has it walk.
+pub fn walking_time_s(forward: Vec2, way: Vec2, facing: Vec2, gait: &Gait, limits: &MotionLimits) -> f32 {
+    let ahead_s = ahead_s(forward, way, facing, limits);
+    if walks_sideways(limits) { ahead_s.min(aside_s(forward, way, facing, gait, limits)) } else { ahead_s }
 }
 
 /// The way to go now so as to reach `to` past the obstacles: straight, or along the tangent of the first obstacle on

@@ -1,5 +1,6 @@
 //! The built-in players in matches: they find the ball, kick it, score, and cope with what goes wrong.
 
+use bevy::math::Vec2;
 use naoisis::prelude::*;
 
 use crate::support::{blue, collect_events, headless_app, match_of, pink};
@@ -336,4 +337,46 @@ fn a_keeper_dives_for_what_it_cannot_walk_to() {
     };
     let [without, with] = [goals("naoisis"), goals("extended")];
     assert!(without >= 5 && with <= without - 3, "{without} goals without dives, {with} with them");
+}
+
+/// How a robot went in a second of play: the way that it walked and how far that took it, m, and how often it turned back.
+fn seconds_of(robot: RobotId, app: &mut bevy::prelude::App, seconds: usize) -> Vec<(f32, f32, usize)> {
+    /// What is slower is standing, m a cycle.
+    const MOVES_M: f32 = 0.000_2;
+    let mut result = Vec::new();
+    for _ in 0..seconds {
+        let mut places = vec![app.robot_pose(robot).unwrap().position];
+        let mut plays = true;
+        for _ in 0..30 {
+            app.run_cycles(1);
+            plays &= app.game().state == GameState::Playing && !app.robot::<Penalty>(robot).unwrap().is_active();
+            places.push(app.robot_pose(robot).unwrap().position);
+        }
+        if plays {
+            let steps: Vec<Vec2> = places.windows(2).map(|pair| pair[1] - pair[0]).collect();
+            let moves: Vec<&Vec2> = steps.iter().filter(|step| step.length() > MOVES_M).collect();
+            let reversals = moves.windows(2).filter(|pair| pair[0].dot(*pair[1]) < 0.0).count();
+            let path_m = steps.iter().map(|step| step.length()).sum();
+            result.push((path_m, places[0].distance(places[30]), reversals));
+        }
+    }
+    result
+}
+
+#[test]
+fn a_keeper_goes_where_it_goes_without_turning_back_all_the_time() {
+    for seed in 1..=2 {
+        let json = format!(
+            r#"{{ "seed": {seed}, "realism": "realistic", "teams": {{ "blue": "roles", "pink": "passers" }} }}"#
+        );
+        let mut app = match_of(&json);
+        let seconds = seconds_of(blue(1), &mut app, 120);
+        let walked: Vec<_> = seconds.iter().filter(|(path_m, ..)| *path_m > 0.02).collect();
+        assert!(walked.len() > 5, "it hardly moves: {} of {} s", walked.len(), seconds.len());
+        let mut ratios: Vec<f32> = walked.iter().map(|(path_m, net_m, _)| path_m / net_m.max(0.001)).collect();
+        ratios.sort_by(f32::total_cmp);
+        assert!(ratios[ratios.len() / 2] < 1.6, "seed {seed}: {ratios:?}");
+        let reversals: usize = seconds.iter().map(|(.., reversals)| reversals).sum();
+        assert!(reversals < seconds.len(), "seed {seed}: {reversals} reversals in {} s", seconds.len());
+    }
 }
