@@ -41,7 +41,7 @@ impl MatchScene<'_, '_> {
         scene.set_pitch(&self.pitch);
         scene.robots.clear();
         for (&id, &pose, &body, &head, posture, stride, penalty) in &self.robots {
-            if penalty.is_some_and(Penalty::is_active) {
+            if penalty.is_some_and(Penalty::is_off_pitch) {
                 continue;
             }
             let posture = posture.copied().unwrap_or_default();

@@ -188,7 +188,7 @@ impl Scratch {
         self.strips.clear();
         for (id, entity) in roster.iter() {
             let Ok(robot) = robots.get(entity) else { continue };
-            if robot.penalty.is_active() {
+            if robot.penalty.is_off_pitch() {
                 continue;
             }
             if let Some((middle, strip)) = robot.posture.strip(robot.bounds, dive_reach_m) {

@@ -58,7 +58,7 @@ pub enum Intervention {
         /// The robot.
         robot: RobotId,
     },
-    /// Whistles: `ready` becomes `set`, `set` becomes `playing`. In play it is only heard.
+    /// Whistles: `standby` becomes `ready` (for which the referee raises its arms), `ready` becomes `set`, `set` becomes `playing`. In play it is only heard.
     Whistle,
     /// Puts the ball down to rest, in play, with neither team having a right to it.
     DropBall {

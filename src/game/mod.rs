@@ -37,6 +37,9 @@ pub enum GameState {
     /// Before the match.
     #[default]
     Initial,
+    /// Before the first `ready` of a half: robots stand, and wait for the referee to raise its arms (2025 rule book, section
+    /// 3.2).
+    Standby,
     /// Robots walk to their places for a kick-off.
     Ready,
     /// Robots stand and wait for the whistle.
@@ -52,6 +55,7 @@ impl GameState {
     pub fn name(self) -> &'static str {
         match self {
             GameState::Initial => "initial",
+            GameState::Standby => "standby",
             GameState::Ready => "ready",
             GameState::Set => "set",
             GameState::Playing => "playing",
@@ -95,6 +99,8 @@ pub struct Game {
     pub restarts: u32,
     /// How often the referee has whistled.
     pub whistles: u32,
+    /// How often it has raised its arms for a half's first `ready`.
+    pub ready_signals: u32,
 }
 
 impl Game {
@@ -151,7 +157,7 @@ impl Game {
             GameState::Ready | GameState::Set => {
                 rules.clock_runs_in_stoppages && self.shoot_out.is_none() && self.half_has_begun(rules, clock)
             }
-            GameState::Initial | GameState::Finished => false,
+            GameState::Initial | GameState::Standby | GameState::Finished => false,
         }
     }
 
@@ -173,7 +179,7 @@ impl Game {
             (GameState::Set, ..) => Some(left(rules.set_s, self.state_cycles)),
             (GameState::Playing, Some(set_play), _) => Some(set_play.cycles_left),
             (GameState::Playing, None, Some(shoot_out)) => Some(left(shoot_out.shot_s(rules), shoot_out.shot.cycles)),
-            (GameState::Initial | GameState::Playing | GameState::Finished, ..) => None,
+            (GameState::Initial | GameState::Standby | GameState::Playing | GameState::Finished, ..) => None,
         }
     }
 

@@ -10,15 +10,21 @@ use std::borrow::Cow;
 use crate::cycle::CycleClock;
 use crate::knowledge::Knowledge;
 
-/// The penalty that a robot serves, if any. A penalised robot cannot act, is no obstacle, and is not seen.
+/// The penalty that a robot serves, if any. A penalised robot cannot act; one that is off the pitch is no obstacle, and is not
+/// seen.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
 #[reflect(Component, @Knowledge::Truth)]
 pub struct Penalty(pub Option<ActivePenalty>);
 
 impl Penalty {
-    /// Whether the robot is off the pitch.
+    /// Whether the robot serves one.
     pub fn is_active(&self) -> bool {
         self.0.is_some()
+    }
+
+    /// Whether the robot is off the pitch: not one that serves its penalty where it stood.
+    pub fn is_off_pitch(&self) -> bool {
+        self.0.is_some_and(|penalty| !penalty.reason.is_in_place())
     }
 }
 
@@ -70,6 +76,10 @@ pub enum PenaltyReason {
     ShootOut,
     /// Play was stuck, and it was the nearest to the ball.
     GameStuck,
+    /// It began to walk in `set`.
+    MotionInSet,
+    /// Somebody of its team began to walk in `standby`.
+    MotionInStandby,
     /// It was cautioned too often, and plays no more in this match.
     SentOff,
     /// Whoever runs the match removed it.
@@ -81,7 +91,7 @@ pub enum PenaltyReason {
 
 impl PenaltyReason {
     /// All but those of a program's own.
-    pub const BUILT_IN: [PenaltyReason; 13] = [
+    pub const BUILT_IN: [PenaltyReason; 15] = [
         PenaltyReason::Pushing,
         PenaltyReason::Stalling,
         PenaltyReason::BallHolding,
@@ -93,6 +103,8 @@ impl PenaltyReason {
         PenaltyReason::Fallen,
         PenaltyReason::ShootOut,
         PenaltyReason::GameStuck,
+        PenaltyReason::MotionInSet,
+        PenaltyReason::MotionInStandby,
         PenaltyReason::SentOff,
         PenaltyReason::Manual,
     ];
@@ -111,6 +123,8 @@ impl PenaltyReason {
             PenaltyReason::Fallen => "fallen",
             PenaltyReason::ShootOut => "shoot_out",
             PenaltyReason::GameStuck => "game_stuck",
+            PenaltyReason::MotionInSet => "motion_in_set",
+            PenaltyReason::MotionInStandby => "motion_in_standby",
             PenaltyReason::SentOff => "sent_off",
             PenaltyReason::Manual => "manual",
             PenaltyReason::Own(rule) => rule.as_str(),
@@ -127,13 +141,21 @@ impl PenaltyReason {
             | PenaltyReason::IllegalDefender
             | PenaltyReason::IllegalPosition
             | PenaltyReason::Obstruction
-            | PenaltyReason::SentOff
             | PenaltyReason::Manual
             | PenaltyReason::Own(_) => true,
-            PenaltyReason::Inactive | PenaltyReason::Fallen | PenaltyReason::ShootOut | PenaltyReason::GameStuck => {
-                false
-            }
+            PenaltyReason::Inactive
+            | PenaltyReason::Fallen
+            | PenaltyReason::ShootOut
+            | PenaltyReason::GameStuck
+            | PenaltyReason::MotionInSet
+            | PenaltyReason::MotionInStandby
+            | PenaltyReason::SentOff => false,
         }
+    }
+
+    /// Whether a robot serves the penalty where it stands, rather than off the pitch (2025 rule book, section 4.5).
+    pub fn is_in_place(self) -> bool {
+        matches!(self, PenaltyReason::MotionInSet | PenaltyReason::MotionInStandby)
     }
 
     /// The reason in words, as after "penalised for".
@@ -151,6 +173,8 @@ impl PenaltyReason {
             PenaltyReason::Fallen => "lying on the ground",
             PenaltyReason::ShootOut => "the shoot-out",
             PenaltyReason::GameStuck => "a stuck game",
+            PenaltyReason::MotionInSet => "motion in set",
+            PenaltyReason::MotionInStandby => "its team's motion in standby",
             PenaltyReason::SentOff => "being cautioned too often",
             PenaltyReason::Manual => "a reason of its own",
         })

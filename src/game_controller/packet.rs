@@ -54,15 +54,18 @@ impl ProtocolVersion {
         match (self, reason) {
             (ProtocolVersion::V18, PenaltyReason::BallHolding) => 1,
             (ProtocolVersion::V18, PenaltyReason::Pushing | PenaltyReason::Obstruction) => 2,
+            (ProtocolVersion::V18, PenaltyReason::MotionInSet) => 3,
             (ProtocolVersion::V18, PenaltyReason::Inactive | PenaltyReason::Fallen) => 4,
             (ProtocolVersion::V18, PenaltyReason::IllegalPosition | PenaltyReason::IllegalDefender) => 5,
             (ProtocolVersion::V18, PenaltyReason::LeavingField) => 6,
             (ProtocolVersion::V18, PenaltyReason::GameStuck | PenaltyReason::Stalling) => 8,
+            (ProtocolVersion::V18, PenaltyReason::MotionInStandby) => 11,
             (ProtocolVersion::V18, PenaltyReason::Manual | PenaltyReason::SentOff | PenaltyReason::Own(_)) => 15,
             (ProtocolVersion::V19, PenaltyReason::IllegalPosition | PenaltyReason::IllegalDefender) => 1,
+            (ProtocolVersion::V19, PenaltyReason::MotionInSet) => 2,
             (ProtocolVersion::V19, PenaltyReason::GameStuck | PenaltyReason::Stalling) => 3,
             (ProtocolVersion::V19, PenaltyReason::Inactive | PenaltyReason::Fallen) => 4,
-            (ProtocolVersion::V19, PenaltyReason::Manual | PenaltyReason::Own(_)) => 5,
+            (ProtocolVersion::V19, PenaltyReason::MotionInStandby | PenaltyReason::Manual | PenaltyReason::Own(_)) => 5,
             (ProtocolVersion::V19, PenaltyReason::BallHolding) => 6,
             (ProtocolVersion::V19, PenaltyReason::LeavingField) => 7,
             (ProtocolVersion::V19, PenaltyReason::Pushing | PenaltyReason::Obstruction) => 9,
@@ -85,6 +88,8 @@ impl ProtocolVersion {
             (_, 0) => return None,
             (ProtocolVersion::V18, 1) | (ProtocolVersion::V19, 6) => PenaltyReason::BallHolding,
             (ProtocolVersion::V18, 2) | (ProtocolVersion::V19, 9) => PenaltyReason::Pushing,
+            (ProtocolVersion::V18, 3) | (ProtocolVersion::V19, 2) => PenaltyReason::MotionInSet,
+            (ProtocolVersion::V18, 11) => PenaltyReason::MotionInStandby,
             (_, 4) => PenaltyReason::Inactive,
             (ProtocolVersion::V18, 5 | 9) | (ProtocolVersion::V19, 1) => PenaltyReason::IllegalPosition,
             (ProtocolVersion::V18, 6) | (ProtocolVersion::V19, 7) => PenaltyReason::LeavingField,
@@ -93,6 +98,17 @@ impl ProtocolVersion {
             _ => PenaltyReason::Manual,
         };
         Some(reason)
+    }
+
+    fn state_code(self, state: GameState) -> u8 {
+        match (self, state) {
+            (ProtocolVersion::V18, GameState::Standby) => 5,
+            (_, GameState::Initial | GameState::Standby) => 0,
+            (_, GameState::Ready) => 1,
+            (_, GameState::Set) => 2,
+            (_, GameState::Playing) => 3,
+            (_, GameState::Finished) => 4,
+        }
     }
 
     fn set_play_code(self, set_play: Option<SetPlayKind>) -> u8 {
@@ -144,7 +160,7 @@ pub struct ControlPacket {
     pub is_stopped: bool,
     /// Whether there is a penalty shoot-out.
     pub is_shoot_out: bool,
-    /// The state of the game. The `standby` of version 18 is `initial`: robots stand.
+    /// The state of the game. Version 19 has no `standby`: it is `initial` there.
     pub state: GameState,
     /// The set play under way, or being prepared.
     pub set_play: Option<SetPlayKind>,
@@ -235,7 +251,7 @@ impl ControlPacket {
         });
         bytes.extend([
             u8::from(self.is_shoot_out),
-            state_code(self.state),
+            self.version.state_code(self.state),
             self.version.set_play_code(self.set_play),
             u8::from(self.is_first_half),
             self.kicking_team.unwrap_or(NO_TEAM),
@@ -327,19 +343,10 @@ fn team_from(version: ProtocolVersion, bytes: &[u8]) -> TeamPacket {
     }
 }
 
-fn state_code(state: GameState) -> u8 {
-    match state {
-        GameState::Initial => 0,
-        GameState::Ready => 1,
-        GameState::Set => 2,
-        GameState::Playing => 3,
-        GameState::Finished => 4,
-    }
-}
-
 fn state_of(code: u8) -> Result<GameState, PacketError> {
     match code {
-        0 | 5 => Ok(GameState::Initial),
+        0 => Ok(GameState::Initial),
+        5 => Ok(GameState::Standby),
         1 => Ok(GameState::Ready),
         2 => Ok(GameState::Set),
         3 => Ok(GameState::Playing),
@@ -450,8 +457,9 @@ mod tests {
 
     #[test]
     fn a_penalty_means_the_same_in_either_version() {
-        // Version 18 has no word for one that is sent off: it is the operator's decision there.
-        let is_known = |reason: &PenaltyReason| *reason != PenaltyReason::SentOff;
+        // Version 18 has no word for one that is sent off, and 19 none for `standby`: it is the operator's decision there.
+        let is_known =
+            |reason: &PenaltyReason| !matches!(reason, PenaltyReason::SentOff | PenaltyReason::MotionInStandby);
         for reason in PenaltyReason::BUILT_IN.into_iter().filter(is_known) {
             let [one, other] = [ProtocolVersion::V18, ProtocolVersion::V19]
                 .map(|version| version.penalty_reason(version.penalty_code(reason)));

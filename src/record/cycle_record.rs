@@ -213,6 +213,9 @@ pub struct GameRecord {
     /// How often the referee has whistled.
     #[serde(default)]
     pub whistles: u32,
+    /// How often it has raised its arms for a half's first `ready`.
+    #[serde(default)]
+    pub ready_signals: u32,
     /// The penalty shoot-out under way, or that decided the match.
     #[serde(default)]
     pub shoot_out: Option<ShootOutRecord>,
@@ -241,6 +244,7 @@ impl GameRecord {
             secondary_time_left_s: game.secondary_cycles_left(rules, clock).map(seconds),
             messages_left: game.messages_left,
             whistles: game.whistles,
+            ready_signals: game.ready_signals,
             shoot_out: game.shoot_out.map(|shoot_out| ShootOutRecord {
                 team: shoot_out.team,
                 taken: shoot_out.taken,

@@ -82,6 +82,7 @@ impl Referee<'_, '_> {
     fn judge(&mut self) {
         match self.seen.game.state {
             GameState::Initial | GameState::Finished => {}
+            GameState::Standby => self.judge_standby(),
             GameState::Ready => self.judge_ready(),
             GameState::Set => self.judge_set(),
             GameState::Playing => match self.seen.game.shoot_out {
@@ -111,7 +112,7 @@ impl Referee<'_, '_> {
         }
     }
 
-    fn judge_collisions(&mut self) {
+    pub(super) fn judge_collisions(&mut self) {
         if !self.seen.rules.collisions {
             return;
         }
@@ -126,9 +127,9 @@ impl Referee<'_, '_> {
         }
     }
 
-    /// The rules about single robots.
-    fn judge_robots(&mut self) {
-        for (record, robot) in self.memory.robots.iter_mut().zip(self.seen.robots) {
+    /// The rules about single robots: all in play, and in `ready` those that go for it.
+    pub(super) fn judge_robots(&mut self) {
+        for (index, (record, robot)) in self.memory.robots.iter_mut().zip(self.seen.robots).enumerate() {
             if !robot.is_present() {
                 continue;
             }
@@ -138,6 +139,7 @@ impl Referee<'_, '_> {
             record.cycles_in_area = illegal_defender::advance(record.cycles_in_area, self.seen, robot);
             record.cycles_obstructing = obstruction::advance(record.cycles_obstructing, self.seen, robot);
             record.cycles_inactive = inactive::advance(record.cycles_inactive, record.head, self.seen, robot);
+            record.get_up = record.get_up.advance(self.seen, index, robot);
             record.cycles_encroaching = match &self.seen.game.set_play {
                 Some(set_play) => set_play::advance_encroachment(record.cycles_encroaching, set_play, self.seen, robot),
                 None => 0,

@@ -1,23 +1,133 @@
 //! Fallen robots: they begin to get up soon, and stand before long, or they are removed (2010 rule book, section 4.7;
 //! 2025 rule book, section 4.6, which counts attempts instead of the 20 s).
 
+use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use crate::game::Evidence;
 use crate::robot::posture::Posture;
 
-/// The case against a robot that lies for too long.
-pub fn judge(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> Option<Evidence> {
+/// How a robot that fell tries to get up.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+pub struct GetUp {
+    /// Whether it tries now.
+    is_trying: bool,
+    /// Cycles for which it has lain without trying.
+    cycles_lying: u64,
+    /// Whether another robot has touched it while it tried.
+    is_disturbed: bool,
+    /// Attempts that failed since it fell.
+    failed: u32,
+}
+
+impl GetUp {
+    /// After this cycle. `index` is the robot's in the snapshot.
+    #[must_use]
+    pub fn advance(self, snapshot: &MatchSnapshot, index: usize, robot: &RobotSnapshot) -> Self {
+        if robot.posture.cycles_down().is_none() {
+            return Self::default();
+        }
+        let is_trying = matches!(robot.posture, Posture::GettingUp { .. });
+        Self {
+            is_trying,
+            cycles_lying: if is_trying { 0 } else { self.cycles_lying + 1 },
+            is_disturbed: self.is_disturbed || is_trying && snapshot.contacts.iter().any(|pair| pair.contains(&index)),
+            failed: self.failed + u32::from(self.is_trying && !is_trying),
+        }
+    }
+
+    /// How many attempts it has, of a number that goes for who is left alone.
+    fn allowed(&self, attempts: u32) -> u32 {
+        attempts + u32::from(self.is_disturbed)
+    }
+}
+
+/// The case against a robot that lies for too long, or has tried to get up too often.
+pub fn judge(get_up: &GetUp, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> Option<Evidence> {
     let cycles = robot.posture.cycles_down()?;
-    let lies = matches!(robot.posture, Posture::Fallen { .. });
-    let (rule, limit_s, otherwise) = if lies && cycles >= snapshot.cycles(snapshot.rules.fallen_s) {
-        let rule = "A fallen robot that does not begin to get up soon is removed.";
-        (rule, snapshot.rules.fallen_s, "It had to begin to get up in time.")
-    } else if cycles >= snapshot.cycles(snapshot.rules.get_up_limit_s) {
-        let rule = "A fallen robot that does not stand again before long is removed.";
-        (rule, snapshot.rules.get_up_limit_s, "It had to stand in time.")
-    } else {
-        return None;
-    };
-    let evidence = snapshot.evidence_against(rule, robot);
-    Some(evidence.with_measurement("s on the ground", snapshot.seconds(cycles), limit_s).otherwise(otherwise))
+    let limit_s = snapshot.rules.fallen_s;
+    if get_up.cycles_lying >= snapshot.cycles(limit_s) {
+        let evidence =
+            snapshot.evidence_against("A fallen robot that does not begin to get up soon is removed.", robot);
+        return Some(
+            evidence
+                .with_measurement("s on the ground", snapshot.seconds(get_up.cycles_lying), limit_s)
+                .otherwise("It had to begin to get up in time."),
+        );
+    }
+    match snapshot.rules.get_up_attempts.map(|attempts| get_up.allowed(attempts)) {
+        Some(allowed) => (get_up.failed >= allowed).then(|| {
+            snapshot
+                .evidence_against("A fallen robot that cannot get up in a few attempts is removed.", robot)
+                .with_measurement("attempts", get_up.failed as f32, allowed as f32)
+                .otherwise("Its last attempt had to succeed.")
+        }),
+        None => (cycles >= snapshot.cycles(snapshot.rules.get_up_limit_s)).then(|| {
+            snapshot
+                .evidence_against("A fallen robot that does not stand again before long is removed.", robot)
+                .with_measurement("s on the ground", snapshot.seconds(cycles), snapshot.rules.get_up_limit_s)
+                .otherwise("It had to stand in time.")
+        }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::MatchFixture;
+    use super::*;
+    use crate::team::{RobotId, Team};
+
+    const BLUE2: RobotId = RobotId::new(Team::Blue, 2);
+    const PINK2: RobotId = RobotId::new(Team::Pink, 2);
+
+    /// A match in which a robot lies, with two attempts to get up.
+    fn fallen() -> MatchFixture {
+        let mut situation = MatchFixture::three_a_side();
+        situation.rules.fallen = true;
+        situation.rules.get_up_attempts = Some(2);
+        situation.robot_mut(BLUE2).posture = Posture::Fallen { cycles: 1 };
+        situation
+    }
+
+    /// It tries to get up, and falls back. Whether it is penalised.
+    fn tries(situation: &mut MatchFixture) -> bool {
+        for posture in [Posture::GettingUp { cycles: 1000, cycles_left: 1 }, Posture::Fallen { cycles: 1001 }] {
+            situation.robot_mut(BLUE2).posture = posture;
+            situation.pass();
+        }
+        situation.robots[1].penalty.is_active()
+    }
+
+    #[test]
+    fn the_second_attempt_has_to_succeed_or_the_third_of_who_was_touched() {
+        let mut alone = fallen();
+        assert_eq!([tries(&mut alone), tries(&mut alone)], [false, true]);
+        let mut touched = fallen().contact(BLUE2, PINK2);
+        touched.pass();
+        // Who only lies is not disturbed.
+        assert!(!touched.memory.robots[1].get_up.is_disturbed);
+        touched.robot_mut(BLUE2).posture = Posture::GettingUp { cycles: 900, cycles_left: 1 };
+        touched.pass();
+        touched.contacts.clear();
+        assert_eq!([(); 3].map(|()| tries(&mut touched)), [false, false, true]);
+    }
+
+    #[test]
+    fn who_stood_meanwhile_begins_anew() {
+        let mut situation = fallen();
+        assert!(!tries(&mut situation));
+        situation.robot_mut(BLUE2).posture = Posture::Upright;
+        situation.pass();
+        assert!(!tries(&mut situation));
+    }
+
+    #[test]
+    fn who_fell_back_has_time_to_try_again() {
+        let mut situation = fallen();
+        situation.rules.fallen_s = 4.0 * situation.clock.period();
+        assert!(!tries(&mut situation));
+        let penalised = [(); 3].map(|()| situation.pass().robots[1].penalty.is_active());
+        assert_eq!(penalised, [false, false, true]);
+    }
 }

@@ -75,6 +75,7 @@ impl Referee<'_, '_> {
                 self.bring_back(index);
             }
             Intervention::Whistle => match self.decisions.game.state {
+                GameState::Standby => self.signal_ready(),
                 GameState::Ready => {
                     self.whistle();
                     self.begin_set();

@@ -3,6 +3,7 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::fallen::GetUp;
 use super::game_stuck::{Progress, Stuck};
 use super::indirect_goal::Plays;
 use super::kick_off_shot::KickOffPlay;
@@ -32,6 +33,8 @@ pub struct RefereeMemory {
     pub plays: Plays,
     /// How long the ball has not moved.
     pub stuck: Stuck,
+    /// How long the `standby` under way, or the last one, lasts, cycles.
+    pub standby_cycles: u64,
     /// Cycles for which all robots have stood at legal places in `ready`.
     pub cycles_lined_up: u64,
     /// How often each team was penalised for pushing in this half.
@@ -73,8 +76,12 @@ pub struct RobotMemory {
     pub progress: Option<Progress>,
     /// Whether it has come back from a penalty, and has not been on the pitch since.
     pub returns: bool,
+    /// Cycles for which it has stood since `set` or `standby` began.
+    pub cycles_standing: u64,
     /// Cycles for which it has done nothing.
     pub cycles_inactive: u64,
+    /// How it tries to get up.
+    pub get_up: GetUp,
     /// Cycles for which it has done what rules of the program's own are about.
     pub own_cycles: [u64; MOST_OWN_RULES],
     /// Where its head pointed in the last cycle.
@@ -97,7 +104,9 @@ impl RobotMemory {
             cycles_obstructing: 0,
             progress: None,
             returns: false,
+            cycles_standing: 0,
             cycles_inactive: 0,
+            get_up: GetUp::default(),
             own_cycles: [0; MOST_OWN_RULES],
             head: HeadAngles::default(),
         }

@@ -1,5 +1,5 @@
 //! How many messages a team may send: the goals of one that sends more do not count (2025 rule book, section 2.4.2). What is
-//! sent in `ready`, `set` and play counts, but not in a shoot-out.
+//! sent in `standby`, `ready`, `set` and play counts, but not in a shoot-out.
 
 use super::decide::Referee;
 use super::snapshot::MatchSnapshot;
@@ -9,7 +9,7 @@ use crate::team::{PerTeam, Team};
 
 /// Whether what is sent now counts.
 fn counts(snapshot: &MatchSnapshot) -> bool {
-    matches!(snapshot.game.state, GameState::Ready | GameState::Set | GameState::Playing)
+    matches!(snapshot.game.state, GameState::Standby | GameState::Ready | GameState::Set | GameState::Playing)
         && snapshot.game.shoot_out.is_none()
 }
 

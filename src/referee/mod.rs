@@ -22,7 +22,11 @@
 //! | [message budget](crate::game::Rules::message_budget) | 2025: 2.4.2 | | | 1200 | 12,000 | | |
 //! | [ball out](ball_out) leads to | 2010: 3.9; 2025: 3.8 | kick-off | throw-in | [free kick](set_play) | [free kick](set_play) | kick-off | |
 //! | `ready` and `set` before a kick-off, [legal places](positions) | 2010: 3.5; 2025: 3.7 | placed | yes | yes | yes | placed | |
-//! | an illegal place in `set` | 2010: 3.5; 2025: 4.4.1 | | by hand | 15 s | 30 s | | |
+//! | [`standby`](crate::game::Rules::standby_s) before a half's first `ready` | 2025: 3.2 | | | 10 s | | | |
+//! | an illegal place in `set` | 2010: 3.5; 2025: 4.4.1; HSL GameController | | by hand | 15 s | 30 s + 15 s | | |
+//! | [motion in `set`](forbidden_motion) | 2025: 4.5.2; HSL GameController | | | 15 s in place | 10 s + 15 s in place | | |
+//! | [motion in `standby`](forbidden_motion) | 2025: 4.5.1 | | | the team, up to 45 s | | | |
+//! | [fouls in `ready`](crate::game::Rules::fouls_in_ready) | 2025: 4; GameControllers | | | yes | yes | | |
 //! | who begins outside its half takes the kick-off | 2025: 3.7 | | | yes | yes | | |
 //! | [pushing](collision) | paper: 3.4; 2010: 4.9; 2025: 4.10 | 30 s | 30 s, the 4th for the half | 45 s + 10 s, free kick | 30 s + 15 s, caution, free kick | 30 s | |
 //! | [penalty kick](penalty_kick) | 2025: 3.10 | | | yes | yes | | |
@@ -34,21 +38,22 @@
 //! | [inactive robots](inactive) | 2010: 4.7; 2025: 4.6 | | yes | yes | | | |
 //! | [game stuck](game_stuck) | 2010: 3.10; 2025: 3.11 | | 15 s | 30 s, walking counts | 30 s, walking counts | | |
 //! | falls, getting up | paper: 4 | | | | | yes | |
-//! | [lying for too long](fallen) | 2010: 4.7; 2025: 4.6 | | yes | yes | yes | yes | |
+//! | [lying for too long](fallen) | 2010: 4.7; 2025: 4.6 | | 20 s | 2 attempts | 20 s | 20 s | |
 //! | dives | paper: 4 | | | | | yes | |
 //! | [penalty shoot-out](shoot_out) | 2010: 3.8; 2025: 3.19; paper: 4 | | 5 x 60 s | 3 x 30 s | 3 x 60 s | 5 x 60 s | |
 //! | halves, change of sides, clock | 2010: 3.1; 2025: 3.1 | 2 x 600 s | 2 x 600 s | 2 x 600 s, runs on | 2 x 600 s, runs on | 2 x 600 s | |
 //! | [a half ends when a shot has come to rest](ball_stop) | 2025: 3.18 | | | yes | yes | | |
-//! | [goals and kick-offs are told](GameStatus) | 2025: 3.2, 3.3 | at once | at once | 15 s late | 10 s late | at once | at once |
+//! | [that play begins is told](GameStatus) | 2025: 3.2; HSL GameController | at once | at once | 15 s late | 10 s late | at once | at once |
+//! | [goals are told](GameStatus) | 2025: 3.3; HSL GameController | at once | at once | 15 s late | at once | at once | at once |
+//! | [a half's first `ready` is told](GameStatus) | 2025: 3.2 | at once | at once | 45 s late | at once | at once | at once |
 //! | [an offence near the ball](crate::game::Rules::offence_free_kick_m) stops play | HSL draft: 5.1 | | | | free kick | | |
 //! | [cautions](crate::game::Rules::cautions_to_send_off) | HSL GameController | | | | the 2nd sends off | | |
 //!
-//! What the books have and these rules have not: hands and arms (no robot moves them), wide stances (a dive is the only one,
-//! and ends by itself), pick-ups, time-outs, extra time, the break at half time, and `standby` before a half's first `ready`, in
-//! which robots stand and nothing can happen. A foul in `ready` is not judged. The referee is sure of what it saw, and decides at
-//! once.
+//! What the books have and these rules have not: hands and arms (no robot moves them), wide stances (2010: 4.8; 2025: 4.9; a dive is
+//! the only one, and ends by itself), pick-ups, time-outs, extra time, and the break at half time. The referee is sure of what it
+//! saw, and decides at once.
 //!
-//! A robot that is [removed](removal) waits beside the pitch, cannot act, is no obstacle, and reads of it in its
+//! A robot that is penalised for motion stays where it is, and in everybody's way. One that is [removed](removal) waits beside the pitch, cannot act, is no obstacle, and reads of it in its
 //! [`GameStatus`]. It comes back on the halfway line at the side away from the ball (2010), or from where it waited
 //! (2025).
 //!
@@ -72,6 +77,7 @@ pub mod collision;
 mod crossings;
 pub mod decide;
 pub mod fallen;
+pub mod forbidden_motion;
 pub mod formation;
 pub mod game_stuck;
 pub mod goal;
@@ -99,6 +105,7 @@ pub mod set_play;
 pub mod shoot_out;
 pub mod snapshot;
 pub mod stalling;
+mod standby;
 mod status;
 mod systems;
 #[cfg(test)]

@@ -84,7 +84,11 @@ impl Referee<'_, '_> {
         match outside.state {
             GameState::Ready => match penalty_kick {
                 Some(team) => self.begin_penalty_kick(team),
-                None => self.prepare_kick_off(outside.kicking_team),
+                None => {
+                    let is_signal = self.decisions.game.state == GameState::Standby;
+                    self.decisions.game.ready_signals += u32::from(is_signal);
+                    self.prepare_kick_off(outside.kicking_team);
+                }
             },
             GameState::Set => {
                 let mark = |team| penalty_mark(self.seen.pitch, penalty_kick::end(self.seen, team));
@@ -93,9 +97,9 @@ impl Referee<'_, '_> {
             }
             GameState::Playing => self.begin_play(),
             GameState::Finished => self.finish(),
-            GameState::Initial => {
+            GameState::Initial | GameState::Standby => {
                 self.decisions.game.set_play = None;
-                self.enter(GameState::Initial);
+                self.enter(outside.state);
             }
         }
     }

@@ -82,23 +82,36 @@ impl Referee<'_, '_> {
     fn penalty_cycles(&mut self, reason: PenaltyReason, team: Team) -> u64 {
         let rules = self.seen.rules;
         if reason == PenaltyReason::IllegalPosition && self.decisions.game.state == GameState::Set {
-            return self.seen.cycles(rules.illegal_position_s.unwrap_or(rules.penalty_s));
+            return self.illegal_place_cycles(rules.illegal_position_s.unwrap_or(rules.penalty_s), team);
         }
         let is_push = matches!(reason, PenaltyReason::Pushing | PenaltyReason::SentOff);
         self.memory.pushes[team] += u32::from(is_push);
         let for_the_half = is_push && rules.pushing_limit.is_some_and(|limit| self.memory.pushes[team] >= limit);
-        let mut seconds = rules.penalty_s;
-        if reason.is_infraction() {
-            let earlier = &mut self.memory.infractions[team];
-            seconds += rules.penalty_increase_s * *earlier as f32;
-            *earlier += 1;
-        }
         let rest_of_half = self.seen.game.cycles_left;
         if reason == PenaltyReason::SentOff {
             let halves_left = rules.halves.saturating_sub(self.seen.game.half);
             return rest_of_half.unwrap_or(0) + u64::from(halves_left) * rules.half_cycles(&self.seen.clock);
         }
-        rest_of_half.filter(|_| for_the_half).unwrap_or(self.seen.cycles(seconds))
+        let cycles = match (reason, rules.motion_in_set_s) {
+            (PenaltyReason::MotionInSet, Some(seconds)) => self.lengthened_cycles(seconds, team, false),
+            _ => self.lengthened_cycles(rules.penalty_s, team, reason.is_infraction()),
+        };
+        rest_of_half.filter(|_| for_the_half).unwrap_or(cycles)
+    }
+
+    /// For how many cycles of play a robot is removed that stands at an illegal place when `set` begins.
+    pub(super) fn illegal_place_cycles(&mut self, seconds: f32, team: Team) -> u64 {
+        self.lengthened_cycles(seconds, team, self.seen.rules.illegal_position_increases)
+    }
+
+    /// The duration of a penalty, which may count, with what the team's earlier ones add to it, cycles.
+    pub(super) fn lengthened_cycles(&mut self, seconds: f32, team: Team, counts: bool) -> u64 {
+        let rules = self.seen.rules;
+        let earlier = &mut self.memory.infractions[team];
+        let increases = counts || rules.all_penalties_increase;
+        let more_s = if increases { rules.penalty_increase_s * *earlier as f32 } else { 0.0 };
+        *earlier += u32::from(counts);
+        self.seen.cycles(seconds + more_s)
     }
 
     /// Removes a robot from the pitch.
@@ -107,12 +120,16 @@ impl Referee<'_, '_> {
         self.remove(index, reason, cycles, evidence);
     }
 
-    /// Removes a robot from the pitch for so many cycles of play.
+    /// Removes a robot from the pitch for so many cycles of play, or lets it stand where it is for that time.
     pub(super) fn remove(&mut self, index: usize, reason: PenaltyReason, cycles: u64, evidence: Evidence) {
         let snapshot = self.now();
         let RobotSnapshot { id, bounds, pose, .. } = snapshot.robots[index];
-        let waiting = Occupied::by_waiting(&snapshot);
-        let pose = waiting_pose(&snapshot, snapshot.game.own_end(id.team), pose.position, &bounds, &waiting);
+        let pose = if reason.is_in_place() {
+            pose
+        } else {
+            let waiting = Occupied::by_waiting(&snapshot);
+            waiting_pose(&snapshot, snapshot.game.own_end(id.team), pose.position, &bounds, &waiting)
+        };
         let until_s = (self.seen.clock.end_time_s() + cycles as f64 * self.seen.clock.period_s) as f32;
         let robot = &mut self.decisions.robots[index];
         robot.pose = pose;
@@ -124,13 +141,17 @@ impl Referee<'_, '_> {
     /// Lets a penalised robot come back.
     pub(super) fn bring_back(&mut self, index: usize) {
         let snapshot = self.now();
-        let RobotSnapshot { id, bounds, pose, .. } = snapshot.robots[index];
-        let occupied = Occupied::by_others(&snapshot, Some(index));
-        let pose = return_pose(&snapshot, snapshot.game.own_end(id.team), pose, &bounds, &occupied);
+        let RobotSnapshot { id, bounds, pose, penalty, .. } = snapshot.robots[index];
+        let pose = if penalty.is_off_pitch() {
+            let occupied = Occupied::by_others(&snapshot, Some(index));
+            return_pose(&snapshot, snapshot.game.own_end(id.team), pose, &bounds, &occupied)
+        } else {
+            pose
+        };
         let robot = &mut self.decisions.robots[index];
         robot.pose = pose;
         robot.penalty = Penalty(None);
-        self.memory.robots[index].returns = true;
+        self.memory.robots[index].returns = penalty.is_off_pitch();
         self.decisions.events.push(MatchEvent::PenaltyOver { robot: id, position_m: pose.position });
     }
 

@@ -60,7 +60,7 @@ impl Occupied {
         let ball = snapshot.ball.map(|ball| Disc { centre: ball.position, radius: ball.radius });
         let mut occupied = Self::by_posts(snapshot.pitch, snapshot.posts, ball);
         for (index, robot) in snapshot.robots.iter().enumerate() {
-            if robot.is_present() && Some(index) != but {
+            if !robot.penalty.is_off_pitch() && Some(index) != but {
                 occupied.add_robot(robot.pose, &robot.bounds);
             }
         }

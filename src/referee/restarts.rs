@@ -68,6 +68,11 @@ impl Referee<'_, '_> {
         if self.seen.rules.kick_off == KickOffProcedure::ReadyAndSet {
             // In the break the robots are carried to their new half.
             self.place_for_kick_off(team);
+            if self.seen.rules.standby_s > 0.0 {
+                self.announce_kick_off(team);
+                self.begin_standby();
+                return;
+            }
         }
         self.begin_kick_off(team);
     }
@@ -180,6 +185,10 @@ impl Referee<'_, '_> {
             return;
         }
         self.count_set_play();
+        if self.seen.rules.fouls_in_ready {
+            self.judge_collisions();
+            self.judge_robots();
+        }
         let legal = self.illegal_positions().iter().all(Option::is_none);
         let standing = self.seen.robots.iter().all(|robot| !robot.is_present() || robot.pose == robot.previous);
         self.memory.cycles_lined_up = if legal && standing { self.memory.cycles_lined_up + 1 } else { 0 };
@@ -212,12 +221,14 @@ impl Referee<'_, '_> {
 
     /// Whoever is at an illegal place is placed by hand, or removed; the ball is put on its mark.
     pub(super) fn begin_set(&mut self) {
+        self.forgive_standby();
         for (index, illegal) in self.illegal_positions().into_iter().enumerate() {
             let Some(illegal) = illegal else { continue };
             let evidence = positions::evidence(self.seen, &self.seen.robots[index], illegal);
             match self.seen.rules.illegal_position_s {
                 Some(seconds) => {
-                    self.remove(index, PenaltyReason::IllegalPosition, self.seen.cycles(seconds), evidence);
+                    let cycles = self.illegal_place_cycles(seconds, self.seen.robots[index].id.team);
+                    self.remove(index, PenaltyReason::IllegalPosition, cycles, evidence);
                 }
                 None => self.place_by_hand(index, evidence),
             }
@@ -255,6 +266,7 @@ impl Referee<'_, '_> {
             self.end_half();
             return;
         }
+        self.judge_motion();
         self.count_set_play();
         if self.decisions.game.state_cycles >= self.seen.cycles(self.seen.rules.set_s) {
             self.begin_play();

@@ -3,7 +3,7 @@
 use super::memory::RobotMemory;
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use super::{ball_holding, fallen, illegal_defender, inactive, leaving_field, obstruction, set_play, stalling};
-use crate::game::{Evidence, PenaltyReason, Rules};
+use crate::game::{Evidence, GameState, PenaltyReason, Rules};
 
 /// A robot before the referee.
 #[derive(Clone, Copy)]
@@ -34,6 +34,8 @@ pub struct RobotRule {
     pub reason: PenaltyReason,
     /// Whether the rules of the match have it.
     pub is_on: fn(&Rules) -> bool,
+    /// Whether it goes for `ready`, too, where [fouls are judged](Rules::fouls_in_ready) in it.
+    pub in_ready: bool,
     /// The case against a robot that breaks it.
     pub judge: fn(&RobotCase) -> Option<Evidence>,
 }
@@ -44,6 +46,7 @@ pub const ROBOT_RULES: &[RobotRule] = &[
         reason: PenaltyReason::IllegalPosition,
         // There are set plays only where the rules have them.
         is_on: |_| true,
+        in_ready: false,
         judge: |case| {
             let set_play = case.seen.game.set_play.as_ref()?;
             set_play::judge(case.record().cycles_encroaching, set_play, case.seen, case.robot())
@@ -52,36 +55,43 @@ pub const ROBOT_RULES: &[RobotRule] = &[
     RobotRule {
         reason: PenaltyReason::BallHolding,
         is_on: |rules| rules.ball_holding,
+        in_ready: false,
         judge: |case| ball_holding::judge(case.record().cycles_holding, case.seen, case.robot()),
     },
     RobotRule {
         reason: PenaltyReason::Stalling,
         is_on: |rules| rules.stalling,
+        in_ready: false,
         judge: |case| stalling::judge(case.record().stall.as_ref()?, case.seen, case.robot()),
     },
     RobotRule {
         reason: PenaltyReason::LeavingField,
         is_on: |rules| rules.leaving_field,
+        in_ready: true,
         judge: |case| leaving_field::judge(case.record().cycles_in_goal, case.seen, case.robot()),
     },
     RobotRule {
         reason: PenaltyReason::IllegalDefender,
         is_on: |rules| rules.illegal_defender,
+        in_ready: false,
         judge: |case| illegal_defender::judge(case.records, case.seen, case.index),
     },
     RobotRule {
         reason: PenaltyReason::Obstruction,
         is_on: |rules| rules.obstruction,
+        in_ready: false,
         judge: |case| obstruction::judge(case.record().cycles_obstructing, case.seen, case.robot()),
     },
     RobotRule {
         reason: PenaltyReason::Fallen,
         is_on: |rules| rules.fallen,
-        judge: |case| fallen::judge(case.seen, case.robot()),
+        in_ready: true,
+        judge: |case| fallen::judge(&case.record().get_up, case.seen, case.robot()),
     },
     RobotRule {
         reason: PenaltyReason::Inactive,
         is_on: |rules| rules.inactive,
+        in_ready: true,
         judge: |case| inactive::judge(case.record().cycles_inactive, case.seen, case.robot()),
     },
 ];
@@ -91,5 +101,6 @@ pub fn judge(case: &RobotCase) -> Option<(PenaltyReason, Evidence)> {
     ROBOT_RULES
         .iter()
         .filter(|rule| (rule.is_on)(case.seen.rules))
+        .filter(|rule| rule.in_ready || case.seen.game.state == GameState::Playing)
         .find_map(|rule| Some((rule.reason, (rule.judge)(case)?)))
 }

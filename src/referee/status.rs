@@ -1,8 +1,10 @@
 //! What the robots are told of the game.
 //!
-//! They hear of nearly everything at once, and of every whistle. Of a goal, and that play begins after `set`, they are told
-//! [`Rules::status_delay_s`](crate::game::Rules::status_delay_s) later, as by the real GameController (2025 rule book, sections 3.2
-//! and 3.3: 15 s): until then, whoever wants to know sooner goes by [`GameStatus::whistles`]. Meanwhile they are told of the game
+//! They hear of nearly everything at once, and of every whistle. That play begins after `set` they are told
+//! [`Rules::status_delay_s`](crate::game::Rules::status_delay_s) later, and of a goal
+//! [`Rules::goal_delay_s`](crate::game::Rules::goal_delay_s), as by the real GameController (2025 rule book, sections 3.2
+//! and 3.3: 15 s): until then, whoever wants to know sooner goes by [`GameStatus::whistles`]. The same goes for a half's first
+//! `ready` ([`Rules::ready_delay_s`](crate::game::Rules::ready_delay_s), 45 s) and [`GameStatus::ready_signals`]. Meanwhile they are told of the game
 //! as it would be without that change, its clocks running on. What else happens to the game ends the wait.
 //!
 //! Whose a free kick is may come [later](crate::game::Rules::free_kick_signal_s) than which it is (2025 rule book, section
@@ -66,6 +68,8 @@ pub struct GameStatus {
     /// How many whistles there have been. The whistle is heard at once, even if the change that it means is told
     /// later.
     pub whistles: u32,
+    /// How often the referee has raised its arms for a half's first `ready`. Robots see that at once, too.
+    pub ready_signals: u32,
 }
 
 /// What robots are told of a free kick.
@@ -104,13 +108,29 @@ impl Announcement {
     /// After a cycle that was so, which led to such a game and such events.
     pub fn follow(&mut self, seen: &MatchSnapshot, after: &Game, events: &[MatchEvent]) {
         let before = seen.game;
-        let delay_cycles = seen.cycles(seen.rules.status_delay_s);
         let goal = events.iter().any(|event| matches!(event, MatchEvent::Goal { .. }));
-        let begins = (before.state, after.state) == (GameState::Set, GameState::Playing);
         let ends = after.state == GameState::Finished || after.half != before.half;
-        if (goal || begins) && !ends && delay_cycles > 0 {
+        let delay_s = match (before.state, after.state) {
+            _ if goal => seen.rules.goal_delay_s,
+            (GameState::Set, GameState::Playing) => seen.rules.status_delay_s,
+            (GameState::Standby, GameState::Ready) => seen.rules.ready_delay_s,
+            _ => 0.0,
+        };
+        let delay_cycles = seen.cycles(delay_s);
+        if ends {
+            // A goal is told late even if its half is over, but for the last.
+            let score = self.told(before).score;
+            let cycles_left = if goal { delay_cycles } else { self.cycles_left };
+            *self = Self::default();
+            if score != after.score && cycles_left > 0 && after.state != GameState::Finished {
+                *self = Self { instead: Some(Game { score, ..after.clone() }), cycles_left };
+            }
+        } else if delay_cycles > 0 {
             *self = Self { instead: Some(before.clone()), cycles_left: delay_cycles };
-        } else if self.cycles_left == 0 || is_told_at_once(before, after) {
+        } else if self.cycles_left == 0
+            || is_told_at_once(before, after)
+            || self.instead.as_ref().is_some_and(|told| events.iter().any(|event| contradicts(told, event)))
+        {
             *self = Self::default();
         }
         if let Some(game) = &mut self.instead {
@@ -127,6 +147,16 @@ fn is_told_at_once(before: &Game, after: &Game) -> bool {
     let rest =
         |game: &Game| (game.state, game.half, game.score, game.kick_off(), game.shoot_out.map(|shot| shot.taken));
     begins_set_play || rest(before) != rest(after)
+}
+
+/// Whether a robot is penalised for what nobody can do in the game that they are told of.
+fn contradicts(told: &Game, event: &MatchEvent) -> bool {
+    let MatchEvent::Penalty { reason, .. } = event else { return false };
+    match told.state {
+        GameState::Standby => *reason != PenaltyReason::MotionInStandby,
+        GameState::Set => matches!(reason, PenaltyReason::BallHolding | PenaltyReason::GameStuck),
+        _ => false,
+    }
 }
 
 /// A game in which nothing happens, a cycle later.
@@ -153,6 +183,7 @@ mod tests {
     fn delayed() -> MatchFixture {
         let mut situation = MatchFixture::three_a_side();
         situation.rules.status_delay_s = 5.0 * situation.clock.period();
+        situation.rules.goal_delay_s = situation.rules.status_delay_s;
         situation.rules.kick_off = crate::game::KickOffProcedure::ReadyAndSet;
         situation
     }
@@ -189,6 +220,32 @@ mod tests {
     }
 
     #[test]
+    fn a_goal_is_told_late_even_if_the_half_ends_meanwhile() {
+        for cycles_left in [1, 3] {
+            let mut situation = delayed().touched_by(BLUE2).ball_rolled([2.9, 0.0], [3.2, 0.0]);
+            situation.rules.clock_runs_in_stoppages = true;
+            situation.game.cycles_left = Some(cycles_left);
+            let told = [(); 7].map(|()| {
+                situation.pass();
+                let told = situation.memory.announcement.told(&situation.game);
+                (told.half, told.score.blue)
+            });
+            let over = cycles_left as usize - 1;
+            assert!(told[..over].iter().all(|told| *told == (1, 0)), "{told:?}");
+            assert!(told[over..5].iter().all(|told| *told == (2, 0)), "{told:?}");
+            assert_eq!(told[5..], [(2, 1); 2]);
+        }
+    }
+
+    #[test]
+    fn a_goal_may_be_told_at_once_where_the_start_of_play_is_not() {
+        let mut situation = delayed().touched_by(BLUE2).ball_rolled([2.9, 0.0], [3.2, 0.0]);
+        situation.rules.goal_delay_s = 0.0;
+        situation.pass();
+        assert_eq!(situation.memory.announcement.told(&situation.game).score.blue, 1);
+    }
+
+    #[test]
     fn what_happens_in_the_meantime_is_told_with_the_rest() {
         let mut situation = delayed();
         situation.game.state = GameState::Set;
@@ -196,6 +253,21 @@ mod tests {
         situation.pass();
         situation.interventions = vec![Intervention::DropBall { position_m: Vec2::ZERO }];
         assert_eq!(told_in(&mut situation, GameState::Playing), Some(1));
+    }
+
+    #[test]
+    fn a_penalty_that_cannot_be_in_set_tells_that_play_has_begun() {
+        let told = |reason| {
+            let mut situation = delayed();
+            situation.game.state = GameState::Set;
+            situation.interventions = vec![Intervention::Whistle];
+            situation.pass();
+            situation.interventions = vec![Intervention::Penalise { robot: BLUE2, reason, duration_s: Some(1.0) }];
+            situation.pass();
+            situation.memory.announcement.told(&situation.game).state
+        };
+        assert_eq!(told(PenaltyReason::BallHolding), GameState::Playing);
+        assert_eq!(told(PenaltyReason::Fallen), GameState::Set);
     }
 
     #[test]

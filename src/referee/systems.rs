@@ -44,8 +44,10 @@ pub(super) fn begin_match(
     }
     game.state = match rules.kick_off {
         KickOffProcedure::Placed => GameState::Playing,
+        KickOffProcedure::ReadyAndSet if rules.standby_s > 0.0 => GameState::Standby,
         KickOffProcedure::ReadyAndSet => GameState::Ready,
     };
+    memory.draw_standby(&rules, &clock);
     events.push(MatchEvent::HalfBegins { half: game.half });
     events.push(MatchEvent::StateChanged { state: game.state });
     if game.state == GameState::Playing {
@@ -173,13 +175,16 @@ pub(super) fn officiate(
         }
         let Ok(mut robot) = robots.get_mut(*entity) else { continue };
         *robot.penalty = after.penalty;
-        if before.pose != after.pose {
-            *robot.pose = after.pose;
-            robot.previous.0 = after.pose;
+        let is_put_down = before.pose != after.pose;
+        if is_put_down || before.is_present() && !after.is_present() {
             *robot.velocity = Velocity::default();
             *robot.walk = WalkCommand::default();
             *robot.kick = KickCommand::default();
             *robot.kick_phase = KickPhase::default();
+        }
+        if is_put_down {
+            *robot.pose = after.pose;
+            robot.previous.0 = after.pose;
             // Whoever is put down is put on its feet.
             *robot.posture = Posture::Upright;
         }
@@ -224,6 +229,7 @@ pub(super) fn tell_status(
             restarts: record.map_or(0, |record| record.restarts),
             hand_placements: record.map_or(0, |record| record.hand_placements),
             whistles: game.whistles,
+            ready_signals: game.ready_signals,
         };
     }
 }

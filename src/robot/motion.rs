@@ -17,7 +17,7 @@ use super::posture::Posture;
 pub use super::walk_command::WalkCommand;
 use crate::cycle::{ActSystems, Cycle, CycleClock, CycleSystems};
 use crate::events::{CommandKind, CycleEvents, MatchEvent, Refusal};
-use crate::game::{Game, GameState, Penalty};
+use crate::game::{Game, GameState, Penalty, Rules};
 use crate::geometry::{Pose, wrap_angle};
 use crate::knowledge::Knowledge;
 use crate::random::{RandomStream, RandomStreams};
@@ -67,10 +67,16 @@ fn take_walk_commands(
     roster: Res<Roster>,
     clock: Res<CycleClock>,
     game: Res<Game>,
+    rules: Res<Rules>,
     mut events: ResMut<CycleEvents>,
     mut robots: Query<WalkingRobot>,
 ) {
-    let may_walk = matches!(game.state, GameState::Ready | GameState::Playing);
+    let may_walk = match game.state {
+        GameState::Ready | GameState::Playing => true,
+        // It is for the rules to forbid it.
+        GameState::Standby | GameState::Set => rules.motion_in_set_s.is_some() && game.shoot_out.is_none(),
+        GameState::Initial | GameState::Finished => false,
+    };
     for entity in roster.entities() {
         let Ok(mut robot) = robots.get_mut(entity) else { continue };
         let wanted = core::mem::take(&mut *robot.command);

@@ -87,7 +87,7 @@ fn check_invariants(
     robots_now.clear();
     robots_now.extend(roster.iter().filter_map(|(id, entity)| {
         let (pose, previous, velocity, bounds, penalty) = robots.get(entity).ok()?;
-        (!penalty.is_active()).then_some(RobotState {
+        (!penalty.is_off_pitch()).then_some(RobotState {
             id,
             pose: *pose,
             previous: previous.0,

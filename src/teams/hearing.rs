@@ -18,27 +18,34 @@ pub struct Whistles {
     pub understood: u32,
     /// When it heard one that it has not been told the meaning of, s.
     pub heard_at_s: Option<f32>,
+    /// Signals for `ready` that it had seen before it was last told `standby`.
+    pub ready_signals: u32,
 }
 
 /// What a player is told of the game, with the state that it takes from a whistle of which it is not told yet: in `set` it begins
-/// play, and in play there is a goal.
+/// play, and in play there is a goal. In `standby` the referee's arms say `ready`.
 pub fn as_heard(told: &GameStatus, rules: &Rules, whistles: &mut Whistles) -> GameStatus {
-    if rules.status_delay_s == 0.0 {
+    let longest_s = rules.status_delay_s.max(rules.goal_delay_s);
+    if longest_s == 0.0 && rules.ready_delay_s == 0.0 {
         return *told;
     }
     if told.state != whistles.told {
         // The one that began play may have been followed by another since.
         let begins = (whistles.told, told.state) == (GameState::Set, GameState::Playing);
         let understood = if begins { whistles.understood + 1 } else { told.whistles };
-        *whistles = Whistles { told: told.state, understood, heard_at_s: None };
+        *whistles = Whistles { told: told.state, understood, heard_at_s: None, ..*whistles };
+    }
+    if told.state != GameState::Standby {
+        whistles.ready_signals = told.ready_signals;
     }
     if told.whistles > whistles.understood {
         let since_s = *whistles.heard_at_s.get_or_insert(told.time_s);
-        if told.time_s - since_s > rules.status_delay_s + PATIENCE_S {
+        if told.time_s - since_s > longest_s + PATIENCE_S {
             *whistles = Whistles { understood: told.whistles, heard_at_s: None, ..*whistles };
         }
     }
     let state = match told.state {
+        GameState::Standby if told.ready_signals > whistles.ready_signals => GameState::Ready,
         _ if told.whistles <= whistles.understood => told.state,
         GameState::Set => GameState::Playing,
         GameState::Playing => GameState::Ready,

@@ -308,7 +308,9 @@ fn decide_in_game(
             Decision { walk, ..decision }
         }
         GameState::Ready => obeying::take_place(player),
-        GameState::Initial | GameState::Set | GameState::Finished => Decision { intention: "wait", ..default() },
+        GameState::Initial | GameState::Standby | GameState::Set | GameState::Finished => {
+            Decision { intention: "wait", ..default() }
+        }
     }
 }
 

@@ -21,7 +21,7 @@ const LEFT_AFTER_A_KICK: f32 = 0.4;
 /// What a ball where one could score is worth, of the goal: opponents come back meanwhile.
 const STANDING: f32 = 0.35;
 /// How much it matters who has the ball next, of 1, beside where it lies: it changes sides often.
-const POSSESSION: f32 = 0.5;
+const POSSESSION: f32 = 0.15;
 /// The difference in time to the ball of which the sooner one gets it nearly three times of four, s.
 const RACE_S: f32 = 1.0;
 /// How long an opponent takes to see where a ball rolls, s.

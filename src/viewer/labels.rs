@@ -76,7 +76,7 @@ fn draw_labels(
             Some(active) => format!("{id}: {:.0} s", active.left_s(&clock)),
             None => id.to_string(),
         };
-        let faded = if penalty.is_active() { 0.45 } else { 0.85 };
+        let faded = if penalty.is_off_pitch() { 0.45 } else { 0.85 };
         let colour = palette::in_panel(palette::team(id.team));
         let text = painter.layout_no_wrap(name, FontId::proportional(text_size::ENTRY), Color32::WHITE);
         let middle = Pos2::new(place.x / zoom, place.y / zoom - ABOVE_PIXELS);

@@ -276,6 +276,7 @@ fn team_name(team: Team, scenario: Option<&Scenario>, registry: &BehaviourRegist
 fn state_name(state: GameState) -> &'static str {
     match state {
         GameState::Initial => "initial",
+        GameState::Standby => "standby",
         GameState::Ready => "ready",
         GameState::Set => "set",
         GameState::Playing => "playing",

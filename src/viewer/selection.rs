@@ -80,7 +80,7 @@ fn click_on_robots(
     let to_pitch = pitch_from_world();
     let places = robots
         .iter()
-        .filter(|(_, _, penalty, _)| !penalty.is_active())
+        .filter(|(_, _, penalty, _)| !penalty.is_off_pitch())
         .map(|(id, transform, _, body)| (*id, Target::of(body, transform.translation.truncate())));
     let hit = pointed_at(to_pitch * ray.origin, to_pitch * *ray.direction, places);
     choices.write(hit.map_or(Choice::Nobody, Choice::Robot));

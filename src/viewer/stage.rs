@@ -113,7 +113,7 @@ fn place_entities(
 /// A penalised robot is off the pitch.
 fn hide_penalised(mut robots: Query<(&Penalty, &mut Visibility), Changed<Penalty>>) {
     for (penalty, mut visibility) in &mut robots {
-        *visibility = if penalty.is_active() { Visibility::Hidden } else { Visibility::Inherited };
+        *visibility = if penalty.is_off_pitch() { Visibility::Hidden } else { Visibility::Inherited };
     }
 }
 

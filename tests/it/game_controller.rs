@@ -79,7 +79,7 @@ fn robots_are_told_twice_a_second_and_at_each_change() {
 #[test]
 fn what_robots_report_is_on_them_and_monitors_are_told_the_truth() {
     let (offset, control) = free_ports();
-    let scenario = r#"{ "rules": { "preset": "spl2025", "ready_s": 1.0, "set_s": 1.0 },
+    let scenario = r#"{ "rules": { "preset": "spl2025", "standby_s": 1.0, "ready_s": 1.0, "set_s": 1.0 },
         "robots": [ { "team": "blue", "number": 1, "behaviour": "idle" }, { "team": "pink", "number": 1, "pose": [1, 0, 180] } ] }"#;
     let mut app = told_match(scenario, settings(ProtocolVersion::V18, offset));
     let robot = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
@@ -99,7 +99,7 @@ fn what_robots_report_is_on_them_and_monitors_are_told_the_truth() {
     let mut bytes = [0; 64];
     let length = forwarded.recv(&mut bytes).unwrap();
     assert_eq!(bytes[..length], [&[127, 0, 0, 1][..], &packet].concat());
-    // Play begins after ready and set; robots are told 15 s later.
+    // Play begins after standby, ready and set; robots are told 15 s later.
     app.run_cycles(5 * 30);
     let (truth, told): (Vec<_>, Vec<_>) = packets(&control).into_iter().partition(|packet| packet.for_monitors);
     let has_played = |packets: &[ControlPacket]| packets.iter().any(|packet| packet.state == GameState::Playing);

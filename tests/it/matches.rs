@@ -56,7 +56,7 @@ fn sides_are_changed_at_half_time() {
 
 #[test]
 fn seven_against_seven_play_on_the_large_pitch() {
-    let (_, events) = play("match7v7", 1, 30.0);
+    let (_, events) = play("match7v7", 1, 40.0);
     for event in &events {
         assert!(!matches!(event, MatchEvent::InvariantBroken { .. }), "{event:?}");
     }

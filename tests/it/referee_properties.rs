@@ -45,6 +45,7 @@ fn scenario(preset: &str, seed: u64) -> Scenario {
         shoot_out_s: 1.0,
         ..Rules::preset(preset).unwrap()
     };
+    scenario.rules.standby_s = scenario.rules.standby_s.min(0.5);
     scenario.duration_s = (!scenario.rules.clock).then_some(2.0 * HALF_S);
     scenario.messages.loss = 0.3;
     scenario.motion.max_linear_mps = 0.6;

@@ -48,7 +48,7 @@ fn every_team_plays_on_every_pitch() {
     for team in ["chasers", "roles", "passers"] {
         for field in ["naoisis", "spl2025"] {
             let rules = format!(r#", "field": "{field}", "rules": "spl2025""#);
-            let (_, events) = play(team, "passers", 1, 15, &rules);
+            let (_, events) = play(team, "passers", 1, 25, &rules);
             assert_invariants(&events);
         }
     }

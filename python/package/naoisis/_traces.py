@@ -27,7 +27,7 @@ class Trace(Columns):
     ``ball.position_m``              (n, 3)          the ball's true centre, m
     ``ball.velocity_mps``            (n, 3)          its true velocity, m/s
     ``score``                        (n, 2)          goals of blue and pink
-    ``state``                        (n,)            ``initial``, ``ready``, ``set``, ``playing``, ``finished``
+    ``state``                        (n,)            ``initial``, ``standby``, ``ready``, ``set``, ``playing``, ``finished``
     ``blue1.pose``                   (n, 3)          where the robot truly is: x m, y m, heading deg
     ``blue1.velocity``               (n, 3)          how it truly moves: m/s, m/s, deg/s
     ``blue1.head_deg``               (n, 2)          yaw and pitch of its head

@@ -39,6 +39,7 @@ impl Rules {
         limits.range("mercy_goals", self.mercy_goals.unwrap_or(1), 1..=1000, " goals");
         limits.range("pushing_limit", self.pushing_limit.unwrap_or(1), 1..=1000, " collisions");
         limits.range("cautions_to_send_off", self.cautions_to_send_off.unwrap_or(1), 1..=100, " cautions");
+        limits.range("get_up_attempts", self.get_up_attempts.unwrap_or(1), 1..=100, " attempts");
         limits.range("offence_free_kick_m", self.offence_free_kick_m.unwrap_or(0.0), 0.0..=100.0, " m");
         limits.range("collision_speed_mps", self.collision_speed_mps, 0.0..=10.0, " m/s");
         limits.range("free_kick_distance_m", self.free_kick_distance_m, 0.0..=100.0, " m");
@@ -72,6 +73,9 @@ impl Rules {
             ("penalty_s", self.penalty_s),
             ("penalty_increase_s", self.penalty_increase_s),
             ("free_kick_leave_s", self.free_kick_leave_s),
+            ("standby_s", self.standby_s),
+            ("standby_random_s", self.standby_random_s),
+            ("motion_in_set_s", self.motion_in_set_s.unwrap_or(0.0)),
             ("ready_s", self.ready_s),
             ("set_s", self.set_s),
             ("illegal_position_s", self.illegal_position_s.unwrap_or(0.0)),
@@ -80,6 +84,8 @@ impl Rules {
             ("get_up_s", self.get_up_s),
             ("dive_s", self.dive_s),
             ("status_delay_s", self.status_delay_s),
+            ("ready_delay_s", self.ready_delay_s),
+            ("goal_delay_s", self.goal_delay_s),
             ("free_kick_signal_s", self.free_kick_signal_s),
         ];
         for (field, value) in durations {

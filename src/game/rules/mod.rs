@@ -170,6 +170,13 @@ pub struct Rules {
 
     /// How a kick-off comes about.
     pub kick_off: KickOffProcedure,
+    /// Least duration of the `standby` before a half's first `ready`, s (2025: 10); 0: there is none.
+    pub standby_s: f32,
+    /// How much longer it lasts at most, by chance, s (2025: 110).
+    pub standby_random_s: f32,
+    /// For how long a robot is penalised that begins to walk in `set`, s (2025: 15; HSL 2026: 10). It stays where it is. In
+    /// `standby` it is its whole team, until they are told `ready`. None: nobody can walk then.
+    pub motion_in_set_s: Option<f32>,
     /// Longest duration of `ready`, s (2010 and 2025: 45).
     pub ready_s: f32,
     /// Whether `ready` ends as soon as all robots have stood at legal places for a second.
@@ -180,6 +187,11 @@ pub struct Rules {
     pub kick_off_positions: KickOffPositions,
     /// For how long a robot at an illegal place in `set` is removed, s (2025: 15); none: it is placed by hand (2010).
     pub illegal_position_s: Option<f32>,
+    /// Whether that counts and grows as other penalties do (GameController of the HSL 2026; 2025 rule book, section 4.4: not).
+    pub illegal_position_increases: bool,
+    /// Whether pushing, leaving the field, lying and inactivity are judged in `ready`, too (2025 rule book, section 4; the
+    /// GameControllers of 2025 and 2026 have these calls in it).
+    pub fouls_in_ready: bool,
     /// For how long only the team that kicks off may approach the ball, s (2025: 10); none: everybody may at once.
     pub kick_off_free_s: Option<f32>,
     /// Whether a robot that begins a kick-off outside its own half must take it itself (2025 rule book, section 3.7).
@@ -187,8 +199,11 @@ pub struct Rules {
 
     /// How long a penalised robot is off the pitch, s (2010 rule book, section 4.3: 30; 2025: 45).
     pub penalty_s: f32,
-    /// How much longer for each earlier penalty of its team, s (2025: 10).
+    /// How much longer for each earlier penalty of its team that counts, s (2025: 10).
     pub penalty_increase_s: f32,
+    /// Whether that goes for penalties that do not count themselves, too, such as those of fallen robots (GameController of the
+    /// HSL 2026).
+    pub all_penalties_increase: bool,
     /// Whether penalties are over when play is stopped for a kick-off (2010 rule book, section 4). They always are
     /// at half time.
     pub penalties_end_at_kick_off: bool,
@@ -281,6 +296,8 @@ pub struct Rules {
     pub fallen_s: f32,
     /// Within this time it must stand, s (2010: 20).
     pub get_up_limit_s: f32,
+    /// In so many attempts instead, and in one more if somebody touched it meanwhile (2025 rule book, section 4.6: 2).
+    pub get_up_attempts: Option<u32>,
 
     /// Whether robots can dive.
     pub dives: bool,
@@ -302,8 +319,13 @@ pub struct Rules {
     /// Longest duration of such a shot, s (2010: 120); none: that of the others.
     pub sudden_death_s: Option<f32>,
 
-    /// For how long robots are not told of a goal, or that play begins, s: the referee whistles both (2025: 15).
+    /// For how long robots are not told that play begins, s: the referee whistles (2025: 15; HSL 2026: 10).
     pub status_delay_s: f32,
+    /// For how long they are not told of a half's first `ready`, s: the referee raises its arms (2025: 45).
+    pub ready_delay_s: f32,
+    /// For how long they are not told of a goal, s: the referee whistles that, too (2025: 15; the GameController of the HSL 2026
+    /// tells it at once).
+    pub goal_delay_s: f32,
     /// For how long robots are told only which free kick or penalty kick there is, and not whose, s: the referee points, and they
     /// have to look (2025: 5, for as long as it points at least).
     pub free_kick_signal_s: f32,
@@ -335,15 +357,21 @@ impl Default for Rules {
             penalty_kick_ready_s: 30.0,
             penalty_kick_s: 30.0,
             kick_off: KickOffProcedure::Placed,
+            standby_s: 0.0,
+            standby_random_s: 0.0,
+            motion_in_set_s: None,
             ready_s: 45.0,
             end_ready_early: true,
             set_s: 3.0,
             kick_off_positions: KickOffPositions::Spl2010,
             illegal_position_s: None,
+            illegal_position_increases: false,
+            fouls_in_ready: false,
             kick_off_free_s: None,
             kick_off_player: false,
             penalty_s: 30.0,
             penalty_increase_s: 0.0,
+            all_penalties_increase: false,
             penalties_end_at_kick_off: false,
             penalties_run_in_ready: false,
             return_place: ReturnPlace::HalfwayLine,
@@ -383,6 +411,7 @@ impl Default for Rules {
             fallen: false,
             fallen_s: 5.0,
             get_up_limit_s: 20.0,
+            get_up_attempts: None,
             dives: false,
             dive_s: 1.0,
             dive_reach_m: 0.5,
@@ -393,6 +422,8 @@ impl Default for Rules {
             sudden_death_shots: 5,
             sudden_death_s: None,
             status_delay_s: 0.0,
+            ready_delay_s: 0.0,
+            goal_delay_s: 0.0,
             free_kick_signal_s: 0.0,
         }
     }

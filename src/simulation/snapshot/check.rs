@@ -173,7 +173,7 @@ fn check_robot(
     parts.need::<Posture>()?;
     parts.need::<RandomStreams>()?;
     let (pose, velocity) = (*parts.need::<Pose>()?, *parts.need::<Velocity>()?);
-    if !parts.need::<Penalty>()?.is_active() {
+    if !parts.need::<Penalty>()?.is_off_pitch() {
         seen.robots.push(RobotState { id, pose, previous: pose, velocity, bounds });
     }
     Ok(())

@@ -247,7 +247,7 @@ fn follow(
     mut camera: Single<&mut ViewerCamera>,
 ) {
     let robot = selection.0.and_then(|id| robots.get(roster.get(id)?).ok());
-    let robot = robot.filter(|(_, penalty)| !penalty.is_active()).map(|(transform, _)| pose_of(transform));
+    let robot = robot.filter(|(_, penalty)| !penalty.is_off_pitch()).map(|(transform, _)| pose_of(transform));
     match camera.mode {
         CameraMode::Ball => {
             if let Some(ball) = balls.iter().next() {
@@ -291,7 +291,7 @@ fn move_camera(
             return;
         };
         // A robot that is off the pitch sees nothing new.
-        if !penalty.is_active() {
+        if !penalty.is_off_pitch() {
             let view = CameraView::new(settings.intrinsics(mount), mount, settings.neck_m, *head);
             *transform = eyes::transform(&view, world_from_body(pose_of(place), *posture, body));
         }

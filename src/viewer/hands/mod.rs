@@ -125,7 +125,7 @@ fn take_hold(
         let held = if shift { Held::BallToKick } else { Held::Ball };
         (held, pose_of(ball), 0.0)
     });
-    let on_pitch = robots.iter().filter(|(_, _, penalty, _)| !penalty.is_active());
+    let on_pitch = robots.iter().filter(|(_, _, penalty, _)| !penalty.is_off_pitch());
     let targets =
         on_pitch.clone().map(|(id, transform, _, body)| (*id, Target::of(body, transform.translation.truncate())));
     let robot = || {

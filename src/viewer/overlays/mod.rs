@@ -263,7 +263,7 @@ impl Showing<'_> {
 
     /// Whether a kind is drawn of a robot; nothing is of those that are off the pitch.
     fn shows(&self, overlay: Overlay, robot: RobotId, penalty: &Penalty) -> bool {
-        !penalty.is_active() && self.overlays.shows(overlay, robot, &self.selection)
+        !penalty.is_off_pitch() && self.overlays.shows(overlay, robot, &self.selection)
     }
 
     /// Where something is shown, pitch frame.

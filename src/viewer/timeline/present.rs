@@ -181,6 +181,7 @@ fn put_game(world: &mut World, record: &GameRecord, clock: &CycleClock) {
     (game.state, game.score, game.half) = (record.state, record.score, record.half);
     game.blue_end = record.blue_end;
     game.whistles = record.whistles;
+    game.ready_signals = record.ready_signals;
     game.cycles_left = record.time_left_s.map(|left_s| (left_s / clock.period_s).round() as u64);
 }
 

@@ -1,0 +1,156 @@
+//! Forbidden motion: robots that begin to walk in `set` or `standby` (2025 rule book, section 4.5). Who walked before has a moment to
+//! stand. Heads may move, and who fell may get up.
+
+use bevy::prelude::*;
+
+use super::decide::Referee;
+use super::snapshot::{MatchSnapshot, RobotSnapshot};
+use crate::game::{Evidence, GameState, PenaltyReason};
+
+/// Who has stood for so long, and walks, begins to walk, s.
+const STOOD_S: f32 = 0.3;
+/// Who still walks after so long does not only finish a step, s.
+const FINISHED_S: f32 = 2.0;
+
+fn walks(robot: &RobotSnapshot) -> bool {
+    robot.posture.is_upright() && (robot.wanted_velocity != Vec2::ZERO || robot.pose.heading != robot.previous.heading)
+}
+
+/// For how many cycles the robot has stood in `set` or `standby`, this one included.
+pub fn advance(cycles: u64, robot: &RobotSnapshot) -> u64 {
+    if walks(robot) { 0 } else { cycles + 1 }
+}
+
+/// The case against a robot that walks, and had stood for so many cycles before.
+pub fn judge(stood: u64, snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> Option<Evidence> {
+    let since = snapshot.game.state_cycles;
+    let (what, cycles, limit_s) = if stood >= snapshot.cycles(STOOD_S) {
+        ("s of standing before", stood, STOOD_S)
+    } else if since > snapshot.cycles(FINISHED_S) {
+        ("s of walking on", since, FINISHED_S)
+    } else {
+        return None;
+    };
+    walks(robot).then(|| {
+        let rule = match snapshot.game.state {
+            GameState::Standby => "In `standby` nobody may walk before the referee raises its arms.",
+            _ => "In `set` nobody may walk before the whistle.",
+        };
+        snapshot
+            .evidence_against(rule, robot)
+            .with_measurement(what, snapshot.seconds(cycles), limit_s)
+            .otherwise("It had to stand, and to wait.")
+    })
+}
+
+impl Referee<'_, '_> {
+    /// Whoever begins to walk is penalised where it stands; in `standby` its whole team is, until they are told `ready`.
+    pub(super) fn judge_motion(&mut self) {
+        let Some(seconds) = self.seen.rules.motion_in_set_s.filter(|_| self.seen.game.shoot_out.is_none()) else {
+            return;
+        };
+        for (index, robot) in self.seen.robots.iter().enumerate() {
+            let stood = self.memory.robots[index].cycles_standing;
+            self.memory.robots[index].cycles_standing = advance(stood, robot);
+            if !self.decisions.robots[index].is_present() {
+                continue;
+            }
+            let Some(evidence) = judge(stood, self.seen, robot) else { continue };
+            if self.seen.game.state == GameState::Set {
+                let cycles = self.lengthened_cycles(seconds, robot.id.team, false);
+                self.remove(index, PenaltyReason::MotionInSet, cycles, evidence);
+                continue;
+            }
+            let cycles = self.seen.cycles(self.seen.rules.ready_delay_s);
+            for other in 0..self.seen.robots.len() {
+                if self.seen.robots[other].id.team == robot.id.team && self.decisions.robots[other].is_present() {
+                    self.remove(other, PenaltyReason::MotionInStandby, cycles, evidence.clone());
+                }
+            }
+        }
+    }
+
+    /// Whoever is penalised for its team's motion in `standby` is not any more.
+    pub(super) fn forgive_standby(&mut self) {
+        for index in 0..self.decisions.robots.len() {
+            let penalty = self.decisions.robots[index].penalty.0;
+            if penalty.is_some_and(|penalty| penalty.reason == PenaltyReason::MotionInStandby) {
+                self.bring_back(index);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::MatchFixture;
+    use super::*;
+    use crate::team::{RobotId, Team};
+
+    const BLUE2: RobotId = RobotId::new(Team::Blue, 2);
+
+    /// A match in which whoever walks in `set` is penalised, in that state.
+    fn in_state(state: GameState) -> MatchFixture {
+        let mut situation = MatchFixture::three_a_side();
+        situation.rules.motion_in_set_s = Some(15.0);
+        situation.rules.ready_delay_s = 45.0;
+        situation.memory.standby_cycles = 1000;
+        situation.game.state = state;
+        situation
+    }
+
+    /// Who is penalised after the robot has stood for so long and then walks for so long, in cycles.
+    fn penalised(situation: &mut MatchFixture, stands: usize, walks: usize) -> Vec<String> {
+        for cycle in 0..stands + walks {
+            situation.robot_mut(BLUE2).wanted_velocity = Vec2::new(if cycle < stands { 0.0 } else { 0.1 }, 0.0);
+            situation.pass();
+        }
+        let away = situation.robots.iter().filter(|robot| robot.penalty.is_active());
+        away.map(|robot| robot.id.to_string()).collect()
+    }
+
+    #[test]
+    fn who_begins_to_walk_in_set_is_penalised_and_who_finishes_its_steps_is_not() {
+        assert_eq!(penalised(&mut in_state(GameState::Set), 0, 61), [""; 0]);
+        assert_eq!(penalised(&mut in_state(GameState::Set), 8, 1), [""; 0]);
+        assert_eq!(penalised(&mut in_state(GameState::Set), 9, 1), ["blue2"]);
+        assert_eq!(penalised(&mut in_state(GameState::Set), 0, 62), ["blue2"]);
+    }
+
+    #[test]
+    fn it_stays_where_it_is_until_it_may_go_on() {
+        let mut situation = in_state(GameState::Set);
+        let before = situation.robots[1].pose;
+        penalised(&mut situation, 9, 1);
+        assert_eq!((situation.robots[1].pose, situation.robots[1].penalty.is_off_pitch()), (before, false));
+        situation.game.state = GameState::Playing;
+        for _ in 0..450 {
+            assert!(situation.robots[1].penalty.is_active());
+            situation.pass();
+        }
+        assert_eq!((situation.robots[1].pose, situation.robots[1].penalty.is_active()), (before, false));
+        // It makes later penalties no longer.
+        assert_eq!(situation.memory.infractions[Team::Blue], 0);
+    }
+
+    #[test]
+    fn in_standby_it_is_the_whole_team_until_set() {
+        let mut situation = in_state(GameState::Standby);
+        assert_eq!(penalised(&mut situation, 9, 1), ["blue1", "blue2", "blue3"]);
+        situation.robot_mut(BLUE2).wanted_velocity = Vec2::ZERO;
+        situation.game.state = GameState::Ready;
+        situation.game.state_cycles = 44 * 30;
+        situation.rules.penalties_run_in_ready = true;
+        assert!(situation.pass().robots[1].penalty.is_active());
+        situation.game.state_cycles = 45 * 30;
+        assert!(!situation.pass().robots[1].penalty.is_active());
+        assert_eq!(situation.game.state, GameState::Set);
+    }
+
+    #[test]
+    fn where_the_rules_forbid_nothing_nothing_is_judged() {
+        let mut situation = in_state(GameState::Set);
+        situation.rules.motion_in_set_s = None;
+        assert_eq!(penalised(&mut situation, 9, 10), [""; 0]);
+    }
+}
