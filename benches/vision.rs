@@ -12,7 +12,9 @@ fn main() {
     }
     for design in RobotDesign::BOTH {
         let mut stream = RandomStream::for_match(1, "accuracy of image vision");
-        let accuracy = accuracy::measure(500, Conditions { design, ..Conditions::default() }, &mut || stream.uniform());
+        let mut conditions = Conditions::default();
+        conditions.cameras.design = design;
+        let accuracy = accuracy::measure(500, &conditions, &mut stream);
         println!("{design:?} robots\n{accuracy}");
     }
 }

@@ -230,6 +230,22 @@ pub mod file_units {
         }
     }
 
+    /// Three angles: radians in memory, degrees in the file.
+    #[derive(Clone, Copy)]
+    pub struct DegreeTriple(pub [f32; 3]);
+
+    impl Serialize for DegreeTriple {
+        fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+            self.0.map(exact_degrees).serialize(serializer)
+        }
+    }
+
+    impl<'de> Deserialize<'de> for DegreeTriple {
+        fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+            <[Digits; 3]>::deserialize(deserializer).map(|three| Self(three.map(|Digits(degrees)| radians_of(degrees))))
+        }
+    }
+
     /// A pair of angles that may be absent: radians in memory, degrees in the file.
     pub mod optional_degree_pair {
         use super::*;

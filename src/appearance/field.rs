@@ -58,7 +58,7 @@ pub fn ground(pitch: &Pitch) -> Vec<GroundMark> {
     for segment in pitch.line_segments() {
         paint(strip(segment, half));
     }
-    for segment in pitch.corner_arcs(CORNER_PIECES) {
+    for segment in pitch.corner_arc_pieces(CORNER_PIECES) {
         paint(strip(segment, half));
     }
     for mark in pitch.marks() {

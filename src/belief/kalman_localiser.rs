@@ -218,6 +218,7 @@ impl KalmanLocaliser {
                 self.associate(&sighting, landmarks.junctions(shape).filter(near), observation)
             }
             LandmarkKind::PenaltyCross => self.associate(&sighting, landmarks.crosses().filter(near), observation),
+            LandmarkKind::CornerArc => self.associate(&sighting, landmarks.arcs().filter(near), observation),
             LandmarkKind::CentreCircle => self.associate(&sighting, [Vec2::ZERO], observation),
             LandmarkKind::Line { .. } => None,
         };

@@ -101,6 +101,7 @@ impl GoalLandmark {
 pub struct Landmarks {
     junctions: Vec<(JunctionShape, Vec2)>,
     crosses: [Vec2; 2],
+    arcs: Vec<Vec2>,
     lines: Vec<LineSegment>,
     goals: [GoalLandmark; 2],
     carpet_half_extents: Vec2,
@@ -118,6 +119,7 @@ impl Landmarks {
         Self {
             junctions: pitch.line_junctions().iter().map(|junction| (junction.shape, junction.position)).collect(),
             crosses: [negative_cross, positive_cross],
+            arcs: pitch.corner_arcs().iter().map(|arc| arc.corner).collect(),
             lines: pitch.line_segments(),
             goals: End::BOTH.map(goal),
             carpet_half_extents: pitch.carpet_half_extents(),
@@ -143,6 +145,11 @@ impl Landmarks {
     /// The penalty crosses, m.
     pub(super) fn crosses(&self) -> impl Iterator<Item = Vec2> {
         self.crosses.into_iter()
+    }
+
+    /// The corners about which arcs are painted, m.
+    pub(super) fn arcs(&self) -> impl Iterator<Item = Vec2> {
+        self.arcs.iter().copied()
     }
 
     /// The lines of the pitch, straight ones only, m, team frame.
@@ -241,7 +248,7 @@ pub(super) fn sighting_of_post(post: &GoalPostPercept, image: Vec2, model: &Land
     }
 }
 
-/// What the measured place of a junction, a cross or the centre circle is worth.
+/// What the measured place of a junction, a cross, a corner with its arc or the centre circle is worth.
 pub(super) fn sighting_of_mark(mark: &LandmarkPercept, model: &LandmarkModel) -> Sighting {
     let is_circle = mark.kind == LandmarkKind::CentreCircle;
     let angle_sd = if is_circle { model.goal_post_angle_sd } else { model.mark_angle_sd };

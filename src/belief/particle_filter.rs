@@ -186,6 +186,7 @@ impl ParticleFilter {
                 distance += match mark.kind {
                     LandmarkKind::Junction { shape } => nearest(&sighting, landmarks.junctions(shape).map(expected)),
                     LandmarkKind::PenaltyCross => nearest(&sighting, landmarks.crosses().map(expected)),
+                    LandmarkKind::CornerArc => nearest(&sighting, landmarks.arcs().map(expected)),
                     LandmarkKind::CentreCircle => nearest(&sighting, core::iter::once(expected(Vec2::ZERO))),
                     LandmarkKind::Line { .. } => 0.0,
                 };

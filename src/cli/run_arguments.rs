@@ -90,7 +90,7 @@ pub struct RunArguments {
 }
 
 /// The setting of a word of realism.
-fn realism(word: &str) -> Result<Setting, String> {
+pub(super) fn realism(word: &str) -> Result<Setting, String> {
     if !Realism::NAMES.contains(&word) {
         return Err(format!("expected {}", one_of(Realism::NAMES)));
     }

@@ -1,25 +1,41 @@
-//! `naoisis vision`: how well image vision sees, as a table.
+//! `naoisis vision`: how well the robots of a scenario see, as a table.
 
 use clap::{Args, ValueEnum};
 use std::process::ExitCode;
 
 use super::interrupt::Interrupt;
 use super::report;
+use super::run_arguments::realism;
 use super::terminal::Printer;
 use crate::appearance::robot::RobotDesign;
 use crate::random::RandomStream;
+use crate::scenario::{ScenarioFile, Setting};
+use crate::sensing::vision::VisionSource;
 use crate::sensing::vision::image::accuracy::{self, Conditions};
+use crate::trials::seeing;
 
 /// Arguments of `naoisis vision`.
 #[derive(Args, Debug, Clone)]
 pub struct VisionArguments {
-    /// Random scenes, each seen by both cameras of a robot
-    #[arg(long, default_value_t = 500, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    /// Whose robots look, at which ball, on which pitch: a scenario file, or the name of a built-in scenario
+    #[arg(default_value = "match3v3")]
+    scenario: String,
+    /// Set a field of the scenario: model=rover
+    #[arg(long, value_name = "PATH=VALUE")]
+    set: Vec<Setting>,
+    /// How much of a real robot there is, instead of the scenario's word: for realism=WORD
+    #[arg(long, value_name = "paper|ideal|realistic", value_parser = realism)]
+    realism: Option<Setting>,
+    /// Random scenes, in each of which a robot looks once with all its cameras
+    #[arg(long, value_name = "N", default_value_t = 500, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     scenes: u32,
     /// Seed of the scenes
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// How the robots look [default: a table for each]
+    /// Measure the geometric vision in the same scenes, with the scenario's errors, in place of that on images
+    #[arg(long)]
+    geometric: bool,
+    /// How the robots look [default: as in the scenario]
     #[arg(long, value_enum)]
     design: Option<Design>,
     /// Let bodies cast shadows
@@ -39,28 +55,42 @@ enum Design {
     Nao,
 }
 
+impl VisionArguments {
+    fn settings(&self) -> Vec<Setting> {
+        self.realism.iter().chain(&self.set).cloned().collect()
+    }
+
+    /// What the scenario and the command line say.
+    fn conditions(&self) -> Result<Conditions, ExitCode> {
+        let file = ScenarioFile::find(&self.scenario).map_err(|error| report::scenario_error(&error))?;
+        let file = file.check_with(&self.settings()).map_err(|errors| report::scenario_errors(&errors))?;
+        let mut conditions = seeing::conditions(&file.scenario);
+        conditions.vision.source = if self.geometric { VisionSource::Geometric } else { VisionSource::Image };
+        let cameras = &mut conditions.cameras;
+        match self.design {
+            Some(Design::Simple) => cameras.design = RobotDesign::Simple,
+            Some(Design::Nao) => cameras.design = RobotDesign::Nao,
+            None => {}
+        }
+        cameras.shadows |= self.shadows;
+        cameras.antialiasing &= !self.no_antialiasing;
+        Ok(conditions)
+    }
+}
+
 /// Draws the scenes, looks at them and prints what was found of what is there.
 pub fn vision(arguments: &VisionArguments) -> ExitCode {
-    let designs = match arguments.design {
-        Some(Design::Simple) => &[RobotDesign::Simple][..],
-        Some(Design::Nao) => &[RobotDesign::Nao],
-        None => &RobotDesign::BOTH,
+    let conditions = match arguments.conditions() {
+        Ok(conditions) => conditions,
+        Err(status) => return status,
     };
     // There is nothing to be closed.
     if let Err(message) = Interrupt::end_at_once() {
         return report::failure(&message);
     }
     let mut printer = Printer::default();
-    for &design in designs {
-        // Both designs stand in the same scenes.
-        let mut stream = RandomStream::for_match(arguments.seed, "accuracy of image vision");
-        let VisionArguments { shadows, no_antialiasing, .. } = *arguments;
-        let conditions = Conditions { design, shadows, antialiasing: !no_antialiasing, ..Conditions::default() };
-        let table = accuracy::measure(arguments.scenes as usize, conditions, &mut || stream.uniform());
-        printer.print(format_args!("{design:?} robots: {table}\n"));
-        if printer.is_closed() {
-            break;
-        }
-    }
+    let mut stream = RandomStream::for_match(arguments.seed, "accuracy of image vision");
+    let table = accuracy::measure(arguments.scenes as usize, &conditions, &mut stream);
+    printer.print(format_args!("{}: {table}\n", arguments.scenario));
     printer.finish(ExitCode::SUCCESS)
 }

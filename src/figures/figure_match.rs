@@ -10,7 +10,7 @@ use crate::appearance::scene::Scene;
 use crate::appearance::view::View;
 use crate::camera_model::{CameraIntrinsics, CameraName, CameraView};
 use crate::cycle::CycleClock;
-use crate::geometry::to_degrees;
+use crate::geometry::{to_degrees, to_radians};
 use crate::record::match_renderer::MatchRenderer;
 use crate::robot::body::Body;
 use crate::robot::head::HeadLimits;
@@ -87,7 +87,8 @@ impl FigureMatch {
     pub fn within_head_limits(&self, id: RobotId, [yaw, pitch]: [f32; 2]) -> [f32; 2] {
         let limits: HeadLimits = self.robot(id);
         let within = |angle: f32, [least, most]: [f32; 2]| angle.max(to_degrees(least)).min(to_degrees(most));
-        [within(yaw, limits.yaw), within(pitch, limits.pitch)]
+        let yaw = within(yaw, limits.yaw);
+        [yaw, within(pitch, limits.pitch_at(to_radians(yaw)))]
     }
 
     /// How high its robots are, as a multiple of the NAO.

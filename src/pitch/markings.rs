@@ -49,8 +49,20 @@ pub struct Markings {
     pub penalty_crosses: [Vec2; 2],
     /// Points on the centre circle, equally spaced; its centre is the origin.
     pub centre_circle: [Vec2; 8],
+    /// The arcs at the corners; none where the pitch has none.
+    #[serde(default)]
+    pub corner_arcs: Vec<CornerArc>,
     /// The colours of the goals at -x and +x.
     pub goal_colours: [GoalColour; 2],
+}
+
+/// The quarter circle at a corner.
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+pub struct CornerArc {
+    /// The corner about which it is painted, m, pitch frame.
+    pub corner: Vec2,
+    /// Points on it, equally spaced from end to end, m, pitch frame.
+    pub points: [Vec2; 5],
 }
 
 impl Markings {
@@ -66,25 +78,36 @@ impl Markings {
             junctions: pitch.line_junctions(),
             penalty_crosses: [negative, positive],
             centre_circle,
+            corner_arcs: pitch.corner_arcs(),
             goal_colours: End::BOTH.map(|end| pitch.goal_colour(end)),
         }
     }
 }
 
 impl Pitch {
-    /// The quarter circles at the corners, of so many straight pieces each; none where the pitch has none.
-    pub fn corner_arcs(&self, pieces: usize) -> Vec<LineSegment> {
+    /// The quarter circles at the corners; none where the pitch has none.
+    pub fn corner_arcs(&self) -> Vec<CornerArc> {
         let radius = self.corner_arc_radius_m;
-        if radius <= 0.0 {
-            return Vec::new();
-        }
-        let corner = Vec2::new(self.half_length(), self.half_width());
-        let point =
-            |sign: Vec2, index: usize| sign * (corner - radius * unit(FRAC_PI_2 * index as f32 / pieces.max(1) as f32));
         let signs = [Vec2::ONE, Vec2::new(1.0, -1.0), Vec2::new(-1.0, 1.0), Vec2::NEG_ONE];
-        let arc =
-            |sign| (0..pieces).map(move |index| LineSegment { start: point(sign, index), end: point(sign, index + 1) });
-        signs.into_iter().flat_map(arc).collect()
+        let corner = Vec2::new(self.half_length(), self.half_width());
+        let arc = |sign: Vec2| {
+            let inwards = [0.0, 0.25, 0.5, 0.75, 1.0].map(|share| radius * unit(FRAC_PI_2 * share));
+            CornerArc { corner: sign * corner, points: inwards.map(|inwards| sign * (corner - inwards)) }
+        };
+        if radius > 0.0 { signs.into_iter().map(arc).collect() } else { Vec::new() }
+    }
+
+    /// The same as straight pieces, so many each, for drawing.
+    pub fn corner_arc_pieces(&self, pieces: usize) -> Vec<LineSegment> {
+        let radius = self.corner_arc_radius_m;
+        let piece = |CornerArc { corner, .. }: CornerArc, index: usize| {
+            let point = |index: usize| {
+                corner - corner.signum() * radius * unit(FRAC_PI_2 * index as f32 / pieces.max(1) as f32)
+            };
+            LineSegment { start: point(index), end: point(index + 1) }
+        };
+        let arcs = self.corner_arcs().into_iter();
+        arcs.flat_map(|arc| (0..pieces).map(move |index| piece(arc, index))).collect()
     }
 
     /// The straight line markings, penalty crosses and centre circle apart.

@@ -12,7 +12,7 @@ mod markings;
 
 use crate::knowledge::Knowledge;
 pub use goals::GoalPost;
-pub use markings::{JunctionShape, LineJunction, LineSegment, Markings};
+pub use markings::{CornerArc, JunctionShape, LineJunction, LineSegment, Markings};
 
 /// Registers the pitch's types.
 pub struct PitchPlugin;

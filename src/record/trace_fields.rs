@@ -52,7 +52,10 @@ pub const TRACE_FIELDS: &[TraceField] = &[
     field("robots.percepts.robots.position_m", "where it seems to stand"),
     field("robots.percepts.landmarks", "lines, junctions and marks"),
     field("robots.percepts.landmarks.camera", "`top` or `bottom`"),
-    field("robots.percepts.landmarks.kind", "`line`, `junction`, `penalty_cross` or `centre_circle`"),
+    field(
+        "robots.percepts.landmarks.kind",
+        "`line`, `junction`, `penalty_cross`, `centre_circle` or `corner_arc` (its corner)",
+    ),
     field("robots.percepts.landmarks.pixel", "its pixel; of a line, that of one end"),
     field("robots.percepts.landmarks.position_m", "where it seems to be"),
     field("robots.percepts.landmarks.end_pixel", "of a line, the pixel of the other end"),

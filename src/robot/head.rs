@@ -1,10 +1,13 @@
 //! The head: two joints with limits and a speed.
 //!
 //! The paper's Table 1(b) prints the labels of yaw and pitch swapped: the NAO's head turns ±120° (yaw) and nods
-//! from -35° (up) to +30° (down). Those are the defaults here.
+//! from -35° (up) to +30° (down). Those are the defaults here. How far a head nods may depend on how far it is turned
+//! ([`PitchAtYaw`]), where the shells of head and trunk meet.
 
 use bevy::prelude::*;
-use serde::{Deserialize, Serialize};
+use core::fmt;
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::Roster;
 use crate::cycle::{ActSystems, Cycle, CycleClock};
@@ -56,6 +59,9 @@ pub struct HeadLimits {
     /// Least and greatest pitch, radians (degrees in files). Default -35°..+30° (same table).
     #[serde(rename = "pitch_deg", with = "file_units::degree_pair")]
     pub pitch: [f32; 2],
+    /// How the limits of the pitch are narrower where the head is turned aside; by default they are not.
+    #[serde(rename = "pitch_at_yaw_deg", skip_serializing_if = "PitchAtYaw::is_empty")]
+    pub pitch_at_yaw: PitchAtYaw,
     /// Speed of each joint, rad/s (degrees per second in files). Default 300: the NAO V3.2's joints reach 474
     /// (yaw) and 412 (pitch) unloaded.
     #[serde(rename = "max_degps", with = "file_units::degrees")]
@@ -67,8 +73,102 @@ impl Default for HeadLimits {
         Self {
             yaw: [-120.0, 120.0].map(to_radians),
             pitch: [-35.0, 30.0].map(to_radians),
+            pitch_at_yaw: PitchAtYaw::default(),
             max_speed: to_radians(300.0),
         }
+    }
+}
+
+impl HeadLimits {
+    /// Least and greatest pitch of a head that is turned so far, radians.
+    pub fn pitch_at(&self, yaw: f32) -> [f32; 2] {
+        let [least, most] = self.pitch;
+        match self.pitch_at_yaw.at(yaw) {
+            Some([narrower_least, narrower_most]) => [least.max(narrower_least), most.min(narrower_most)],
+            None => [least, most],
+        }
+    }
+}
+
+/// A limit of the pitch at a yaw.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect)]
+pub struct PitchLimit {
+    /// Where the head is turned to, radians.
+    pub yaw: f32,
+    /// Least and greatest pitch there, radians.
+    pub pitch: [f32; 2],
+}
+
+/// Limits of the pitch where the head is turned to some yaws; between them, they change evenly, and beyond them they stay. In
+/// files a list of `[yaw, least pitch, greatest pitch]`, degrees, from the right to the left.
+#[derive(Clone, Copy, PartialEq, Default, Reflect)]
+#[reflect(opaque)]
+#[reflect(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
+pub struct PitchAtYaw {
+    limits: [PitchLimit; PitchAtYaw::MOST],
+    count: usize,
+}
+
+impl PitchAtYaw {
+    /// The most yaws.
+    pub const MOST: usize = 16;
+
+    /// These limits, if they are not too many.
+    pub fn new(limits: &[PitchLimit]) -> Option<Self> {
+        let mut table = Self { count: limits.len(), ..Self::default() };
+        table.limits.get_mut(..limits.len())?.copy_from_slice(limits);
+        Some(table)
+    }
+
+    /// The limits, from the right to the left.
+    pub fn as_slice(&self) -> &[PitchLimit] {
+        &self.limits[..self.count]
+    }
+
+    /// Whether the pitch does not depend on the yaw.
+    pub fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    /// Least and greatest pitch at a yaw, radians; none if it does not depend on it.
+    fn at(&self, yaw: f32) -> Option<[f32; 2]> {
+        let limits = self.as_slice();
+        let above = limits.iter().position(|limit| limit.yaw >= yaw).unwrap_or(limits.len());
+        let (first, last) = (limits.first()?, limits.last()?);
+        let (Some(right), Some(left)) = (above.checked_sub(1).map(|index| limits[index]), limits.get(above)) else {
+            return Some(if above == 0 { first.pitch } else { last.pitch });
+        };
+        let share = (yaw - right.yaw) / (left.yaw - right.yaw);
+        Some([0, 1].map(|end| right.pitch[end] + share * (left.pitch[end] - right.pitch[end])))
+    }
+}
+
+impl fmt::Debug for PitchAtYaw {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.debug_list().entries(self.as_slice()).finish()
+    }
+}
+
+impl Serialize for PitchAtYaw {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let rows: Vec<file_units::DegreeTriple> = self
+            .as_slice()
+            .iter()
+            .map(|limit| file_units::DegreeTriple([limit.yaw, limit.pitch[0], limit.pitch[1]]))
+            .collect();
+        rows.serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for PitchAtYaw {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let rows = Vec::<file_units::DegreeTriple>::deserialize(deserializer)?;
+        let limits: Vec<PitchLimit> = rows
+            .iter()
+            .map(|&file_units::DegreeTriple([yaw, least, most])| PitchLimit { yaw, pitch: [least, most] })
+            .collect();
+        let too_many = || D::Error::custom(format!("{} yaws; expected at most {}", limits.len(), Self::MOST));
+        Self::new(&limits).ok_or_else(too_many)
     }
 }
 
@@ -95,10 +195,12 @@ pub fn turned(angles: HeadAngles, command: HeadCommand, limits: &HeadLimits, per
         let to = to.max(least).min(greatest);
         if (to - from).abs() <= most { to } else { from + most.copysign(to - from) }
     };
-    HeadAngles {
-        yaw: towards(angles.yaw, command.yaw, limits.yaw),
-        pitch: towards(angles.pitch, command.pitch, limits.pitch),
-    }
+    let yaw = towards(angles.yaw, command.yaw, limits.yaw);
+    let [least, greatest] = limits.pitch_at(yaw);
+    let pitch = towards(angles.pitch, command.pitch, [least, greatest]);
+    // Where the shells meet, a head that turns on is pushed along.
+    let pitch = if limits.pitch_at_yaw.is_empty() { pitch } else { pitch.max(least).min(greatest) };
+    HeadAngles { yaw, pitch }
 }
 
 #[cfg(test)]
@@ -118,5 +220,36 @@ mod tests {
             angles = turned(angles, command, &limits, 1.0 / 30.0);
         }
         assert_eq!([angles.yaw, angles.pitch], [limits.yaw[1], limits.pitch[0]]);
+    }
+
+    #[test]
+    fn a_head_that_is_turned_aside_nods_less() {
+        let limits: HeadLimits = serde_json::from_str(
+            r#"{ "yaw_deg": [-119.5, 119.5], "pitch_deg": [-38.5, 29.5],
+                 "pitch_at_yaw_deg": [[-60, -25, 17], [0, -38.5, 29.5], [60, -25, 17], [90, -19, 11]] }"#,
+        )
+        .unwrap();
+        let degrees = |yaw: f32| limits.pitch_at(to_radians(yaw)).map(f32::to_degrees);
+        // Half way between two yaws, half way between their limits; beyond the last, those of the last.
+        for (yaw, expected) in
+            [(0.0, [-38.5, 29.5]), (30.0, [-31.75, 23.25]), (75.0, [-22.0, 14.0]), (119.0, [-19.0, 11.0])]
+        {
+            for (end, expected) in degrees(yaw).into_iter().zip(expected) {
+                assert_abs_diff_eq!(end, expected, epsilon = 1e-3);
+            }
+        }
+        // Looking down as far as it goes and then aside, it comes up again.
+        let mut angles = HeadAngles::default();
+        for (yaw, pitch) in [(0.0, 29.5), (90.0, 11.0), (-60.0, 17.0)] {
+            for _ in 0..60 {
+                let command = HeadCommand { yaw: to_radians(yaw), pitch: 1.0 };
+                angles = turned(angles, command, &limits, 1.0 / 30.0);
+                let [least, most] = limits.pitch_at(angles.yaw);
+                assert!((least..=most).contains(&angles.pitch), "{angles:?}");
+            }
+            assert_abs_diff_eq!(angles.pitch, to_radians(pitch), epsilon = 1e-4);
+        }
+        let again: HeadLimits = serde_json::from_str(&serde_json::to_string(&limits).unwrap()).unwrap();
+        assert_eq!(again, limits);
     }
 }

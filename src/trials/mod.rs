@@ -25,6 +25,7 @@ use crate::team::{RobotId, Team};
 
 pub mod falling;
 pub mod kicking;
+pub mod seeing;
 pub mod sensing;
 pub mod walking;
 

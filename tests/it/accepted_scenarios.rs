@@ -390,6 +390,7 @@ fn abilities() -> impl Strategy<Value = Abilities> {
         yaw,
         pitch,
         max_speed,
+        ..HeadLimits::default()
     });
     let seconds = || within(0.0..=2.0);
     let kicks = (within(0.001..=50.0), 0.0f32..=1.0, seconds(), seconds(), degrees(0.0..=180.0), within(0.0..=10.0))

@@ -288,7 +288,9 @@ impl Checks {
             self.vision(&path.field("vision"), vision);
         }
         let limits = robot.head_limits.as_ref().unwrap_or(&scenario.head);
-        for (index, (angle, limit)) in robot.head.into_iter().zip([limits.yaw, limits.pitch]).enumerate() {
+        for (index, (angle, limit)) in
+            robot.head.into_iter().zip([limits.yaw, limits.pitch_at(robot.head[0])]).enumerate()
+        {
             // Limits that exclude nought are kept at the start by turning the head there.
             if angle != 0.0 && !(limit[0]..=limit[1]).contains(&angle) {
                 let name = ["yaw", "pitch"][index];

@@ -139,6 +139,19 @@ impl Checks {
                 );
             }
         }
+        let mut before = f32::NEG_INFINITY;
+        for (index, limit) in head.pitch_at_yaw.as_slice().iter().enumerate() {
+            let [yaw, least, most] = [limit.yaw, limit.pitch[0], limit.pitch[1]].map(to_degrees);
+            if !(-180.0..=180.0).contains(&yaw) || yaw <= before || least > most || least < -90.0 || most > 90.0 {
+                self.value_fault(
+                    path.field("pitch_at_yaw_deg").index(index),
+                    format!("the limits of the pitch at a yaw are [{yaw}, {least}, {most}]"),
+                    "the yaw, more than the one before and from -180 to 180 degrees, then the least and the greatest pitch, both \
+                     from -90 to 90 degrees",
+                );
+            }
+            before = yaw;
+        }
         self.degrees(path.field("max_degps"), head.max_speed, 0.0..=3600.0, " degrees/s");
     }
 

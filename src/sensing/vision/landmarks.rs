@@ -1,4 +1,4 @@
-//! What is painted on the ground: stretches of line, junctions, crosses and the centre circle.
+//! What is painted on the ground: stretches of line, junctions, crosses, the centre circle and corner arcs.
 
 use bevy::prelude::*;
 
@@ -6,7 +6,7 @@ use super::geometric::Observer;
 use super::occlusion::Target;
 use super::{ClassNoise, LandmarkKind, LandmarkPercept};
 use crate::camera_model::ViewSide;
-use crate::pitch::{LineSegment, Markings};
+use crate::pitch::{CornerArc, LineSegment, Markings};
 
 /// A shorter stretch of line is not recognised, pixels.
 const SHORTEST_LINE_PX: f32 = 10.0;
@@ -17,7 +17,10 @@ const LINE_SAMPLES: [f32; 3] = [0.5, 1.0 / 6.0, 5.0 / 6.0];
 /// Visible points that make a stretch of line seen, of three.
 const LINE_POINTS_NEEDED: usize = 2;
 
-/// Visible points that make the centre circle seen, of eight.
+/// Points at which what is painted round is looked at, at most.
+const MOST_POINTS: usize = 8;
+
+/// Visible points that make the centre circle seen, of eight; or an arc, of five.
 const CIRCLE_POINTS_NEEDED: usize = 3;
 
 impl Observer<'_> {
@@ -33,7 +36,15 @@ impl Observer<'_> {
         for cross in markings.penalty_crosses {
             landmarks.extend(self.see_mark(cross, LandmarkKind::PenaltyCross, &noise.penalty_crosses));
         }
-        landmarks.extend(self.see_centre_circle(&markings.centre_circle, &noise.centre_circle));
+        landmarks.extend(self.see_round(
+            Vec2::ZERO,
+            &markings.centre_circle,
+            LandmarkKind::CentreCircle,
+            &noise.centre_circle,
+        ));
+        for CornerArc { corner, points } in &markings.corner_arcs {
+            landmarks.extend(self.see_round(*corner, points, LandmarkKind::CornerArc, &noise.junctions));
+        }
     }
 
     /// The stretches of a line that the cameras see, one each.
@@ -95,24 +106,35 @@ impl Observer<'_> {
         self.landmark(side, kind, pixel)
     }
 
-    fn see_centre_circle(&mut self, points: &[Vec2; 8], class: &ClassNoise) -> Option<LandmarkPercept> {
-        let centre = self.in_robot_frame(Vec2::ZERO);
+    /// What is painted round about a centre, by points on it: the centre circle, or an arc about a corner.
+    fn see_round(
+        &mut self,
+        centre: Vec2,
+        points: &[Vec2],
+        kind: LandmarkKind,
+        class: &ClassNoise,
+    ) -> Option<LandmarkPercept> {
+        let radius = points[0].distance(centre);
+        let centre = self.in_robot_frame(centre);
         if class.is_too_far(centre) || self.stream.chance(class.miss_probability) {
             return None;
         }
-        let radius = points[0].length();
-        let points = points.map(|point| self.in_robot_frame(point).extend(0.0));
         let centre = centre.extend(0.0);
+        let mut places = [Vec3::ZERO; MOST_POINTS];
+        let places = &mut places[..points.len().min(MOST_POINTS)];
+        for (place, point) in places.iter_mut().zip(points) {
+            *place = self.in_robot_frame(*point).extend(0.0);
+        }
         let side = self.best_camera(|observer, side| {
             let is_seen = observer.actual[side].may_see(centre, radius)
-                && observer.sees_enough(side, &points, Target::Other, CIRCLE_POINTS_NEEDED);
+                && observer.sees_enough(side, places, Target::Other, CIRCLE_POINTS_NEEDED);
             is_seen.then(|| observer.offset_in_image(side, centre))
         })?;
         if !self.is_noticed(class, |_| centre.truncate().length()) {
             return None;
         }
         let pixel = self.measured_pixel(side, centre, class.pixel_sd)?;
-        self.landmark(side, LandmarkKind::CentreCircle, pixel)
+        self.landmark(side, kind, pixel)
     }
 
     fn landmark(&self, side: usize, kind: LandmarkKind, pixel: Vec2) -> Option<LandmarkPercept> {

@@ -1,7 +1,7 @@
 //! What the cameras recognise.
 //!
 //! **What it measures.** [`Percepts`]: the ball, goal posts with their colour, robots with their team by the waistband,
-//! stretches of line, line junctions (L, T, X), penalty crosses and the centre circle. Of each, the pixel in the
+//! stretches of line, line junctions (L, T, X), penalty crosses, the centre circle and corner arcs. Of each, the pixel in the
 //! camera's image, and the place on the ground that follows from that pixel and from where the robot, by its measured
 //! head angles, thinks that its camera looks. No image is rendered for it: what is in view follows from the
 //! [camera model](crate::camera_model), and from what hides it, robots' boxes and posts.
@@ -13,7 +13,7 @@
 //! | robot | 3 of 9 points of its waistband (25 to 35 cm high) are visible | its foot; else its waistband, at the height of which something is visible |
 //! | line | a stretch of at least 10 pixels is in the image, and 2 of 3 points of it are visible | both ends of the stretch |
 //! | junction, cross | it is visible | itself |
-//! | centre circle | 3 of 8 points of it are visible | its centre, wherever that is |
+//! | centre circle, corner arc | 3 of 8 points of it are visible, of an arc 3 of 5 | its centre, wherever that is; the corner |
 //!
 //! A visible point is in the image, and no robot or post is in front of it. A thing that both cameras see is one
 //! percept, from the camera which sees its foot, or else nearer to the middle of the image; of a line each camera
@@ -203,6 +203,8 @@ pub enum LandmarkKind {
     PenaltyCross,
     /// The centre of the centre circle.
     CentreCircle,
+    /// The corner about which an arc is painted.
+    CornerArc,
 }
 
 /// What a robot's cameras recognised in this cycle.
@@ -242,7 +244,10 @@ impl Percepts {
         let seen = seen.chain(landmarks.iter().map(|seen| (seen.pixel, seen.position_m)));
         let mut ends = landmarks.iter().filter_map(|seen| match seen.kind {
             LandmarkKind::Line { end_pixel, end_position_m } => Some((end_pixel, end_position_m)),
-            LandmarkKind::Junction { .. } | LandmarkKind::PenaltyCross | LandmarkKind::CentreCircle => None,
+            LandmarkKind::Junction { .. }
+            | LandmarkKind::PenaltyCross
+            | LandmarkKind::CentreCircle
+            | LandmarkKind::CornerArc => None,
         });
         let is_finite = |(pixel, place): (Vec2, Vec2)| pixel.is_finite() && place.is_finite();
         seen.into_iter().all(is_finite) && ends.all(is_finite) && time_s.is_finite()
@@ -257,7 +262,10 @@ impl Percepts {
         let places = places.chain(landmarks.iter_mut().flat_map(|seen| {
             let end = match &mut seen.kind {
                 LandmarkKind::Line { end_position_m, .. } => Some(end_position_m),
-                LandmarkKind::Junction { .. } | LandmarkKind::PenaltyCross | LandmarkKind::CentreCircle => None,
+                LandmarkKind::Junction { .. }
+                | LandmarkKind::PenaltyCross
+                | LandmarkKind::CentreCircle
+                | LandmarkKind::CornerArc => None,
             };
             core::iter::once(&mut seen.position_m).chain(end)
         }));

@@ -109,6 +109,7 @@ fn draw_percepts_of(place: Pose, percepts: &Percepts, brush: &mut Brush) {
             }
             LandmarkKind::PenaltyCross => brush.cross(at, 0.2, colour),
             LandmarkKind::CentreCircle => brush.circle(at, 0.1, colour),
+            LandmarkKind::CornerArc => brush.circle(at, 0.05, colour),
         }
     }
     for post in &percepts.goal_posts {

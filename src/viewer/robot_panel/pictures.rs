@@ -167,7 +167,7 @@ fn draw_percepts(painter: &egui::Painter, percepts: &Percepts, side: CameraName,
                 write(at - egui::vec2(0.0, 3.0), junction_letter(shape), palette::ink(Ink::White));
             }
             LandmarkKind::PenaltyCross => cross(at, 4.0, stroke(palette::ink(Ink::Vermilion))),
-            LandmarkKind::CentreCircle => {
+            LandmarkKind::CentreCircle | LandmarkKind::CornerArc => {
                 painter.circle_stroke(at, 5.0, stroke(palette::ink(Ink::Vermilion)));
             }
         }

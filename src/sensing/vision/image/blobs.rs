@@ -80,6 +80,21 @@ impl Segmentation {
         &self.ordered[blob.first as usize..(blob.first + blob.count) as usize]
     }
 
+    /// The runs of a class that no blobs are made of, row by row.
+    pub(super) fn runs_of(&self, class: ColourClass, runs: &mut Vec<Run>) {
+        runs.clear();
+        for (row, classes) in self.classes.chunks_exact(self.width.max(1)).enumerate() {
+            let mut column = 0;
+            while let Some(start) = classes[column..].iter().position(|&other| other == class) {
+                let from = column + start;
+                let length = classes[from..].iter().position(|&other| other != class).unwrap_or(self.width - from);
+                column = from + length;
+                let parent = runs.len() as u32;
+                runs.push(Run { row: row as u16, from: from as u16, to: column as u16, class, parent });
+            }
+        }
+    }
+
     fn find_runs(&mut self) {
         self.runs.clear();
         let mut above = 0..0;

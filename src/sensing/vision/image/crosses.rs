@@ -17,8 +17,8 @@ const SPREAD: core::ops::Range<f32> = 0.5..1.8;
 const LEAST_GREEN: f32 = 0.9;
 /// No cross is broader, as a share of the length of its bars: from corner to opposite corner, and what edges add.
 const BROADEST: f32 = 1.3;
-/// To both sides of a robot, this far from its middle, its arms may be seen before the carpet, m.
-const BESIDE_ROBOT_M: f32 = 0.18;
+/// To both sides of a robot, this far beyond its body, its arms may be seen before the carpet, m.
+const BESIDE_ROBOT_M: f32 = 0.02;
 
 /// The white pixels of a spot.
 #[derive(Default)]
@@ -75,7 +75,9 @@ impl Look<'_> {
             let Some(pixel) = self.cross(point, spot) else { continue };
             last = Some(spot.frame);
             let Some(position_m) = self.view.ground_point(pixel) else { continue };
-            let is_free = robots.iter().all(|(_, robot)| !is_beside(robot.position_m, position_m))
+            let is_free = robots
+                .iter()
+                .all(|(_, robot)| !is_beside(robot.position_m, self.known.robot_reach + BESIDE_ROBOT_M, position_m))
                 && posts.iter().all(|(_, post)| post.position_m.distance(position_m) > GOAL_M);
             let is_new = found[before..].iter().all(|other| other.position_m.distance(position_m) > self.mark_size());
             if is_free && is_new {
@@ -204,9 +206,9 @@ impl Look<'_> {
     }
 }
 
-/// Whether a place is behind a robot, where it is hidden or just beside what is seen of the robot.
-fn is_beside(robot: Vec2, place: Vec2) -> bool {
+/// Whether a place is behind a robot that reaches so far, m, where it is hidden or just beside what is seen of the robot.
+fn is_beside(robot: Vec2, reach: f32, place: Vec2) -> bool {
     let direction = robot.normalize_or(Vec2::X);
     direction.dot(place) > robot.length()
-        && direction.perp_dot(place / place.length().max(0.1)).abs() * robot.length() < BESIDE_ROBOT_M
+        && direction.perp_dot(place / place.length().max(0.1)).abs() * robot.length() < reach
 }

@@ -16,15 +16,17 @@
 //!
 //! Of a near post of which the image shows one side and neither foot nor top, the distance is a guess between bounds.
 //!
-//! Goals that are white have no colour to go by: their posts are not found.
+//! Goals that are white have no colour of their own: their posts are found by their height, if nothing hides them.
 
 pub mod accuracy;
 mod ball;
 mod blobs;
 pub mod colour;
 mod crosses;
+mod junctions;
 mod line_point;
 mod lines;
+mod pieces;
 mod posts;
 mod robots;
 pub(super) mod seeing;
@@ -34,14 +36,14 @@ use bevy::math::Vec2;
 use super::{BallPercept, GoalPostPercept, LandmarkPercept, RobotPercept};
 use crate::camera_model::{CameraName, CameraView};
 use crate::pitch::{End, GoalColour, Pitch};
-use crate::robot::body::Waistband;
+use crate::robot::body::{Body, Waistband};
 use crate::sensing::camera::image::Image;
-use crate::team::PerTeam;
+use crate::team::{PerTeam, Team};
 use blobs::Segmentation;
 use colour::ColourClass;
 
-/// What seems further away than this is not on any pitch, m.
-const GREATEST_DISTANCE_M: f32 = 15.0;
+/// No lens is nearer to the ground, m.
+const LOWEST_LENS_M: f32 = 0.1;
 
 /// What a robot knows of the things that it looks for.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -62,6 +64,12 @@ pub struct Known {
     pub penalty_mark_size: f32,
     /// Radius of the centre circle, m.
     pub circle_radius: f32,
+    /// Radius of the arcs at the corners, m; nought without.
+    pub arc_radius: f32,
+    /// How far a robot's body reaches from its middle, m.
+    pub robot_reach: f32,
+    /// What seems further away than this is not on the pitch, m: from corner to corner of the carpet.
+    pub farthest: f32,
 }
 
 impl Known {
@@ -76,8 +84,28 @@ impl Known {
             line_width: pitch.line_width_m,
             penalty_mark_size: pitch.penalty_mark_size_m,
             circle_radius: pitch.centre_circle_diameter_m / 2.0,
+            arc_radius: pitch.corner_arc_radius_m,
+            robot_reach: reach_of(&Body::default()),
+            farthest: 2.0 * pitch.carpet_half_extents().length(),
         }
     }
+
+    /// The same, with robots that have these bodies.
+    pub fn with_robots(self, bodies: &PerTeam<Body>) -> Self {
+        let reach = Team::BOTH.map(|team| reach_of(&bodies[team]));
+        let waistbands = PerTeam::new(|team| bodies[team].waistband);
+        Self { waistbands, robot_reach: reach[0].max(reach[1]), ..self }
+    }
+
+    /// The radii of what is painted round, m; nought of what there is not.
+    fn radii(&self) -> [f32; 2] {
+        [self.circle_radius, self.arc_radius]
+    }
+}
+
+/// How far a body reaches from the robot's middle, m.
+fn reach_of(body: &Body) -> f32 {
+    body.torso.reach().max(body.base.reach())
 }
 
 /// What is found in one image.
@@ -166,7 +194,12 @@ impl Look<'_> {
     /// Where a pixel looks at this height, robot frame, m, if that may be on a pitch.
     fn place(&self, pixel: Vec2, height: f32) -> Option<Vec2> {
         let place = self.view.point_at_height(pixel, height)?;
-        (place.length_squared() < GREATEST_DISTANCE_M * GREATEST_DISTANCE_M).then_some(place)
+        (place.length_squared() < self.known.farthest * self.known.farthest).then_some(place)
+    }
+
+    /// How much of the ground a pixel covers along the line of sight at a place, m.
+    fn pixel_on_ground(&self, place: Vec2) -> f32 {
+        place.length_squared() / (self.view.intrinsics.focal_length * self.view.lens.z.max(LOWEST_LENS_M))
     }
 }
 

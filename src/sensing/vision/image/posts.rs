@@ -1,4 +1,7 @@
 //! Goal posts: upright strips of a goal's colour.
+//!
+//! Much else is white: lines and robots. A white strip is a post only if nearly all of one's height is there, as far as it is in
+//! the image.
 
 use bevy::math::Vec2;
 
@@ -35,6 +38,17 @@ const SLANT: f32 = 0.6;
 const END_OF_SLANT: f32 = 0.45;
 /// Weight of a row in that movement.
 const WEIGHT_OF_ROW: f32 = 0.2;
+
+/// So many times as wide as a white strip is what touches it from the side; of that, only what is below the strip is its own.
+const TOUCHED: f32 = 1.4;
+/// And what is beside it by so many of its widths, from one row to the next.
+const ASIDE: f32 = 0.2;
+/// It may do so in so many rows one below the other; and in as many more as the strip is wide.
+const ROWS_TOUCHED: u32 = 3;
+/// The width of a white strip is off by no more than this share of what it should be, and a pixel.
+const WIDTH_OF_WHITE: f32 = 0.3;
+/// Share of a white post's height, as far as it is in the image, that is there.
+const LEAST_OF_WHITE: f32 = 0.8;
 
 /// Rows of a strip that are looked at for a robot beside it.
 const ROWS_BESIDE: u16 = 8;
@@ -107,25 +121,64 @@ impl Strip {
 
 /// Memory for the strips of one image.
 #[derive(Default)]
-pub(super) struct Strips(Vec<Strip>);
+pub(super) struct Strips {
+    strips: Vec<Strip>,
+    /// Those of white things.
+    runs: Vec<Run>,
+}
 
 impl Look<'_> {
     /// The goal posts, and whether their feet are seen.
     pub(super) fn find_posts(&self, strips: &mut Strips, found: &mut Vec<(bool, GoalPostPercept)>) {
+        let Strips { strips, runs } = strips;
         let classes = [(ColourClass::Yellow, GoalColour::Yellow), (ColourClass::SkyBlue, GoalColour::Blue)];
         for (class, colour) in classes {
             if !self.known.goal_colours.contains(&colour) {
                 continue;
             }
             for blob in self.segmentation.blobs.iter().filter(|blob| blob.class == class && blob.area >= 10) {
-                self.collect_strips(class, self.segmentation.runs(blob), &mut strips.0);
-                for strip in &strips.0 {
-                    let Some((has_foot, pixel, position_m)) = self.post(strip) else { continue };
-                    let percept = GoalPostPercept { camera: self.side, colour, pixel, position_m };
-                    insert(found, has_foot, percept);
-                }
+                self.collect_strips(class, self.segmentation.runs(blob), strips);
+                self.add_posts(colour, strips, found);
             }
         }
+        if self.known.goal_colours.contains(&GoalColour::White) {
+            self.segmentation.runs_of(ColourClass::White, runs);
+            self.collect_white_strips(runs, strips);
+            self.add_posts(GoalColour::White, strips, found);
+        }
+    }
+
+    fn add_posts(&self, colour: GoalColour, strips: &[Strip], found: &mut Vec<(bool, GoalPostPercept)>) {
+        for strip in strips {
+            let post = if colour == GoalColour::White { self.white_post(strip) } else { self.post(strip) };
+            if let Some((has_foot, pixel, position_m)) = post {
+                insert(found, has_foot, GoalPostPercept { camera: self.side, colour, pixel, position_m });
+            }
+        }
+    }
+
+    /// The same as [`Look::post`] for a strip that may be anything white: it is as high as a post there.
+    fn white_post(&self, strip: &Strip) -> Option<(bool, Vec2, Vec2)> {
+        let width = strip.whole_width()?;
+        let is_cut_above = strip.first.row == 0;
+        let is_cut_below = usize::from(strip.last.row) + 1 == self.height();
+        let (has_foot, pixel, place) = if is_cut_below {
+            let place = if is_cut_above { self.by_width(strip)? } else { self.by_top(strip)? };
+            (false, self.view.project_anywhere(place.extend(0.0)), place)
+        } else {
+            self.post(strip).filter(|(has_foot, ..)| *has_foot)?
+        };
+        // A robot that is nearer looks as high, and so does a line that leads away.
+        let diameter = 2.0 * self.known.post_radius;
+        let middle = f32::from(strip.first.row + strip.last.row + 1) / 2.0;
+        let expected = self.view.intrinsics.focal_length * diameter
+            / self.depth(place, self.height_at(place, middle)).max(diameter);
+        let is_as_wide = (width - expected).abs() < WIDTH_OF_WHITE * expected + 1.0;
+        let [top, foot] =
+            [self.known.post_height, 0.0].map(|height| self.view.project_anywhere(place.extend(height)).y);
+        let in_image = foot.min(self.height() as f32) - top.max(0.0);
+        let is_as_high = strip.rows as f32 > LEAST_OF_WHITE * in_image;
+        (is_as_wide && is_as_high && self.ends_at_top(strip, place)).then_some((has_foot, pixel, place))
     }
 
     /// Follows the runs of a blob downwards.
@@ -155,6 +208,66 @@ impl Look<'_> {
         strips.retain(|strip| {
             let is_cut_off = strip.whole_width().is_none() && strip.rows >= LEAST_ROWS_OF_NARROW;
             strip.rows >= LEAST_ROWS && (strip.mean_width() >= LEAST_WIDTH || is_cut_off)
+        });
+    }
+
+    /// Follows white runs downwards. Nets, bars and lines touch white posts from the side.
+    fn collect_white_strips(&self, runs: &[Run], strips: &mut Vec<Strip>) {
+        strips.clear();
+        let width = self.width() as u16;
+        // Those that may go on, from the left, with the rows in which they have been touched.
+        let (mut above, mut here): (Vec<(usize, u32)>, Vec<(usize, u32)>) = (Vec::new(), Vec::new());
+        for row in runs.chunk_by(|one, other| one.row == other.row) {
+            above.retain(|(index, _)| strips[*index].last.row + 1 == row[0].row);
+            here.clear();
+            let mut next = 0;
+            for run in row {
+                while next < above.len() && strips[above[next].0].last.to <= run.from {
+                    next += 1;
+                }
+                let mut goes_on = false;
+                for &(index, touched) in &above[next..] {
+                    let strip = &mut strips[index];
+                    if strip.last.from >= run.to {
+                        break;
+                    }
+                    let mean = strip.mean_width();
+                    if strip.last.row == run.row
+                        || strip.last.to <= run.from
+                        || mean > TOUCHED * f32::from(run.width()) + 1.0
+                    {
+                        continue;
+                    }
+                    let aside = (run.middle() - strip.last.middle()).abs();
+                    let is_touched = f32::from(run.width()) > TOUCHED * mean + 1.0 || aside > ASIDE * mean + 1.0;
+                    let shared = run.to.min(strip.last.to) - run.from.max(strip.last.from);
+                    if 2 * shared < strip.last.width() {
+                        continue;
+                    }
+                    if !is_touched {
+                        strip.add(*run, width);
+                        here.push((index, 0));
+                        goes_on = true;
+                    } else if touched < ROWS_TOUCHED + mean as u32 {
+                        let mut own = strip.last;
+                        own.row = run.row;
+                        strip.add(own, width);
+                        here.push((index, touched + 1));
+                    }
+                }
+                if !goes_on {
+                    let mut strip = Strip::new(ColourClass::White, *run);
+                    strip.add(*run, width);
+                    here.push((strips.len(), 0));
+                    strips.push(strip);
+                }
+            }
+            here.sort_unstable_by_key(|(index, _)| strips[*index].last.from);
+            core::mem::swap(&mut above, &mut here);
+        }
+        strips.retain(|strip| {
+            let mean = strip.mean_width();
+            strip.rows >= LEAST_ROWS && mean >= LEAST_WIDTH && strip.rows as f32 >= LEAST_SLENDERNESS * mean
         });
     }
 
@@ -243,7 +356,7 @@ impl Look<'_> {
         let place = point.truncate();
         // A post reaches from the ground to its top.
         let may_stand = (-0.2..self.known.post_height + 0.3).contains(&point.z)
-            && place.length() < super::GREATEST_DISTANCE_M
+            && place.length() < self.known.farthest
             && self.is_upright(strip, place)
             && self.ends_at_top(strip, place);
         may_stand.then_some(place)

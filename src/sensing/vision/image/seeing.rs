@@ -7,7 +7,7 @@ use crate::ball::BallPhysics;
 use crate::camera_model::{CameraName, CameraView};
 use crate::cycle::CycleClock;
 use crate::pitch::Pitch;
-use crate::robot::body::{Body, Waistband};
+use crate::robot::body::Body;
 use crate::robot::head::HeadAngles;
 use crate::sensing::camera::image::Image;
 use crate::sensing::camera::{CameraImages, CameraSettings};
@@ -61,12 +61,12 @@ pub fn look_through_images(
     }
     // The size of the ball is known to everybody.
     let ball_radius = balls.iter().next().map_or(BallPhysics::default().radius_m, |ball| ball.radius_m);
-    // So is how high the bands of each team are.
-    let band = |team: Team| {
+    // So is what the robots of each team are like.
+    let body = |team: Team| {
         let of_team = bodies.iter().filter(|(id, _)| id.team == team);
-        of_team.min_by_key(|(id, _)| **id).map_or_else(Waistband::default, |(_, body)| body.waistband)
+        of_team.min_by_key(|(id, _)| **id).map_or_else(Body::default, |(_, body)| *body)
     };
-    let known = Known { waistbands: PerTeam::new(band), ..Known::new(&pitch, ball_radius) };
+    let known = Known::new(&pitch, ball_radius).with_robots(&PerTeam::new(body));
     jobs::for_each(*threads, &mut buffers.workers, &mut buffers.jobs, |vision, job| {
         vision.recognise(&job.image, job.side, &job.view, &known, &mut job.findings);
     });
@@ -86,7 +86,7 @@ pub fn look_through_images(
 }
 
 /// Adds what one camera saw to what the other did: a thing that both see is one percept.
-fn merge(percepts: &mut Percepts, is_lower: bool, findings: &Findings) {
+pub(super) fn merge(percepts: &mut Percepts, is_lower: bool, findings: &Findings) {
     // Of two balls, the one that is seen better; a lower camera, which comes later in the model, is nearer to what it sees.
     if let Some((_, ball)) = findings.ball
         && (percepts.ball.is_none() || is_lower)

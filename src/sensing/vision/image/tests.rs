@@ -1,4 +1,4 @@
-use super::accuracy::{self, Conditions};
+use super::accuracy::{self, Conditions, EVERYWHERE_M};
 use super::*;
 use crate::appearance::robot::RobotDesign;
 use crate::appearance::scene::{Scene, SceneBall, SceneRobot};
@@ -162,12 +162,43 @@ fn neither_the_centre_mark_nor_pieces_of_lines_are_penalty_crosses() {
     }
 }
 
-#[test]
-fn goals_without_a_colour_are_not_found() {
+fn white_goals() -> Scene {
     let mut white = Pitch::default();
     (white.goal.negative_x_colour, white.goal.positive_x_colour) = (GoalColour::White, GoalColour::White);
-    let findings = look(&Scene::empty(white), [0.5, 0.0, 0.0], 0.0, CameraName::TOP);
-    assert!(findings.goal_posts.is_empty());
+    Scene::empty(white)
+}
+
+#[test]
+fn the_posts_of_white_goals_are_found_by_their_height() {
+    let findings = look(&white_goals(), [0.5, 0.0, 0.0], -10.0, CameraName::TOP);
+    let mut posts: Vec<_> = findings.goal_posts.iter().map(|(_, post)| (post.position_m, post.colour)).collect();
+    posts.sort_by(|a, b| a.0.y.total_cmp(&b.0.y));
+    assert_eq!(posts.len(), 2, "{posts:?}");
+    for ((place, seen), y) in posts.into_iter().zip([-0.7, 0.7]) {
+        assert_eq!(seen, GoalColour::White);
+        assert!(place.distance(Vec2::new(2.475, y)) < 0.15, "{place}");
+    }
+}
+
+#[test]
+fn white_robots_are_no_posts_of_white_goals() {
+    let mut scene = white_goals();
+    scene.robots = (0..12u8)
+        .map(|index| {
+            robot(
+                Team::BOTH[usize::from(index % 2)],
+                2 + index / 2,
+                0.6 + 0.3 * f32::from(index % 6),
+                0.5 * (f32::from(index) - 5.5),
+                f32::from(index),
+            )
+        })
+        .collect();
+    for heading in [0.0, 40.0, -40.0] {
+        let findings = look(&scene, [-2.5, 0.0, heading], 0.0, CameraName::TOP);
+        let false_posts: Vec<_> = findings.goal_posts.iter().filter(|(_, post)| post.position_m.x < 4.0).collect();
+        assert!(false_posts.is_empty(), "{heading}: {false_posts:?}");
+    }
 }
 
 #[test]
@@ -183,14 +214,17 @@ fn an_empty_image_has_nothing_in_it() {
 fn in_random_scenes_nearly_everything_visible_is_found_at_its_distance() {
     for design in RobotDesign::BOTH {
         let mut stream = RandomStream::for_match(7, "scenes of a test");
-        let mut uniform = || stream.uniform();
-        let accuracy = accuracy::measure(250, Conditions { design, ..Conditions::default() }, &mut uniform);
-        for class in [&accuracy.ball, &accuracy.goal_posts, &accuracy.robots, &accuracy.penalty_crosses] {
-            assert!(class.found_share() >= 0.95, "{accuracy}");
+        let mut conditions = Conditions::default();
+        conditions.cameras.design = design;
+        let accuracy = accuracy::measure(250, &conditions, &mut stream);
+        let classes = [&accuracy.ball, &accuracy.goal_posts, &accuracy.robots, &accuracy.penalty_crosses];
+        // What is white close beside a robot may be its arm: such crosses are left out.
+        for (class, least) in classes.into_iter().zip([0.95, 0.95, 0.95, 0.8]) {
+            assert!(class.found_share(EVERYWHERE_M) >= least, "{accuracy}");
             // Half of the directions are known to a degree.
-            assert!(class.bearing_errors[class.bearing_errors.len() / 2] < to_radians(1.0), "{accuracy}");
-            assert!(class.visible > 20, "{accuracy}");
-            assert!(class.near_median() < 0.05, "{accuracy}");
+            assert!(class.bearing_error(EVERYWHERE_M, 0.5) < to_radians(1.0), "{accuracy}");
+            assert!(class.visible(EVERYWHERE_M).count() > 20, "{accuracy}");
+            assert!(class.range_error([0.0, 2.0], 0.5) < 0.05, "{accuracy}");
         }
         // Of 500 images: parts of a waistband that a robot in front divides count as more than one.
         let false_detections = accuracy.ball.false_detections + accuracy.goal_posts.false_detections;
