@@ -9,7 +9,6 @@ use core::str::FromStr;
 
 use super::canvas::{Anchor, Canvas, PAPER, ellipse};
 use super::marks::{arc, bright_arrow, bright_line, bright_words, confidence_ellipse, sector};
-use super::picture;
 use crate::appearance::colours::Colour;
 use crate::appearance::view::View;
 use crate::behaviour::drawings::{Drawing, Drawings, DrawnShape, Frame, Ink};
@@ -69,7 +68,7 @@ impl FromStr for OverlayOf {
         let Some((robot, overlay)) = words.split_once('.') else {
             return Ok(Self { overlay: words.parse()?, robot: None });
         };
-        let robot = picture::robot(robot).map_err(|_| NoOverlay(words.to_owned()))?;
+        let robot = robot.parse().map_err(|_| NoOverlay(words.to_owned()))?;
         Ok(Self { overlay: overlay.parse().map_err(|_| NoOverlay(words.to_owned()))?, robot: Some(robot) })
     }
 }

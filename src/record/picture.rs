@@ -7,7 +7,7 @@ use core::str::FromStr;
 use super::match_renderer::MatchRenderer;
 use crate::camera_model::CameraName;
 use crate::sensing::camera::image::Image;
-use crate::team::{RobotId, Team};
+use crate::team::RobotId;
 
 /// The size of a picture of the field, pixels.
 pub const FIELD_SIZE: [u32; 2] = [960, 540];
@@ -46,24 +46,6 @@ impl fmt::Display for Picture {
 #[error("there is no picture `{0}`: expected `field`, or a robot's camera such as `blue1.top` or `pink2.bottom`")]
 pub struct NoPicture(String);
 
-/// A robot such as `blue1`.
-///
-/// # Errors
-/// The word, if it is none.
-pub fn robot(word: &str) -> Result<RobotId, NoPicture> {
-    let unknown = || NoPicture(word.to_owned());
-    let (team, number) = word.split_at_checked(4).ok_or_else(unknown)?;
-    let team = match team {
-        "blue" => Team::Blue,
-        "pink" => Team::Pink,
-        _ => return Err(unknown()),
-    };
-    match number.parse::<u8>() {
-        Ok(number) if number > 0 => Ok(RobotId::new(team, number)),
-        _ => Err(unknown()),
-    }
-}
-
 impl FromStr for Picture {
     type Err = NoPicture;
 
@@ -74,7 +56,7 @@ impl FromStr for Picture {
         let unknown = || NoPicture(word.to_owned());
         let (who, side) = word.split_once('.').ok_or_else(unknown)?;
         let camera = side.parse().map_err(|_| unknown())?;
-        Ok(Picture::Camera(robot(who).map_err(|_| unknown())?, camera))
+        Ok(Picture::Camera(who.parse().map_err(|_| unknown())?, camera))
     }
 }
 
