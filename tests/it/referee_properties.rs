@@ -135,7 +135,7 @@ fn check(preset: &str, seed: u64) -> BTreeMap<String, u64> {
             && before.shoot_out.is_none()
         {
             let runs = matches!(before.state, GameState::Initial | GameState::Playing)
-                && app.game().state != GameState::Ready
+                && !matches!(app.game().state, GameState::Standby | GameState::Ready)
                 || before.state == GameState::Playing
                 || rules.clock_runs_in_stoppages && then < u64::from(CYCLES_PER_HALF);
             // A half goes on after its time while a shot rolls.

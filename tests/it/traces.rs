@@ -98,7 +98,7 @@ fn traces_of_whole_matches_are_read_back_whatever_the_rules() {
             let text = format!(
                 r#"{{ "name": "{rules}", "seed": {seed}, "teams": {{ "blue": "roles", "pink": "passers" }},
                      "ball": {{ "velocity_mps": [0.4, 2.5] }},
-                     "rules": {{ "preset": "{rules}", "half_s": 12, "penalty_s": 3, "ready_s": 4, "set_s": 1, "stall_s": 2,
+                     "rules": {{ "preset": "{rules}", "half_s": 12, "penalty_s": 3, "standby_s": 0, "ready_s": 4, "set_s": 1, "stall_s": 2,
                                 "falls": true, "fall_from_mps": 0.0, "fall_certain_mps": 0.2, "get_up_s": 1, "dives": true,
                                 "shoot_out": true, "shoot_out_shots": 1, "shoot_out_s": 3 }},
                      "motion": {{ "max_linear_mps": 0.6 }}, "messages": {{ "loss": 0.1 }} }}"#
