@@ -26,7 +26,7 @@
 //! | an illegal place in `set` | 2010: 3.5; 2025: 4.4.1; HSL GameController | | by hand | 15 s | 30 s + 15 s | | |
 //! | [motion in `set`](forbidden_motion) | 2025: 4.5.2; HSL GameController | | | 15 s in place | 10 s + 15 s in place | | |
 //! | [motion in `standby`](forbidden_motion) | 2025: 4.5.1 | | | the team, up to 45 s | | | |
-//! | [fouls in `ready`](crate::game::Rules::fouls_in_ready) | 2025: 4; GameControllers | | | yes | yes | | |
+//! | [fouls in `ready`](crate::game::Rules::fouls_in_ready) | 2025: 4; `GameController`s | | | yes | yes | | |
 //! | who begins outside its half takes the kick-off | 2025: 3.7 | | | yes | yes | | |
 //! | [pushing](collision) | paper: 3.4; 2010: 4.9; 2025: 4.10 | 30 s | 30 s, the 4th for the half | 45 s + 10 s, free kick | 30 s + 15 s, caution, free kick | 30 s | |
 //! | [penalty kick](penalty_kick) | 2025: 3.10 | | | yes | yes | | |

@@ -190,7 +190,7 @@ pub struct Rules {
     /// Whether that counts and grows as other penalties do (GameController of the HSL 2026; 2025 rule book, section 4.4: not).
     pub illegal_position_increases: bool,
     /// Whether pushing, leaving the field, lying and inactivity are judged in `ready`, too (2025 rule book, section 4; the
-    /// GameControllers of 2025 and 2026 have these calls in it).
+    /// `GameController`s of 2025 and 2026 have these calls in it).
     pub fouls_in_ready: bool,
     /// For how long only the team that kicks off may approach the ball, s (2025: 10); none: everybody may at once.
     pub kick_off_free_s: Option<f32>,
