@@ -9,7 +9,6 @@ use super::landmarks::LandmarkModel;
 use super::localisation_method::LocalisationMethod;
 use super::pose_estimate::StepError;
 use super::robots::{SonarModel, TrackModel};
-use super::simple::SimpleBeliefMemory;
 use super::team_ball::TeamBallModel;
 use crate::knowledge::Knowledge;
 use crate::robot::motion_limits::MotionLimits;
@@ -19,7 +18,7 @@ use crate::sensing::vision::GazeNoise;
 
 /// The settings of the simple estimator; it keeps the belief of robots that have them.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
-#[require(Belief, SimpleBeliefMemory)]
+#[require(Belief)]
 #[reflect(Component, @Knowledge::Belief)]
 #[serde(default, deny_unknown_fields)]
 pub struct SimpleBelief {

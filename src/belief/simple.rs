@@ -42,6 +42,7 @@ pub struct SimpleBeliefPlugin;
 impl Plugin for SimpleBeliefPlugin {
     fn build(&self, app: &mut App) {
         app.register_type::<Belief>().register_type::<SimpleBelief>().register_type::<SimpleBeliefMemory>();
+        app.register_required_components::<SimpleBelief, SimpleBeliefMemory>();
         let mut estimator = behaviour(estimate);
         match barrier::inspect::<SimpleBelief>("simple belief", &mut estimator, app.world_mut()) {
             Ok(()) => app.add_systems(Cycle, estimator.into_configs().in_set(DecideSystems::Believe)),
