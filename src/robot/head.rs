@@ -60,7 +60,7 @@ pub struct HeadLimits {
     #[serde(rename = "pitch_deg", with = "file_units::degree_pair")]
     pub pitch: [f32; 2],
     /// How the limits of the pitch are narrower where the head is turned aside; by default they are not.
-    #[serde(rename = "pitch_at_yaw_deg", skip_serializing_if = "PitchAtYaw::is_empty")]
+    #[serde(rename = "pitch_at_yaw_deg")]
     pub pitch_at_yaw: PitchAtYaw,
     /// Speed of each joint, rad/s (degrees per second in files). Default 300: the NAO V3.2's joints reach 474
     /// (yaw) and 412 (pitch) unloaded.

@@ -39,7 +39,7 @@ impl fmt::Display for Accuracy {
         )?;
         writeln!(
             formatter,
-            "{:<16}{:>8}{:>9}{:>14}{:>14}{:>9}{:>12}{:>9}",
+            "{:<16}{:>8}{:>9}{:>14}{:>14}{:>9}{:>12}{:>10}",
             "", "visible", "found", "false in 100", "range median", "90 %", "bearing", "90 %"
         )?;
         for (name, class) in self.classes() {
@@ -72,13 +72,16 @@ fn row(
     band: [f32; 2],
     false_in_100: &str,
 ) -> fmt::Result {
-    let range = |share: f32| 100.0 * class.range_error(band, share);
-    let bearing = |share: f32| class.bearing_error(band, share).to_degrees();
+    let visible = class.visible(band).count();
+    let is_any_found = class.visible(band).any(|sighting| sighting.seen.is_some());
+    // Of nothing there is no share, and of nothing found no error.
+    let known = |is_known: bool, words: String| if is_known { words } else { "-".to_owned() };
+    let range = |share| known(is_any_found, format!("{:.1} %", 100.0 * class.range_error(band, share)));
+    let bearing = |share| known(is_any_found, format!("{:.2} deg", class.bearing_error(band, share).to_degrees()));
     writeln!(
         formatter,
-        "{name:<16}{:>8}{:>7.1} %{false_in_100:>14}{:>12.1} %{:>7.1} %{:>8.2} deg{:>5.2} deg",
-        class.visible(band).count(),
-        100.0 * class.found_share(band),
+        "{name:<16}{visible:>8}{:>9}{false_in_100:>14}{:>14}{:>9}{:>12}{:>10}",
+        known(visible > 0, format!("{:.1} %", 100.0 * class.found_share(band))),
         range(0.5),
         range(0.9),
         bearing(0.5),
