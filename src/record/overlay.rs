@@ -52,6 +52,32 @@ impl Overlay {
     pub const ALL: [Overlay; 3] = [Overlay::Senses, Overlay::Beliefs, Overlay::Drawings];
 }
 
+impl fmt::Display for Overlay {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Overlay::Senses => "senses",
+            Overlay::Beliefs => "beliefs",
+            Overlay::Drawings => "drawings",
+        })
+    }
+}
+
+/// Why a word is nothing that can be drawn.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[error(
+    "`{0}` cannot be drawn: expected `beliefs`, `senses` or `drawings`, or those of one robot, such as `blue2.beliefs`"
+)]
+pub struct NoOverlay(String);
+
+impl FromStr for Overlay {
+    type Err = NoOverlay;
+
+    fn from_str(word: &str) -> Result<Self, Self::Err> {
+        let found = Overlay::ALL.into_iter().find(|overlay| overlay.to_string() == word);
+        found.ok_or_else(|| NoOverlay(word.to_owned()))
+    }
+}
+
 /// What is drawn over pictures of the field, of whom: in words, `beliefs` or `blue2.beliefs`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct OverlayOf {
@@ -77,32 +103,6 @@ impl fmt::Display for OverlayOf {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.robot.map_or(Ok(()), |robot| write!(formatter, "{robot}."))?;
         self.overlay.fmt(formatter)
-    }
-}
-
-impl fmt::Display for Overlay {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(match self {
-            Overlay::Senses => "senses",
-            Overlay::Beliefs => "beliefs",
-            Overlay::Drawings => "drawings",
-        })
-    }
-}
-
-/// Why a word is nothing that can be drawn.
-#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
-#[error(
-    "`{0}` cannot be drawn: expected `beliefs`, `senses` or `drawings`, or those of one robot, such as `blue2.beliefs`"
-)]
-pub struct NoOverlay(String);
-
-impl FromStr for Overlay {
-    type Err = NoOverlay;
-
-    fn from_str(word: &str) -> Result<Self, Self::Err> {
-        let found = Overlay::ALL.into_iter().find(|overlay| overlay.to_string() == word);
-        found.ok_or_else(|| NoOverlay(word.to_owned()))
     }
 }
 
@@ -136,7 +136,7 @@ pub fn draw_over(world: &World, picture: &Image, view: &View, overlays: &[Overla
 }
 
 fn is_on_pitch(world: &World, robot: Entity) -> bool {
-    world.get::<Penalty>(robot).is_none_or(|penalty| !penalty.is_active())
+    world.get::<Penalty>(robot).is_none_or(|penalty| !penalty.is_off_pitch())
 }
 
 fn draw_senses(world: &World, robot: Entity, pose: Pose, brush: &mut Brush) {
