@@ -110,15 +110,18 @@ impl Default for DisplaySettings {
 }
 
 impl DisplaySettings {
-    /// Shows or hides something. Of the two large panels there is one at a time.
+    /// What is opened when it is wanted, at the right or above the match: one at a time.
+    const OPENED: [Switch; 5] = [Switch::Help, Switch::Game, Switch::Overlays, Switch::Cameras, Switch::ManyTimes];
+
+    /// Shows or hides something.
     pub fn toggle(&mut self, switch: Switch) {
-        let on = self.of_mut(switch);
-        *on = !*on;
-        match switch {
-            Switch::Help if self.help => self.game = false,
-            Switch::Game if self.game => self.help = false,
-            _ => {}
+        let was_on = *self.of_mut(switch);
+        if Self::OPENED.contains(&switch) {
+            for other in Self::OPENED {
+                *self.of_mut(other) = false;
+            }
         }
+        *self.of_mut(switch) = !was_on;
     }
 
     /// The switch, to change it.
@@ -145,15 +148,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn help_and_match_take_turns() {
+    fn what_is_opened_takes_turns() {
         let mut display = DisplaySettings::default();
-        display.toggle(Switch::Help);
-        display.toggle(Switch::Game);
-        assert!(display.game && !display.help);
-        display.toggle(Switch::Help);
-        assert!(display.help && !display.game);
-        display.toggle(Switch::Help);
-        assert!(!display.help);
+        for switch in DisplaySettings::OPENED {
+            display.toggle(switch);
+            let open = DisplaySettings::OPENED.into_iter().filter(|other| *display.of_mut(*other));
+            assert_eq!(open.collect::<Vec<_>>(), [switch]);
+        }
+        display.toggle(Switch::ManyTimes);
+        assert!(!display.many_times && display.events, "what is always there stays");
     }
 
     #[test]

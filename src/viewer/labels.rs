@@ -6,6 +6,7 @@ use bevy_egui::{EguiContexts, EguiPostUpdateSet, EguiPrimaryContextPass};
 
 use super::camera::ViewerCamera;
 use super::display_settings::DisplaySettings;
+use super::layout::LayoutSystems;
 use super::overlays::OverlayWords;
 use super::palette;
 use super::theme::text_size;
@@ -31,7 +32,8 @@ impl Plugin for LabelsPlugin {
         app.configure_sets(PostUpdate, EguiPostUpdateSet::EndPass.after(TransformSystems::Propagate)).add_systems(
             EguiPrimaryContextPass,
             ((draw_labels, ring_ball).run_if(|display: Res<DisplaySettings>| display.labels), write_overlay_words)
-                .chain(),
+                .chain()
+                .in_set(LayoutSystems::Behind),
         );
     }
 }

@@ -13,6 +13,7 @@ use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
 use super::display_settings::DisplaySettings;
+use super::layout::PanelSizes;
 use super::overlays::Overlays;
 use crate::read_file::read_file;
 use crate::replace_file::replace_file;
@@ -45,6 +46,8 @@ pub struct Remembered {
     /// Which panels are shown, and how.
     #[serde(rename = "shown")]
     pub display: Option<DisplaySettings>,
+    /// How large the panels are whose edges were dragged.
+    pub panels: Option<PanelSizes>,
     /// What is drawn on the pitch.
     pub overlays: Option<Overlays>,
     /// The scenario that was played last: a built-in one's name, or a file.
@@ -115,9 +118,13 @@ fn recall(
     memory: Res<ViewerMemory>,
     mut windows: Query<&mut Window, With<PrimaryWindow>>,
     display: Option<ResMut<DisplaySettings>>,
+    sizes: Option<ResMut<PanelSizes>>,
     overlays: Option<ResMut<Overlays>>,
 ) {
-    let Remembered { window, display: display_last, overlays: overlays_last, .. } = &memory.remembered;
+    let Remembered { window, display: display_last, panels, overlays: overlays_last, .. } = &memory.remembered;
+    if let (Some(last), Some(mut sizes)) = (panels, sizes) {
+        sizes.clone_from(last);
+    }
     if let (Some([width, height]), Ok(mut present)) = (*window, windows.single_mut()) {
         present.resolution.set(width.clamp(320.0, 8192.0), height.clamp(240.0, 8192.0));
     }
@@ -143,11 +150,13 @@ fn remember(
     mut memory: ResMut<ViewerMemory>,
     windows: Query<&Window, With<PrimaryWindow>>,
     display: Option<Res<DisplaySettings>>,
+    sizes: Option<Res<PanelSizes>>,
     overlays: Option<Res<Overlays>>,
 ) {
     let remembered = Remembered {
         window: windows.single().ok().map(|window| [window.width(), window.height()]).or(memory.remembered.window),
         display: display.map(|display| *display).or(memory.remembered.display),
+        panels: sizes.map(|sizes| sizes.clone()).or_else(|| memory.remembered.panels.clone()),
         overlays: overlays.map(|overlays| overlays.clone()).or_else(|| memory.remembered.overlays.clone()),
         scenario: memory.remembered.scenario.clone(),
     };

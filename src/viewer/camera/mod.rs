@@ -9,6 +9,7 @@ use bevy::prelude::*;
 use bevy_egui::{EguiGlobalSettings, PrimaryEguiContext};
 
 pub mod eyes;
+pub mod free_area;
 pub mod viewpoint;
 
 use super::layout::mouse_is_for_match;
@@ -28,6 +29,8 @@ use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
 use crate::sensing::camera::CameraSettings;
 use crate::team::RobotId;
+use free_area::AreaPerspective;
+pub use free_area::FreeArea;
 use viewpoint::{FIELD_OF_VIEW, Overview, Viewpoint};
 
 /// How fast the camera goes where it should, 1/s.
@@ -44,7 +47,7 @@ impl Plugin for ViewerCameraPlugin {
     fn build(&self, app: &mut App) {
         app.add_message::<ViewPreset>()
             .add_message::<LookAt>()
-            .init_resource::<Covered>()
+            .init_resource::<FreeArea>()
             // Cameras that robots look through must not get the panels.
             .insert_resource(EguiGlobalSettings { auto_create_primary_context: false, ..default() })
             .add_systems(Startup, spawn_camera)
@@ -71,20 +74,11 @@ pub struct CameraMouse;
 #[derive(Message, Clone, Copy, PartialEq, Debug)]
 pub struct LookAt(pub Vec2);
 
-/// The parts of the window that panels cover, logical pixels: the match is shown beside and above them.
-#[derive(Resource, Clone, Copy, PartialEq, Debug, Default)]
-pub struct Covered {
-    /// From the left.
-    pub left: f32,
-    /// From below, but for the panels that are always there.
-    pub below: f32,
-    /// As the camera has them: it gets there smoothly.
-    eased: Vec2,
-}
-
 /// What the camera goes along with.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub enum CameraMode {
+    /// The whole pitch, in whatever panels leave of the window.
+    Pitch(Overview),
     /// Nothing: the mouse turns it about a point of the pitch.
     #[default]
     Orbit,
@@ -113,46 +107,54 @@ pub struct ViewerCamera {
 }
 
 fn spawn_camera(mut commands: Commands, root: Res<PitchRoot>, pitch: Res<Pitch>, window: Query<&Window>) {
-    let view = Viewpoint::of_pitch(Overview::Broadcast, &pitch, aspect_of(window));
+    let window = size_of(window);
+    let area = FreeArea::default().within(window);
+    let view = Viewpoint::of_pitch(Overview::Broadcast, &pitch, area.width() / area.height());
+    let perspective = AreaPerspective { field_of_view: FIELD_OF_VIEW, near_m: NEAR_M, area, window };
     commands.spawn((
         ChildOf(root.0),
         Camera3d::default(),
         PrimaryEguiContext,
-        Projection::Perspective(PerspectiveProjection { fov: FIELD_OF_VIEW, near: NEAR_M, ..default() }),
+        Projection::custom(perspective),
         // The one that needs no look-up table and keeps colours.
         Tonemapping::KhronosPbrNeutral,
         DistanceFog { color: palette::SKY, falloff: FogFalloff::Linear { start: 12.0, end: 45.0 }, ..default() },
-        ViewerCamera { current: view, wanted: view, mode: CameraMode::Orbit },
+        ViewerCamera { current: view, wanted: view, mode: CameraMode::Pitch(Overview::Broadcast) },
         view.transform(),
     ));
 }
 
-fn aspect_of(window: Query<&Window>) -> f32 {
-    aspect_beside(window, 0.0)
-}
-
-/// Width by height of what a panel leaves of the window.
-fn aspect_beside(window: Query<&Window>, covered: f32) -> f32 {
-    window.iter().next().map_or(16.0 / 9.0, |window| {
-        let size = window.size();
-        ((size.x - covered) / size.y.max(1.0)).clamp(0.2, 5.0)
-    })
+/// The size of the window, logical pixels.
+fn size_of(window: Query<&Window>) -> Vec2 {
+    window.iter().next().map_or(Vec2::new(1280.0, 720.0), Window::size)
 }
 
 /// What was in view remains so when a panel opens, from farther away.
 fn make_room(
-    covered: Res<Covered>,
+    free: Res<FreeArea>,
+    pitch: Res<Pitch>,
     window: Query<&Window>,
     mut camera: Single<&mut ViewerCamera>,
-    mut before: Local<f32>,
+    mut before: Local<Option<f32>>,
 ) {
-    if covered.left != *before {
-        let widths = [*before, covered.left].map(|covered| aspect_beside(window, covered));
-        if camera.mode == CameraMode::Orbit {
-            camera.wanted = camera.wanted.farther(widths[0] / widths[1]);
-        }
-        *before = covered.left;
+    let now = free.aspect(size_of(window));
+    if *before == Some(now) && !pitch.is_changed() {
+        return;
     }
+    let factor = before.map_or(1.0, |before| room_for_views(before) / room_for_views(now));
+    *before = Some(now);
+    match camera.mode {
+        CameraMode::Pitch(overview) => camera.wanted = Viewpoint::of_pitch(overview, &pitch, now),
+        CameraMode::Orbit => camera.wanted = camera.wanted.farther(factor),
+        _ => {}
+    }
+}
+
+/// How much of what is looked at there is in an area this many times as wide as high: less in narrow ones.
+fn room_for_views(aspect: f32) -> f32 {
+    /// What is looked at is about as wide, by its height, as a pitch is.
+    const OF_VIEWS: f32 = 1.5;
+    (aspect / OF_VIEWS).min(1.0)
 }
 
 fn choose_view(
@@ -161,12 +163,13 @@ fn choose_view(
     window: Query<&Window>,
     roster: Res<Roster>,
     mut selection: ResMut<Selection>,
-    covered: Res<Covered>,
+    free: Res<FreeArea>,
     balls: Query<&Transform, (With<Ball>, Without<ViewerCamera>)>,
     robots: Query<&Transform, (With<RobotId>, Without<ViewerCamera>)>,
     mut camera: Single<&mut ViewerCamera>,
 ) {
-    let aspect = aspect_beside(window, covered.left);
+    let aspect = free.aspect(size_of(window));
+    let whole = |overview| (Viewpoint::of_pitch(overview, &pitch, aspect), CameraMode::Pitch(overview));
     for preset in presets.read() {
         if matches!(preset, ViewPreset::FollowRobot | ViewPreset::Eyes(_)) && selection.0.is_none() {
             selection.0 = roster.iter().next().map(|(id, _)| id);
@@ -174,8 +177,8 @@ fn choose_view(
         let robot = selection.0.and_then(|id| robots.get(roster.get(id)?).ok()).map(pose_of);
         let wanted = camera.wanted;
         let (wanted, mode) = match preset {
-            ViewPreset::Broadcast => (Viewpoint::of_pitch(Overview::Broadcast, &pitch, aspect), CameraMode::Orbit),
-            ViewPreset::TopDown => (Viewpoint::of_pitch(Overview::TopDown, &pitch, aspect), CameraMode::Orbit),
+            ViewPreset::Broadcast => whole(Overview::Broadcast),
+            ViewPreset::TopDown => whole(Overview::TopDown),
             ViewPreset::FollowBall => {
                 let ball = balls.iter().next().map(|ball| ball.translation.truncate());
                 (Viewpoint::of_ball(ball.unwrap_or_default()), CameraMode::Ball)
@@ -207,9 +210,10 @@ fn use_mouse(
     motion: Res<AccumulatedMouseMotion>,
     scroll: Res<AccumulatedMouseScroll>,
     window: Query<&Window>,
+    free: Res<FreeArea>,
     mut camera: Single<&mut ViewerCamera>,
 ) {
-    let height = window.iter().next().map_or(1.0, |window| window.height().max(1.0));
+    let height = free.within(size_of(window)).height();
     let mode = camera.mode;
     let mut wanted = camera.wanted;
     if buttons.pressed(MouseButton::Middle) || (buttons.pressed(MouseButton::Left) && mode == CameraMode::Fly) {
@@ -229,13 +233,14 @@ fn use_mouse(
     if notches != 0.0 {
         wanted = if mode == CameraMode::Fly { wanted.flown(notches) } else { wanted.zoomed(notches) };
     }
+    if wanted == camera.wanted {
+        return;
+    }
     // Whoever moves it away from what it follows, wants it to stay there.
-    if wanted.focus != camera.wanted.focus && mode != CameraMode::Fly {
+    if matches!(mode, CameraMode::Pitch(_)) || (wanted.focus != camera.wanted.focus && mode != CameraMode::Fly) {
         camera.mode = CameraMode::Orbit;
     }
-    if wanted != camera.wanted {
-        camera.wanted = wanted;
-    }
+    camera.wanted = wanted;
 }
 
 /// Goes along with the ball or the robot.
@@ -261,7 +266,7 @@ fn follow(
                 camera.mode = CameraMode::Robot { heading: robot.heading };
             }
         }
-        CameraMode::Orbit | CameraMode::Fly | CameraMode::Eyes(_) => {}
+        CameraMode::Pitch(_) | CameraMode::Orbit | CameraMode::Fly | CameraMode::Eyes(_) => {}
     }
 }
 
@@ -278,10 +283,15 @@ fn move_camera(
     selection: Res<Selection>,
     roster: Res<Roster>,
     robots: Query<(&Transform, &HeadAngles, &Posture, &Body, &CameraSettings, &Penalty), Without<ViewerCamera>>,
-    mut covered: ResMut<Covered>,
+    free: Res<FreeArea>,
+    mut eased: Local<Option<Rect>>,
     camera: Single<(&mut ViewerCamera, &mut Transform, &mut Projection)>,
 ) {
     let (mut camera, mut transform, mut projection) = camera.into_inner();
+    let window = size_of(window);
+    let wanted = free.within(window);
+    let share = 1.0 - ops::exp(-EASING_PER_S * time.delta_secs());
+    let mut area = eased.map_or(wanted, |before| between_areas(before, wanted, share));
     let mut field_of_view = FIELD_OF_VIEW;
     if let CameraMode::Eyes(side) = camera.mode {
         let robot = selection.0.and_then(|id| robots.get(roster.get(id)?).ok());
@@ -295,23 +305,29 @@ fn move_camera(
             let view = CameraView::new(settings.intrinsics(mount), mount, settings.neck_m, *head);
             *transform = eyes::transform(&view, world_from_body(pose_of(place), *posture, body));
         }
-        field_of_view = eyes::field_of_view(settings.intrinsics(mount), aspect_of(window));
+        // What was recognised is drawn where it is seen.
+        area = wanted;
+        field_of_view = eyes::field_of_view(settings.intrinsics(mount), area.width() / area.height());
     } else {
-        let share = 1.0 - ops::exp(-EASING_PER_S * time.delta_secs());
         camera.current = camera.current.eased(camera.wanted, share);
         *transform = camera.current.transform();
-        let now = Vec2::new(covered.left, covered.below);
-        covered.eased = covered.eased.lerp(now, share);
-        let height = window.iter().next().map_or(1.0, |window| window.height().max(1.0));
-        let aside = camera.current.metres_per_pixel(height) * covered.eased / 2.0;
-        let (right, up) = (transform.right(), transform.up());
-        transform.translation -= aside.x * right + aside.y * up;
     }
-    if let Projection::Perspective(perspective) = &mut *projection
-        && perspective.fov != field_of_view
-    {
-        perspective.fov = field_of_view;
+    *eased = Some(area);
+    let perspective = AreaPerspective { field_of_view, near_m: NEAR_M, area, window };
+    let now = match &*projection {
+        Projection::Custom(custom) => custom.get::<AreaPerspective>().copied(),
+        _ => None,
+    };
+    if now != Some(perspective) {
+        *projection = Projection::custom(perspective);
     }
+}
+
+/// An area a share of the way to another; all of it when they are as good as the same.
+fn between_areas(from: Rect, to: Rect, share: f32) -> Rect {
+    let between = Rect { min: from.min.lerp(to.min, share), max: from.max.lerp(to.max, share) };
+    let is_there = between.min.abs_diff_eq(to.min, 0.5) && between.max.abs_diff_eq(to.max, 0.5);
+    if is_there { to } else { between }
 }
 
 /// A robot does not see itself.

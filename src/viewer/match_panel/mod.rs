@@ -11,8 +11,8 @@ mod panel;
 
 use super::display_settings::DisplaySettings;
 use super::drive::{self, PlayedFile};
+use super::layout::LayoutSystems;
 use super::shared::{Playback, ViewerCommand};
-use super::theme::ThemeSystems;
 use crate::scenario::{Scenario, ScenarioFile, TeamsSpec};
 use crate::simulation;
 use choice::Choice;
@@ -33,7 +33,7 @@ impl Plugin for MatchPanelPlugin {
             .add_systems(Update, watch_file)
             .add_systems(
                 EguiPrimaryContextPass,
-                panel::show.run_if(|display: Res<DisplaySettings>| display.game).after(ThemeSystems),
+                panel::show.run_if(|display: Res<DisplaySettings>| display.game).in_set(LayoutSystems::Right),
             );
     }
 }
