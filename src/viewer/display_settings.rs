@@ -3,6 +3,8 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::workspace::Workspace;
+
 /// What can be shown or hidden.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Switch {
@@ -61,6 +63,8 @@ impl Default for PanelScale {
 #[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(default)]
 pub struct DisplaySettings {
+    /// What the window is used for.
+    pub workspace: Workspace,
     /// The list of keys.
     pub help: bool,
     /// What is played, and with which settings.
@@ -92,6 +96,7 @@ pub struct DisplaySettings {
 impl Default for DisplaySettings {
     fn default() -> Self {
         Self {
+            workspace: Workspace::default(),
             help: false,
             game: false,
             events: true,
@@ -122,6 +127,14 @@ impl DisplaySettings {
             }
         }
         *self.of_mut(switch) = !was_on;
+    }
+
+    /// Uses the window for something else: what was opened for the one is closed for the other.
+    pub fn enter(&mut self, workspace: Workspace) {
+        self.workspace = workspace;
+        for opened in Self::OPENED {
+            *self.of_mut(opened) = false;
+        }
     }
 
     /// The switch, to change it.
@@ -157,6 +170,16 @@ mod tests {
         }
         display.toggle(Switch::ManyTimes);
         assert!(!display.many_times && display.events, "what is always there stays");
+    }
+
+    #[test]
+    fn nothing_is_left_open_from_another_way_to_use_the_window() {
+        let mut display = DisplaySettings { game: true, ..default() };
+        display.enter(Workspace::Watch);
+        assert!(!display.game && display.workspace == Workspace::Watch);
+        // A file of before there were three of them.
+        let text = r#"{ "light": true }"#;
+        assert_eq!(serde_json::from_str::<DisplaySettings>(text).unwrap().workspace, Workspace::Debug);
     }
 
     #[test]

@@ -9,6 +9,7 @@ use super::display_settings::DisplaySettings;
 use super::layout::LayoutSystems;
 use super::overlays::OverlayWords;
 use super::palette;
+use super::teach::shows_truth;
 use super::theme::text_size;
 use crate::ball::BallPhysics;
 use crate::behaviour::drawings::Ink;
@@ -31,7 +32,10 @@ impl Plugin for LabelsPlugin {
         // The camera is where it is in this frame.
         app.configure_sets(PostUpdate, EguiPostUpdateSet::EndPass.after(TransformSystems::Propagate)).add_systems(
             EguiPrimaryContextPass,
-            ((draw_labels, ring_ball).run_if(|display: Res<DisplaySettings>| display.labels), write_overlay_words)
+            (
+                (draw_labels, ring_ball).run_if(|display: Res<DisplaySettings>| display.labels).run_if(shows_truth),
+                write_overlay_words,
+            )
                 .chain()
                 .in_set(LayoutSystems::Behind),
         );

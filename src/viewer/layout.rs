@@ -22,7 +22,9 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 use super::camera::FreeArea;
+use super::teach::pen::Pen;
 use super::theme::{MARGIN, ThemeSystems, bright, text_size};
+use super::workspace::is_debugging;
 
 /// Docks panels, and knows what they leave.
 pub struct LayoutPlugin;
@@ -38,6 +40,11 @@ impl Plugin for LayoutPlugin {
                 (Behind, Score, Controls, Hands, TimelineBar, Robot, Lanes, Right, Events, Floating)
                     .chain()
                     .after(ThemeSystems),
+            )
+            // What is opened when it is wanted is wanted.
+            .configure_sets(
+                EguiPrimaryContextPass,
+                (Score, Controls, Hands, TimelineBar, Robot, Lanes, Events).run_if(is_debugging),
             )
             .add_systems(PreUpdate, find_panel.after(EguiPreUpdateSet::ProcessInput))
             .add_systems(EguiPrimaryContextPass, note_free_area.after(Events).before(Floating));
@@ -92,7 +99,12 @@ fn find_panel(
 
 /// Whether what the mouse does is for the match. What the panels want is known of the frame before; on a slow display the
 /// mouse may have come to a panel, and clicked, since then.
-pub fn mouse_is_for_match(wants: Res<EguiWantsInput>, over: Res<OverPanel>) -> bool {
+pub fn mouse_is_for_match(wants: Res<EguiWantsInput>, over: Res<OverPanel>, pen: Option<Res<Pen>>) -> bool {
+    mouse_is_over_match(&wants, &over) && pen.is_none_or(|pen| !pen.is_on)
+}
+
+/// Whether what the mouse does is not for panels.
+pub fn mouse_is_over_match(wants: &EguiWantsInput, over: &OverPanel) -> bool {
     !over.0 && !wants.wants_any_pointer_input()
 }
 

@@ -38,6 +38,9 @@
 //! | [`branches`] | the ways that the match went, when a moment was played on in another way |
 //! | [`many_times`] | this moment, played on many times with other chance |
 //! | [`lanes`] | the whole match at a glance, a lane for each robot; a number over all of it; events of a kind |
+//! | [`workspace`] | what the window is used for: to watch, to debug, to teach |
+//! | [`watch`] | a large score, goals again in slow motion, a summary at the end |
+//! | [`teach`] | a pen, one robot's world alone, moments with captions |
 //! | `panels` | score, clock, controls, help |
 //! | `events_panel` | penalties, what happened, where and why |
 //! | [`selection`] | which robot the user looks at |
@@ -99,10 +102,13 @@ pub mod shared;
 pub mod speed;
 pub mod stage;
 pub mod statistics;
+pub mod teach;
 pub mod theme;
 pub mod timeline;
 mod timeline_bar;
+pub mod watch;
 pub mod widgets;
+pub mod workspace;
 
 pub use shared::{TimelineCommand, ViewerCommand};
 pub use speed::Speed;
@@ -152,6 +158,9 @@ impl PluginGroup for ViewerPlugins {
             .add(selection::SelectionPlugin)
             .add(theme::ThemePlugin)
             .add(layout::LayoutPlugin)
+            .add(workspace::WorkspacePlugin)
+            .add(watch::WatchPlugin)
+            .add(teach::TeachPlugin)
             .add(labels::LabelsPlugin)
             .add(overlays::OverlaysPlugin)
             .add(panels::PanelsPlugin)

@@ -1,5 +1,6 @@
 //! Score, clock and state, controls, help.
 
+use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy_egui::egui::{self, Align2, Margin, RichText, WidgetInfo, WidgetType};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
@@ -12,6 +13,7 @@ use super::shared::{Action, Playback, Selection, ViewerCommand, is_over};
 use super::speed::Speed;
 use super::theme::{MARGIN, band, bright, card, dim, minutes, panel, problem_colour, text_size};
 use super::timeline::Timeline;
+use super::workspace::show_choice;
 use crate::behaviour::BehaviourRegistry;
 use crate::cycle::CycleClock;
 use crate::game::{Game, GameState};
@@ -43,12 +45,12 @@ fn show_score(
     clock: Res<CycleClock>,
     playback: Res<Playback>,
     (display, selection): (Res<DisplaySettings>, Res<Selection>),
-    scenario: Option<Res<Scenario>>,
-    registry: Res<BehaviourRegistry>,
+    team_names: TeamNames,
+    mut actions: MessageWriter<Action>,
 ) -> Result {
     /// For those who have not yet found it.
     const HINT: &str = "Click a robot to see what it knows. H: all keys.";
-    let names = Team::BOTH.map(|team| team_name(team, scenario.as_deref(), &registry));
+    let names = team_names.both();
     let text = match game.time_left_s(&clock) {
         Some(left) => format!("half {}   {} left   {}", game.half, minutes(left), state_name(game.state)),
         None => format!("{}   no referee", minutes(clock.end_time_s() as f32)),
@@ -71,30 +73,39 @@ fn show_score(
             ui.add_space(12.0);
             ui.add(egui::Label::new(dim(&text)).extend());
         };
-        in_the_middle(ui, hint, teams);
+        in_the_middle(ui, hint, teams, |ui| show_choice(ui, display.workspace, &mut actions));
     });
     Ok(())
 }
 
-/// What is shown in the middle of a bar, as wide as it was in the frame before; where there is room, words beside it.
-fn in_the_middle(ui: &mut egui::Ui, beside: &str, show: impl FnOnce(&mut egui::Ui)) {
-    let id = ui.id().with("width");
-    let before: f32 = ui.data(|data| data.get_temp(id)).unwrap_or_default();
+/// What is shown in the middle of a bar, as wide as it was in the frame before; at its end other things, and where there is room,
+/// words before it.
+fn in_the_middle(
+    ui: &mut egui::Ui,
+    beside: &str,
+    show: impl FnOnce(&mut egui::Ui),
+    show_at_end: impl FnOnce(&mut egui::Ui),
+) {
+    let id = ui.id().with("widths");
+    let [before, at_end]: [f32; 2] = ui.data(|data| data.get_temp(id)).unwrap_or_default();
     ui.horizontal(|ui| {
         ui.set_min_height(SCORE_HEIGHT);
-        let room = (ui.available_width() - before).max(0.0) / 2.0;
+        let (start, all) = (ui.cursor().left(), ui.available_width());
+        // In the middle, but for what is at the end.
+        let room = ((all - before) / 2.0).min(all - before - at_end).max(0.0);
         let words = ui.painter().layout_no_wrap(
             beside.to_owned(),
             egui::TextStyle::Body.resolve(ui.style()),
             egui::Color32::WHITE,
         );
-        let start = ui.cursor().left();
         if words.size().x + ui.spacing().item_spacing.x < room {
             ui.add(egui::Label::new(dim(beside)).extend());
         }
         ui.add_space((start + room - ui.cursor().left()).max(0.0));
         let width = ui.horizontal(show).response.rect.width();
-        ui.data_mut(|data| data.insert_temp(id, width));
+        ui.add_space((start + all - at_end - ui.cursor().left()).max(0.0));
+        let at_end = ui.horizontal(show_at_end).response.rect.width();
+        ui.data_mut(|data| data.insert_temp(id, [width, at_end + ui.spacing().item_spacing.x]));
     });
 }
 
@@ -261,6 +272,20 @@ fn show_key_group(ui: &mut egui::Ui, group: &HelpGroup) {
     ui.add_space(8.0);
 }
 
+/// What the teams are called.
+#[derive(SystemParam)]
+pub(super) struct TeamNames<'w> {
+    scenario: Option<Res<'w, Scenario>>,
+    registry: Res<'w, BehaviourRegistry>,
+}
+
+impl TeamNames<'_> {
+    /// Blue's name and pink's.
+    pub fn both(&self) -> [String; 2] {
+        Team::BOTH.map(|team| team_name(team, self.scenario.as_deref(), &self.registry))
+    }
+}
+
 /// The team's name: that of the scenario, or of the team whose behaviours its robots have, or its colour.
 fn team_name(team: Team, scenario: Option<&Scenario>, registry: &BehaviourRegistry) -> String {
     let named = |scenario: &Scenario| match (&scenario.teams, team) {
@@ -277,7 +302,8 @@ fn team_name(team: Team, scenario: Option<&Scenario>, registry: &BehaviourRegist
     scenario.and_then(named).unwrap_or_else(|| team.name().to_owned())
 }
 
-fn state_name(state: GameState) -> &'static str {
+/// What a state of the game is called.
+pub(super) fn state_name(state: GameState) -> &'static str {
     match state {
         GameState::Initial => "initial",
         GameState::Standby => "standby",

@@ -18,6 +18,11 @@ impl FreeArea {
         Self(Some(area))
     }
 
+    /// Whether panels have been shown.
+    pub fn is_known(&self) -> bool {
+        self.0.is_some()
+    }
+
     /// It, in a window of this size; all of the window, while nothing is known of panels.
     pub fn within(&self, window: Vec2) -> Rect {
         let window = Rect::from_corners(Vec2::ZERO, window.max(Vec2::ONE));

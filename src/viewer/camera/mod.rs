@@ -17,6 +17,7 @@ use super::palette;
 use super::robot_model::RobotLimbs;
 use super::shared::{CameraSystems, Selection, SelectionSystems, ViewPreset};
 use super::stage::{PitchRoot, StageSystems, pose_of};
+use super::teach::RobotsWorld;
 use crate::appearance::scene::world_from_body;
 use crate::ball::Ball;
 use crate::camera_model::{CameraMount, CameraName, CameraView};
@@ -35,6 +36,8 @@ use viewpoint::{FIELD_OF_VIEW, Overview, Viewpoint};
 
 /// How fast the camera goes where it should, 1/s.
 const EASING_PER_S: f32 = 8.0;
+/// How fast it goes along with play, which may go to and fro, 1/s.
+const PLAY_EASING_PER_S: f32 = 1.2;
 /// Pixels of a touch pad that are one notch of a wheel.
 const PIXELS_PER_NOTCH: f32 = 40.0;
 /// Nothing nearer than this is drawn, m: the lens of a robot is close to its face.
@@ -84,6 +87,8 @@ pub enum CameraMode {
     Orbit,
     /// Nothing: the mouse flies it.
     Fly,
+    /// Play: the ball, and what is around it.
+    Play,
     /// The ball.
     Ball,
     /// The selected robot, which had this heading last.
@@ -179,6 +184,7 @@ fn choose_view(
         let (wanted, mode) = match preset {
             ViewPreset::Broadcast => whole(Overview::Broadcast),
             ViewPreset::TopDown => whole(Overview::TopDown),
+            ViewPreset::FollowPlay => (wanted, CameraMode::Play),
             ViewPreset::FollowBall => {
                 let ball = balls.iter().next().map(|ball| ball.translation.truncate());
                 (Viewpoint::of_ball(ball.unwrap_or_default()), CameraMode::Ball)
@@ -237,14 +243,18 @@ fn use_mouse(
         return;
     }
     // Whoever moves it away from what it follows, wants it to stay there.
-    if matches!(mode, CameraMode::Pitch(_)) || (wanted.focus != camera.wanted.focus && mode != CameraMode::Fly) {
+    if matches!(mode, CameraMode::Pitch(_) | CameraMode::Play)
+        || (wanted.focus != camera.wanted.focus && mode != CameraMode::Fly)
+    {
         camera.mode = CameraMode::Orbit;
     }
     camera.wanted = wanted;
 }
 
-/// Goes along with the ball or the robot.
+/// Goes along with play, the ball or the robot.
 fn follow(
+    time: Res<Time<Real>>,
+    (pitch, free, window): (Res<Pitch>, Res<FreeArea>, Query<&Window>),
     selection: Res<Selection>,
     roster: Res<Roster>,
     balls: Query<&Transform, (With<Ball>, Without<ViewerCamera>)>,
@@ -257,6 +267,13 @@ fn follow(
         CameraMode::Ball => {
             if let Some(ball) = balls.iter().next() {
                 camera.wanted.focus = ball.translation;
+            }
+        }
+        CameraMode::Play => {
+            if let Some(ball) = balls.iter().next() {
+                let play = Viewpoint::of_play(ball.translation.truncate(), &pitch, free.aspect(size_of(window)));
+                let share = 1.0 - ops::exp(-PLAY_EASING_PER_S * time.delta_secs());
+                camera.wanted = camera.wanted.eased(play, share);
             }
         }
         CameraMode::Robot { heading } => {
@@ -309,10 +326,12 @@ fn move_camera(
         area = wanted;
         field_of_view = eyes::field_of_view(settings.intrinsics(mount), area.width() / area.height());
     } else {
+        // It begins where it should be.
+        let share = if eased.is_some() { share } else { 1.0 };
         camera.current = camera.current.eased(camera.wanted, share);
         *transform = camera.current.transform();
     }
-    *eased = Some(area);
+    *eased = free.is_known().then_some(area);
     let perspective = AreaPerspective { field_of_view, near_m: NEAR_M, area, window };
     let now = match &*projection {
         Projection::Custom(custom) => custom.get::<AreaPerspective>().copied(),
@@ -330,15 +349,17 @@ fn between_areas(from: Rect, to: Rect, share: f32) -> Rect {
     if is_there { to } else { between }
 }
 
-/// A robot does not see itself.
+/// A robot does not see itself; in one robot's world there is only what it believes.
 fn hide_own_body(
     camera: Single<&ViewerCamera>,
+    world: Option<Res<RobotsWorld>>,
     selection: Res<Selection>,
     robots: Query<(&RobotId, &RobotLimbs)>,
     mut limbs: Query<&mut Visibility>,
 ) {
     for (id, model) in &robots {
-        let hidden = matches!(camera.mode, CameraMode::Eyes(_)) && selection.0 == Some(*id);
+        let is_own = matches!(camera.mode, CameraMode::Eyes(_)) && selection.0 == Some(*id);
+        let hidden = is_own || world.as_ref().is_some_and(|world| world.0);
         let wanted = if hidden { Visibility::Hidden } else { Visibility::Inherited };
         for limb in model.limbs {
             if let Ok(mut visibility) = limbs.get_mut(limb) {

@@ -100,6 +100,18 @@ impl Viewpoint {
         Self { focus: eye + distance * ahead, distance, ..self }
     }
 
+    /// The part of the pitch about the ball, from the side, as on television: nearer than the whole, and never beyond its ends.
+    pub fn of_play(ball: Vec2, pitch: &Pitch, aspect: f32) -> Self {
+        /// Of the distance from which the whole pitch is seen.
+        const NEARNESS: f32 = 0.6;
+        /// How far the middle of the picture goes along with the ball.
+        const ALONG: Vec2 = Vec2::new(0.75, 0.4);
+        let whole = Self::of_pitch(Overview::Broadcast, pitch, aspect);
+        let half = Vec2::new(pitch.half_length(), pitch.half_width());
+        let focus = (ALONG * ball.clamp(-half, half)).extend(0.0) + Vec3::Y * whole.focus.y * NEARNESS;
+        Self { focus, elevation: 0.5, distance: NEARNESS * whole.distance, ..whole }
+    }
+
     /// Close to the ball, from the side.
     pub fn of_ball(ball: Vec2) -> Self {
         Self { focus: ball.extend(0.0), azimuth: 0.0, elevation: 0.4, distance: 3.2 }
@@ -237,6 +249,21 @@ mod tests {
         // In a narrow one its length fills the width.
         assert!((far(0.5) - 0.6) * per_distance * 0.5 >= pitch.length_m, "{}", far(0.5));
         assert!(far(0.25) > 1.9 * far(0.5));
+    }
+
+    #[test]
+    fn who_follows_play_sees_the_ball_wherever_it_is() {
+        let pitch = Pitch::default();
+        for aspect in [1.0, 16.0 / 9.0] {
+            for ball in [Vec2::ZERO, Vec2::new(3.0, 2.0), Vec2::new(-3.0, -2.0), Vec2::new(3.2, 0.0)] {
+                let view = Viewpoint::of_play(ball, &pitch, aspect);
+                let seen = view.transform().to_matrix().inverse().transform_point3(ball.extend(0.0));
+                let half_height = -seen.z * ops::tan(FIELD_OF_VIEW / 2.0);
+                let share = Vec2::new(seen.x / aspect, seen.y) / half_height;
+                assert!(share.abs().max_element() < 0.9, "the ball at {ball} is seen at {share}");
+                assert!(view.distance < Viewpoint::of_pitch(Overview::Broadcast, &pitch, aspect).distance);
+            }
+        }
     }
 
     #[test]

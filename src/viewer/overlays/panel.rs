@@ -42,7 +42,7 @@ fn show_switches(
 ) -> Result {
     let robots: Vec<RobotId> = roster.iter().map(|(id, _)| id).collect();
     let size = NAMES + SWITCH * (2 + robots.len()) as f32 + 20.0;
-    let dock = Dock { name: "overlays", edge: Edge::Right, size, least: 240.0, most_share: 0.45 };
+    let dock = Dock { name: "overlays", edge: Edge::Right, size, least: 240.0, most_share: 0.55 };
     dock.show(contexts.ctx_mut()?, &mut sizes, |ui| {
         if title(ui, "Overlays") {
             actions.write(Action::Toggle(Switch::Overlays));
@@ -55,6 +55,8 @@ fn show_switches(
                     show_line(ui, overlay, &overlays, &robots, &mut commands);
                 }
             });
+            // In a narrow panel a scroll bar is there.
+            ui.add_space(12.0);
         });
         ui.horizontal_wrapped(|ui| {
             let mut switch = |ui: &mut egui::Ui, on: bool, text: &str, hint: &str, command: OverlayCommand| {
