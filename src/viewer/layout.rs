@@ -210,6 +210,10 @@ impl Dock {
             Edge::Right => Panel::right(id),
             Edge::Below => Panel::bottom(id),
         };
+        // Between drags its size is what is wanted, as far as the window has room for it.
+        if !context.input(|input| input.pointer.any_down() || input.pointer.any_released()) {
+            context.data_mut(|data| data.remove::<PanelState>(id));
+        }
         let panel = panel.resizable(true).default_size(self.wanted(sizes)).size_range(range);
         let shown = dock(context, self.name, panel, |ui| {
             // What is in it does not make it larger: who drags its edge does.
@@ -225,7 +229,7 @@ impl Dock {
             && let Some(state) = PanelState::load(context, id)
         {
             let size = if self.edge == Edge::Below { state.size().y } else { state.size().x };
-            if (size - self.wanted(sizes)).abs() > 1.0 && size < range.max {
+            if (size - range.clamp(self.wanted(sizes))).abs() > 1.0 {
                 sizes.0.insert(self.name.to_owned(), size.round());
             }
         }
@@ -327,7 +331,11 @@ mod tests {
         assert_eq!(text, r#"{"robot":380.0}"#);
         let area = left(&mut world, &Context::default(), [1280.0, 720.0], &[vec![], vec![]]);
         assert_eq!(area.left(), 380.0);
-        // A smaller window does not change what is remembered.
+        // A smaller window does not change what is remembered, and a larger one has it again.
+        let (context, still) = (Context::default(), vec![Vec::new(); 2]);
+        for (width, expected) in [(1280.0, 380.0), (640.0, 256.0), (1280.0, 380.0)] {
+            assert_eq!(left(&mut world, &context, [width, 720.0], &still).left(), expected);
+        }
         left(&mut world, &Context::default(), [640.0, 480.0], &drag);
         assert_eq!(serde_json::to_string(world.resource::<PanelSizes>()).unwrap(), text);
     }

@@ -68,6 +68,8 @@ mod ball_and_posts;
 pub mod behaviour_state;
 pub mod branches;
 pub mod camera;
+#[cfg(test)]
+mod colour_vision;
 pub mod cycle_samples;
 pub mod display_settings;
 mod drawing;

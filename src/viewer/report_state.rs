@@ -7,7 +7,8 @@
 //! | `frame` | frames since the start of the program |
 //! | `window`, `pointer` | width and height of the window, and where the mouse is in it, logical pixels |
 //! | `shift`, `typing` | whether Shift is held down; whether keys go to a field of a panel |
-//! | `held` | whether the mouse has hold of a robot or the ball |
+//! | `pressed` | whether the left button of the mouse is held down |
+//! | `held` | whether the mouse has hold of a robot or the ball, or draws |
 //! | `scenario`, `seed`, `teams` | what is played, and by whom |
 //! | `cycle`, `shown_cycle` | of the match; of the moment that is shown, if that is the past |
 //! | `paused`, `speed`, `replay`, `over` | how it is shown |
@@ -136,6 +137,7 @@ struct Reported<'w, 's> {
     cameras: Query<'w, 's, (&'static Camera, &'static GlobalTransform), With<ViewerCamera>>,
     windows: Query<'w, 's, &'static Window>,
     keys: Res<'w, ButtonInput<KeyCode>>,
+    buttons: Res<'w, ButtonInput<MouseButton>>,
     event: Res<'w, ShownEvent>,
     widgets: Res<'w, Widgets>,
     panels: Res<'w, EguiWantsInput>,
@@ -176,7 +178,8 @@ impl Reported<'_, '_> {
             "pointer": pointer.map(|pointer| [pointer.x, pointer.y]),
             "shift": self.keys.any_pressed([KeyCode::ShiftLeft, KeyCode::ShiftRight]),
             "typing": self.panels.wants_any_keyboard_input(),
-            "held": self.hands.hold_anything(),
+            "pressed": self.buttons.pressed(MouseButton::Left),
+            "held": self.hands.hold_anything() || self.taught.0.is_drawing(),
             "scenario": self.scenario.as_ref().map(|scenario| &scenario.name),
             "seed": self.scenario.as_ref().map(|scenario| scenario.seed),
             "teams": self.scenario.as_ref().and_then(|scenario| scenario.teams.as_ref()),

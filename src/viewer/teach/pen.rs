@@ -41,6 +41,11 @@ pub struct Pen {
 }
 
 impl Pen {
+    /// Whether something is being drawn.
+    pub fn is_drawing(&self) -> bool {
+        self.begun.is_some()
+    }
+
     /// The mouse is pressed at a place.
     fn press(&mut self, at: Vec2) {
         self.begun = Some(at);
