@@ -52,6 +52,8 @@ pub struct Remembered {
     pub overlays: Option<Overlays>,
     /// The scenario that was played last: a built-in one's name, or a file.
     pub scenario: Option<String>,
+    /// The scenarios and traces that were opened last, by their files, the last one first.
+    pub recent: Vec<String>,
 }
 
 /// Where it is remembered.
@@ -159,6 +161,7 @@ fn remember(
         panels: sizes.map(|sizes| sizes.clone()).or_else(|| memory.remembered.panels.clone()),
         overlays: overlays.map(|overlays| overlays.clone()).or_else(|| memory.remembered.overlays.clone()),
         scenario: memory.remembered.scenario.clone(),
+        recent: memory.remembered.recent.clone(),
     };
     memory.update(remembered);
 }
@@ -168,6 +171,15 @@ impl ViewerMemory {
     pub fn note_scenario(&mut self, scenario: &str) {
         let scenario = Some(scenario.to_owned());
         self.update(Remembered { scenario, ..self.remembered.clone() });
+    }
+
+    /// Remembers a file that was opened.
+    pub fn note_recent(&mut self, path: &str) {
+        /// So many are remembered.
+        const MOST: usize = 6;
+        let others = self.remembered.recent.iter().filter(|other| *other != path).cloned();
+        let recent = core::iter::once(path.to_owned()).chain(others).take(MOST).collect();
+        self.update(Remembered { recent, ..self.remembered.clone() });
     }
 }
 
@@ -203,6 +215,15 @@ mod tests {
         assert_eq!(second.world().resource::<ViewerMemory>().remembered.scenario.as_deref(), Some("match7v7"));
         let mut windows = second.world_mut().query::<&Window>();
         assert_eq!(windows.single(second.world()).unwrap().width(), 900.0);
+    }
+
+    #[test]
+    fn the_files_that_were_opened_last_are_each_remembered_once() {
+        let mut memory = ViewerMemory::default();
+        for path in ["a", "b", "c", "a", "d", "e", "f", "g"] {
+            memory.note_recent(path);
+        }
+        assert_eq!(memory.remembered.recent, ["g", "f", "e", "d", "a", "c"]);
     }
 
     #[test]

@@ -47,6 +47,7 @@
 //! | [`statistics`] | what a frame costs |
 //! | [`memory`] | what is remembered from one time to the next |
 //! | [`match_panel`] | scenario, teams, settings; a scenario's file is watched |
+//! | [`start_page`] | what there is to open, where nothing was said; files that are dropped |
 //! | `scenario_list` | the built-in scenarios to choose from |
 //! | [`film`] | a video of the window |
 //! | [`first_frame`] | how long the start takes |
@@ -103,6 +104,7 @@ pub mod selection;
 pub mod shared;
 pub mod speed;
 pub mod stage;
+pub mod start_page;
 pub mod statistics;
 pub mod teach;
 pub mod theme;
@@ -168,6 +170,7 @@ impl PluginGroup for ViewerPlugins {
             .add(panels::PanelsPlugin)
             .add(timeline_bar::TimelineBarPlugin)
             .add(match_panel::MatchPanelPlugin)
+            .add(start_page::StartPagePlugin)
             .add(film::FilmPlugin)
             .add(events_panel::EventsPanelPlugin)
             .add(eyes::EyesPlugin)

@@ -12,7 +12,7 @@ use crate::team::Team;
 use crate::viewer::camera::{CameraMode, ViewerCamera};
 use crate::viewer::display_settings::DisplaySettings;
 use crate::viewer::event_log::EventLog;
-use crate::viewer::shared::{Playback, TimelineCommand, is_over};
+use crate::viewer::shared::{Playback, TimelineCommand, ViewPreset, is_over};
 use crate::viewer::speed::Speed;
 use crate::viewer::timeline::Timeline;
 use crate::viewer::workspace::Workspace;
@@ -86,7 +86,7 @@ fn show_goals(
     mut replay: ResMut<GoalReplay>,
     mut playback: ResMut<Playback>,
     mut camera: Single<&mut ViewerCamera>,
-    mut moments: MessageWriter<TimelineCommand>,
+    (mut moments, mut views): (MessageWriter<TimelineCommand>, MessageWriter<ViewPreset>),
 ) {
     let now = timeline.cursor().unwrap_or(clock.cycle as f64);
     let is_watching = display.workspace == Workspace::Watch;
@@ -105,6 +105,9 @@ fn show_goals(
         playback.speed = shown.speed;
         **camera = ViewerCamera { current: camera.current, ..shown.camera };
         *replay = GoalReplay { before: Some(goes_on_at), ..default() };
+        if !is_watching {
+            views.write(ViewPreset::Broadcast);
+        }
         if has_ended || !is_watching {
             let back =
                 if timeline.is_replay() { TimelineCommand::GoTo(goes_on_at as u64) } else { TimelineCommand::Present };
