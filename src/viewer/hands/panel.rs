@@ -15,6 +15,7 @@ use crate::viewer::layout::{self, LayoutSystems};
 use crate::viewer::shared::{Action, HandAction, Notice, Selection, ToggleFilm};
 use crate::viewer::theme::{MARGIN, bright, card, problem_colour, text_size};
 use crate::viewer::timeline::Timeline;
+use crate::viewer::workspace::Workspace;
 
 /// The widest that the help of driving is, logical pixels.
 const WIDEST_HELP: f32 = 460.0;
@@ -84,13 +85,20 @@ fn show_buttons(
 }
 
 /// What was told, for a while.
-fn show_notice(mut contexts: EguiContexts, time: Res<Time<Real>>, mut notice: ResMut<Notice>) -> Result {
+fn show_notice(
+    mut contexts: EguiContexts,
+    time: Res<Time<Real>>,
+    display: Res<DisplaySettings>,
+    mut notice: ResMut<Notice>,
+) -> Result {
     if notice.left_s <= 0.0 {
         return Ok(());
     }
     notice.left_s -= time.delta_secs();
     let context = contexts.ctx_mut()?;
-    layout::floating(context, "notice", Align2::CENTER_BOTTOM).show(context, |ui| {
+    // Captions are below.
+    let align = if display.workspace == Workspace::Teach { Align2::CENTER_TOP } else { Align2::CENTER_BOTTOM };
+    layout::floating(context, "notice", align).show(context, |ui| {
         let words = egui::Label::new(bright(&notice.text).size(text_size::IMPORTANT)).extend();
         card(ui).show(ui, |ui| ui.add(words));
     });
