@@ -3,7 +3,54 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::workspace::Workspace;
+/// What the window is used for.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Workspace {
+    /// The match as on television: a camera that follows play, a large score, goals again in slow motion, a summary at the end.
+    Watch,
+    /// What robots see, believe and want, and what happened when: all panels.
+    #[default]
+    Debug,
+    /// Nothing but the pitch, a pen, large words, one robot's world alone, moments that are stepped through.
+    Teach,
+}
+
+impl Workspace {
+    /// All of them, in the order of the key that goes from one to the next.
+    pub const ALL: [Workspace; 3] = [Workspace::Watch, Workspace::Debug, Workspace::Teach];
+
+    /// Its name, for people.
+    pub fn name(self) -> &'static str {
+        match self {
+            Workspace::Watch => "Watch",
+            Workspace::Debug => "Debug",
+            Workspace::Teach => "Teach",
+        }
+    }
+
+    /// The next one, or the one before.
+    pub fn neighbour(self, steps: i8) -> Workspace {
+        let count = Self::ALL.len() as isize;
+        let index = Self::ALL.iter().position(|other| *other == self).unwrap_or(0) as isize;
+        Self::ALL[(index + isize::from(steps)).rem_euclid(count) as usize]
+    }
+}
+
+/// Whether the match is watched.
+pub fn is_watching(display: Res<DisplaySettings>) -> bool {
+    display.workspace == Workspace::Watch
+}
+
+/// Whether panels are shown.
+pub fn is_debugging(display: Res<DisplaySettings>) -> bool {
+    display.workspace == Workspace::Debug
+}
+
+/// Whether the match is shown to others.
+pub fn is_teaching(display: Res<DisplaySettings>) -> bool {
+    display.workspace == Workspace::Teach
+}
 
 /// What can be shown or hidden.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -159,6 +206,16 @@ impl DisplaySettings {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn one_key_goes_through_all_three_and_back() {
+        let mut now = Workspace::default();
+        for expected in [Workspace::Teach, Workspace::Watch, Workspace::Debug] {
+            now = now.neighbour(1);
+            assert_eq!(now, expected);
+        }
+        assert_eq!(Workspace::Watch.neighbour(-1), Workspace::Teach);
+    }
 
     #[test]
     fn what_is_opened_takes_turns() {

@@ -5,13 +5,12 @@ use bevy_egui::egui::{self, Align2, Color32, FontId, LayerId, Pos2, Stroke};
 use bevy_egui::{EguiContexts, EguiPostUpdateSet, EguiPrimaryContextPass};
 
 use super::camera::ViewerCamera;
-use super::display_settings::DisplaySettings;
+use super::display_settings::{DisplaySettings, Workspace};
 use super::layout::LayoutSystems;
 use super::overlays::OverlayWords;
 use super::palette;
-use super::teach::shows_truth;
+use super::shared::shows_truth;
 use super::theme::text_size;
-use super::workspace::Workspace;
 use crate::ball::BallPhysics;
 use crate::behaviour::drawings::Ink;
 use crate::cycle::CycleClock;

@@ -21,10 +21,8 @@ use bevy_egui::{EguiContexts, EguiPreUpdateSet, EguiPrimaryContextPass};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-use super::camera::FreeArea;
-use super::teach::pen::Pen;
+use super::display_settings::is_debugging;
 use super::theme::{MARGIN, ThemeSystems, bright, text_size};
-use super::workspace::is_debugging;
 
 /// Docks panels, and knows what they leave.
 pub struct LayoutPlugin;
@@ -33,6 +31,7 @@ impl Plugin for LayoutPlugin {
     fn build(&self, app: &mut App) {
         use LayoutSystems::*;
         app.init_resource::<OverPanel>()
+            .init_resource::<MouseTaken>()
             .init_resource::<FreeArea>()
             .init_resource::<PanelSizes>()
             .configure_sets(
@@ -76,9 +75,45 @@ pub enum LayoutSystems {
     Floating,
 }
 
+/// The least edge of the area, logical pixels: in a window that is full of panels, too, something is looked at.
+const LEAST_EDGE: f32 = 40.0;
+
+/// The part of the window that panels leave free, logical pixels of the window.
+#[derive(Resource, Clone, Copy, PartialEq, Debug, Default)]
+pub struct FreeArea(Option<Rect>);
+
+impl FreeArea {
+    /// An area that is known to be free.
+    pub fn new(area: Rect) -> Self {
+        Self(Some(area))
+    }
+
+    /// Whether panels have been shown.
+    pub fn is_known(&self) -> bool {
+        self.0.is_some()
+    }
+
+    /// It, in a window of this size; all of the window, while nothing is known of panels.
+    pub fn within(&self, window: Vec2) -> Rect {
+        let window = Rect::from_corners(Vec2::ZERO, window.max(Vec2::ONE));
+        let free = self.0.map_or(window, |free| free.intersect(window));
+        Rect::from_center_size(free.center(), free.size().max(Vec2::splat(LEAST_EDGE).min(window.size())))
+    }
+
+    /// The width of it by its height.
+    pub fn aspect(&self, window: Vec2) -> f32 {
+        let size = self.within(window).size();
+        (size.x / size.y).clamp(0.2, 5.0)
+    }
+}
+
 /// Whether the mouse is over a panel in this frame.
 #[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct OverPanel(bool);
+
+/// Whether the mouse is taken for something else than the match and its view.
+#[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct MouseTaken(pub bool);
 
 fn find_panel(
     mut contexts: EguiContexts,
@@ -99,8 +134,8 @@ fn find_panel(
 
 /// Whether what the mouse does is for the match. What the panels want is known of the frame before; on a slow display the
 /// mouse may have come to a panel, and clicked, since then.
-pub fn mouse_is_for_match(wants: Res<EguiWantsInput>, over: Res<OverPanel>, pen: Option<Res<Pen>>) -> bool {
-    mouse_is_over_match(&wants, &over) && pen.is_none_or(|pen| !pen.is_on)
+pub fn mouse_is_for_match(wants: Res<EguiWantsInput>, over: Res<OverPanel>, taken: Res<MouseTaken>) -> bool {
+    mouse_is_over_match(&wants, &over) && !taken.0
 }
 
 /// Whether what the mouse does is not for panels.
@@ -299,6 +334,14 @@ mod tests {
         // In a window half as wide the robot has a share, and the events are left out.
         let area = left(&mut world, &Context::default(), [640.0, 480.0], &still);
         assert_eq!(area, Area::from_min_max(Pos2::new(256.0, 30.0), Pos2::new(640.0, 440.0)));
+    }
+
+    #[test]
+    fn a_window_that_is_full_of_panels_still_shows_something() {
+        let window = Vec2::new(800.0, 600.0);
+        assert_eq!(FreeArea::default().within(window), bevy::math::Rect::new(0.0, 0.0, 800.0, 600.0));
+        let full = FreeArea::new(bevy::math::Rect::new(500.0, 300.0, 480.0, 301.0)).within(window);
+        assert!(full.width() >= LEAST_EDGE && full.height() >= LEAST_EDGE, "{full:?}");
     }
 
     #[test]

@@ -3,9 +3,8 @@
 
 use bevy::prelude::*;
 
-use super::display_settings::Switch;
+use super::display_settings::{Switch, Workspace};
 use super::speed::Speed;
-use super::workspace::Workspace;
 use crate::camera_model::CameraName;
 use crate::cycle::CycleClock;
 use crate::game::{Game, GameState};
@@ -250,4 +249,13 @@ impl Notice {
     pub fn tell(&mut self, text: impl Into<String>) {
         *self = Notice { text: text.into(), left_s: Self::SHOWN_S };
     }
+}
+
+/// Whether only the world of the selected robot is shown, as it believes it to be.
+#[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct RobotsWorld(pub bool);
+
+/// Whether all is shown as it is.
+pub fn shows_truth(world: Option<Res<RobotsWorld>>) -> bool {
+    world.is_none_or(|world| !world.0)
 }

@@ -7,12 +7,12 @@ use bevy_egui::egui::{self, Align2, Key, RichText, TextEdit, WidgetInfo, WidgetT
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 use std::path::Path;
 
+use super::display_settings::Workspace;
 use super::layout::LayoutSystems;
 use super::match_panel::MatchCommand;
 use super::memory::ViewerMemory;
 use super::shared::{Action, Playback};
 use super::theme::{bright, card, dim, panel, text_size};
-use super::workspace::Workspace;
 
 /// How one begins with a program of one's own, for people.
 const OWN_PROGRAM: &str = "naoisis play --blue \"exec:python3 my_team.py\"";

@@ -5,10 +5,9 @@
 use bevy::prelude::*;
 use bevy_egui::egui::{self, Align2};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
-use serde::{Deserialize, Serialize};
 
 use super::camera::{CameraMode, ViewerCamera};
-use super::display_settings::DisplaySettings;
+use super::display_settings::{DisplaySettings, Workspace, is_debugging};
 use super::layout::{self, LayoutSystems};
 use super::shared::{Action, CameraSystems, Notice, ViewPreset};
 use super::theme::card;
@@ -28,62 +27,13 @@ impl Plugin for WorkspacePlugin {
     }
 }
 
-/// What the window is used for.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Workspace {
-    /// The match as on television: a camera that follows play, a large score, goals again in slow motion, a summary at the end.
-    Watch,
-    /// What robots see, believe and want, and what happened when: all panels.
-    #[default]
-    Debug,
-    /// Nothing but the pitch, a pen, large words, one robot's world alone, moments that are stepped through.
-    Teach,
-}
-
-impl Workspace {
-    /// All of them, in the order of the key that goes from one to the next.
-    pub const ALL: [Workspace; 3] = [Workspace::Watch, Workspace::Debug, Workspace::Teach];
-
-    /// Its name, for people.
-    pub fn name(self) -> &'static str {
-        match self {
-            Workspace::Watch => "Watch",
-            Workspace::Debug => "Debug",
-            Workspace::Teach => "Teach",
-        }
+/// What can be done, for who has just come to this way.
+fn hint(workspace: Workspace) -> &'static str {
+    match workspace {
+        Workspace::Watch => "Watch: the camera follows play, goals come again. Space: pause; V: debug",
+        Workspace::Debug => "Debug: a click on a robot shows what it knows; V: teach",
+        Workspace::Teach => "Teach: U pen, Y one robot's world, K bookmark, J next one; V: watch",
     }
-
-    /// What can be done in it, for who has just come to it.
-    fn hint(self) -> &'static str {
-        match self {
-            Workspace::Watch => "Watch: the camera follows play, goals come again. Space: pause; V: debug",
-            Workspace::Debug => "Debug: a click on a robot shows what it knows; V: teach",
-            Workspace::Teach => "Teach: U pen, Y one robot's world, K bookmark, J next one; V: watch",
-        }
-    }
-
-    /// The next one, or the one before.
-    pub fn neighbour(self, steps: i8) -> Workspace {
-        let count = Self::ALL.len() as isize;
-        let index = Self::ALL.iter().position(|other| *other == self).unwrap_or(0) as isize;
-        Self::ALL[(index + isize::from(steps)).rem_euclid(count) as usize]
-    }
-}
-
-/// Whether the match is watched.
-pub fn is_watching(display: Res<DisplaySettings>) -> bool {
-    display.workspace == Workspace::Watch
-}
-
-/// Whether panels are shown.
-pub fn is_debugging(display: Res<DisplaySettings>) -> bool {
-    display.workspace == Workspace::Debug
-}
-
-/// Whether the match is shown to others.
-pub fn is_teaching(display: Res<DisplaySettings>) -> bool {
-    display.workspace == Workspace::Teach
 }
 
 /// Looks at the match as one does in this way, and says how to go on.
@@ -104,7 +54,7 @@ fn enter(
     if last == now {
         return;
     }
-    notice.tell(now.hint());
+    notice.tell(hint(now));
     if now == Workspace::Watch {
         views.write(ViewPreset::FollowPlay);
     } else if camera.mode == CameraMode::Play {
@@ -142,19 +92,4 @@ fn show_floating_choice(
         card(ui).show(ui, |ui| ui.horizontal(|ui| show_choice(ui, display.workspace, &mut actions)));
     });
     Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn one_key_goes_through_all_three_and_back() {
-        let mut now = Workspace::default();
-        for expected in [Workspace::Teach, Workspace::Watch, Workspace::Debug] {
-            now = now.neighbour(1);
-            assert_eq!(now, expected);
-        }
-        assert_eq!(Workspace::Watch.neighbour(-1), Workspace::Teach);
-    }
 }

@@ -1,41 +1,9 @@
-//! The part of the window that panels leave free: the match is shown as if it were the whole window, and goes on behind the
+//! How the match is seen in the part of the window that panels leave free: as if it were the whole window. It goes on behind the
 //! panels.
 
 use bevy::camera::{CameraProjection, SubCameraView};
 use bevy::math::{Vec3A, ops};
 use bevy::prelude::*;
-
-/// The least edge of the area, logical pixels: in a window that is full of panels, too, something is looked at.
-const LEAST_EDGE: f32 = 40.0;
-
-/// The part of the window that panels leave free, logical pixels of the window.
-#[derive(Resource, Clone, Copy, PartialEq, Debug, Default)]
-pub struct FreeArea(Option<Rect>);
-
-impl FreeArea {
-    /// An area that is known to be free.
-    pub fn new(area: Rect) -> Self {
-        Self(Some(area))
-    }
-
-    /// Whether panels have been shown.
-    pub fn is_known(&self) -> bool {
-        self.0.is_some()
-    }
-
-    /// It, in a window of this size; all of the window, while nothing is known of panels.
-    pub fn within(&self, window: Vec2) -> Rect {
-        let window = Rect::from_corners(Vec2::ZERO, window.max(Vec2::ONE));
-        let free = self.0.map_or(window, |free| free.intersect(window));
-        Rect::from_center_size(free.center(), free.size().max(Vec2::splat(LEAST_EDGE).min(window.size())))
-    }
-
-    /// The width of it by its height.
-    pub fn aspect(&self, window: Vec2) -> f32 {
-        let size = self.within(window).size();
-        (size.x / size.y).clamp(0.2, 5.0)
-    }
-}
 
 /// A perspective whose angle of view is that of an area of the window, with what is looked at in its middle. The rest of the
 /// window shows what is beside that.
@@ -126,13 +94,5 @@ mod tests {
         let [near, .., far] = perspective.get_frustum_corners(-1.0, -8.0);
         assert!(seen(&perspective, near.into()).abs_diff_eq(Vec2::new(1000.0, 600.0), 0.01));
         assert!(seen(&perspective, far.into()).abs_diff_eq(Vec2::new(0.0, 600.0), 0.01));
-    }
-
-    #[test]
-    fn a_window_that_is_full_of_panels_still_shows_something() {
-        let window = Vec2::new(800.0, 600.0);
-        assert_eq!(FreeArea::default().within(window), Rect::new(0.0, 0.0, 800.0, 600.0));
-        let full = FreeArea::new(Rect::new(500.0, 300.0, 480.0, 301.0)).within(window);
-        assert!(full.width() >= LEAST_EDGE && full.height() >= LEAST_EDGE, "{full:?}");
     }
 }

@@ -12,12 +12,11 @@ pub mod eyes;
 pub mod free_area;
 pub mod viewpoint;
 
-use super::layout::mouse_is_for_match;
+use super::layout::{FreeArea, mouse_is_for_match};
 use super::palette;
 use super::robot_model::RobotLimbs;
-use super::shared::{CameraSystems, Selection, SelectionSystems, ViewPreset};
+use super::shared::{CameraSystems, RobotsWorld, Selection, SelectionSystems, ViewPreset};
 use super::stage::{PitchRoot, StageSystems, pose_of};
-use super::teach::RobotsWorld;
 use crate::appearance::scene::world_from_body;
 use crate::ball::Ball;
 use crate::camera_model::{CameraMount, CameraName, CameraView};
@@ -31,7 +30,6 @@ use crate::robot::posture::Posture;
 use crate::sensing::camera::CameraSettings;
 use crate::team::RobotId;
 use free_area::AreaPerspective;
-pub use free_area::FreeArea;
 use viewpoint::{FIELD_OF_VIEW, Overview, Viewpoint};
 
 /// How fast the camera goes where it should, 1/s.
@@ -50,7 +48,6 @@ impl Plugin for ViewerCameraPlugin {
     fn build(&self, app: &mut App) {
         app.add_message::<ViewPreset>()
             .add_message::<LookAt>()
-            .init_resource::<FreeArea>()
             // Cameras that robots look through must not get the panels.
             .insert_resource(EguiGlobalSettings { auto_create_primary_context: false, ..default() })
             .add_systems(Startup, spawn_camera)

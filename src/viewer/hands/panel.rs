@@ -9,13 +9,13 @@ use super::driving::{self, Driving};
 use crate::cycle::CycleClock;
 use crate::game::Penalty;
 use crate::robot::Roster;
+use crate::viewer::display_settings::Workspace;
 use crate::viewer::display_settings::{DisplaySettings, Switch};
 use crate::viewer::film::Filming;
 use crate::viewer::layout::{self, LayoutSystems};
 use crate::viewer::shared::{Action, HandAction, Notice, Selection, ToggleFilm};
 use crate::viewer::theme::{MARGIN, bright, card, problem_colour, text_size};
 use crate::viewer::timeline::Timeline;
-use crate::viewer::workspace::Workspace;
 
 /// The widest that the help of driving is, logical pixels.
 const WIDEST_HELP: f32 = 460.0;

@@ -9,11 +9,9 @@ use bevy_egui::EguiPostUpdateSet;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::display_settings::DisplaySettings;
-use super::shared::{DisplayFraction, Selection, SelectionSystems};
+use super::display_settings::{DisplaySettings, Workspace, is_watching};
+use super::shared::{DisplayFraction, RobotsWorld, Selection, SelectionSystems};
 use super::stage::{StageSystems, between};
-use super::teach::RobotsWorld;
-use super::workspace::{Workspace, is_watching};
 use crate::cycle::CycleClock;
 use crate::game::Penalty;
 use crate::geometry::Pose;

@@ -4,19 +4,20 @@ use bevy::prelude::*;
 use bevy_egui::egui::{self, Align2, FontId, TextEdit, WidgetInfo, WidgetType};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
-use super::RobotsWorld;
 use super::pen::{Mark, Pen};
 use crate::cycle::CycleClock;
 use crate::team::RobotId;
 use crate::viewer::camera::{CameraMode, ViewerCamera};
+use crate::viewer::display_settings::is_teaching;
 use crate::viewer::event_log::EventLog;
 use crate::viewer::keyframes::Keyframes;
 use crate::viewer::layout::{self, LayoutSystems};
-use crate::viewer::shared::{CameraSystems, KeysSystems, Notice, Playback, Selection, TeachAction, TimelineCommand};
+use crate::viewer::shared::{
+    CameraSystems, KeysSystems, Notice, Playback, RobotsWorld, Selection, TeachAction, TimelineCommand,
+};
 use crate::viewer::theme::{card, dim, minutes};
 use crate::viewer::timeline::Timeline;
 use crate::viewer::watch::large_letters;
-use crate::viewer::workspace::is_teaching;
 
 /// A caption's letters by the height of those of a score, and its width by the window's.
 const LETTERS: f32 = 0.7;

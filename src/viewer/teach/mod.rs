@@ -9,7 +9,7 @@ pub mod pen;
 mod robots_world;
 
 use super::overlays::OverlaySystems;
-use super::shared::{CameraSystems, KeysSystems, TeachAction};
+use super::shared::{CameraSystems, KeysSystems, RobotsWorld, TeachAction};
 use bookmarks::Bookmarks;
 use pen::Pen;
 
@@ -35,13 +35,4 @@ impl Plugin for TeachPlugin {
                 ),
             );
     }
-}
-
-/// Whether only the world of the selected robot is shown, as it believes it to be.
-#[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub struct RobotsWorld(pub bool);
-
-/// Whether all is shown as it is.
-pub fn shows_truth(world: Option<Res<RobotsWorld>>) -> bool {
-    world.is_none_or(|world| !world.0)
 }

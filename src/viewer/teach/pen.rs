@@ -4,7 +4,7 @@ use bevy::prelude::*;
 
 use crate::behaviour::drawings::Ink;
 use crate::viewer::camera::ViewerCamera;
-use crate::viewer::layout::mouse_is_over_match;
+use crate::viewer::layout::{MouseTaken, OverPanel, mouse_is_over_match};
 use crate::viewer::overlays::Brush;
 use crate::viewer::palette;
 use crate::viewer::shared::{Notice, TeachAction};
@@ -65,11 +65,17 @@ impl Pen {
     }
 }
 
-pub(super) fn obey(mut actions: MessageReader<TeachAction>, mut pen: ResMut<Pen>, mut notice: ResMut<Notice>) {
+pub(super) fn obey(
+    mut actions: MessageReader<TeachAction>,
+    mut pen: ResMut<Pen>,
+    mut taken: ResMut<MouseTaken>,
+    mut notice: ResMut<Notice>,
+) {
     for action in actions.read() {
         match action {
             TeachAction::Pen => {
                 pen.is_on = !pen.is_on;
+                taken.0 = pen.is_on;
                 pen.release();
                 let on = "Pen: a drag draws an arrow, with Shift a zone; X: the last one away; U: no pen";
                 notice.tell(if pen.is_on { on } else { "No pen: the mouse moves the view again" });
@@ -85,7 +91,7 @@ pub(super) fn draw(
     keys: Res<ButtonInput<KeyCode>>,
     window: Single<&Window>,
     camera: Single<(&Camera, &GlobalTransform), With<ViewerCamera>>,
-    (wants, over): (Res<EguiWantsInput>, Res<crate::viewer::layout::OverPanel>),
+    (wants, over): (Res<EguiWantsInput>, Res<OverPanel>),
     mut pen: ResMut<Pen>,
 ) {
     if !pen.is_on {

@@ -2,7 +2,6 @@
 
 use bevy::prelude::*;
 
-use super::RobotsWorld;
 use crate::ball::Ball;
 use crate::behaviour::drawings::Ink;
 use crate::belief::Belief;
@@ -12,7 +11,7 @@ use crate::robot::body::Body;
 use crate::team::RobotId;
 use crate::viewer::overlays::{Brush, draw_world_of};
 use crate::viewer::palette;
-use crate::viewer::shared::{Choice, Notice, Selection, TeachAction};
+use crate::viewer::shared::{Choice, Notice, RobotsWorld, Selection, TeachAction};
 
 pub(super) fn obey(
     mut actions: MessageReader<TeachAction>,

@@ -11,11 +11,11 @@ use crate::record::history::{History, Mark, MarkKind};
 use crate::team::Team;
 use crate::viewer::camera::{CameraMode, ViewerCamera};
 use crate::viewer::display_settings::DisplaySettings;
+use crate::viewer::display_settings::Workspace;
 use crate::viewer::event_log::EventLog;
 use crate::viewer::shared::{Playback, TimelineCommand, ViewPreset, is_over};
 use crate::viewer::speed::Speed;
 use crate::viewer::timeline::Timeline;
-use crate::viewer::workspace::Workspace;
 
 /// So long after a goal it is shown again, from so long before it, s of the match.
 const AFTER_S: f64 = 1.0;

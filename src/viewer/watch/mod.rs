@@ -8,10 +8,10 @@ use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 pub mod goal_replay;
 pub mod summary;
 
+use super::display_settings::is_watching;
 use super::layout::{self, LayoutSystems};
 use super::panels::{TeamNames, state_name};
 use super::theme::{band, bright, card, dim, minutes};
-use super::workspace::is_watching;
 use crate::cycle::CycleClock;
 use crate::game::Game;
 use crate::team::Team;

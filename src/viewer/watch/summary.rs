@@ -17,13 +17,13 @@ use crate::record::match_summary::{CELLS_ALONG, HeatMap, MatchSummary};
 use crate::record::summary_page::{penalty_count, team_rows};
 use crate::scenario::Scenario;
 use crate::team::{PerTeam, Team};
+use crate::viewer::display_settings::is_watching;
 use crate::viewer::keyframes::Keyframes;
 use crate::viewer::layout::{self, LayoutSystems};
 use crate::viewer::palette;
 use crate::viewer::shared::{Playback, is_over};
 use crate::viewer::theme::{card, dim, minutes, team_colour};
 use crate::viewer::timeline::Timeline;
-use crate::viewer::workspace::is_watching;
 
 /// Shows a match in numbers.
 pub struct SummaryPlugin;
