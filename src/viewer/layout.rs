@@ -339,8 +339,8 @@ mod tests {
     #[test]
     fn a_window_that_is_full_of_panels_still_shows_something() {
         let window = Vec2::new(800.0, 600.0);
-        assert_eq!(FreeArea::default().within(window), bevy::math::Rect::new(0.0, 0.0, 800.0, 600.0));
-        let full = FreeArea::new(bevy::math::Rect::new(500.0, 300.0, 480.0, 301.0)).within(window);
+        assert_eq!(FreeArea::default().within(window), Rect::new(0.0, 0.0, 800.0, 600.0));
+        let full = FreeArea::new(Rect::new(500.0, 300.0, 480.0, 301.0)).within(window);
         assert!(full.width() >= LEAST_EDGE && full.height() >= LEAST_EDGE, "{full:?}");
     }
 
