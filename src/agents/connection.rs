@@ -258,7 +258,10 @@ fn read_json<T: DeserializeOwned>(line: &[u8]) -> Result<T, Loss> {
     // By way of a value: serde alone would take a list for an object.
     match serde_json::from_slice::<Value>(line) {
         Ok(value) => read_value(&value).map_err(|error| malformed(&error.to_string(), line)),
-        Err(error) => Err(malformed(&format!("this is no JSON ({error})"), line)),
+        Err(error) => {
+            let what = format!("this is no JSON ({error}); what a program prints for people belongs on standard error");
+            Err(malformed(&what, line))
+        }
     }
 }
 

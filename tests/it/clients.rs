@@ -64,7 +64,7 @@ fn turn_towards([x, y]: [f64; 2]) -> f64 {
     if is_ahead { 0.0 } else { 3.0_f64.copysign(if y > 0.0 { 1.0 } else { -1.0 }) }
 }
 
-fn decide(status: &GameStatus, body: BodyStatus, percepts: &Percepts) -> serde_json::Value {
+fn decide(status: &GameStatus, body: BodyStatus, percepts: &Percepts) -> Value {
     if status.penalised || status.state != GameState::Playing {
         return json!({});
     }
