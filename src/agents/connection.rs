@@ -21,7 +21,7 @@ const SHOWN: usize = 100;
 /// So much is said of what is wrong with it, bytes: a word that there is not may be as long as a message.
 const LONGEST: usize = 400;
 /// What is read at once, bytes.
-const CHUNK: usize = 16 << 10;
+const CHUNK: usize = 4 << 10;
 /// How long to wait for what must be there already, if it is.
 const NO_TIME: Duration = Duration::from_millis(1);
 

@@ -178,8 +178,7 @@ fn the_python_client_reads_and_writes_message_pack() {
     assert_eq!(unpacked.len(), values.len());
     for (value, line) in values.iter().zip(&unpacked) {
         assert_eq!(&line[0], value);
-        let bytes: Vec<u8> =
-            line[1].as_str().unwrap().as_bytes().chunks(2).map(|byte| from_hexadecimal(byte)).collect();
+        let bytes: Vec<u8> = line[1].as_str().unwrap().as_bytes().chunks(2).map(from_hexadecimal).collect();
         assert_eq!(&rmp_serde::from_slice::<Value>(&bytes).unwrap(), value);
     }
 }
