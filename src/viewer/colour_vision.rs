@@ -2,7 +2,7 @@
 //! the lanes know of the ball. Only tests need it.
 //!
 //! How colours are seen is simulated as by Machado, Oliveira and Fernandes (2009), "A physiologically-based model for simulation of
-//! color vision deficiency", complete loss; how far they are apart is their distance in OKLab, in which black and white are 1 apart.
+//! color vision deficiency", complete loss; how far they are apart is their distance in `OKLab`, in which black and white are 1 apart.
 
 use bevy::color::{Mix, Oklaba};
 use bevy::prelude::*;
