@@ -52,7 +52,8 @@ pub(super) fn show(
     let Some(cycles) = history.cycles() else { return Ok(()) };
     let whole = [*cycles.start() as f64, (*cycles.end()).max(cycles.start() + 1) as f64];
     let now = timeline.cursor().unwrap_or(whole[1]);
-    let size = LANE * lanes.tracks.robots().count() as f32 + AROUND;
+    let plot = if lanes.number.is_some() { PLOT } else { 0.0 };
+    let size = LANE * lanes.tracks.robots().count() as f32 + AROUND + plot;
     let dock = Dock { name: "lanes", edge: Edge::Below, size, least: 110.0, most_share: 0.55 };
     let rest = |ui: &egui::Ui| ui.data(|data| data.get_temp::<f32>(egui::Id::new("rest of lanes"))).unwrap_or(AROUND);
     dock.show(contexts.ctx_mut()?, &mut sizes, |ui| {
