@@ -68,7 +68,6 @@ impl Look<'_> {
 
     /// The same as [`Look::post`] for a strip that may be anything white: it is as high as a post there.
     fn white_post(&self, strip: &Strip) -> Option<(bool, Vec2, Vec2)> {
-        let width = strip.whole_width()?;
         let is_cut_above = strip.first.row == 0;
         let is_cut_below = usize::from(strip.last.row) + 1 == self.height();
         let (has_foot, pixel, place) = if is_cut_below {
@@ -82,7 +81,12 @@ impl Look<'_> {
         let middle = f32::from(strip.first.row + strip.last.row + 1) / 2.0;
         let expected = self.view.intrinsics.focal_length * diameter
             / self.depth(place, self.height_at(place, middle)).max(diameter);
-        let is_as_wide = (width - expected).abs() < WIDTH_OF_WHITE * expected + 1.0;
+        let tolerance = WIDTH_OF_WHITE * expected + 1.0;
+        let is_as_wide = match strip.whole_width() {
+            Some(width) => (across(strip, width) - expected).abs() < tolerance,
+            // A side of it is not in the image.
+            None => (0.4 * expected..expected + tolerance).contains(&across(strip, strip.mean_width())),
+        };
         let [top, foot] =
             [self.known.post_height, 0.0].map(|height| self.view.project_anywhere(place.extend(height)).y);
         let in_image = foot.min(self.height() as f32) - top.max(0.0);
@@ -112,8 +116,11 @@ impl Look<'_> {
         let height = self.height_at(place, middle);
         let expected = self.view.intrinsics.focal_length * diameter / self.depth(place, height).max(diameter);
         let is_as_wide = match strip.whole_width() {
-            Some(width) => width < 1.4 * expected + 1.0 && (!has_foot || width > 0.65 * expected - 1.0),
-            None => strip.mean_width() < 1.5 * expected + 1.0,
+            Some(width) => {
+                let width = across(strip, width);
+                width < 1.4 * expected + 1.0 && (!has_foot || width > 0.65 * expected - 1.0)
+            }
+            None => across(strip, strip.mean_width()) < 1.5 * expected + 1.0,
         };
         // Of a post that stands at the upper edge of the image only the foot may be in it.
         let is_high = strip.rows as f32 > 0.4 * expected || (has_foot && strip.first.row == 0);
@@ -284,6 +291,11 @@ impl Look<'_> {
         }
         false
     }
+}
+
+/// How wide a strip is across the way it runs, pixels, that is `width` pixels wide along a row.
+fn across(strip: &Strip, width: f32) -> f32 {
+    width / Vec2::new(1.0, strip.slope()).length()
 }
 
 /// Adds a post, unless it is one that was found already: the better one stays.

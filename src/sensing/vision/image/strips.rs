@@ -29,17 +29,26 @@ const ASIDE: f32 = 0.2;
 /// It may do so in so many rows one below the other; and in as many more as the strip is wide.
 const ROWS_TOUCHED: u32 = 3;
 
+/// How a strip runs is known by so many rows.
+const ROWS_FOR_SLOPE: u16 = 8;
+/// Rows that are so much wider than a white strip are wide by what touches it: they do not count for its width.
+const WIDENED: f32 = 1.1;
+
 /// Runs one below the other that are about as wide.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Strip {
     pub(super) class: ColourClass,
     pub(super) first: Run,
     pub(super) last: Run,
+    /// The last one that nothing touched.
+    clear: Run,
     pub(super) rows: u32,
     pixels: u32,
-    /// Rows in which it does not reach the left or right edge of the image, and its pixels in those.
+    /// Rows in which it does not reach the left or right edge of the image.
     whole_rows: u32,
-    whole_pixels: u32,
+    /// Those of them that count for its width, and its pixels in those.
+    counted_rows: u32,
+    counted_pixels: u32,
     pub(super) widest: u16,
     /// By how many columns a row its middle moves, in the last rows, and whether that is a bar's.
     movement: f32,
@@ -52,10 +61,12 @@ impl Strip {
             class,
             first: run,
             last: run,
+            clear: run,
             rows: 0,
             pixels: 0,
             whole_rows: 0,
-            whole_pixels: 0,
+            counted_rows: 0,
+            counted_pixels: 0,
             widest: 0,
             movement: 0.0,
             is_slanting: false,
@@ -64,19 +75,49 @@ impl Strip {
 
     fn add(&mut self, run: Run, image_width: u16) {
         self.movement += WEIGHT_OF_ROW * (run.middle() - self.last.middle() - self.movement);
-        if self.movement.abs() > SLANT {
+        // Strings of nets move the middle of white ones, too.
+        let is_bar = self.class != ColourClass::White && self.movement.abs() > SLANT;
+        if is_bar {
             self.is_slanting = true;
         } else if self.is_slanting && self.movement.abs() < END_OF_SLANT {
             *self = Self::new(self.class, run);
         }
-        self.last = run;
+        (self.last, self.clear) = (run, run);
         self.rows += 1;
         self.pixels += u32::from(run.width());
         self.widest = self.widest.max(run.width());
         if run.from > 0 && run.to < image_width {
             self.whole_rows += 1;
-            self.whole_pixels += u32::from(run.width());
+            let is_widened = self.class == ColourClass::White
+                && self.counted_rows > 0
+                && f32::from(run.width()) > WIDENED * (self.counted_pixels as f32 / self.counted_rows as f32) + 1.0;
+            if !is_widened {
+                self.counted_rows += 1;
+                self.counted_pixels += u32::from(run.width());
+            }
         }
+    }
+
+    /// Adds what of a run is the strip's own, where something else touches it: it goes on as it has run.
+    fn go_on_behind(&mut self, run: Run, image_width: u16) {
+        let rows = self.clear.row - self.first.row;
+        let slope =
+            if rows >= ROWS_FOR_SLOPE { (self.clear.middle() - self.first.middle()) / f32::from(rows) } else { 0.0 };
+        let half = f32::from(self.clear.width()) / 2.0;
+        let middle = self.clear.middle() + slope * f32::from(run.row - self.clear.row);
+        let mut own = run;
+        own.from = ((middle - half).round().max(0.0) as u16).max(run.from);
+        own.to = ((middle + half).round().max(0.0) as u16).min(run.to);
+        let clear = self.clear;
+        if own.from < own.to {
+            self.add(own, image_width);
+        }
+        self.clear = clear;
+    }
+
+    /// The columns by which its middle moves from row to row.
+    pub(super) fn slope(&self) -> f32 {
+        (self.last.middle() - self.first.middle()) / f32::from((self.last.row - self.first.row).max(1))
     }
 
     pub(super) fn mean_width(&self) -> f32 {
@@ -85,7 +126,7 @@ impl Strip {
 
     /// Its width where it does not reach the edge of the image; none if it does in most rows.
     pub(super) fn whole_width(&self) -> Option<f32> {
-        (2 * self.whole_rows > self.rows).then(|| self.whole_pixels as f32 / self.whole_rows as f32)
+        (2 * self.whole_rows > self.rows).then(|| self.counted_pixels as f32 / self.counted_rows as f32)
     }
 }
 
@@ -165,10 +206,8 @@ impl Look<'_> {
                         strip.add(*run, width);
                         here.push((index, 0));
                         goes_on = true;
-                    } else if touched < ROWS_TOUCHED + mean as u32 {
-                        let mut own = strip.last;
-                        own.row = run.row;
-                        strip.add(own, width);
+                    } else if touched < ROWS_TOUCHED + (1.5 * mean) as u32 {
+                        strip.go_on_behind(*run, width);
                         here.push((index, touched + 1));
                     }
                 }
