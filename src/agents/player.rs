@@ -74,6 +74,7 @@ impl Agent {
             };
             self.told(loss)
         })?;
+        self.connection.set_encoding(hello.hello.encoding);
         Ok(hello.hello)
     }
 
@@ -102,7 +103,6 @@ impl Agent {
             return Err(self.refuse(reason, deadline));
         }
         self.hello = Some(hello.clone());
-        self.connection.set_encoding(hello.encoding);
         let welcome = Message::Welcome(Box::new(Welcome::of(scenario, robot)));
         self.connection.send(&welcome, deadline).map_err(|loss| self.told(loss))
     }

@@ -1,12 +1,12 @@
 //! How the command line tells of a match in the league's own protocol.
 
 use bevy::prelude::*;
-use clap::Args;
+use clap::{ArgGroup, Args};
 use std::net::{IpAddr, Ipv4Addr};
 
 use super::report;
 use crate::game_controller::{
-    self, GameController, GameControllerSettings, Listener, NetworkSettings, ProtocolVersion,
+    self, GameController, GameControllerSettings, Listener, NetworkSettings, ProtocolVersion, TeamMessages,
 };
 use crate::team::PerTeam;
 
@@ -17,24 +17,29 @@ const LARGEST_OFFSET: i64 = 55_000;
 
 /// Arguments about the GameController.
 #[derive(Args, Debug, Clone, Default)]
+#[command(group = ArgGroup::new("numbered").multiple(true))]
 pub struct GameControllerArguments {
     /// Tell robots of the game as the league's GameController does: control packets to UDP port 3838, twice a simulated second
     /// and at each change; reports from robots at 3939, requests from monitors at 3636
-    #[arg(long, value_enum, value_name = "v18|v19", group = "protocol")]
+    #[arg(long, value_enum, value_name = "v18|v19", groups = ["protocol", "numbered"])]
     pub game_controller: Option<ProtocolVersion>,
     /// Let a real GameController decide about the match, which it is heard by at UDP port 3838 of this address: its operator
     /// whistles, penalises and restarts. Real time, unless --pace says otherwise [default: 127.0.0.1]
-    #[arg(long, value_name = "ADDRESS", num_args = 0..=1, default_missing_value = "127.0.0.1", group = "protocol")]
+    #[arg(long, value_name = "ADDRESS", num_args = 0..=1, default_missing_value = "127.0.0.1", groups = ["protocol", "numbered"])]
     pub listen_game_controller: Option<IpAddr>,
     /// Where its packets go [default: 127.0.0.1]; 127.255.255.255 reaches every program on this machine, a network's
     /// broadcast address every robot in it
     #[arg(long, value_name = "ADDRESS", requires = "game_controller")]
     pub game_controller_address: Option<IpAddr>,
+    /// Carry team messages over UDP for programs that want them, at 127.0.0.1 and port 10000 + the team's number; a robot's program
+    /// sends from 127.1.TEAM.NUMBER and hears its team-mates there
+    #[arg(long, group = "numbered")]
+    pub team_messages: bool,
     /// Add this to every port of it, to play several matches on one machine
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(..=LARGEST_OFFSET), requires = "protocol")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(..=LARGEST_OFFSET), requires = "numbered")]
     pub game_controller_port_offset: Option<u16>,
     /// The numbers of the teams in the league, blue first [default: 1,2, or those that are heard]
-    #[arg(long, value_name = "BLUE,PINK", value_parser = team_numbers, requires = "protocol")]
+    #[arg(long, value_name = "BLUE,PINK", value_parser = team_numbers, requires = "numbered")]
     pub team_numbers: Option<PerTeam<u8>>,
 }
 
@@ -55,6 +60,10 @@ impl GameControllerArguments {
             let controller = GameController::open(GameControllerSettings { version, network, team_numbers });
             let controller = controller.map_err(|error| format!("--game-controller: {error}"))?;
             game_controller::start(world, controller);
+        }
+        if self.team_messages {
+            let messages = TeamMessages::open(self.team_numbers.unwrap_or(TEAM_NUMBERS), port_offset);
+            world.insert_resource(messages.map_err(|error| format!("--team-messages: {error}"))?);
         }
         Ok(())
     }

@@ -5,6 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
+use super::datagram::Datagram;
 use crate::geometry::{Pose, file_units};
 
 /// Places farther than this from the origin are no places, m: a message with one is refused.
@@ -33,21 +34,25 @@ pub struct TeamMessage {
     /// Anything else, short.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub payload: Option<Cow<'static, str>>,
+    /// A message as a league's programs send it, which only the team understands: base64.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub datagram: Option<Datagram>,
 }
 
 impl TeamMessage {
-    /// What the message would take on the air, bytes: 4 for every number, the texts, and one byte for each part that is
-    /// there.
+    /// What the message would take on the air, bytes: 4 for every number, the texts and the datagram, and one byte for each
+    /// part that is there beside a datagram.
     pub fn size_bytes(&self) -> usize {
-        let TeamMessage { pose, ball_m, robots_m, intention, payload } = self;
+        let TeamMessage { pose, ball_m, robots_m, intention, payload, datagram: _ } = self;
         let numbers = 3 * usize::from(pose.is_some()) + 2 * usize::from(ball_m.is_some()) + 2 * robots_m.len();
         let parts = [pose.is_some(), ball_m.is_some(), !robots_m.is_empty(), intention.is_some(), payload.is_some()];
         4 * numbers + self.text_bytes() + parts.into_iter().filter(|&is_there| is_there).count()
     }
 
-    /// The length of its texts, bytes.
+    /// The length of its texts and its datagram, bytes.
     pub fn text_bytes(&self) -> usize {
-        [&self.intention, &self.payload].into_iter().flatten().map(|text| text.len()).sum()
+        let texts = [&self.intention, &self.payload].into_iter().flatten().map(|text| text.len());
+        texts.chain(self.datagram.iter().map(|datagram| datagram.0.len())).sum()
     }
 
     /// Whether every place in it is within range along both axes: no pitch reaches so far.

@@ -9,8 +9,8 @@
 //!
 //! **Loss.** With probability `loss`, and always beyond `range_m` where there is one. None by default.
 //!
-//! **Size.** Texts of more than `max_text_bytes`, by default 128 as for today's messages as a whole, are refused at the
-//! sender; so is a message with a number that is not finite, or with a place more than a kilometre away. A scenario may give a
+//! **Size.** Texts and datagrams of more than `max_text_bytes`, by default 128 as for messages as a whole in 2025 (512 in the
+//! Humanoid Soccer League of 2026), are refused at the sender; so is a message with a number that is not finite, or with a place more than a kilometre away. A scenario may give a
 //! team a budget of messages and of bytes for the match, beyond which nothing is sent: what a message counts for is
 //! [`TeamMessage::size_bytes`]. A league's budget is another matter: what is beyond is sent, and
 //! [the rules](crate::game::Rules::message_budget) say what follows. Those of 2010 have none (500 Kbit/s for everything that a
@@ -25,11 +25,13 @@ use bevy::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+mod datagram;
 mod message;
 mod status_report;
 #[cfg(test)]
 mod tests;
 
+pub use datagram::Datagram;
 pub use message::TeamMessage;
 pub use status_report::StatusReport;
 
@@ -96,7 +98,7 @@ pub struct MessageSettings {
     pub jitter_cycles: u32,
     /// Greatest distance between sender and recipient, m; none for the whole pitch.
     pub range_m: Option<f32>,
-    /// Greatest length of the texts in a message, bytes.
+    /// Greatest length of the texts and the datagram in a message together, bytes.
     pub max_text_bytes: u32,
     /// Messages that a team can send in a match: what is beyond is refused; none for any number. What a league allows is a
     /// matter of its [rules](crate::game::Rules::message_budget).
@@ -202,7 +204,7 @@ pub struct TeamMessageStatistics {
 #[reflect(Resource, @Knowledge::Truth)]
 pub struct MessageStatistics(pub PerTeam<TeamMessageStatistics>);
 
-fn deliver_messages(
+pub(crate) fn deliver_messages(
     clock: Res<CycleClock>,
     roster: Res<Roster>,
     mut in_flight: ResMut<MessagesInFlight>,

@@ -6,7 +6,7 @@
 //! [`StatusReport`], in traces, and in the window. Monitors that ask are told the truth: at once, and whose a free kick is.
 //!
 //! With a [`Listener`] it is the other way round: a real GameController is heard, and whoever operates it decides about the match.
-//! A match with neither opens no socket.
+//! With [`TeamMessages`] programs talk to their team-mates as on a field, too. A match with none of these opens no socket.
 
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
@@ -16,17 +16,19 @@ mod network;
 pub mod packet;
 mod portrait;
 pub mod report;
+mod team_messages;
 
 pub use listener::{Listener, listen_to};
 pub use network::{NetworkError, NetworkSettings};
 pub use packet::{ControlPacket, ProtocolVersion};
 pub use portrait::Portrayed;
 pub use report::ReturnPacket;
+pub use team_messages::{HERE, TeamMessages, robot_address};
 
 use network::Network;
 
-use crate::communication::StatusReport;
-use crate::cycle::{Cycle, CycleClock, CycleSystems};
+use crate::communication::{StatusReport, deliver_messages};
+use crate::cycle::{ActSystems, Cycle, CycleClock, CycleSystems};
 use crate::game::{Game, Penalty, Rules, ShootOut};
 use crate::referee::RefereeMemory;
 use crate::robot::Roster;
@@ -35,7 +37,8 @@ use crate::team::{PerTeam, RobotId, Team};
 /// Between two packets if nothing changes, s.
 const PERIOD_S: f32 = 0.5;
 
-/// Lets a [`GameController`] tell of the match, if there is one, and a [`Listener`] hear who decides about it.
+/// Lets a [`GameController`] tell of the match, if there is one, a [`Listener`] hear who decides about it, and [`TeamMessages`]
+/// carry what teams say.
 pub struct GameControllerPlugin;
 
 impl Plugin for GameControllerPlugin {
@@ -50,6 +53,14 @@ impl Plugin for GameControllerPlugin {
                 tell.in_set(CycleSystems::Last),
             )
                 .run_if(resource_exists::<GameController>),
+        );
+        app.add_systems(
+            Cycle,
+            (
+                team_messages::hand_out.in_set(CycleSystems::Communicate).after(deliver_messages),
+                team_messages::take.in_set(CycleSystems::Act).before(ActSystems::Say),
+            )
+                .run_if(resource_exists::<TeamMessages>),
         );
     }
 }

@@ -116,7 +116,10 @@ pub const TRACE_FIELDS: &[TraceField] = &[
     field("robots.command.kick.type", "`left_straight`, `right_straight`, `left_side` or `right_side`"),
     field("robots.command.kick.speed", "0 to 1"),
     field("robots.command.posture", "`get_up`, or a dive: `{\"dive\": \"left\"}`"),
-    field("robots.command.say", "what it says to its team-mates: `pose`, `ball_m`, `robots_m`, `intention`, `payload`"),
+    field(
+        "robots.command.say",
+        "what it says to its team-mates: `pose`, `ball_m`, `robots_m`, `intention`, `payload`, `datagram`",
+    ),
     field("robots.drawings", "what its behaviour drew"),
     field("robots.reasons", "why it did what it did, of behaviours that say so: only where it is asked for by name"),
     field("robots.reasons.options", "what it could do"),

@@ -325,5 +325,6 @@ fn message(player: &Player, decision: &Decision) -> TeamMessage {
         robots_m: if decision.reports_opponents { player.fresh_opponents().collect() } else { Vec::new() },
         intention: Some(Cow::Borrowed(decision.intention)),
         payload: decision.pass.map(|pass| Cow::Owned(pass.to_string())),
+        datagram: None,
     }
 }

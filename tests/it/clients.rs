@@ -8,6 +8,7 @@ use naoisis::pitch::{End, GoalColour};
 use naoisis::prelude::*;
 use naoisis::robot::posture::PostureCommand;
 use naoisis::sensing::status::BodyStatus;
+use serde_json::{Map, Value, json};
 use std::fs;
 use std::path::Path;
 use std::process::Command;
@@ -64,8 +65,6 @@ fn turn_towards([x, y]: [f64; 2]) -> f64 {
 }
 
 fn decide(status: &GameStatus, body: BodyStatus, percepts: &Percepts) -> serde_json::Value {
-    use serde_json::json;
-
     if status.penalised || status.state != GameState::Playing {
         return json!({});
     }
@@ -139,4 +138,68 @@ fn the_team_of_each_client_plays_the_same_match_and_so_does_the_behaviour() {
         assert_eq!(behaviour, program);
     }
     assert_eq!(trace.lines().count(), 1 + python.len());
+}
+
+/// The client's own MessagePack, whatever is installed, and its team in it.
+const BY_MESSAGE_PACK: &str = r#"
+import json, sys
+sys.modules["msgpack"] = None
+sys.path.insert(0, sys.argv[1])
+import naoisis_message_pack
+if sys.argv[2] == "unpack":
+    for line in sys.stdin:
+        value = naoisis_message_pack.unpack(bytes.fromhex(line))
+        print(json.dumps([value, naoisis_message_pack.pack(value).hex()]))
+else:
+    from dribblers import decide
+    from naoisis_agent import play
+    play(decide, encoding="msgpack", images=sys.argv[3:])
+"#;
+
+#[test]
+fn the_python_client_reads_and_writes_message_pack() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("packing.py"), BY_MESSAGE_PACK).unwrap();
+    let text_of = |length: usize| Value::from("é".repeat(length));
+    let values = [
+        json!({ "none": null, "yes": true, "no": false, "double": -0.1, "empty": [{}, [], ""] }),
+        json!([0, 127, 128, 255, 256, 65_535, 65_536, u64::MAX, -1, -32, -33, -128, -129, -40_000, i64::MIN]),
+        json!([text_of(15), text_of(16), text_of(200), text_of(40_000)]),
+        json!([vec![1; 15], vec![1; 16], vec![1; 70_000]]),
+        (0..40).map(|number| (number.to_string(), json!([number, number]))).collect::<Map<_, _>>().into(),
+    ];
+    let hexadecimal = |bytes: Vec<u8>| bytes.iter().map(|byte| format!("{byte:02x}")).collect::<String>();
+    let packed = values.each_ref().map(|value| hexadecimal(rmp_serde::to_vec_named(value).unwrap()) + "\n");
+    let mut python = Command::new("python3");
+    python.current_dir(folder.path()).args(["packing.py", &client("python"), "unpack"]);
+    fs::write(folder.path().join("packed"), packed.concat()).unwrap();
+    let output = python.stdin(fs::File::open(folder.path().join("packed")).unwrap()).output().unwrap();
+    let unpacked: Vec<Value> = text(&output.stdout).lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!(unpacked.len(), values.len());
+    for (value, line) in values.iter().zip(&unpacked) {
+        assert_eq!(&line[0], value);
+        let bytes: Vec<u8> =
+            line[1].as_str().unwrap().as_bytes().chunks(2).map(|byte| from_hexadecimal(byte)).collect();
+        assert_eq!(&rmp_serde::from_slice::<Value>(&bytes).unwrap(), value);
+    }
+}
+
+fn from_hexadecimal(byte: &[u8]) -> u8 {
+    u8::from_str_radix(core::str::from_utf8(byte).unwrap(), 16).unwrap()
+}
+
+#[test]
+fn the_python_team_plays_the_same_match_in_message_pack() {
+    let folder = tempfile::tempdir().unwrap();
+    let program = folder.path().join("packing.py");
+    fs::write(&program, BY_MESSAGE_PACK).unwrap();
+    let team = format!("python3 {} {} play", program.display(), client("python"));
+    assert!(match_of(&team) == match_of(&format!("python3 {}", client("python/dribblers.py"))));
+    // Who is refused is told why in words that it understands.
+    let team = format!("exec:{team} top");
+    let output = naoisis(
+        folder.path(),
+        &["run", "match3v3", "--duration", "0.1", "--cameras", "off", "--agent-start-timeout", "60", "--blue", &team],
+    );
+    assert!(text(&output.stderr).contains("Refused: it wants camera images, and none"), "{}", text(&output.stderr));
 }

@@ -1,12 +1,15 @@
 //! The league's GameController: what goes over the wire, and a team that only knows it.
 
 use bevy::prelude::*;
-use naoisis::communication::StatusReport;
+use naoisis::agents::{self, RobotCommand};
+use naoisis::communication::{Datagram, Inbox, MessageStatistics, StatusReport, TeamMessage};
+use naoisis::cycle::perceive;
+use naoisis::events::{CommandKind, CycleEvents, MatchEvent, Refusal};
 use naoisis::game::{GameState, Penalty, PenaltyReason};
 use naoisis::game_controller::packet::TeamPacket;
 use naoisis::game_controller::{
     self, ControlPacket, GameController, GameControllerPlugin, GameControllerSettings, Listener, NetworkSettings,
-    ProtocolVersion, ReturnPacket,
+    ProtocolVersion, ReturnPacket, TeamMessages,
 };
 use naoisis::prelude::*;
 use naoisis::team::PerTeam;
@@ -235,4 +238,108 @@ fn a_real_gamecontroller_decides_about_the_match() {
     say(&packet);
     app.run_cycles(1);
     assert!(app.is_finished() && !app.robot::<Penalty>(pink(3)).unwrap().is_active());
+}
+
+/// A socket at a robot's own address.
+fn robot_socket(team_number: u8, number: u8, offset: u16) -> UdpSocket {
+    let port = 10_000 + u16::from(team_number) + offset;
+    let socket = UdpSocket::bind((game_controller::robot_address(team_number, number), port)).unwrap();
+    socket.set_nonblocking(true).unwrap();
+    socket
+}
+
+#[test]
+fn what_programs_say_over_udp_is_a_message_of_the_match() {
+    let (offset, _control) = free_ports();
+    let mut app = headless_app();
+    app.add_plugins(GameControllerPlugin);
+    let scenario = r#"{ "rules": "free", "messages": { "delay_cycles": 2 }, "robots": [
+        { "team": "blue", "number": 1, "behaviour": "remote" },
+        { "team": "blue", "number": 2, "pose": [1, 1, 0], "behaviour": "remote" },
+        { "team": "blue", "number": 3, "pose": [1, -1, 0], "behaviour": "idle" },
+        { "team": "pink", "number": 1, "pose": [2, 0, 0], "behaviour": "remote" } ] }"#;
+    app.start_match(&Scenario::from_json(scenario).unwrap()).unwrap();
+    app.insert_resource(TeamMessages::open(PerTeam { blue: 5, pink: 12 }, offset).unwrap());
+    let [sender, team_mate, opponent] =
+        [(5, 1), (5, 2), (12, 1)].map(|(team, number)| robot_socket(team, number, offset));
+    let here = (game_controller::HERE, 10_005 + offset);
+    let heard = |socket: &UdpSocket| {
+        let mut bytes = [0; 2048];
+        let received = core::iter::from_fn(|| socket.recv(&mut bytes).ok().map(|length| bytes[..length].to_vec()));
+        received.collect::<Vec<_>>()
+    };
+    let refusals = |app: &App| {
+        let events = app.world().resource::<CycleEvents>().iter();
+        events.filter(|event| matches!(event, MatchEvent::CommandRefused { .. })).cloned().collect::<Vec<_>>()
+    };
+    let refusal = |reason| MatchEvent::CommandRefused { robot: blue(1), command: CommandKind::Say, reason };
+    perceive(app.world_mut());
+    // Said on the pipe, too: one message.
+    let say = TeamMessage { intention: Some("pass".into()), ..default() };
+    agents::command(app.world_mut(), blue(1), RobotCommand { say: Some(say), ..default() }).unwrap();
+    sender.send_to(b"mine", here).unwrap();
+    // A robot with a behaviour, and somebody who is no robot, have nothing to say here.
+    robot_socket(5, 3, offset).send_to(b"idle", here).unwrap();
+    UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).unwrap().send_to(b"nobody", here).unwrap();
+    app.run_cycles(1);
+    assert_eq!(refusals(&app), []);
+    perceive(app.world_mut());
+    assert_eq!(heard(&team_mate).len(), 0);
+    app.run_cycles(1);
+    perceive(app.world_mut());
+    assert_eq!(heard(&team_mate), [b"mine"]);
+    assert_eq!((heard(&opponent).len(), heard(&sender).len()), (0, 0));
+    let received = &app.robot::<Inbox>(blue(3)).unwrap().0[0].say;
+    assert_eq!(
+        (received.intention.as_deref(), received.datagram.as_ref()),
+        (Some("pass"), Some(&Datagram(b"mine".to_vec())))
+    );
+    // One a cycle, and none that is too long.
+    sender.send_to(b"one", here).unwrap();
+    sender.send_to(b"two", here).unwrap();
+    app.run_cycles(1);
+    assert_eq!(refusals(&app), [refusal(Refusal::NotAllowed)]);
+    sender.send_to(&[0; 129], here).unwrap();
+    app.run_cycles(1);
+    assert_eq!(refusals(&app), [refusal(Refusal::TooLarge)]);
+    app.run_cycles(3);
+    assert_eq!(heard(&team_mate), [b"one"]);
+    assert_eq!(app.world().resource::<MessageStatistics>().blue.sent, 2);
+}
+
+/// Tells its team-mates what they have told it last, and prints what it hears.
+const TALKING: &str = r#"
+import os, sys
+from naoisis_agent import play
+from team_messages import TeamMessages
+robot = int(os.environ["NAOISIS_ROBOT"][-1])
+messages = TeamMessages(5, robot, int(sys.argv[1]))
+last = b""
+def decide(perception):
+    global last
+    for message in messages.received():
+        print(message.decode(), file=sys.stderr)
+        last = message[:40]
+    messages.send(b"%d heard %s" % (robot, last))
+play(decide, name="talking")
+"#;
+
+#[test]
+fn programs_that_talk_over_udp_play_the_same_match_each_time() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("talking.py"), TALKING).unwrap();
+    let clients = Path::new(env!("CARGO_MANIFEST_DIR")).join("clients/python");
+    let (offset, _control) = free_ports();
+    let offset = offset.to_string();
+    let play = |trace: &str| {
+        let program = format!("exec:env PYTHONPATH={} python3 talking.py {offset}", clients.display());
+        let common = ["run", "match3v3", "--duration", "2", "--agent-timeout", "60", "--set", "messages.loss=0.3"];
+        let messages = ["--team-messages", "--team-numbers", "5,12", "--game-controller-port-offset", &offset];
+        let rest = ["--trace", trace, "--blue", &program];
+        let output = naoisis(folder.path(), &[&common[..], &messages, &rest].concat());
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        assert!(text(&output.stderr).contains("[blue2] 1 heard "), "{}", text(&output.stderr));
+        std::fs::read(folder.path().join(trace)).unwrap()
+    };
+    assert!(play("one.jsonl") == play("other.jsonl"));
 }

@@ -197,7 +197,7 @@ pub fn belief(belief: &Belief, error: Option<&BeliefError>, own_end: End) -> Vec
 
 /// A team message on one line.
 pub fn message(message: &TeamMessage) -> String {
-    let TeamMessage { pose: own, ball_m, robots_m, intention, payload } = message;
+    let TeamMessage { pose: own, ball_m, robots_m, intention, payload, datagram } = message;
     let robots = (!robots_m.is_empty()).then(|| format!("{} robots", robots_m.len()));
     let parts = [
         own.map(|own| format!("at {}", pose(own))),
@@ -205,6 +205,7 @@ pub fn message(message: &TeamMessage) -> String {
         robots,
         intention.as_ref().map(|intention| format!("“{intention}”")),
         payload.as_ref().map(|payload| format!("“{payload}”")),
+        datagram.as_ref().map(|_| "a datagram".to_owned()),
     ];
     let text = parts.into_iter().flatten().collect::<Vec<_>>().join(", ");
     format!("{text} ({} bytes)", message.size_bytes())
