@@ -1,5 +1,5 @@
 //! What it costs that programs play: matches of three against three as so many times real time, the clients' small team in
-//! compiled and in interpreted languages, and how soon six programs are ready.
+//! compiled and in interpreted languages, in JSON and in MessagePack and with camera images, and how soon six programs are ready.
 #![expect(clippy::unwrap_used, clippy::print_stdout, reason = "a benchmark prints its figures and may panic")]
 
 use bevy::prelude::*;
@@ -16,10 +16,24 @@ use common::fastest;
 /// Cycles over which a factor is taken, and how often: ten simulated seconds.
 const CYCLES: usize = 300;
 const ROUNDS: usize = 12;
+/// The same with camera images: two simulated seconds.
+const IMAGE_CYCLES: usize = 60;
 
 fn client(path: &str) -> String {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("clients").join(path).display().to_string()
 }
+
+/// The team of the Python client in MessagePack, or with nothing but an image a cycle.
+const IN_PYTHON: &str = r#"
+import sys
+sys.path.insert(0, sys.argv[1])
+from dribblers import decide
+from naoisis_agent import play
+if sys.argv[2] == "images":
+    play(lambda perception: {}, images=["top"], encoding=sys.argv[3])
+else:
+    play(decide, encoding=sys.argv[3])
+"#;
 
 /// The team of the C++ client, compiled.
 fn compiled(folder: &Path) -> Option<String> {
@@ -43,32 +57,45 @@ fn match_with(program: &str, robots: usize) -> App {
 }
 
 /// How many times real time it is played.
-fn factor(app: &mut App) -> f64 {
-    let simulated_s = CYCLES as f64 * app.world().resource::<CycleClock>().period_s;
+fn factor(app: &mut App, cycles: usize) -> f64 {
+    let simulated_s = cycles as f64 * app.world().resource::<CycleClock>().period_s;
     let took_s = fastest(ROUNDS, || {
-        app.run_cycles(CYCLES);
+        app.run_cycles(cycles);
     });
     simulated_s / took_s
 }
 
-fn report(name: &str, program: &str, robots: usize) {
+fn report(name: &str, program: &str, robots: usize, cycles: usize) {
     let mut app = match_with(program, robots);
     let started = Instant::now();
     agents::start_programs(app.world_mut()).unwrap();
     let start_s = started.elapsed().as_secs_f64();
-    println!("{name}: {:.0} times real time, ready after {start_s:.2} s", factor(&mut app));
+    println!("{name}: {:.0} times real time, ready after {start_s:.2} s", factor(&mut app, cycles));
     agents::dismiss(app.world_mut(), "end");
 }
 
 fn main() {
     let folder: PathBuf = tempfile::tempdir().unwrap().keep();
-    println!("no program: {:.0} times real time", factor(&mut match_with("", 0)));
+    println!("no program: {:.0} times real time", factor(&mut match_with("", 0), CYCLES));
     if let Some(program) = compiled(&folder) {
-        report("six programs in C++", &program, 6);
-        report("one program in C++", &program, 1);
+        report("six programs in C++", &program, 6, CYCLES);
+        report("one program in C++", &program, 1, CYCLES);
     }
     let python = format!("python3 {}", client("python/dribblers.py"));
-    report("six programs in Python", &python, 6);
-    report("one program in Python", &python, 1);
+    report("six programs in Python", &python, 6, CYCLES);
+    report("one program in Python", &python, 1, CYCLES);
+    let script = folder.join("in_python.py");
+    std::fs::write(&script, IN_PYTHON).unwrap();
+    let python = format!("python3 {} {}", script.display(), client("python"));
+    report(
+        "six programs in Python, MessagePack (quick where the package msgpack is)",
+        &format!("{python} team msgpack"),
+        6,
+        CYCLES,
+    );
+    for encoding in ["json", "msgpack"] {
+        let name = format!("six programs in Python, each an image a cycle, {encoding}");
+        report(&name, &format!("{python} images {encoding}"), 6, IMAGE_CYCLES);
+    }
     let _ = std::fs::remove_dir_all(folder);
 }

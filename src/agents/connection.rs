@@ -21,7 +21,7 @@ const SHOWN: usize = 100;
 /// So much is said of what is wrong with it, bytes: a word that there is not may be as long as a message.
 const LONGEST: usize = 400;
 /// What is read at once, bytes.
-const CHUNK: usize = 16 << 10;
+const CHUNK: usize = 4 << 10;
 /// How long to wait for what must be there already, if it is.
 const NO_TIME: Duration = Duration::from_millis(1);
 
@@ -258,7 +258,10 @@ fn read_json<T: DeserializeOwned>(line: &[u8]) -> Result<T, Loss> {
     // By way of a value: serde alone would take a list for an object.
     match serde_json::from_slice::<Value>(line) {
         Ok(value) => read_value(&value).map_err(|error| malformed(&error.to_string(), line)),
-        Err(error) => Err(malformed(&format!("this is no JSON ({error})"), line)),
+        Err(error) => {
+            let what = format!("this is no JSON ({error}); what a program prints for people belongs on standard error");
+            Err(malformed(&what, line))
+        }
     }
 }
 

@@ -23,7 +23,7 @@ use crate::sensing::camera::CameraImages;
 use crate::team::RobotId;
 
 /// How long a program whose match is over may take to end.
-const FAREWELL: Duration = Duration::from_secs(1);
+pub(super) const FAREWELL: Duration = Duration::from_secs(1);
 
 /// A robot is played by a program, or was.
 #[derive(Component, Debug)]
@@ -171,9 +171,8 @@ impl Agent {
         let _ = self.connection.send(&Message::End { reason, score }, Some(Instant::now() + FAREWELL));
     }
 
-    /// Gives it a moment to end by itself. Whether it did.
-    pub(super) fn wait_for_end(mut self) -> bool {
-        let deadline = Instant::now() + FAREWELL;
+    /// Lets it end by itself until the deadline. Whether it did.
+    pub(super) fn wait_for_end(mut self, deadline: Instant) -> bool {
         self.connection.wait_for_end(Some(deadline));
         self.process.as_mut().is_none_or(|process| process.exit_status(deadline).is_some())
     }

@@ -4,7 +4,7 @@ use bevy::prelude::*;
 use std::time::Instant;
 
 use super::connection::{Connection, Loss};
-use super::player::{Agent, Player};
+use super::player::{Agent, FAREWELL, Player};
 use super::process::Process;
 use super::protocol::Hello;
 use super::remote::{ObeyingRobot, believe};
@@ -78,7 +78,7 @@ pub fn start_programs(world: &mut World) -> Result<(), StartError> {
             Ok(()) => Player(Some(agent)),
             Err(loss) => {
                 if loss.reason == AgentLoss::Refused {
-                    agent.wait_for_end();
+                    agent.wait_for_end(Instant::now() + FAREWELL);
                 }
                 world.resource_mut::<LostAgents>().0.push((robot, loss));
                 Player(None)
@@ -169,5 +169,7 @@ pub fn dismiss(world: &mut World, reason: &str) -> Vec<RobotId> {
     for (_, agent) in &mut agents {
         agent.say_goodbye(reason, score);
     }
-    agents.into_iter().filter_map(|(id, agent)| (!agent.wait_for_end()).then_some(id)).collect()
+    // They end while others do.
+    let deadline = Instant::now() + FAREWELL;
+    agents.into_iter().filter_map(|(id, agent)| (!agent.wait_for_end(deadline)).then_some(id)).collect()
 }

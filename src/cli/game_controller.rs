@@ -49,7 +49,8 @@ impl GameControllerArguments {
         let port_offset = self.game_controller_port_offset.unwrap_or(0);
         if let Some(address) = self.listen_game_controller {
             let listener = Listener::open(address, port_offset, self.team_numbers);
-            let listener = listener.map_err(|error| format!("--listen-game-controller: {error}"))?;
+            let listener =
+                listener.map_err(|error| format!("--listen-game-controller: {error}"))?.with_notes(report::note);
             report::note(&format!("hearing a GameController at {address}; robots stand until it says something"));
             game_controller::listen_to(world, listener);
         }

@@ -2,17 +2,23 @@
 //! restarts, and the match obeys.
 //!
 //! The listener asks the GameController for the truth, as a monitor does, and goes by what it tells robots only as long as no
-//! truth comes: that may be late, and without whose a free kick is.
+//! truth comes: that may be late, and without whose a free kick is. What robots with behaviours of their own believe is reported to
+//! it, as programs report for themselves.
 
 use bevy::prelude::*;
+use core::fmt;
 use std::net::{IpAddr, SocketAddr, UdpSocket};
 
 use super::network::{CONTROL_PORT, NetworkError, REQUEST, REQUEST_PORT, bind};
 use super::packet::ControlPacket;
+use super::status_reports::{Reporter, status_of};
+use crate::behaviour::Remote;
+use crate::belief::Belief;
 use crate::cycle::CycleClock;
 use crate::game::{GameState, OutsideReferee, Score};
 use crate::pitch::End;
 use crate::robot::Roster;
+use crate::sensing::status::BodyStatus;
 use crate::team::{PerTeam, RobotId, Team};
 
 /// The truth is asked for again when it has not come for so long, s.
@@ -20,8 +26,14 @@ const TRUTH_IS_OLD_S: f64 = 2.0;
 /// So many packets are taken in a cycle: who sends more waits.
 const MOST_PACKETS: usize = 64;
 
+/// Between two reports of a robot, s.
+const REPORT_PERIOD_S: f32 = 1.0;
+
+/// Whoever wants to know what is heard, in a sentence.
+pub type HeardNotes = Box<dyn Fn(&str) + Send + Sync>;
+
 /// Hears a GameController.
-#[derive(Resource, Debug)]
+#[derive(Resource)]
 pub struct Listener {
     socket: UdpSocket,
     port_offset: u16,
@@ -29,6 +41,18 @@ pub struct Listener {
     team_numbers: Option<PerTeam<u8>>,
     /// When the truth was heard last, s since the start.
     truth_at_s: Option<f64>,
+    /// Where it was heard from last.
+    controller: Option<IpAddr>,
+    /// The teams of another match, when they were heard last.
+    strangers: Option<[u8; 2]>,
+    reporter: Reporter,
+    notes: Option<HeardNotes>,
+}
+
+impl fmt::Debug for Listener {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.debug_struct("Listener").field("socket", &self.socket).finish_non_exhaustive()
+    }
 }
 
 impl Listener {
@@ -38,7 +62,22 @@ impl Listener {
     /// When that cannot be done, such as where somebody else does.
     pub fn open(address: IpAddr, port_offset: u16, team_numbers: Option<PerTeam<u8>>) -> Result<Self, NetworkError> {
         let socket = bind(SocketAddr::new(address, CONTROL_PORT.saturating_add(port_offset)))?;
-        Ok(Self { socket, port_offset, team_numbers, truth_at_s: None })
+        Ok(Self {
+            socket,
+            port_offset,
+            team_numbers,
+            truth_at_s: None,
+            controller: None,
+            strangers: None,
+            reporter: Reporter::default(),
+            notes: None,
+        })
+    }
+
+    /// The listener, which tells of the teams that it hears.
+    #[must_use]
+    pub fn with_notes(self, notes: impl Fn(&str) + Send + Sync + 'static) -> Self {
+        Self { notes: Some(Box::new(notes)), ..self }
     }
 
     /// What was said last since the last time, if anything was.
@@ -48,7 +87,8 @@ impl Listener {
         for _ in 0..MOST_PACKETS {
             let Ok((length, from)) = self.socket.recv_from(&mut bytes) else { break };
             let Ok(packet) = ControlPacket::from_bytes(&bytes[..length]) else { continue };
-            let numbers = *self.team_numbers.get_or_insert(numbers_in(&packet));
+            let Some(numbers) = self.numbers(&packet) else { continue };
+            self.controller = Some(from.ip());
             let is_fresh = self.truth_at_s.is_some_and(|truth_at_s| time_s - truth_at_s < TRUTH_IS_OLD_S);
             if packet.for_monitors {
                 self.truth_at_s = Some(time_s);
@@ -62,6 +102,33 @@ impl Listener {
             said = directions(&packet, numbers, robots).or(said);
         }
         said
+    }
+
+    /// The teams' numbers, if the packet is of this match. Each time other teams are heard, that is told.
+    fn numbers(&mut self, packet: &ControlPacket) -> Option<PerTeam<u8>> {
+        let there = numbers_in(packet);
+        let numbers = *self.team_numbers.get_or_insert_with(|| {
+            if let Some(note) = &self.notes {
+                let version = packet.version.number();
+                note(&format!(
+                    "a GameController of version {version} is heard: team {} is blue, {} pink",
+                    there.blue, there.pink
+                ));
+            }
+            there
+        });
+        let is_of_match = there == numbers || there == PerTeam { blue: numbers.pink, pink: numbers.blue };
+        let strangers = (!is_of_match).then_some([there.blue, there.pink]);
+        if self.strangers != strangers
+            && let (Some([left, right]), Some(note)) = (strangers, &self.notes)
+        {
+            let PerTeam { blue, pink } = numbers;
+            note(&format!(
+                "a GameController tells of the teams {left} and {right}, which do not play here; expected {blue} and {pink}"
+            ));
+        }
+        self.strangers = strangers;
+        is_of_match.then_some(numbers)
     }
 }
 
@@ -80,6 +147,22 @@ pub(super) fn listen(
     let robots: Vec<RobotId> = roster.iter().map(|(id, _)| id).collect();
     if let Some(said) = listener.heard(clock.start_time_s(), &robots) {
         outside.set_if_neq(said);
+    }
+}
+
+/// Reports what robots with behaviours of their own believe.
+pub(super) fn report(
+    clock: Res<CycleClock>,
+    mut listener: ResMut<Listener>,
+    robots: Query<(&RobotId, &BodyStatus, Option<&Belief>), Without<Remote>>,
+) {
+    let is_time = clock.cycle.is_multiple_of(u64::from(clock.cycles_in(REPORT_PERIOD_S)).max(1));
+    let listener = &mut *listener;
+    let controller = listener.controller.filter(IpAddr::is_loopback);
+    let (Some(controller), Some(numbers), true) = (controller, listener.team_numbers, is_time) else { return };
+    for (id, body, belief) in &robots {
+        let report = status_of(*body, belief, clock.start_time_s());
+        listener.reporter.send(*id, numbers[id.team], report, controller, listener.port_offset);
     }
 }
 

@@ -16,6 +16,7 @@ mod network;
 pub mod packet;
 mod portrait;
 pub mod report;
+mod status_reports;
 mod team_messages;
 
 pub use listener::{Listener, listen_to};
@@ -44,7 +45,8 @@ pub struct GameControllerPlugin;
 impl Plugin for GameControllerPlugin {
     fn build(&self, app: &mut App) {
         app.register_type::<StatusReport>()
-            .add_systems(Cycle, listener::listen.in_set(CycleSystems::Communicate).run_if(resource_exists::<Listener>));
+            .add_systems(Cycle, listener::listen.in_set(CycleSystems::Communicate).run_if(resource_exists::<Listener>))
+            .add_systems(Cycle, listener::report.in_set(CycleSystems::Last).run_if(resource_exists::<Listener>));
         app.add_systems(
             Cycle,
             (

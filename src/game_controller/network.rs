@@ -12,7 +12,7 @@ use super::report::{REPORT_BYTES, ReturnPacket};
 /// Where control packets go.
 pub(super) const CONTROL_PORT: u16 = 3838;
 /// Where robots send their reports.
-const REPORT_PORT: u16 = 3939;
+pub(super) const REPORT_PORT: u16 = 3939;
 /// Where monitors ask for the truth.
 pub(super) const REQUEST_PORT: u16 = 3636;
 /// Where monitors are sent the robots' reports.

@@ -64,7 +64,7 @@ fn turn_towards([x, y]: [f64; 2]) -> f64 {
     if is_ahead { 0.0 } else { 3.0_f64.copysign(if y > 0.0 { 1.0 } else { -1.0 }) }
 }
 
-fn decide(status: &GameStatus, body: BodyStatus, percepts: &Percepts) -> serde_json::Value {
+fn decide(status: &GameStatus, body: BodyStatus, percepts: &Percepts) -> Value {
     if status.penalised || status.state != GameState::Playing {
         return json!({});
     }
@@ -178,8 +178,7 @@ fn the_python_client_reads_and_writes_message_pack() {
     assert_eq!(unpacked.len(), values.len());
     for (value, line) in values.iter().zip(&unpacked) {
         assert_eq!(&line[0], value);
-        let bytes: Vec<u8> =
-            line[1].as_str().unwrap().as_bytes().chunks(2).map(|byte| from_hexadecimal(byte)).collect();
+        let bytes: Vec<u8> = line[1].as_str().unwrap().as_bytes().chunks(2).map(from_hexadecimal).collect();
         assert_eq!(&rmp_serde::from_slice::<Value>(&bytes).unwrap(), value);
     }
 }

@@ -16,6 +16,7 @@ use naoisis::team::PerTeam;
 use std::net::{Ipv4Addr, UdpSocket};
 use std::path::Path;
 use std::sync::atomic::{AtomicU16, Ordering};
+use std::sync::mpsc;
 use std::time::Duration;
 
 use crate::support::{blue, headless_app, naoisis, pink, text};
@@ -179,7 +180,11 @@ fn a_real_gamecontroller_decides_about_the_match() {
     let scenario = r#"{ "rules": "spl2025", "teams": { "blue": "roles", "pink": "chasers" } }"#;
     app.start_match(&Scenario::from_json(scenario).unwrap()).unwrap();
     let listener = Listener::open(Ipv4Addr::LOCALHOST.into(), offset, None).unwrap();
+    let (sender, notes) = mpsc::channel();
+    let listener = listener.with_notes(move |note| drop(sender.send(note.to_owned())));
     game_controller::listen_to(app.world_mut(), listener);
+    let reports = UdpSocket::bind((Ipv4Addr::LOCALHOST, 3939 + offset)).unwrap();
+    reports.set_nonblocking(true).unwrap();
     // What a GameController that knows another match would say.
     let team = |number| TeamPacket { number, ..TeamPacket::default() };
     let mut packet = ControlPacket {
@@ -210,6 +215,28 @@ fn a_real_gamecontroller_decides_about_the_match() {
     say(&packet);
     app.run_cycles(60);
     assert_eq!((app.game().state, place(&app)), (GameState::Initial, start));
+    assert_eq!(notes.try_recv().unwrap(), "a GameController of version 18 is heard: team 5 is blue, 12 pink");
+    // Each robot reports from an address of its own, twice in two seconds.
+    let mut bytes = [0; 64];
+    let reported = core::iter::from_fn(|| {
+        let (length, from) = reports.recv_from(&mut bytes).ok()?;
+        Some((from.ip(), ReturnPacket::from_bytes(&bytes[..length], 0.0).unwrap()))
+    });
+    let reported: Vec<_> = reported.collect();
+    let of_blue2 = reported.iter().filter(|(from, _)| *from == game_controller::robot_address(5, 2));
+    let of_blue2: Vec<_> = of_blue2.map(|(_, packet)| packet).collect();
+    assert_eq!((reported.len(), of_blue2.len()), (2 * 14, 2));
+    assert!(of_blue2.iter().all(|packet| (packet.player, packet.team) == (2, 5)));
+    assert!(of_blue2[1].report.pose.position.distance(start.position) < 0.5, "{of_blue2:?}, {start:?}");
+    // Another match's packets are none of its business, and it says so once.
+    let stranger = ControlPacket { state: GameState::Playing, teams: [team(5), team(6)], ..packet.clone() };
+    for _ in 0..2 {
+        say(&stranger);
+        app.run_cycles(1);
+    }
+    assert_eq!(app.game().state, GameState::Initial);
+    assert!(notes.try_recv().unwrap().contains("the teams 5 and 6, which do not play here; expected 5 and 12"));
+    assert!(notes.try_recv().is_err());
     // The listener has asked for the truth.
     let mut request = [0; 8];
     let (length, _) = operator.recv_from(&mut request).unwrap();

@@ -1,0 +1,1 @@
+../../../clients/python/naoisis_agent.py
