@@ -43,7 +43,7 @@ pub struct Listener {
     truth_at_s: Option<f64>,
     /// Where it was heard from last.
     controller: Option<IpAddr>,
-    /// The teams of another match, when they were heard last.
+    /// The teams of another match that were heard last.
     strangers: Option<[u8; 2]>,
     reporter: Reporter,
     notes: Option<HeardNotes>,
@@ -104,7 +104,7 @@ impl Listener {
         said
     }
 
-    /// The teams' numbers, if the packet is of this match. Each time other teams are heard, that is told.
+    /// The teams' numbers, if the packet is of this match. That others are heard is told once.
     fn numbers(&mut self, packet: &ControlPacket) -> Option<PerTeam<u8>> {
         let there = numbers_in(packet);
         let numbers = *self.team_numbers.get_or_insert_with(|| {
@@ -117,18 +117,20 @@ impl Listener {
             }
             there
         });
-        let is_of_match = there == numbers || there == PerTeam { blue: numbers.pink, pink: numbers.blue };
-        let strangers = (!is_of_match).then_some([there.blue, there.pink]);
+        if there == numbers || there == (PerTeam { blue: numbers.pink, pink: numbers.blue }) {
+            return Some(numbers);
+        }
+        let strangers = Some([there.blue, there.pink]);
         if self.strangers != strangers
-            && let (Some([left, right]), Some(note)) = (strangers, &self.notes)
+            && let Some(note) = &self.notes
         {
-            let PerTeam { blue, pink } = numbers;
             note(&format!(
-                "a GameController tells of the teams {left} and {right}, which do not play here; expected {blue} and {pink}"
+                "a GameController tells of the teams {} and {}, which do not play here; expected {} and {}",
+                there.blue, there.pink, numbers.blue, numbers.pink
             ));
         }
         self.strangers = strangers;
-        is_of_match.then_some(numbers)
+        None
     }
 }
 
