@@ -29,7 +29,11 @@ fn robots_find_and_kick_the_ball_by_images_alone() {
         let kicked = app.run_until(900, |app| {
             app.events().iter().any(|event| matches!(event, MatchEvent::Kick { result: KickResult::Kicked, .. }))
         });
-        assert!(kicked, "{model} of {team} did not kick the ball in 30 s: {:?}", app.robot_pose(RobotId::new(Team::Blue, 1)));
+        assert!(
+            kicked,
+            "{model} of {team} did not kick the ball in 30 s: {:?}",
+            app.robot_pose(RobotId::new(Team::Blue, 1))
+        );
     }
 }
 
