@@ -139,6 +139,7 @@ fn watch(program: Program<'static>, name: &str, file: &ScenarioFile, arguments: 
     use crate::viewer::film::Filming;
     use crate::viewer::match_panel::WatchedScenarioFile;
     use crate::viewer::memory::ViewerMemory;
+    use crate::viewer::start_page::StartPage;
 
     let mut app = match window::open(program, &arguments.window) {
         Ok(app) => app,
@@ -157,8 +158,16 @@ fn watch(program: Program<'static>, name: &str, file: &ScenarioFile, arguments: 
     if let Ok(path) = &path {
         app.insert_resource(WatchedScenarioFile::of(path));
     }
-    let name = path.ok().and_then(|path| path.to_str().map(str::to_owned)).unwrap_or_else(|| name.to_owned());
-    app.world_mut().resource_mut::<ViewerMemory>().note_scenario(&name);
+    let file = path.ok().and_then(|path| path.to_str().map(str::to_owned));
+    let mut memory = app.world_mut().resource_mut::<ViewerMemory>();
+    if let Some(file) = &file {
+        memory.note_recent(file);
+    }
+    memory.note_scenario(file.as_deref().unwrap_or(name));
+    // Who says nothing is asked.
+    if arguments.scenario.is_none() && arguments.record.is_none() {
+        app.insert_resource(StartPage(true));
+    }
     if let Some(folder) = &arguments.record {
         let cleared = if arguments.force { remove_frames(folder) } else { Ok(()) };
         match cleared.and_then(|()| Film::create_frames(folder)) {

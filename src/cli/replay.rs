@@ -57,6 +57,7 @@ pub fn replay(program: Program<'static>, arguments: &ReplayArguments) -> ExitCod
 #[cfg(feature = "viewer")]
 fn watch(program: Program<'static>, arguments: &ReplayArguments, trace: ReadTrace) -> ExitCode {
     use super::window;
+    use crate::viewer::memory::ViewerMemory;
     use crate::viewer::shared::Notice;
     use crate::viewer::timeline;
 
@@ -67,6 +68,9 @@ fn watch(program: Program<'static>, arguments: &ReplayArguments, trace: ReadTrac
     let is_broken_off = trace.ending == Ending::BrokenOff;
     if let Err(fault) = timeline::start_replay(app.world_mut(), trace) {
         return report::usage_error(&format!("{}:1: {fault}", arguments.trace.display()));
+    }
+    if let Some(file) = arguments.trace.canonicalize().ok().as_deref().and_then(|path| path.to_str()) {
+        app.world_mut().resource_mut::<ViewerMemory>().note_recent(file);
     }
     if is_broken_off {
         app.world_mut().resource_mut::<Notice>().tell(BROKEN_OFF);

@@ -36,23 +36,25 @@ pub struct BeliefRecorder {
     error: Option<io::Error>,
 }
 
-/// What is true at the end of a cycle.
-#[derive(Default)]
-struct Sensed {
-    /// Place (m) and velocity (m/s) of the ball.
-    ball: Option<[Vec2; 2]>,
+/// What is true at the end of a cycle: what robots sense in the next one, and what their beliefs in that are about.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Sensed {
+    /// Place (m) and velocity (m/s) of the ball, pitch frame.
+    pub ball: Option<[Vec2; 2]>,
     poses: Vec<(RobotId, Pose)>,
 }
 
 impl Sensed {
-    fn of(record: &CycleRecord) -> Self {
+    /// What a record says.
+    pub fn of(record: &CycleRecord) -> Self {
         Self {
             ball: record.ball.map(|ball| [ball.position_m, ball.velocity_mps].map(Vec3::truncate)),
             poses: record.robots.iter().map(|robot| (robot.id, robot.pose)).collect(),
         }
     }
 
-    fn pose(&self, id: RobotId) -> Option<Pose> {
+    /// Where a robot was, pitch frame.
+    pub fn pose(&self, id: RobotId) -> Option<Pose> {
         self.poses.iter().find(|(other, _)| *other == id).map(|(_, pose)| *pose)
     }
 }

@@ -113,7 +113,8 @@ pub fn page(summary: &MatchSummary) -> String {
     html + "</body></html>\n"
 }
 
-fn team_rows(summary: &MatchSummary) -> Vec<Vec<String>> {
+/// What the teams did: a line for each thing, in words, blue, pink.
+pub fn team_rows(summary: &MatchSummary) -> Vec<Vec<String>> {
     let PerTeam { blue, pink } = &summary.numbers;
     let held_s = (blue.possession_s + pink.possession_s).max(1e-9);
     let row = |words: &str, of: &dyn Fn(&super::match_summary::TeamNumbers) -> String| {
@@ -127,6 +128,12 @@ fn team_rows(summary: &MatchSummary) -> Vec<Vec<String>> {
         row("passes that arrived", &|team| format!("{} of {}", team.passes_arrived, team.passes)),
         row("walked", &|team| format!("{:.0} m", team.distance_m)),
     ]
+}
+
+/// How many penalties the robots of a team had.
+pub fn penalty_count(summary: &MatchSummary, team: Team) -> u32 {
+    let robots = summary.robots.iter().filter(|(id, _)| id.team == team);
+    robots.flat_map(|(_, robot)| robot.penalties.values()).sum()
 }
 
 fn robot_rows(summary: &MatchSummary) -> Vec<Vec<String>> {

@@ -12,6 +12,7 @@ use crate::belief::error::{BeliefError, Truth};
 use crate::belief::{point_team_from_pitch, team_from_pitch};
 use crate::cycle::{Cycle, CycleClock};
 use crate::geometry::Pose;
+use crate::record::beliefs::Sensed;
 use crate::record::cycle_record::{CycleRecord, RobotRecord};
 use crate::record::gather::{CurrentRecord, RecordSystems};
 use crate::record::history::History;
@@ -115,8 +116,15 @@ fn begin_anew(mut samples: ResMut<CycleSamples>) {
     *samples = CycleSamples::default();
 }
 
-fn note_cycle(mut samples: ResMut<CycleSamples>, current: Res<CurrentRecord>) {
-    samples.note(current.record.cycle, CycleSample::of(&current.record));
+fn note_cycle(
+    mut samples: ResMut<CycleSamples>,
+    current: Res<CurrentRecord>,
+    mut before: Local<Option<(u64, Sensed)>>,
+) {
+    let record = &current.record;
+    let sensed = before.take().filter(|(cycle, _)| cycle + 1 == record.cycle).map(|(_, sensed)| sensed);
+    samples.note(record.cycle, CycleSample::of(record, sensed.as_ref()));
+    *before = Some((record.cycle, Sensed::of(record)));
 }
 
 /// Notes the moment that is looked at again and, some in each frame, those before it, unless they are known.
@@ -145,33 +153,40 @@ fn note_past(
 /// Notes a cycle from its record, if there is one.
 fn note_record(samples: &mut CycleSamples, history: &mut History, cycle: u64) -> bool {
     let Ok(Some(record)) = history.record(cycle) else { return false };
-    samples.note(record.cycle, CycleSample::of(&record));
+    let before = record.cycle.checked_sub(1).and_then(|before| history.record(before).ok()?);
+    let sensed = before.filter(|before| before.cycle + 1 == record.cycle).map(|before| Sensed::of(&before));
+    samples.note(record.cycle, CycleSample::of(&record, sensed.as_ref()));
     record.cycle == cycle
 }
 
 impl CycleSample {
-    /// What a record says.
-    pub fn of(record: &CycleRecord) -> Self {
-        let ball = record.ball.map(|ball| [ball.position_m.truncate(), ball.velocity_mps.truncate()]);
+    /// What a record says. Beliefs are compared with what was `sensed`: the end of the cycle before. Where that is not known, as
+    /// in a trace of every few cycles, with the end of this one.
+    pub fn of(record: &CycleRecord, sensed: Option<&Sensed>) -> Self {
+        let now = Sensed::of(record);
+        let sensed = sensed.unwrap_or(&now);
         CycleSample {
             time_s: record.time_s,
-            ball: ball.map(|[place, _]| place),
-            robots: record.robots.iter().map(|robot| (robot.id, RobotSample::of(robot, record, ball))).collect(),
+            ball: now.ball.map(|[place, _]| place),
+            robots: record.robots.iter().map(|robot| (robot.id, RobotSample::of(robot, record, sensed))).collect(),
         }
     }
 }
 
 impl RobotSample {
-    /// What a record says of a robot, where place (m) and velocity (m/s) of the ball are these.
-    fn of(robot: &RobotRecord, record: &CycleRecord, ball: Option<[Vec2; 2]>) -> Self {
+    /// What a record says of a robot, whose belief is about what was sensed.
+    fn of(robot: &RobotRecord, record: &CycleRecord, sensed: &Sensed) -> Self {
         let own_end = record.game.own_end(robot.id.team);
         let opponents =
             record.robots.iter().filter(|other| other.id.team != robot.id.team && other.penalised.is_none());
         let error = robot.belief.as_ref().filter(|_| robot.penalised.is_none()).map(|belief| {
             let truth = Truth {
-                pose: team_from_pitch(robot.pose, own_end),
-                ball: ball.map(|vectors| vectors.map(|vector| point_team_from_pitch(vector, own_end))),
-                opponents: opponents.map(|other| point_team_from_pitch(other.pose.position, own_end)).collect(),
+                pose: team_from_pitch(sensed.pose(robot.id).unwrap_or(robot.pose), own_end),
+                ball: sensed.ball.map(|vectors| vectors.map(|vector| point_team_from_pitch(vector, own_end))),
+                opponents: opponents
+                    .map(|other| sensed.pose(other.id).unwrap_or(other.pose))
+                    .map(|pose| point_team_from_pitch(pose.position, own_end))
+                    .collect(),
             };
             BeliefError::of(belief, &truth, |_| {})
         });
@@ -181,7 +196,7 @@ impl RobotSample {
             head: robot.head,
             sonar: robot.sonar_m,
             error,
-            ball_m: ball.map(|[place, _]| place.distance(robot.pose.position)),
+            ball_m: record.ball.map(|ball| ball.position_m.truncate().distance(robot.pose.position)),
             penalised: robot.penalised.is_some(),
             command: robot.command.clone(),
         }
@@ -233,6 +248,26 @@ mod tests {
         let noted: Vec<u64> = samples.between(0, 30).map(|(cycle, _)| cycle).collect();
         assert_eq!(noted, [12, 15]);
         assert_eq!(samples.robot(15, BLUE).map(|robot| robot.speed_mps), Some(0.0));
+    }
+
+    #[test]
+    fn a_belief_is_compared_with_what_was_sensed() {
+        let belief = crate::belief::Belief { pose: Pose::new(1.0, 0.0, 0.0), ..default() };
+        let record = |cycle, x| {
+            let robot =
+                RobotRecord { pose: Pose::new(x, 0.0, 0.0), belief: Some(belief.clone()), ..RobotRecord::new(BLUE) };
+            CycleRecord { cycle, robots: vec![robot], ..default() }
+        };
+        // It believes what was so when it sensed, and has walked on since.
+        let mut history = History::default();
+        history.push(&record(0, 1.0)).unwrap();
+        history.push(&record(1, 1.5)).unwrap();
+        let mut samples = CycleSamples::default();
+        assert!(note_record(&mut samples, &mut history, 1));
+        let error_m = |sample: &CycleSample| sample.robots[&BLUE].error.as_ref().map(|error| error.position_m);
+        assert_eq!(samples.sample(1).and_then(error_m), Some(0.0));
+        // Where the cycle before is not known, with the end of this one.
+        assert_eq!(error_m(&CycleSample::of(&record(1, 1.5), None)), Some(0.5));
     }
 
     #[test]

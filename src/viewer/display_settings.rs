@@ -3,6 +3,55 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
+/// What the window is used for.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Workspace {
+    /// The match as on television: a camera that follows play, a large score, goals again in slow motion, a summary at the end.
+    Watch,
+    /// What robots see, believe and want, and what happened when: all panels.
+    #[default]
+    Debug,
+    /// Nothing but the pitch, a pen, large words, one robot's world alone, moments that are stepped through.
+    Teach,
+}
+
+impl Workspace {
+    /// All of them, in the order of the key that goes from one to the next.
+    pub const ALL: [Workspace; 3] = [Workspace::Watch, Workspace::Debug, Workspace::Teach];
+
+    /// Its name, for people.
+    pub fn name(self) -> &'static str {
+        match self {
+            Workspace::Watch => "Watch",
+            Workspace::Debug => "Debug",
+            Workspace::Teach => "Teach",
+        }
+    }
+
+    /// The next one, or the one before.
+    pub fn neighbour(self, steps: i8) -> Workspace {
+        let count = Self::ALL.len() as isize;
+        let index = Self::ALL.iter().position(|other| *other == self).unwrap_or(0) as isize;
+        Self::ALL[(index + isize::from(steps)).rem_euclid(count) as usize]
+    }
+}
+
+/// Whether the match is watched.
+pub fn is_watching(display: Res<DisplaySettings>) -> bool {
+    display.workspace == Workspace::Watch
+}
+
+/// Whether panels are shown.
+pub fn is_debugging(display: Res<DisplaySettings>) -> bool {
+    display.workspace == Workspace::Debug
+}
+
+/// Whether the match is shown to others.
+pub fn is_teaching(display: Res<DisplaySettings>) -> bool {
+    display.workspace == Workspace::Teach
+}
+
 /// What can be shown or hidden.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Switch {
@@ -61,6 +110,8 @@ impl Default for PanelScale {
 #[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(default)]
 pub struct DisplaySettings {
+    /// What the window is used for.
+    pub workspace: Workspace,
     /// The list of keys.
     pub help: bool,
     /// What is played, and with which settings.
@@ -92,6 +143,7 @@ pub struct DisplaySettings {
 impl Default for DisplaySettings {
     fn default() -> Self {
         Self {
+            workspace: Workspace::default(),
             help: false,
             game: false,
             events: true,
@@ -110,14 +162,25 @@ impl Default for DisplaySettings {
 }
 
 impl DisplaySettings {
-    /// Shows or hides something. Of the two large panels there is one at a time.
+    /// What is opened when it is wanted, at the right or above the match: one at a time.
+    const OPENED: [Switch; 5] = [Switch::Help, Switch::Game, Switch::Overlays, Switch::Cameras, Switch::ManyTimes];
+
+    /// Shows or hides something.
     pub fn toggle(&mut self, switch: Switch) {
-        let on = self.of_mut(switch);
-        *on = !*on;
-        match switch {
-            Switch::Help if self.help => self.game = false,
-            Switch::Game if self.game => self.help = false,
-            _ => {}
+        let was_on = *self.of_mut(switch);
+        if Self::OPENED.contains(&switch) {
+            for other in Self::OPENED {
+                *self.of_mut(other) = false;
+            }
+        }
+        *self.of_mut(switch) = !was_on;
+    }
+
+    /// Uses the window for something else: what was opened for the one is closed for the other.
+    pub fn enter(&mut self, workspace: Workspace) {
+        self.workspace = workspace;
+        for opened in Self::OPENED {
+            *self.of_mut(opened) = false;
         }
     }
 
@@ -145,15 +208,35 @@ mod tests {
     use super::*;
 
     #[test]
-    fn help_and_match_take_turns() {
+    fn one_key_goes_through_all_three_and_back() {
+        let mut now = Workspace::default();
+        for expected in [Workspace::Teach, Workspace::Watch, Workspace::Debug] {
+            now = now.neighbour(1);
+            assert_eq!(now, expected);
+        }
+        assert_eq!(Workspace::Watch.neighbour(-1), Workspace::Teach);
+    }
+
+    #[test]
+    fn what_is_opened_takes_turns() {
         let mut display = DisplaySettings::default();
-        display.toggle(Switch::Help);
-        display.toggle(Switch::Game);
-        assert!(display.game && !display.help);
-        display.toggle(Switch::Help);
-        assert!(display.help && !display.game);
-        display.toggle(Switch::Help);
-        assert!(!display.help);
+        for switch in DisplaySettings::OPENED {
+            display.toggle(switch);
+            let open = DisplaySettings::OPENED.into_iter().filter(|other| *display.of_mut(*other));
+            assert_eq!(open.collect::<Vec<_>>(), [switch]);
+        }
+        display.toggle(Switch::ManyTimes);
+        assert!(!display.many_times && display.events, "what is always there stays");
+    }
+
+    #[test]
+    fn nothing_is_left_open_from_another_way_to_use_the_window() {
+        let mut display = DisplaySettings { game: true, ..default() };
+        display.enter(Workspace::Watch);
+        assert!(!display.game && display.workspace == Workspace::Watch);
+        // A file of before there were three of them.
+        let text = r#"{ "light": true }"#;
+        assert_eq!(serde_json::from_str::<DisplaySettings>(text).unwrap().workspace, Workspace::Debug);
     }
 
     #[test]

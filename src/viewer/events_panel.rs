@@ -2,17 +2,17 @@
 //! so.
 
 use bevy::prelude::*;
-use bevy_egui::egui::{self, Align2, RichText};
+use bevy_egui::egui::{self, RichText};
 use bevy_egui::{EguiContexts, EguiPostUpdateSet, EguiPrimaryContextPass};
 
 use super::camera::LookAt;
 use super::display_settings::DisplaySettings;
 use super::event_log::{EventLog, LogEntry};
-use super::layout;
+use super::layout::{Dock, Edge, LayoutSystems, PanelSizes};
 use super::overlays::{Brush, OverlaySystems};
 use super::palette;
 use super::shared::{Playback, TimelineCommand};
-use super::theme::{MARGIN, ThemeSystems, card, dim, minutes, panel, team_colour, text_size};
+use super::theme::{dim, minutes, team_colour, text_size};
 use super::timeline::Timeline;
 use crate::behaviour::drawings::Ink;
 use crate::cycle::CycleClock;
@@ -24,13 +24,10 @@ use crate::team::RobotId;
 /// Entries of the list that are shown, and in the past, of what is to come.
 const SHOWN: usize = 60;
 const TO_COME: usize = 2;
-/// Height of the list: of a list that nobody uses, so that it leaves the pitch free, of one in use, and the least, logical
-/// pixels.
-const HEIGHT: f32 = 96.0;
-const OPEN_HEIGHT: f32 = 320.0;
+/// The least height of the list, logical pixels.
 const LEAST_HEIGHT: f32 = 48.0;
-/// Width of the panel, logical pixels.
-const WIDTH: f32 = 240.0;
+/// The panel.
+const DOCK: Dock = Dock { name: "events", edge: Edge::Right, size: 230.0, least: 150.0, most_share: 0.35 };
 /// An event is looked at again from so long before it, s.
 const RUN_UP_S: f64 = 2.0;
 
@@ -46,7 +43,7 @@ impl Plugin for EventsPanelPlugin {
             .add_systems(PostUpdate, mark_place.after(OverlaySystems).before(EguiPostUpdateSet::EndPass))
             .add_systems(
                 EguiPrimaryContextPass,
-                show_events.run_if(|display: Res<DisplaySettings>| display.events).after(ThemeSystems),
+                show_events.run_if(|display: Res<DisplaySettings>| display.events).in_set(LayoutSystems::Events),
             );
     }
 }
@@ -132,6 +129,7 @@ fn show_events(
     robots: Query<(&RobotId, &Penalty)>,
     mut choices: MessageWriter<EventChoice>,
     mut playback: ResMut<Playback>,
+    mut sizes: ResMut<PanelSizes>,
     mut moments: MessageWriter<TimelineCommand>,
 ) -> Result {
     let mut penalties: Vec<_> = robots.iter().filter_map(|(id, penalty)| Some((*id, penalty.0?))).collect();
@@ -139,54 +137,43 @@ fn show_events(
     // In the past, what has happened since then can be seen, too: to go there.
     let now_s = clock.end_time_s();
     let log = log.until(if timeline.is_past() { f64::INFINITY } else { now_s });
-    if log.is_empty() && penalties.is_empty() {
+    let context = contexts.ctx_mut()?;
+    // What is opened beside it may need its place.
+    if !DOCK.has_room(context, &sizes) {
         return Ok(());
     }
-    let context = contexts.ctx_mut()?;
-    let offset = [-MARGIN, layout::below(context, "events", &["score"])];
-    // What is below keeps its place, and what else is in this panel.
-    let below = layout::above(context, "events", &["timeline", "controls", "hands", "overlays"]);
-    let room = context.content_rect().height() - offset[1] - below - 2.0 * MARGIN;
-    let is_wanted =
-        shown.0.is_some() || layout::place_of(context, "events").is_some_and(|place| is_over(context, place));
-    let wanted = if is_wanted { OPEN_HEIGHT } else { HEIGHT };
     let rest = |ui: &egui::Ui| ui.data(|data| data.get_temp::<f32>(egui::Id::new("rest of events"))).unwrap_or(0.0);
-    panel("events", Align2::RIGHT_TOP, offset).show(context, |ui| {
-        card(ui).show(ui, |ui| {
-            ui.set_width(WIDTH);
-            let height = wanted.min(room - rest(ui)).max(LEAST_HEIGHT);
-            let top = ui.cursor().top();
-            for (id, penalty) in &penalties {
-                let left_s = penalty.left_s(&clock);
-                let text = format!("⛔ {id}: {}, {left_s:.0} s", penalty.reason.words());
-                ui.label(RichText::new(text).color(team_colour(ui, id.team)));
-            }
-            let list = egui::ScrollArea::vertical().max_height(height).min_scrolled_height(height).show(ui, |ui| {
-                ui.set_width(WIDTH);
-                for entry in around(log, now_s).iter().rev() {
-                    let chosen = shown.0.as_ref().is_some_and(|(other, _)| other == entry);
-                    if show_entry(ui, entry, chosen, entry.time_s > now_s) {
-                        choices.write(EventChoice(entry.clone()));
-                    }
+    DOCK.show(context, &mut sizes, |ui| {
+        let height = (ui.available_height() - rest(ui)).max(LEAST_HEIGHT);
+        let top = ui.cursor().top();
+        if log.is_empty() {
+            ui.label(dim("Nothing has happened yet."));
+        }
+        for (id, penalty) in &penalties {
+            let left_s = penalty.left_s(&clock);
+            let text = format!("⛔ {id}: {}, {left_s:.0} s", penalty.reason.words());
+            ui.label(RichText::new(text).color(team_colour(ui, id.team)));
+        }
+        let list = egui::ScrollArea::vertical().max_height(height).min_scrolled_height(height).auto_shrink(false);
+        let list = list.show(ui, |ui| {
+            for entry in around(log, now_s).iter().rev() {
+                let chosen = shown.0.as_ref().is_some_and(|(other, _)| other == entry);
+                if show_entry(ui, entry, chosen, entry.time_s > now_s) {
+                    choices.write(EventChoice(entry.clone()));
                 }
-            });
-            if let Some((entry, _)) = &shown.0
-                && show_circumstances(ui, entry)
-            {
-                let cycle = ((entry.time_s - RUN_UP_S).max(0.0) / clock.period_s) as u64;
-                moments.write(TimelineCommand::GoTo(cycle));
-                playback.paused = false;
             }
-            let others = ui.min_rect().bottom() - top - list.inner_rect.height();
-            ui.data_mut(|data| data.insert_temp(egui::Id::new("rest of events"), others));
         });
+        if let Some((entry, _)) = &shown.0
+            && show_circumstances(ui, entry)
+        {
+            let cycle = ((entry.time_s - RUN_UP_S).max(0.0) / clock.period_s) as u64;
+            moments.write(TimelineCommand::GoTo(cycle));
+            playback.paused = false;
+        }
+        let others = ui.min_rect().bottom() - top - list.inner_rect.height();
+        ui.data_mut(|data| data.insert_temp(egui::Id::new("rest of events"), others));
     });
     Ok(())
-}
-
-/// Whether the mouse is over a place.
-fn is_over(context: &egui::Context, place: egui::Rect) -> bool {
-    context.input(|input| input.pointer.hover_pos()).is_some_and(|mouse| place.contains(mouse))
 }
 
 /// The entries until now, as far as they are shown, and the few that come next.

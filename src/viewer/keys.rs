@@ -10,8 +10,8 @@ use super::branches::BranchCommand;
 use super::display_settings::{DisplaySettings, Switch};
 use super::hands::driving::Driving;
 use super::shared::{
-    Action, CameraSystems, Choice, FindEvent, HandAction, KeysSystems, SelectionSystems, TimelineCommand, ToggleFilm,
-    ViewPreset, ViewerCommand,
+    Action, CameraSystems, Choice, FindEvent, HandAction, KeysSystems, SelectionSystems, TeachAction, TimelineCommand,
+    ToggleFilm, ViewPreset, ViewerCommand,
 };
 use crate::camera_model::CameraName;
 use crate::cycle::CycleClock;
@@ -91,6 +91,8 @@ pub const BINDINGS: &[Binding] = &[
     binding(KeyCode::Tab, "Tab", "Next robot", Action::Select(Choice::Next)),
     with_shift(binding(KeyCode::Tab, "Shift Tab", "Previous robot", Action::Select(Choice::Previous))),
     binding(KeyCode::Escape, "Esc", "No robot", Action::Select(Choice::Nobody)),
+    binding(KeyCode::KeyV, "V", "Watch, debug, teach", Action::NextWorkspace(1)),
+    with_shift(binding(KeyCode::KeyV, "Shift V", "The one before", Action::NextWorkspace(-1))),
     binding(KeyCode::KeyI, "I", "The selected robot", Action::Toggle(Switch::Robot)),
     binding(KeyCode::KeyC, "C", "The cameras of all robots", Action::Toggle(Switch::Cameras)),
     binding(KeyCode::KeyO, "O", "Overlays", Action::Toggle(Switch::Overlays)),
@@ -104,6 +106,12 @@ pub const BINDINGS: &[Binding] = &[
     binding(KeyCode::KeyB, "B", "Drop the ball on the centre", Action::Hand(HandAction::DropBall)),
     binding(KeyCode::KeyP, "P", "Penalise or return the robot", Action::Hand(HandAction::PenaliseOrReturn)),
     binding(KeyCode::KeyD, "D", "Drive the selected robot", Action::Hand(HandAction::Drive)),
+    binding(KeyCode::KeyU, "U", "Pen: arrows, with Shift zones", Action::Teach(TeachAction::Pen)),
+    binding(KeyCode::KeyX, "X", "Take back what was drawn last", Action::Teach(TeachAction::Erase)),
+    binding(KeyCode::KeyY, "Y", "One robot's world, or the truth", Action::Teach(TeachAction::RobotsWorld)),
+    binding(KeyCode::KeyK, "K", "Bookmark with a caption", Action::Teach(TeachAction::Bookmark)),
+    binding(KeyCode::KeyJ, "J", "Next bookmark", Action::Teach(TeachAction::NextBookmark)),
+    with_shift(binding(KeyCode::KeyJ, "Shift J", "Bookmark before", Action::Teach(TeachAction::PreviousBookmark))),
     binding(KeyCode::F9, "F9", "Save the situation", Action::Hand(HandAction::KeepSituation)),
     binding(KeyCode::Equal, "+", "Larger panels", Action::ScalePanels(1)),
     with_shift(binding(KeyCode::Equal, "Shift =", "Larger panels", Action::ScalePanels(1))),
@@ -155,16 +163,17 @@ pub struct HelpGroup {
 }
 
 /// The groups of the help, in their order.
-const GROUPS: [&str; 6] = ["Time", "By hand", "Robots", "View", "Panels", "Pictures"];
+const GROUPS: [&str; 7] = ["Time", "By hand", "Robots", "View", "Panels", "To others", "Pictures"];
 
 /// Which of them an action belongs to.
 fn group_of(action: Action) -> &'static str {
     match action {
         Action::Command(_) | Action::Timeline(_) | Action::Find(_) | Action::PlayFromHere => "Time",
         Action::Hand(_) => "By hand",
+        Action::Teach(_) => "To others",
         Action::Select(_) => "Robots",
         Action::View(_) => "View",
-        Action::Toggle(_) | Action::ScalePanels(_) => "Panels",
+        Action::Toggle(_) | Action::ScalePanels(_) | Action::Workspace(_) | Action::NextWorkspace(_) => "Panels",
         Action::Screenshot | Action::Film(_) => "Pictures",
     }
 }
@@ -209,7 +218,7 @@ fn carry_out(
     mut views: MessageWriter<ViewPreset>,
     mut choices: MessageWriter<Choice>,
     mut films: MessageWriter<ToggleFilm>,
-    mut hand_actions: MessageWriter<HandAction>,
+    (mut hand_actions, mut teach_actions): (MessageWriter<HandAction>, MessageWriter<TeachAction>),
     mut display: ResMut<DisplaySettings>,
     clock: Res<CycleClock>,
     mut commands: Commands,
@@ -237,8 +246,16 @@ fn carry_out(
             Action::Hand(action) => {
                 hand_actions.write(action);
             }
+            Action::Teach(action) => {
+                teach_actions.write(action);
+            }
             Action::ScalePanels(steps) => display.panel_scale = display.panel_scale.larger(steps),
             Action::Toggle(switch) => display.toggle(switch),
+            Action::Workspace(workspace) => display.enter(workspace),
+            Action::NextWorkspace(steps) => {
+                let workspace = display.workspace.neighbour(steps);
+                display.enter(workspace);
+            }
             Action::Film(film) => {
                 films.write(film);
             }

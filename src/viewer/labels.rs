@@ -5,9 +5,11 @@ use bevy_egui::egui::{self, Align2, Color32, FontId, LayerId, Pos2, Stroke};
 use bevy_egui::{EguiContexts, EguiPostUpdateSet, EguiPrimaryContextPass};
 
 use super::camera::ViewerCamera;
-use super::display_settings::DisplaySettings;
+use super::display_settings::{DisplaySettings, Workspace};
+use super::layout::LayoutSystems;
 use super::overlays::OverlayWords;
 use super::palette;
+use super::shared::shows_truth;
 use super::theme::text_size;
 use crate::ball::BallPhysics;
 use crate::behaviour::drawings::Ink;
@@ -30,17 +32,22 @@ impl Plugin for LabelsPlugin {
         // The camera is where it is in this frame.
         app.configure_sets(PostUpdate, EguiPostUpdateSet::EndPass.after(TransformSystems::Propagate)).add_systems(
             EguiPrimaryContextPass,
-            ((draw_labels, ring_ball).run_if(|display: Res<DisplaySettings>| display.labels), write_overlay_words)
-                .chain(),
+            (
+                (draw_labels, ring_ball).run_if(|display: Res<DisplaySettings>| display.labels).run_if(shows_truth),
+                write_overlay_words,
+            )
+                .chain()
+                .in_set(LayoutSystems::Behind),
         );
     }
 }
 
 fn write_overlay_words(
     mut contexts: EguiContexts,
-    words: Res<OverlayWords>,
+    (words, display): (Res<OverlayWords>, Res<DisplaySettings>),
     camera: Single<(&Camera, &GlobalTransform), With<ViewerCamera>>,
 ) -> Result {
+    let size = if display.workspace == Workspace::Teach { text_size::TITLE } else { text_size::SMALL };
     let (camera, camera_transform) = *camera;
     let context = contexts.ctx_mut()?;
     // Panels may be larger than the window has them.
@@ -48,7 +55,7 @@ fn write_overlay_words(
     let painter = context.layer_painter(LayerId::background());
     for words in &words.0 {
         let Ok(place) = camera.world_to_viewport(camera_transform, words.place) else { continue };
-        let font = FontId::proportional(text_size::SMALL);
+        let font = FontId::proportional(size);
         let text = painter.layout_no_wrap(words.text.clone(), font, palette::in_panel(words.colour));
         let area = Align2::CENTER_BOTTOM.anchor_size(Pos2::new(place.x / zoom, place.y / zoom - 3.0), text.size());
         painter.rect_filled(area.expand2(egui::vec2(3.0, 0.5)), 4.0, Color32::from_black_alpha(170));
@@ -61,8 +68,10 @@ fn draw_labels(
     mut contexts: EguiContexts,
     camera: Single<(&Camera, &GlobalTransform), With<ViewerCamera>>,
     robots: Query<(&RobotId, &GlobalTransform, &Penalty, &Body, &Posture)>,
-    clock: Res<CycleClock>,
+    (clock, display): (Res<CycleClock>, Res<DisplaySettings>),
 ) -> Result {
+    // They are read from the last row, too.
+    let size = if display.workspace == Workspace::Teach { text_size::TITLE } else { text_size::ENTRY };
     let (camera, camera_transform) = *camera;
     let context = contexts.ctx_mut()?;
     // Panels may be larger than the window has them.
@@ -78,7 +87,7 @@ fn draw_labels(
         };
         let faded = if penalty.is_off_pitch() { 0.45 } else { 0.85 };
         let colour = palette::in_panel(palette::team(id.team));
-        let text = painter.layout_no_wrap(name, FontId::proportional(text_size::ENTRY), Color32::WHITE);
+        let text = painter.layout_no_wrap(name, FontId::proportional(size), Color32::WHITE);
         let middle = Pos2::new(place.x / zoom, place.y / zoom - ABOVE_PIXELS);
         let area = Align2::CENTER_CENTER.anchor_size(middle, text.size());
         painter.rect_filled(area.expand2(egui::vec2(5.0, 1.5)), 7.0, colour.gamma_multiply(faded));

@@ -1,28 +1,109 @@
-//! Where panels are, so that they keep clear of each other in windows of any size: each looks where those before it were in
-//! the frame before.
+//! Where panels are: docked at the edges of the window, each at the edge of what those before it leave, so that none covers
+//! another or the pitch. What they leave is for the match.
 //!
 //! ```text
-//! robot | hint          score          events
-//! robot | costs
-//! robot |                            overlays
-//! robot |       hands (narrow)
-//! robot |          timeline
-//! hands |          controls
+//! score
+//! robot | the match                  | at the right: | events
+//! robot | the match                  | cameras, …    | events
+//! robot | lanes
+//! timeline
+//! what is done by hand
+//! controls
 //! ```
+//!
+//! The edges of the large ones can be dragged; how large they are is remembered.
 
 use bevy::prelude::*;
-use bevy_egui::egui::{Context, Id, LayerId, Order, Pos2, Rect};
+use bevy_egui::egui::containers::panel::PanelState;
+use bevy_egui::egui::{self, Align2, Context, Frame, Id, LayerId, Margin, Order, Panel, Pos2, Rangef, UiBuilder};
 use bevy_egui::input::EguiWantsInput;
-use bevy_egui::{EguiContexts, EguiPreUpdateSet};
+use bevy_egui::{EguiContexts, EguiPreUpdateSet, EguiPrimaryContextPass};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
-use super::theme::MARGIN;
+use super::display_settings::is_debugging;
+use super::theme::{MARGIN, ThemeSystems, bright, text_size};
 
-/// Knows whether the mouse is over a panel.
+/// Docks panels, and knows what they leave.
 pub struct LayoutPlugin;
 
 impl Plugin for LayoutPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<OverPanel>().add_systems(PreUpdate, find_panel.after(EguiPreUpdateSet::ProcessInput));
+        use LayoutSystems::*;
+        app.init_resource::<OverPanel>()
+            .init_resource::<MouseTaken>()
+            .init_resource::<FreeArea>()
+            .init_resource::<PanelSizes>()
+            .configure_sets(
+                EguiPrimaryContextPass,
+                (Behind, Score, Controls, Hands, TimelineBar, Robot, Lanes, Right, Events, Floating)
+                    .chain()
+                    .after(ThemeSystems),
+            )
+            // What is opened when it is wanted is wanted.
+            .configure_sets(
+                EguiPrimaryContextPass,
+                (Score, Controls, Hands, TimelineBar, Robot, Lanes, Events).run_if(is_debugging),
+            )
+            .add_systems(PreUpdate, find_panel.after(EguiPreUpdateSet::ProcessInput))
+            .add_systems(EguiPrimaryContextPass, note_free_area.after(Events).before(Floating));
+    }
+}
+
+/// The systems that show panels, in the order in which they take their part of the window.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum LayoutSystems {
+    /// Words on the pitch: all panels are before them.
+    Behind,
+    /// Score and clock, above.
+    Score,
+    /// Pause, speed, scenario, at the bottom.
+    Controls,
+    /// What is done by hand, above those.
+    Hands,
+    /// The timeline, above those.
+    TimelineBar,
+    /// The selected robot, at the left.
+    Robot,
+    /// The lanes, below the match.
+    Lanes,
+    /// What is opened when it is wanted, at the right: one at a time.
+    Right,
+    /// What happened, at the right.
+    Events,
+    /// What is above the match for a while.
+    Floating,
+}
+
+/// The least edge of the area, logical pixels: in a window that is full of panels, too, something is looked at.
+const LEAST_EDGE: f32 = 40.0;
+
+/// The part of the window that panels leave free, logical pixels of the window.
+#[derive(Resource, Clone, Copy, PartialEq, Debug, Default)]
+pub struct FreeArea(Option<Rect>);
+
+impl FreeArea {
+    /// An area that is known to be free.
+    pub fn new(area: Rect) -> Self {
+        Self(Some(area))
+    }
+
+    /// Whether panels have been shown.
+    pub fn is_known(&self) -> bool {
+        self.0.is_some()
+    }
+
+    /// It, in a window of this size; all of the window, while nothing is known of panels.
+    pub fn within(&self, window: Vec2) -> Rect {
+        let window = Rect::from_corners(Vec2::ZERO, window.max(Vec2::ONE));
+        let free = self.0.map_or(window, |free| free.intersect(window));
+        Rect::from_center_size(free.center(), free.size().max(Vec2::splat(LEAST_EDGE).min(window.size())))
+    }
+
+    /// The width of it by its height.
+    pub fn aspect(&self, window: Vec2) -> f32 {
+        let size = self.within(window).size();
+        (size.x / size.y).clamp(0.2, 5.0)
     }
 }
 
@@ -30,129 +111,275 @@ impl Plugin for LayoutPlugin {
 #[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct OverPanel(bool);
 
-fn find_panel(mut contexts: EguiContexts, windows: Query<&Window>, mut over: ResMut<OverPanel>) -> Result {
+/// Whether the mouse is taken for something else than the match and its view.
+#[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct MouseTaken(pub bool);
+
+fn find_panel(
+    mut contexts: EguiContexts,
+    windows: Query<&Window>,
+    free: Res<FreeArea>,
+    mut over: ResMut<OverPanel>,
+) -> Result {
     let context = contexts.ctx_mut()?;
-    let cursor = windows.iter().next().and_then(Window::cursor_position);
+    let Some(window) = windows.iter().next() else { return Ok(()) };
+    let Some(cursor) = window.cursor_position() else { return Ok(()) };
     // Panels may be larger than the window has them.
-    let place = cursor.map(|cursor| cursor / context.zoom_factor());
-    let layer = place.and_then(|place| context.layer_id_at(Pos2::new(place.x, place.y)));
-    over.0 = layer.is_some_and(|layer| layer.order != Order::Background);
+    let place = cursor / context.zoom_factor();
+    let is_above =
+        context.layer_id_at(Pos2::new(place.x, place.y)).is_some_and(|layer| layer.order != Order::Background);
+    over.0 = is_above || !free.within(window.size()).contains(cursor);
     Ok(())
 }
 
 /// Whether what the mouse does is for the match. What the panels want is known of the frame before; on a slow display the
 /// mouse may have come to a panel, and clicked, since then.
-pub fn mouse_is_for_match(wants: Res<EguiWantsInput>, over: Res<OverPanel>) -> bool {
+pub fn mouse_is_for_match(wants: Res<EguiWantsInput>, over: Res<OverPanel>, taken: Res<MouseTaken>) -> bool {
+    mouse_is_over_match(&wants, &over) && !taken.0
+}
+
+/// Whether what the mouse does is not for panels.
+pub fn mouse_is_over_match(wants: &EguiWantsInput, over: &OverPanel) -> bool {
     !over.0 && !wants.wants_any_pointer_input()
 }
 
-/// Between panels that are above each other, logical pixels.
-const GAP: f32 = 6.0;
+fn note_free_area(mut contexts: EguiContexts, mut free: ResMut<FreeArea>) -> Result {
+    let context = contexts.ctx_mut()?;
+    let (area, zoom) = (free_area(context), context.zoom_factor());
+    let corners = [area.min, area.max].map(|corner| zoom * Vec2::new(corner.x, corner.y));
+    free.set_if_neq(FreeArea::new(Rect::from_corners(corners[0], corners[1])));
+    Ok(())
+}
 
-/// Where a panel was in the frame before, if it was shown.
-pub fn place_of(context: &Context, name: &str) -> Option<Rect> {
-    let id = Id::new(name);
-    context.memory(|memory| {
-        let is_shown = memory.areas().visible_last_frame(&LayerId::new(Order::Middle, id));
-        memory.area_rect(id).filter(|_| is_shown)
+/// What the panels that were docked in this frame leave, logical pixels of the panels.
+pub fn free_area(context: &Context) -> egui::Rect {
+    let pass = context.cumulative_pass_nr();
+    let noted = context.data(|data| data.get_temp::<(u64, egui::Rect)>(free_area_id()));
+    noted.filter(|(of, _)| *of == pass).map_or_else(|| context.content_rect(), |(_, area)| area)
+}
+
+fn free_area_id() -> Id {
+    Id::new("free area")
+}
+
+/// Takes an edge of what is left for a panel.
+fn dock<R>(context: &Context, name: &str, panel: Panel, show: impl FnOnce(&mut egui::Ui) -> R) -> R {
+    let area = UiBuilder::new().layer_id(LayerId::background()).max_rect(free_area(context));
+    let mut ui = egui::Ui::new(context.clone(), Id::new(("docked", name)), area);
+    let frame = Frame::NONE.fill(ui.visuals().panel_fill).inner_margin(Margin::symmetric(10, 5));
+    let shown = panel.frame(frame).show(&mut ui, show);
+    let left = (context.cumulative_pass_nr(), ui.available_rect_before_wrap());
+    context.data_mut(|data| data.insert_temp(free_area_id(), left));
+    shown.inner
+}
+
+/// Shows a bar along the upper edge, as high as what is in it.
+pub fn bar_above<R>(context: &Context, name: &'static str, show: impl FnOnce(&mut egui::Ui) -> R) -> R {
+    dock(context, name, Panel::top(name).resizable(false).show_separator_line(false), show)
+}
+
+/// Shows a bar along the lower edge, as high as what is in it.
+pub fn bar_below<R>(context: &Context, name: &'static str, show: impl FnOnce(&mut egui::Ui) -> R) -> R {
+    dock(context, name, Panel::bottom(name).resizable(false).show_separator_line(false), show)
+}
+
+/// Sizes of the panels whose edges were dragged, by their names, logical pixels of the panels.
+#[derive(Resource, Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct PanelSizes(BTreeMap<String, f32>);
+
+/// A panel with an edge that can be dragged.
+#[derive(Clone, Copy, Debug)]
+pub struct Dock {
+    /// What it is called.
+    pub name: &'static str,
+    /// Where it is.
+    pub edge: Edge,
+    /// Its width, or height, at first, logical pixels of the panels.
+    pub size: f32,
+    /// The least that it can be.
+    pub least: f32,
+    /// The most that it can be, as a share of the window's.
+    pub most_share: f32,
+}
+
+/// An edge of the window.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Edge {
+    /// The left one.
+    Left,
+    /// The right one.
+    Right,
+    /// The lower one.
+    Below,
+}
+
+impl Dock {
+    /// The sizes that it can have in a window of this size.
+    fn range(&self, window: egui::Vec2) -> Rangef {
+        let of = if self.edge == Edge::Below { window.y } else { window.x };
+        let most = self.most_share * of;
+        Rangef::new(self.least.min(most), most)
+    }
+
+    /// The size that it has at first, or had the last time.
+    fn wanted(&self, sizes: &PanelSizes) -> f32 {
+        sizes.0.get(self.name).copied().filter(|size| size.is_finite()).unwrap_or(self.size)
+    }
+
+    /// Whether there would still be something of the match beside it.
+    pub fn has_room(&self, context: &Context, sizes: &PanelSizes) -> bool {
+        /// The least of the window's width that is left for the match.
+        const MATCH: f32 = 0.35;
+        let window = context.content_rect().size();
+        let width = self.range(window).clamp(self.wanted(sizes));
+        free_area(context).width() - width >= MATCH * window.x
+    }
+
+    /// Shows it.
+    pub fn show<R>(self, context: &Context, sizes: &mut PanelSizes, show: impl FnOnce(&mut egui::Ui) -> R) -> R {
+        let id = Id::new(self.name);
+        let range = self.range(context.content_rect().size());
+        let panel = match self.edge {
+            Edge::Left => Panel::left(id),
+            Edge::Right => Panel::right(id),
+            Edge::Below => Panel::bottom(id),
+        };
+        // Between drags its size is what is wanted, as far as the window has room for it.
+        if !context.input(|input| input.pointer.any_down() || input.pointer.any_released()) {
+            context.data_mut(|data| data.remove::<PanelState>(id));
+        }
+        let panel = panel.resizable(true).default_size(self.wanted(sizes)).size_range(range);
+        let shown = dock(context, self.name, panel, |ui| {
+            // What is in it does not make it larger: who drags its edge does.
+            let area = ui.available_rect_before_wrap();
+            let mut inside = ui.new_child(UiBuilder::new().max_rect(area));
+            inside.set_clip_rect(area.expand(2.0).intersect(ui.clip_rect()));
+            let shown = show(&mut inside);
+            ui.allocate_rect(area, egui::Sense::hover());
+            shown
+        });
+        // A smaller window has smaller panels for as long as it is small.
+        if context.input(|input| input.pointer.any_released())
+            && let Some(state) = PanelState::load(context, id)
+        {
+            let size = if self.edge == Edge::Below { state.size().y } else { state.size().x };
+            if (size - range.clamp(self.wanted(sizes))).abs() > 1.0 {
+                sizes.0.insert(self.name.to_owned(), size.round());
+            }
+        }
+        shown
+    }
+}
+
+/// The title of a panel that is opened when it is wanted, and a button that closes it; whether that was clicked.
+pub fn title(ui: &mut egui::Ui, words: &str) -> bool {
+    ui.horizontal(|ui| {
+        ui.label(bright(words).size(text_size::IMPORTANT));
+        let button = |ui: &mut egui::Ui| ui.small_button("✖").on_hover_text("Close").clicked();
+        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), button).inner
     })
+    .inner
 }
 
-/// The left edge of what the selected robot's panel leaves of the window, logical pixels of the panels.
-pub fn beside_robot(context: &Context) -> f32 {
-    place_of(context, "robot").map_or(0.0, |robot| robot.right())
-}
-
-/// How far to the right of the window's middle the middle of that is.
-pub fn middle_beside_robot(context: &Context) -> f32 {
-    beside_robot(context) / 2.0
-}
-
-/// The width of that, without its margins.
-pub fn width_beside_robot(context: &Context) -> f32 {
-    (context.content_rect().width() - beside_robot(context) - 2.0 * MARGIN).max(100.0)
-}
-
-/// The width of that below, where the buttons at the left leave it free on both sides of its middle.
-pub fn width_below(context: &Context) -> f32 {
-    let beside = width_beside_robot(context);
-    let is_in_corner = |hands: &Rect| hands.left() <= MARGIN && hands.width() < 0.4 * beside;
-    let hands = place_of(context, "hands").filter(|hands| is_in_corner(hands) && beside_robot(context) == 0.0);
-    beside - hands.map_or(0.0, |hands| 2.0 * hands.right())
-}
-
-/// The part of the window between the panel of the selected robot and the list of events, as far as they are shown: its width
-/// without margins, and how far to the right of the window's middle its own is.
-pub fn between_sides(context: &Context) -> (f32, f32) {
-    let (left, room) = (beside_robot(context), context.content_rect());
-    let right = place_of(context, "events").map_or(room.right(), |events| events.left());
-    ((right - left - 2.0 * MARGIN).max(100.0), (left + right) / 2.0 - room.center().x)
-}
-
-/// How far from the lower edge of the window a panel has to be to be above these others, as far as they are below it.
-pub fn above(context: &Context, name: &str, others: &[&str]) -> f32 {
-    let bottom = context.content_rect().bottom();
-    let own = place_of(context, name);
-    let upper_edges = others.iter().filter_map(|other| place_of(context, other)).filter(|other| meets(own, *other));
-    upper_edges.map(|other| bottom - other.top() + GAP).fold(MARGIN, f32::max)
-}
-
-/// How far from the upper edge of the window a panel has to be to be below these others, as far as they are above it.
-pub fn below(context: &Context, name: &str, others: &[&str]) -> f32 {
-    let top = context.content_rect().top();
-    let own = place_of(context, name);
-    let lower_edges = others.iter().filter_map(|other| place_of(context, other)).filter(|other| meets(own, *other));
-    lower_edges.map(|other| other.bottom() - top + GAP).fold(MARGIN, f32::max)
-}
-
-/// Whether one of two panels would be above the other: a panel that has no place yet may be anywhere.
-fn meets(own: Option<Rect>, other: Rect) -> bool {
-    own.is_none_or(|own| own.left() < other.right() + GAP && other.left() < own.right() + GAP)
+/// An area above the match, at an edge or in a corner of what is left of the window.
+pub fn floating(context: &Context, name: &str, align: Align2) -> egui::Area {
+    let place = align.pos_in_rect(&free_area(context).shrink(MARGIN));
+    egui::Area::new(Id::new(name)).pivot(align).fixed_pos(place)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::viewer::theme::panel;
-    use bevy_egui::egui::{Align2, RawInput, Ui, vec2};
+    use bevy_egui::egui::{Event, PointerButton, RawInput, Rect as Area, Ui, vec2};
 
-    /// Frames of a window of 800 x 600 pixels.
-    fn show(context: &Context, mut show: impl FnMut(&Context)) {
-        let screen_rect = Some(Rect::from_min_size(Pos2::ZERO, vec2(800.0, 600.0)));
-        for _ in 0..4 {
-            let input = RawInput { screen_rect, ..RawInput::default() };
+    /// Frames of a window of a size, with something happening in each.
+    fn frames(context: &Context, size: [f32; 2], events: &[Vec<Event>], mut show: impl FnMut(&Context)) {
+        let screen_rect = Some(Area::from_min_size(Pos2::ZERO, size.into()));
+        for events in events {
+            let input = RawInput { screen_rect, events: events.clone(), ..RawInput::default() };
             let mut output = context.run_ui(input, |ui: &mut Ui| show(ui.ctx()));
             output.textures_delta.clear();
         }
     }
 
-    fn block(context: &Context, name: &str, align: Align2, offset: [f32; 2], size: [f32; 2]) {
-        panel(name, align, offset).show(context, |ui| ui.allocate_space(size.into()));
+    const ROBOT: Dock = Dock { name: "robot", edge: Edge::Left, size: 300.0, least: 150.0, most_share: 0.4 };
+    const EVENTS: Dock = Dock { name: "events", edge: Edge::Right, size: 200.0, least: 100.0, most_share: 0.3 };
+
+    fn show_panels(context: &Context, sizes: &mut PanelSizes) -> Area {
+        bar_above(context, "score", |ui| ui.allocate_space(vec2(100.0, 20.0)));
+        bar_below(context, "controls", |ui| ui.allocate_space(vec2(100.0, 30.0)));
+        for dock in [ROBOT, EVENTS] {
+            if dock.has_room(context, sizes) {
+                dock.show(context, sizes, |ui| ui.allocate_space(ui.available_size()));
+            }
+        }
+        free_area(context)
+    }
+
+    /// What is left in a window of this size after these events.
+    fn left(world: &mut World, context: &Context, size: [f32; 2], events: &[Vec<Event>]) -> Area {
+        let mut area = Area::NOTHING;
+        frames(context, size, events, |context| area = show_panels(context, &mut world.resource_mut::<PanelSizes>()));
+        area
     }
 
     #[test]
-    fn a_panel_keeps_clear_of_those_that_are_below_it() {
-        let context = Context::default();
-        show(&context, |context| {
-            block(context, "controls", Align2::CENTER_BOTTOM, [0.0, -MARGIN], [400.0, 40.0]);
-            let offset = above(context, "right", &["controls"]);
-            block(context, "right", Align2::RIGHT_BOTTOM, [-MARGIN, -offset], [300.0, 100.0]);
-            let offset = above(context, "left", &["controls"]);
-            block(context, "left", Align2::LEFT_BOTTOM, [MARGIN, -offset], [100.0, 100.0]);
-        });
-        // The one at the right would have been 90 pixels into the controls, which are 200 to 600; the other is beside them.
-        assert_eq!(place_of(&context, "right").map(|right| right.bottom()), Some(600.0 - MARGIN - 40.0 - GAP));
-        assert_eq!(place_of(&context, "left").map(|left| left.bottom()), Some(600.0 - MARGIN));
+    fn panels_leave_the_middle_of_the_window_and_none_where_there_is_no_room() {
+        let mut world = World::new();
+        world.init_resource::<PanelSizes>();
+        let still = vec![Vec::new(); 3];
+        let area = left(&mut world, &Context::default(), [1280.0, 720.0], &still);
+        assert_eq!(area, Area::from_min_max(Pos2::new(300.0, 30.0), Pos2::new(1080.0, 680.0)));
+        // In a window half as wide the robot has a share, and the events are left out.
+        let area = left(&mut world, &Context::default(), [640.0, 480.0], &still);
+        assert_eq!(area, Area::from_min_max(Pos2::new(256.0, 30.0), Pos2::new(640.0, 440.0)));
     }
 
     #[test]
-    fn the_robots_panel_takes_room_only_while_it_is_shown() {
-        let context = Context::default();
-        show(&context, |context| block(context, "robot", Align2::LEFT_TOP, [MARGIN, MARGIN], [290.0, 100.0]));
-        assert_eq!(beside_robot(&context), 300.0);
-        assert_eq!(width_beside_robot(&context), 800.0 - 300.0 - 2.0 * MARGIN);
-        assert_eq!(between_sides(&context), (480.0, 150.0));
-        show(&context, |_| ());
-        assert_eq!(beside_robot(&context), 0.0);
+    fn a_window_that_is_full_of_panels_still_shows_something() {
+        let window = Vec2::new(800.0, 600.0);
+        assert_eq!(FreeArea::default().within(window), Rect::new(0.0, 0.0, 800.0, 600.0));
+        let full = FreeArea::new(Rect::new(500.0, 300.0, 480.0, 301.0)).within(window);
+        assert!(full.width() >= LEAST_EDGE && full.height() >= LEAST_EDGE, "{full:?}");
+    }
+
+    #[test]
+    fn an_edge_that_is_dragged_stays_there_the_next_time() {
+        let mut world = World::new();
+        world.init_resource::<PanelSizes>();
+        let at = |x: f32| Pos2::new(x, 300.0);
+        let button = |x, pressed| {
+            vec![Event::PointerButton {
+                pos: at(x),
+                button: PointerButton::Primary,
+                pressed,
+                modifiers: egui::Modifiers::NONE,
+            }]
+        };
+        let moved = |x| vec![Event::PointerMoved(at(x))];
+        let drag = [
+            vec![],
+            vec![],
+            moved(300.0),
+            button(300.0, true),
+            moved(350.0),
+            moved(380.0),
+            button(380.0, false),
+            vec![],
+        ];
+        let area = left(&mut world, &Context::default(), [1280.0, 720.0], &drag);
+        assert_eq!(area.left(), 380.0);
+        let text = serde_json::to_string(world.resource::<PanelSizes>()).unwrap();
+        assert_eq!(text, r#"{"robot":380.0}"#);
+        let area = left(&mut world, &Context::default(), [1280.0, 720.0], &[vec![], vec![]]);
+        assert_eq!(area.left(), 380.0);
+        // A smaller window does not change what is remembered, and a larger one has it again.
+        let (context, still) = (Context::default(), vec![Vec::new(); 2]);
+        for (width, expected) in [(1280.0, 380.0), (640.0, 256.0), (1280.0, 380.0)] {
+            assert_eq!(left(&mut world, &context, [width, 720.0], &still).left(), expected);
+        }
+        left(&mut world, &Context::default(), [640.0, 480.0], &drag);
+        assert_eq!(serde_json::to_string(world.resource::<PanelSizes>()).unwrap(), text);
     }
 }

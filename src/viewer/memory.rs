@@ -13,6 +13,7 @@ use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
 use super::display_settings::DisplaySettings;
+use super::layout::PanelSizes;
 use super::overlays::Overlays;
 use crate::read_file::read_file;
 use crate::replace_file::replace_file;
@@ -45,10 +46,14 @@ pub struct Remembered {
     /// Which panels are shown, and how.
     #[serde(rename = "shown")]
     pub display: Option<DisplaySettings>,
+    /// How large the panels are whose edges were dragged.
+    pub panels: Option<PanelSizes>,
     /// What is drawn on the pitch.
     pub overlays: Option<Overlays>,
     /// The scenario that was played last: a built-in one's name, or a file.
     pub scenario: Option<String>,
+    /// The scenarios and traces that were opened last, by their files, the last one first.
+    pub recent: Vec<String>,
 }
 
 /// Where it is remembered.
@@ -115,9 +120,13 @@ fn recall(
     memory: Res<ViewerMemory>,
     mut windows: Query<&mut Window, With<PrimaryWindow>>,
     display: Option<ResMut<DisplaySettings>>,
+    sizes: Option<ResMut<PanelSizes>>,
     overlays: Option<ResMut<Overlays>>,
 ) {
-    let Remembered { window, display: display_last, overlays: overlays_last, .. } = &memory.remembered;
+    let Remembered { window, display: display_last, panels, overlays: overlays_last, .. } = &memory.remembered;
+    if let (Some(last), Some(mut sizes)) = (panels, sizes) {
+        sizes.clone_from(last);
+    }
     if let (Some([width, height]), Ok(mut present)) = (*window, windows.single_mut()) {
         present.resolution.set(width.clamp(320.0, 8192.0), height.clamp(240.0, 8192.0));
     }
@@ -143,13 +152,16 @@ fn remember(
     mut memory: ResMut<ViewerMemory>,
     windows: Query<&Window, With<PrimaryWindow>>,
     display: Option<Res<DisplaySettings>>,
+    sizes: Option<Res<PanelSizes>>,
     overlays: Option<Res<Overlays>>,
 ) {
     let remembered = Remembered {
         window: windows.single().ok().map(|window| [window.width(), window.height()]).or(memory.remembered.window),
         display: display.map(|display| *display).or(memory.remembered.display),
+        panels: sizes.map(|sizes| sizes.clone()).or_else(|| memory.remembered.panels.clone()),
         overlays: overlays.map(|overlays| overlays.clone()).or_else(|| memory.remembered.overlays.clone()),
         scenario: memory.remembered.scenario.clone(),
+        recent: memory.remembered.recent.clone(),
     };
     memory.update(remembered);
 }
@@ -159,6 +171,15 @@ impl ViewerMemory {
     pub fn note_scenario(&mut self, scenario: &str) {
         let scenario = Some(scenario.to_owned());
         self.update(Remembered { scenario, ..self.remembered.clone() });
+    }
+
+    /// Remembers a file that was opened.
+    pub fn note_recent(&mut self, path: &str) {
+        /// So many are remembered.
+        const MOST: usize = 6;
+        let others = self.remembered.recent.iter().filter(|other| *other != path).cloned();
+        let recent = core::iter::once(path.to_owned()).chain(others).take(MOST).collect();
+        self.update(Remembered { recent, ..self.remembered.clone() });
     }
 }
 
@@ -194,6 +215,15 @@ mod tests {
         assert_eq!(second.world().resource::<ViewerMemory>().remembered.scenario.as_deref(), Some("match7v7"));
         let mut windows = second.world_mut().query::<&Window>();
         assert_eq!(windows.single(second.world()).unwrap().width(), 900.0);
+    }
+
+    #[test]
+    fn the_files_that_were_opened_last_are_each_remembered_once() {
+        let mut memory = ViewerMemory::default();
+        for path in ["a", "b", "c", "a", "d", "e", "f", "g"] {
+            memory.note_recent(path);
+        }
+        assert_eq!(memory.remembered.recent, ["g", "f", "e", "d", "a", "c"]);
     }
 
     #[test]

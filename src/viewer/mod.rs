@@ -38,12 +38,16 @@
 //! | [`branches`] | the ways that the match went, when a moment was played on in another way |
 //! | [`many_times`] | this moment, played on many times with other chance |
 //! | [`lanes`] | the whole match at a glance, a lane for each robot; a number over all of it; events of a kind |
+//! | [`workspace`] | what the window is used for: to watch, to debug, to teach |
+//! | [`watch`] | a large score, goals again in slow motion, a summary at the end |
+//! | [`teach`] | a pen, one robot's world alone, moments with captions |
 //! | `panels` | score, clock, controls, help |
 //! | `events_panel` | penalties, what happened, where and why |
 //! | [`selection`] | which robot the user looks at |
 //! | [`statistics`] | what a frame costs |
 //! | [`memory`] | what is remembered from one time to the next |
 //! | [`match_panel`] | scenario, teams, settings; a scenario's file is watched |
+//! | [`start_page`] | what there is to open, where nothing was said; files that are dropped |
 //! | `scenario_list` | the built-in scenarios to choose from |
 //! | [`film`] | a video of the window |
 //! | [`first_frame`] | how long the start takes |
@@ -65,6 +69,8 @@ mod ball_and_posts;
 pub mod behaviour_state;
 pub mod branches;
 pub mod camera;
+#[cfg(test)]
+mod colour_vision;
 pub mod cycle_samples;
 pub mod display_settings;
 mod drawing;
@@ -98,11 +104,15 @@ pub mod selection;
 pub mod shared;
 pub mod speed;
 pub mod stage;
+pub mod start_page;
 pub mod statistics;
+pub mod teach;
 pub mod theme;
 pub mod timeline;
 mod timeline_bar;
+pub mod watch;
 pub mod widgets;
+pub mod workspace;
 
 pub use shared::{TimelineCommand, ViewerCommand};
 pub use speed::Speed;
@@ -152,11 +162,15 @@ impl PluginGroup for ViewerPlugins {
             .add(selection::SelectionPlugin)
             .add(theme::ThemePlugin)
             .add(layout::LayoutPlugin)
+            .add(workspace::WorkspacePlugin)
+            .add(watch::WatchPlugin)
+            .add(teach::TeachPlugin)
             .add(labels::LabelsPlugin)
             .add(overlays::OverlaysPlugin)
             .add(panels::PanelsPlugin)
             .add(timeline_bar::TimelineBarPlugin)
             .add(match_panel::MatchPanelPlugin)
+            .add(start_page::StartPagePlugin)
             .add(film::FilmPlugin)
             .add(events_panel::EventsPanelPlugin)
             .add(eyes::EyesPlugin)

@@ -1,17 +1,19 @@
 //! Score, clock and state, controls, help.
 
+use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy_egui::egui::{self, Align2, Margin, RichText, WidgetInfo, WidgetType};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 use super::display_settings::{DisplaySettings, Switch};
 use super::keys::{self, HelpGroup};
-use super::layout;
+use super::layout::{self, LayoutSystems};
 use super::scenario_list;
-use super::shared::{Action, Playback, ViewerCommand, is_over};
+use super::shared::{Action, Playback, Selection, ViewerCommand, is_over};
 use super::speed::Speed;
-use super::theme::{MARGIN, ThemeSystems, band, bright, card, dim, minutes, panel, problem_colour, text_size};
+use super::theme::{MARGIN, band, bright, card, dim, minutes, panel, problem_colour, text_size};
 use super::timeline::Timeline;
+use super::workspace::show_choice;
 use crate::behaviour::BehaviourRegistry;
 use crate::cycle::CycleClock;
 use crate::game::{Game, GameState};
@@ -21,9 +23,6 @@ use crate::team::Team;
 /// Height of the score, logical pixels.
 const SCORE_HEIGHT: f32 = 30.0;
 
-/// Left and right of what is in a panel, logical pixels.
-const BORDERS: f32 = 24.0;
-
 /// The panels.
 pub struct PanelsPlugin;
 
@@ -31,9 +30,11 @@ impl Plugin for PanelsPlugin {
     fn build(&self, app: &mut App) {
         app.add_systems(
             EguiPrimaryContextPass,
-            (show_score, show_controls, show_help.run_if(|display: Res<DisplaySettings>| display.help))
-                .chain()
-                .after(ThemeSystems),
+            (
+                show_score.in_set(LayoutSystems::Score),
+                show_controls.in_set(LayoutSystems::Controls),
+                show_help.run_if(|display: Res<DisplaySettings>| display.help).in_set(LayoutSystems::Floating),
+            ),
         );
     }
 }
@@ -43,50 +44,69 @@ fn show_score(
     game: Res<Game>,
     clock: Res<CycleClock>,
     playback: Res<Playback>,
-    scenario: Option<Res<Scenario>>,
-    registry: Res<BehaviourRegistry>,
+    (display, selection): (Res<DisplaySettings>, Res<Selection>),
+    team_names: TeamNames,
+    mut actions: MessageWriter<Action>,
 ) -> Result {
-    let names = Team::BOTH.map(|team| team_name(team, scenario.as_deref(), &registry));
-    let context = contexts.ctx_mut()?;
-    panel("score", Align2::CENTER_TOP, [layout::middle_beside_robot(context), MARGIN]).show(context, |ui| {
-        card(ui).show(ui, |ui| {
-            let text = match game.time_left_s(&clock) {
-                Some(left) => format!("half {}   {} left   {}", game.half, minutes(left), state_name(game.state)),
-                None => format!("{}   no referee", minutes(clock.end_time_s() as f32)),
-            };
-            let over = is_over(&game, &clock, &playback) && game.state != GameState::Finished;
-            let text = if over { format!("{text}   end of the scenario") } else { text };
-            let mut teams = |ui: &mut egui::Ui| {
-                // As high as the highest, so that all are on one line.
-                ui.set_min_height(SCORE_HEIGHT);
-                band(ui, Team::Blue, egui::vec2(14.0, 22.0));
-                ui.label(bright(&names[0]).size(text_size::TEAM));
-                ui.add_space(4.0);
-                let score = format!("{} : {}", game.score.blue, game.score.pink);
-                ui.label(bright(score).size(text_size::SCORE).strong());
-                ui.add_space(4.0);
-                ui.label(bright(&names[1]).size(text_size::TEAM));
-                band(ui, Team::Pink, egui::vec2(14.0, 22.0));
-            };
-            let mut state = |ui: &mut egui::Ui| drop(ui.add(egui::Label::new(dim(&text)).extend()));
-            centred_lines(ui, [&mut teams, &mut state]);
-        });
+    /// For those who have not yet found it.
+    const HINT: &str = "Click a robot to see what it knows. H: all keys.";
+    let names = team_names.both();
+    let text = match game.time_left_s(&clock) {
+        Some(left) => format!("half {}   {} left   {}", game.half, minutes(left), state_name(game.state)),
+        None => format!("{}   no referee", minutes(clock.end_time_s() as f32)),
+    };
+    let over = is_over(&game, &clock, &playback) && game.state != GameState::Finished;
+    let text = if over { format!("{text}   end of the scenario") } else { text };
+    let hint = if display.robot && selection.0.is_none() { HINT } else { "" };
+    layout::bar_above(contexts.ctx_mut()?, "score", |ui| {
+        let teams = |ui: &mut egui::Ui| {
+            // As high as the highest, so that all are on one line.
+            ui.set_min_height(SCORE_HEIGHT);
+            band(ui, Team::Blue, egui::vec2(14.0, 22.0));
+            ui.label(bright(&names[0]).size(text_size::TEAM));
+            ui.add_space(4.0);
+            let score = format!("{} : {}", game.score.blue, game.score.pink);
+            ui.label(bright(score).size(text_size::SCORE).strong());
+            ui.add_space(4.0);
+            ui.label(bright(&names[1]).size(text_size::TEAM));
+            band(ui, Team::Pink, egui::vec2(14.0, 22.0));
+            ui.add_space(12.0);
+            ui.add(egui::Label::new(dim(&text)).extend());
+        };
+        in_the_middle(ui, hint, teams, |ui| show_choice(ui, display.workspace, &mut actions));
     });
     Ok(())
 }
 
-/// Two lines, of which the shorter is in the middle of the longer, as they were in the frame before.
-fn centred_lines(ui: &mut egui::Ui, lines: [&mut dyn FnMut(&mut egui::Ui); 2]) {
+/// What is shown in the middle of a bar, as wide as it was in the frame before; at its end other things, and where there is room,
+/// words before it.
+fn in_the_middle(
+    ui: &mut egui::Ui,
+    beside: &str,
+    show: impl FnOnce(&mut egui::Ui),
+    show_at_end: impl FnOnce(&mut egui::Ui),
+) {
     let id = ui.id().with("widths");
-    let before: [f32; 2] = ui.data(|data| data.get_temp(id)).unwrap_or_default();
-    let mut now = [0.0; 2];
-    for (index, show) in lines.into_iter().enumerate() {
-        ui.horizontal(|ui| {
-            ui.add_space((before[0].max(before[1]) - before[index]) / 2.0);
-            now[index] = ui.horizontal(show).response.rect.width();
-        });
-    }
-    ui.data_mut(|data| data.insert_temp(id, now));
+    let [before, at_end]: [f32; 2] = ui.data(|data| data.get_temp(id)).unwrap_or_default();
+    ui.horizontal(|ui| {
+        ui.set_min_height(SCORE_HEIGHT);
+        let (start, all) = (ui.cursor().left(), ui.available_width());
+        // In the middle, but for what is at the end.
+        let room = ((all - before) / 2.0).min(all - before - at_end).max(0.0);
+        let words = ui.painter().layout_no_wrap(
+            beside.to_owned(),
+            egui::TextStyle::Body.resolve(ui.style()),
+            egui::Color32::WHITE,
+        );
+        if words.size().x + ui.spacing().item_spacing.x < room {
+            ui.add(egui::Label::new(dim(beside)).extend());
+        }
+        ui.add_space((start + room - ui.cursor().left()).max(0.0));
+        let width = ui.horizontal(show).response.rect.width();
+        ui.add_space((start + all - at_end - ui.cursor().left()).max(0.0));
+        let at_end = ui.horizontal(show_at_end).response.rect.width();
+        ui.data_mut(|data| data.insert_temp(id, [width, at_end + ui.spacing().item_spacing.x]));
+    });
 }
 
 fn show_controls(
@@ -100,52 +120,47 @@ fn show_controls(
     let mut send = |action| {
         actions.write(action);
     };
-    let context = contexts.ctx_mut()?;
-    let (middle, width) = (layout::middle_beside_robot(context), layout::width_beside_robot(context));
-    panel("controls", Align2::CENTER_BOTTOM, [middle, -MARGIN]).show(context, |ui| {
-        card(ui).show(ui, |ui| {
-            ui.set_max_width(width - BORDERS);
-            if let Some(problem) = &playback.problem {
-                ui.label(RichText::new(problem).color(problem_colour(ui)));
+    layout::bar_below(contexts.ctx_mut()?, "controls", |ui| {
+        if let Some(problem) = &playback.problem {
+            ui.label(RichText::new(problem).color(problem_colour(ui)));
+        }
+        // In narrow windows in several lines.
+        ui.horizontal_wrapped(|ui| {
+            let button = |ui: &mut egui::Ui, text: &str, hint: &str| {
+                ui.add(egui::Button::new(bright(text).size(text_size::BUTTON)).min_size(egui::vec2(34.0, 26.0)))
+                    .on_hover_text(hint)
+                    .clicked()
+            };
+            let stands = playback.paused || is_over;
+            let (pause, hint) = if stands { ("▶", "Go on (Space)") } else { ("⏸", "Pause (Space)") };
+            if button(ui, pause, hint) {
+                send(Action::Command(ViewerCommand::TogglePause));
             }
-            // In narrow windows in several lines.
-            ui.horizontal_wrapped(|ui| {
-                let button = |ui: &mut egui::Ui, text: &str, hint: &str| {
-                    ui.add(egui::Button::new(bright(text).size(text_size::BUTTON)).min_size(egui::vec2(34.0, 26.0)))
-                        .on_hover_text(hint)
-                        .clicked()
-                };
-                let stands = playback.paused || is_over;
-                let (pause, hint) = if stands { ("▶", "Go on (Space)") } else { ("⏸", "Pause (Space)") };
-                if button(ui, pause, hint) {
-                    send(Action::Command(ViewerCommand::TogglePause));
-                }
-                if button(ui, "⏭", "One cycle (Right)") {
-                    send(Action::Command(ViewerCommand::Step));
-                }
-                ui.separator();
-                if button(ui, "−", "Slower (Down)") {
-                    send(Action::Command(ViewerCommand::Slower));
-                }
-                choose_speed(ui, &playback, |speed| send(Action::Command(ViewerCommand::SetSpeed(speed))));
-                if button(ui, "+", "Faster (Up)") {
-                    send(Action::Command(ViewerCommand::Faster));
-                }
-                ui.separator();
-                if button(ui, "⟲", "Same match from the start (R)") {
-                    send(Action::Command(ViewerCommand::Restart));
-                }
-                if button(ui, "🎲", "New match with the next seed (Shift R)") {
-                    send(Action::Command(ViewerCommand::RestartWithNextSeed));
-                }
-                ui.separator();
-                if button(ui, "?", "Keys (H)") {
-                    send(Action::Toggle(Switch::Help));
-                }
-                ui.separator();
-                choose_scenario(ui, scenario.as_deref(), |name| send(Action::Command(ViewerCommand::Load(name))));
-                ui.add(egui::Label::new(dim(status(&playback, &clock, scenario.as_deref(), is_over))).extend());
-            });
+            if button(ui, "⏭", "One cycle (Right)") {
+                send(Action::Command(ViewerCommand::Step));
+            }
+            ui.separator();
+            if button(ui, "−", "Slower (Down)") {
+                send(Action::Command(ViewerCommand::Slower));
+            }
+            choose_speed(ui, &playback, |speed| send(Action::Command(ViewerCommand::SetSpeed(speed))));
+            if button(ui, "+", "Faster (Up)") {
+                send(Action::Command(ViewerCommand::Faster));
+            }
+            ui.separator();
+            if button(ui, "⟲", "Same match from the start (R)") {
+                send(Action::Command(ViewerCommand::Restart));
+            }
+            if button(ui, "🎲", "New match with the next seed (Shift R)") {
+                send(Action::Command(ViewerCommand::RestartWithNextSeed));
+            }
+            ui.separator();
+            if button(ui, "?", "Keys (H)") {
+                send(Action::Toggle(Switch::Help));
+            }
+            ui.separator();
+            choose_scenario(ui, scenario.as_deref(), |name| send(Action::Command(ViewerCommand::Load(name))));
+            ui.add(egui::Label::new(dim(status(&playback, &clock, scenario.as_deref(), is_over))).extend());
         });
     });
     Ok(())
@@ -257,6 +272,20 @@ fn show_key_group(ui: &mut egui::Ui, group: &HelpGroup) {
     ui.add_space(8.0);
 }
 
+/// What the teams are called.
+#[derive(SystemParam)]
+pub(super) struct TeamNames<'w> {
+    scenario: Option<Res<'w, Scenario>>,
+    registry: Res<'w, BehaviourRegistry>,
+}
+
+impl TeamNames<'_> {
+    /// Blue's name and pink's.
+    pub fn both(&self) -> [String; 2] {
+        Team::BOTH.map(|team| team_name(team, self.scenario.as_deref(), &self.registry))
+    }
+}
+
 /// The team's name: that of the scenario, or of the team whose behaviours its robots have, or its colour.
 fn team_name(team: Team, scenario: Option<&Scenario>, registry: &BehaviourRegistry) -> String {
     let named = |scenario: &Scenario| match (&scenario.teams, team) {
@@ -273,7 +302,8 @@ fn team_name(team: Team, scenario: Option<&Scenario>, registry: &BehaviourRegist
     scenario.and_then(named).unwrap_or_else(|| team.name().to_owned())
 }
 
-fn state_name(state: GameState) -> &'static str {
+/// What a state of the game is called.
+pub(super) fn state_name(state: GameState) -> &'static str {
     match state {
         GameState::Initial => "initial",
         GameState::Standby => "standby",

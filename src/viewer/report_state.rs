@@ -7,7 +7,8 @@
 //! | `frame` | frames since the start of the program |
 //! | `window`, `pointer` | width and height of the window, and where the mouse is in it, logical pixels |
 //! | `shift`, `typing` | whether Shift is held down; whether keys go to a field of a panel |
-//! | `held` | whether the mouse has hold of a robot or the ball |
+//! | `pressed` | whether the left button of the mouse is held down |
+//! | `held` | whether the mouse has hold of a robot or the ball, or draws |
 //! | `scenario`, `seed`, `teams` | what is played, and by whom |
 //! | `cycle`, `shown_cycle` | of the match; of the moment that is shown, if that is the past |
 //! | `paused`, `speed`, `replay`, `over` | how it is shown |
@@ -23,6 +24,12 @@
 //! | `branches` | how many ways the match went, and which of them is shown, from 0 |
 //! | `many_times` | of the moment that is or was played on: how often so far, and whether it still is |
 //! | `behaviour` | of the selected robot, how many components it keeps in mind at the moment that is shown; none while that is not known |
+//! | `free` | the part of the window that panels leave for the match: its upper left and its lower right corner, logical pixels |
+//! | `goal_replay` | the words beside a goal that is shown again; none otherwise |
+//! | `summary` | whether the match is summed up |
+//! | `pen` | how much was drawn, while the mouse draws; none otherwise |
+//! | `truth` | whether all is shown as it is, and not as a robot believes it to be |
+//! | `bookmarks` | how many there are, and which is shown, if one is |
 //! | `widgets` | what can be operated in the panels: `role`, `name`, `value`, `edges` (left, upper, right, lower, logical pixels) |
 
 use bevy::diagnostic::FrameCount;
@@ -41,13 +48,18 @@ use super::events_panel::ShownEvent;
 use super::film::Filming;
 use super::hands::Hands;
 use super::hands::driving::Driving;
+use super::layout::FreeArea;
 use super::many_times::ManyTimes;
 use super::overlays::{Overlays, Shows};
 use super::rebuild::ShownState;
-use super::shared::{Notice, Playback, Selection, is_over};
+use super::shared::{Notice, Playback, RobotsWorld, Selection, is_over};
 use super::stage::{pose_of, world_from_pitch};
 use super::statistics::FrameStatistics;
+use super::teach::bookmarks::Bookmarks;
+use super::teach::pen::Pen;
 use super::timeline::Timeline;
+use super::watch::goal_replay::GoalReplay;
+use super::watch::summary::FinalSummary;
 use super::widgets::{Widgets, WidgetsSystems};
 use crate::ball::Ball;
 use crate::cycle::CycleClock;
@@ -125,6 +137,7 @@ struct Reported<'w, 's> {
     cameras: Query<'w, 's, (&'static Camera, &'static GlobalTransform), With<ViewerCamera>>,
     windows: Query<'w, 's, &'static Window>,
     keys: Res<'w, ButtonInput<KeyCode>>,
+    buttons: Res<'w, ButtonInput<MouseButton>>,
     event: Res<'w, ShownEvent>,
     widgets: Res<'w, Widgets>,
     panels: Res<'w, EguiWantsInput>,
@@ -132,6 +145,9 @@ struct Reported<'w, 's> {
     branches: Res<'w, Branches>,
     many_times: Res<'w, ManyTimes>,
     behaviour: Res<'w, ShownState>,
+    free: Res<'w, FreeArea>,
+    watched: (Res<'w, GoalReplay>, Res<'w, FinalSummary>),
+    taught: (Res<'w, Pen>, Res<'w, RobotsWorld>, Res<'w, Bookmarks>),
 }
 
 fn report(reported: Reported, frame: Res<FrameCount>, mut report: ResMut<StateReport>, mut commands: Commands) {
@@ -162,7 +178,8 @@ impl Reported<'_, '_> {
             "pointer": pointer.map(|pointer| [pointer.x, pointer.y]),
             "shift": self.keys.any_pressed([KeyCode::ShiftLeft, KeyCode::ShiftRight]),
             "typing": self.panels.wants_any_keyboard_input(),
-            "held": self.hands.hold_anything(),
+            "pressed": self.buttons.pressed(MouseButton::Left),
+            "held": self.hands.hold_anything() || self.taught.0.is_drawing(),
             "scenario": self.scenario.as_ref().map(|scenario| &scenario.name),
             "seed": self.scenario.as_ref().map(|scenario| scenario.seed),
             "teams": self.scenario.as_ref().and_then(|scenario| scenario.teams.as_ref()),
@@ -188,6 +205,12 @@ impl Reported<'_, '_> {
             "branches": [self.branches.list().len(), self.branches.shown()],
             "many_times": self.many_times.run.as_ref().map(|run| json!([run.rows.len(), run.is_running])),
             "behaviour": self.behaviour.0.as_ref().ok().map(|state| state.components.len()),
+            "free": window.map(|window| self.free.within(window.into())).map(|free| [free.min, free.max].map(|corner| corner.to_array())),
+            "goal_replay": self.watched.0.words(),
+            "summary": self.watched.1.is_shown(),
+            "pen": self.taught.0.is_on.then_some(self.taught.0.marks.len()),
+            "truth": !self.taught.1.0,
+            "bookmarks": [Some(self.taught.2.list().len()), self.taught.2.shown()],
             "widgets": self.widgets.0,
         })
     }

@@ -3,7 +3,7 @@
 
 use bevy::prelude::*;
 
-use super::display_settings::Switch;
+use super::display_settings::{Switch, Workspace};
 use super::speed::Speed;
 use crate::camera_model::CameraName;
 use crate::cycle::CycleClock;
@@ -39,8 +39,14 @@ pub enum Action {
     Select(Choice),
     /// Shows or hides something.
     Toggle(Switch),
+    /// Uses the window for this.
+    Workspace(Workspace),
+    /// Uses the window for the next thing (1), or the one before (-1).
+    NextWorkspace(i8),
     /// Something for the match, by hand.
     Hand(HandAction),
+    /// Something for those to whom the match is shown.
+    Teach(TeachAction),
     /// Larger panels and text (1), or smaller ones (-1).
     ScalePanels(i8),
     /// Writes a picture of the window to the current folder.
@@ -99,6 +105,8 @@ pub enum ViewPreset {
     Broadcast,
     /// The whole pitch from above.
     TopDown,
+    /// The part of the pitch where the match is played.
+    FollowPlay,
     /// Close to the ball, wherever it goes.
     FollowBall,
     /// Behind the selected robot, wherever it goes.
@@ -137,6 +145,23 @@ pub enum HandAction {
     Drive,
     /// Saves the present situation as a scenario file.
     KeepSituation,
+}
+
+/// What the user does for those to whom the match is shown.
+#[derive(Message, Clone, Copy, PartialEq, Eq, Debug)]
+pub enum TeachAction {
+    /// The mouse draws, or no longer.
+    Pen,
+    /// Takes back what was drawn last.
+    Erase,
+    /// Only the world of the selected robot, as it believes it to be, or the truth again.
+    RobotsWorld,
+    /// Keeps this moment with a caption.
+    Bookmark,
+    /// Shows the next of the moments that were kept.
+    NextBookmark,
+    /// Shows the one before.
+    PreviousBookmark,
 }
 
 /// Begins a film of what is shown, or ends the one that is being taken.
@@ -224,4 +249,13 @@ impl Notice {
     pub fn tell(&mut self, text: impl Into<String>) {
         *self = Notice { text: text.into(), left_s: Self::SHOWN_S };
     }
+}
+
+/// Whether only the world of the selected robot is shown, as it believes it to be.
+#[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct RobotsWorld(pub bool);
+
+/// Whether all is shown as it is.
+pub fn shows_truth(world: Option<Res<RobotsWorld>>) -> bool {
+    world.is_none_or(|world| !world.0)
 }

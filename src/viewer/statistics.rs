@@ -16,9 +16,9 @@ use std::time::{Duration, Instant};
 
 use super::display_settings::DisplaySettings;
 use super::eyes::EyeImages;
-use super::layout;
+use super::layout::{self, LayoutSystems};
 use super::shared::Playback;
-use super::theme::{MARGIN, ThemeSystems, bright, card, dim, panel, text_size};
+use super::theme::{bright, card, dim, text_size};
 
 /// Numbers are means over about this time, s.
 const MEAN_OVER_S: f32 = 0.5;
@@ -35,7 +35,9 @@ impl Plugin for StatisticsPlugin {
             .add_systems(Last, end_frame)
             .add_systems(
                 EguiPrimaryContextPass,
-                show_statistics.run_if(|display: Res<DisplaySettings>| display.statistics).after(ThemeSystems),
+                show_statistics
+                    .run_if(|display: Res<DisplaySettings>| display.statistics)
+                    .in_set(LayoutSystems::Floating),
             );
         let counts = DrawCounts::default();
         app.insert_resource(counts.clone());
@@ -192,10 +194,7 @@ fn show_statistics(
     let passes: Vec<(String, f64)> = passes(&diagnostics);
     let adapter = adapter.map_or_else(String::new, |adapter| adapter.name.clone());
     let context = contexts.ctx_mut()?;
-    // Its width changes, so it is never beside them.
-    let below = ["score", "hint"].map(|name| layout::place_of(context, name).map_or(0.0, |place| place.bottom()));
-    let offset = [layout::beside_robot(context) + MARGIN, below[0].max(below[1]) + MARGIN];
-    panel("statistics", Align2::LEFT_TOP, offset).show(context, |ui| {
+    layout::floating(context, "statistics", Align2::LEFT_TOP).show(context, |ui| {
         card(ui).fill(ui.visuals().panel_fill).show(ui, |ui| {
             ui.label(bright("Costs of a frame").size(text_size::IMPORTANT));
             Grid::new("statistics").num_columns(2).spacing([12.0, 1.0]).show(ui, |ui| {

@@ -1,24 +1,24 @@
 //! The bar below the match: where it is, what happened when, and where to go.
 
 use bevy::prelude::*;
-use bevy_egui::egui::{self, Align2, Color32, Pos2, Rangef, Sense, Stroke, WidgetInfo};
+use bevy_egui::egui::{self, Color32, Pos2, Rangef, Sense, Stroke, WidgetInfo};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 use super::branches::{BranchCommand, Branches};
 use super::display_settings::Switch;
-use super::layout;
+use super::layout::{self, LayoutSystems};
 use super::shared::{Action, TimelineCommand};
-use super::theme::{ThemeSystems, bright, card, dim, minutes, panel, problem_colour, team_colour};
+use super::theme::{bright, dim, minutes, problem_colour, team_colour};
 use super::timeline::Timeline;
 use crate::cycle::CycleClock;
 use crate::record::history::{History, Mark, MarkKind};
 
-/// The bar's width where there is room for it, the least, and the width of what is beside it, logical pixels.
-const WIDTH: f32 = 560.0;
+/// The bar's least width, and the width of what is beside it, logical pixels.
 const LEAST_WIDTH: f32 = 120.0;
 const BESIDE_BAR: f32 = 400.0;
-/// The bar's height, logical pixels.
+/// The bar's height, and what it leaves at its ends, logical pixels.
 const HEIGHT: f32 = 18.0;
+const END: f32 = 6.0;
 
 /// Height of the line of each way that the match went, logical pixels.
 const BRANCH_HEIGHT: f32 = 11.0;
@@ -28,7 +28,7 @@ pub struct TimelineBarPlugin;
 
 impl Plugin for TimelineBarPlugin {
     fn build(&self, app: &mut App) {
-        app.add_systems(EguiPrimaryContextPass, show_bar.after(ThemeSystems));
+        app.add_systems(EguiPrimaryContextPass, show_bar.in_set(LayoutSystems::TimelineBar));
     }
 }
 
@@ -47,60 +47,56 @@ fn show_bar(
     let now = timeline.cursor().unwrap_or(end as f64);
     // Ways that went farther are beside it.
     let last = branches.list().iter().map(|branch| branch.last_cycle).fold(end, u64::max);
-    let context = contexts.ctx_mut()?;
-    let width = WIDTH.min(layout::width_below(context) - BESIDE_BAR).max(LEAST_WIDTH);
-    let offset = [layout::middle_beside_robot(context), -layout::above(context, "timeline", &["controls"])];
-    panel("timeline", Align2::CENTER_BOTTOM, offset).show(context, |ui| {
-        card(ui).show(ui, |ui| {
-            let bar = ui.horizontal(|ui| {
-                let time = |cycle: f64| minutes((cycle * clock.period_s) as f32);
-                ui.label(if timeline.is_past() { bright(time(now)) } else { dim(time(now)) });
-                let (response, painter) = ui.allocate_painter(egui::vec2(width, HEIGHT), Sense::click_and_drag());
-                response.widget_info(|| WidgetInfo::slider(true, now, "Timeline"));
-                let rect = response.rect;
-                let x = |cycle: f64| rect.left() + share(cycle, first, last) * rect.width();
-                let line = |from: f32, to: f32, stroke: Stroke| {
-                    painter.line_segment([Pos2::new(from, rect.center().y), Pos2::new(to, rect.center().y)], stroke);
-                };
-                line(rect.left(), x(end as f64), Stroke::new(3.0, ui.visuals().weak_text_color()));
-                line(rect.left(), x(now), Stroke::new(3.0, ui.visuals().strong_text_color()));
-                for mark in history.marks() {
-                    draw_mark(ui, &painter, mark, Pos2::new(x(mark.cycle as f64), rect.center().y));
-                }
-                painter.circle_filled(Pos2::new(x(now), rect.center().y), 6.0, ui.visuals().strong_text_color());
-                let pointed = response.hover_pos().map(|at| cycle_at((at.x - rect.left()) / rect.width(), first, last));
-                let wanted = response.interact_pointer_pos();
-                if let Some(at) = wanted.filter(|_| response.dragged() || response.clicked()) {
-                    commands.write(TimelineCommand::GoTo(cycle_at((at.x - rect.left()) / rect.width(), first, last)));
-                }
-                if let Some(cycle) = pointed {
-                    response.on_hover_text(hint(cycle, history.marks(), last - first, &time(cycle as f64)));
-                }
-                ui.label(dim(time(end as f64)));
-                let button = ui.add_enabled(timeline.is_past(), egui::Button::new("Play from here"));
-                let hint = "F: this moment is played on as a match of its own; this one stays";
-                if button.on_hover_text(hint).clicked() {
-                    ways.write(BranchCommand::PlayFromHere);
-                }
-                if ui.button("Many times").on_hover_text("T: what comes of this moment, and how often").clicked() {
-                    actions.write(Action::Toggle(Switch::ManyTimes));
-                }
-                if !timeline.is_replay() {
-                    // It is always there, so that the bar stays where it is under the mouse.
-                    let button = ui.add_enabled(timeline.is_past(), egui::Button::new("Present"));
-                    if button.on_hover_text("Back to the match as it is now (End)").clicked() {
-                        commands.write(TimelineCommand::Present);
-                    }
-                }
-                rect.x_range()
-            });
-            if branches.list().len() > 1
-                && let Some(index) =
-                    show_branches(ui, &branches, end, bar.inner, |cycle| share(cycle as f64, first, last))
-            {
-                ways.write(BranchCommand::Show(index));
+    layout::bar_below(contexts.ctx_mut()?, "timeline", |ui| {
+        let width = (ui.available_width() - BESIDE_BAR).max(LEAST_WIDTH);
+        let bar = ui.horizontal(|ui| {
+            let time = |cycle: f64| minutes((cycle * clock.period_s) as f32);
+            ui.label(if timeline.is_past() { bright(time(now)) } else { dim(time(now)) });
+            let (response, painter) = ui.allocate_painter(egui::vec2(width, HEIGHT), Sense::click_and_drag());
+            response.widget_info(|| WidgetInfo::slider(true, now, "Timeline"));
+            // The mark of where it is is seen at both ends, too.
+            let rect = response.rect.shrink2(egui::vec2(END, 0.0));
+            let x = |cycle: f64| rect.left() + share(cycle, first, last) * rect.width();
+            let line = |from: f32, to: f32, stroke: Stroke| {
+                painter.line_segment([Pos2::new(from, rect.center().y), Pos2::new(to, rect.center().y)], stroke);
+            };
+            line(rect.left(), x(end as f64), Stroke::new(3.0, ui.visuals().weak_text_color()));
+            line(rect.left(), x(now), Stroke::new(3.0, ui.visuals().strong_text_color()));
+            for mark in history.marks() {
+                draw_mark(ui, &painter, mark, Pos2::new(x(mark.cycle as f64), rect.center().y));
             }
+            painter.circle_filled(Pos2::new(x(now), rect.center().y), 6.0, ui.visuals().strong_text_color());
+            let pointed = response.hover_pos().map(|at| cycle_at((at.x - rect.left()) / rect.width(), first, last));
+            let wanted = response.interact_pointer_pos();
+            if let Some(at) = wanted.filter(|_| response.dragged() || response.clicked()) {
+                commands.write(TimelineCommand::GoTo(cycle_at((at.x - rect.left()) / rect.width(), first, last)));
+            }
+            if let Some(cycle) = pointed {
+                response.on_hover_text(hint(cycle, history.marks(), last - first, &time(cycle as f64)));
+            }
+            ui.label(dim(time(end as f64)));
+            let button = ui.add_enabled(timeline.is_past(), egui::Button::new("Play from here"));
+            let hint = "F: this moment is played on as a match of its own; this one stays";
+            if button.on_hover_text(hint).clicked() {
+                ways.write(BranchCommand::PlayFromHere);
+            }
+            if ui.button("Many times").on_hover_text("T: what comes of this moment, and how often").clicked() {
+                actions.write(Action::Toggle(Switch::ManyTimes));
+            }
+            if !timeline.is_replay() {
+                // It is always there, so that the bar stays where it is under the mouse.
+                let button = ui.add_enabled(timeline.is_past(), egui::Button::new("Present"));
+                if button.on_hover_text("Back to the match as it is now (End)").clicked() {
+                    commands.write(TimelineCommand::Present);
+                }
+            }
+            rect.x_range()
         });
+        if branches.list().len() > 1
+            && let Some(index) = show_branches(ui, &branches, end, bar.inner, |cycle| share(cycle as f64, first, last))
+        {
+            ways.write(BranchCommand::Show(index));
+        }
     });
     Ok(())
 }

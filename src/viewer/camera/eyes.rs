@@ -12,17 +12,17 @@ pub fn transform(camera: &CameraView, pitch_from_robot: Affine3A) -> Transform {
     Transform::from_translation(pitch_from_robot.transform_point3(camera.lens)).with_rotation(rotation)
 }
 
-/// The vertical angle of view, radians, with which the whole of a robot's image just fits into a window `aspect` times as
+/// The vertical angle of view, radians, with which the whole of a robot's image just fits into an area `aspect` times as
 /// wide as high.
 pub fn field_of_view(intrinsics: CameraIntrinsics, aspect: f32) -> f32 {
     let half = intrinsics.size / 2.0 / intrinsics.focal_length;
     2.0 * ops::atan(half.y.max(half.x / aspect))
 }
 
-/// The part of a window of this size in which the robot's image is then, from its upper left corner, and its size.
-pub fn image_in_window(intrinsics: CameraIntrinsics, window: Vec2) -> Rect {
-    let scale = (window / intrinsics.size).min_element();
-    Rect::from_center_size(window / 2.0, scale * intrinsics.size)
+/// The part of an area of the window in which the robot's image is then.
+pub fn image_in(intrinsics: CameraIntrinsics, area: Rect) -> Rect {
+    let scale = (area.size() / intrinsics.size).min_element();
+    Rect::from_center_size(area.center(), scale * intrinsics.size)
 }
 
 #[cfg(test)]
@@ -55,7 +55,7 @@ mod tests {
             for pixel in [Vec2::new(10.0, 200.0), Vec2::new(300.0, 230.0), Vec2::new(160.0, 120.0)] {
                 let Some(ground) = camera.ground_point(pixel) else { continue };
                 let point = robot.transform_point(ground).extend(0.0);
-                let frame = image_in_window(intrinsics, window);
+                let frame = image_in(intrinsics, Rect::from_corners(Vec2::ZERO, window));
                 let expected = frame.min + pixel / intrinsics.size * frame.size();
                 let actual = in_window(&camera, robot, point, window);
                 assert!(actual.abs_diff_eq(expected, 0.1), "{side:?} {pixel}: {actual} instead of {expected}");

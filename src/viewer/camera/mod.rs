@@ -9,12 +9,13 @@ use bevy::prelude::*;
 use bevy_egui::{EguiGlobalSettings, PrimaryEguiContext};
 
 pub mod eyes;
+pub mod free_area;
 pub mod viewpoint;
 
-use super::layout::mouse_is_for_match;
+use super::layout::{FreeArea, mouse_is_for_match};
 use super::palette;
 use super::robot_model::RobotLimbs;
-use super::shared::{CameraSystems, Selection, SelectionSystems, ViewPreset};
+use super::shared::{CameraSystems, RobotsWorld, Selection, SelectionSystems, ViewPreset};
 use super::stage::{PitchRoot, StageSystems, pose_of};
 use crate::appearance::scene::world_from_body;
 use crate::ball::Ball;
@@ -28,10 +29,13 @@ use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
 use crate::sensing::camera::CameraSettings;
 use crate::team::RobotId;
+use free_area::AreaPerspective;
 use viewpoint::{FIELD_OF_VIEW, Overview, Viewpoint};
 
 /// How fast the camera goes where it should, 1/s.
 const EASING_PER_S: f32 = 8.0;
+/// How fast it goes along with play, which may go to and fro, 1/s.
+const PLAY_EASING_PER_S: f32 = 1.2;
 /// Pixels of a touch pad that are one notch of a wheel.
 const PIXELS_PER_NOTCH: f32 = 40.0;
 /// Nothing nearer than this is drawn, m: the lens of a robot is close to its face.
@@ -44,7 +48,6 @@ impl Plugin for ViewerCameraPlugin {
     fn build(&self, app: &mut App) {
         app.add_message::<ViewPreset>()
             .add_message::<LookAt>()
-            .init_resource::<Covered>()
             // Cameras that robots look through must not get the panels.
             .insert_resource(EguiGlobalSettings { auto_create_primary_context: false, ..default() })
             .add_systems(Startup, spawn_camera)
@@ -71,25 +74,18 @@ pub struct CameraMouse;
 #[derive(Message, Clone, Copy, PartialEq, Debug)]
 pub struct LookAt(pub Vec2);
 
-/// The parts of the window that panels cover, logical pixels: the match is shown beside and above them.
-#[derive(Resource, Clone, Copy, PartialEq, Debug, Default)]
-pub struct Covered {
-    /// From the left.
-    pub left: f32,
-    /// From below, but for the panels that are always there.
-    pub below: f32,
-    /// As the camera has them: it gets there smoothly.
-    eased: Vec2,
-}
-
 /// What the camera goes along with.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub enum CameraMode {
+    /// The whole pitch, in whatever panels leave of the window.
+    Pitch(Overview),
     /// Nothing: the mouse turns it about a point of the pitch.
     #[default]
     Orbit,
     /// Nothing: the mouse flies it.
     Fly,
+    /// Play: the ball, and what is around it.
+    Play,
     /// The ball.
     Ball,
     /// The selected robot, which had this heading last.
@@ -113,46 +109,54 @@ pub struct ViewerCamera {
 }
 
 fn spawn_camera(mut commands: Commands, root: Res<PitchRoot>, pitch: Res<Pitch>, window: Query<&Window>) {
-    let view = Viewpoint::of_pitch(Overview::Broadcast, &pitch, aspect_of(window));
+    let window = size_of(window);
+    let area = FreeArea::default().within(window);
+    let view = Viewpoint::of_pitch(Overview::Broadcast, &pitch, area.width() / area.height());
+    let perspective = AreaPerspective { field_of_view: FIELD_OF_VIEW, near_m: NEAR_M, area, window };
     commands.spawn((
         ChildOf(root.0),
         Camera3d::default(),
         PrimaryEguiContext,
-        Projection::Perspective(PerspectiveProjection { fov: FIELD_OF_VIEW, near: NEAR_M, ..default() }),
+        Projection::custom(perspective),
         // The one that needs no look-up table and keeps colours.
         Tonemapping::KhronosPbrNeutral,
         DistanceFog { color: palette::SKY, falloff: FogFalloff::Linear { start: 12.0, end: 45.0 }, ..default() },
-        ViewerCamera { current: view, wanted: view, mode: CameraMode::Orbit },
+        ViewerCamera { current: view, wanted: view, mode: CameraMode::Pitch(Overview::Broadcast) },
         view.transform(),
     ));
 }
 
-fn aspect_of(window: Query<&Window>) -> f32 {
-    aspect_beside(window, 0.0)
-}
-
-/// Width by height of what a panel leaves of the window.
-fn aspect_beside(window: Query<&Window>, covered: f32) -> f32 {
-    window.iter().next().map_or(16.0 / 9.0, |window| {
-        let size = window.size();
-        ((size.x - covered) / size.y.max(1.0)).clamp(0.2, 5.0)
-    })
+/// The size of the window, logical pixels.
+fn size_of(window: Query<&Window>) -> Vec2 {
+    window.iter().next().map_or(Vec2::new(1280.0, 720.0), Window::size)
 }
 
 /// What was in view remains so when a panel opens, from farther away.
 fn make_room(
-    covered: Res<Covered>,
+    free: Res<FreeArea>,
+    pitch: Res<Pitch>,
     window: Query<&Window>,
     mut camera: Single<&mut ViewerCamera>,
-    mut before: Local<f32>,
+    mut before: Local<Option<f32>>,
 ) {
-    if covered.left != *before {
-        let widths = [*before, covered.left].map(|covered| aspect_beside(window, covered));
-        if camera.mode == CameraMode::Orbit {
-            camera.wanted = camera.wanted.farther(widths[0] / widths[1]);
-        }
-        *before = covered.left;
+    let now = free.aspect(size_of(window));
+    if *before == Some(now) && !pitch.is_changed() {
+        return;
     }
+    let factor = before.map_or(1.0, |before| room_for_views(before) / room_for_views(now));
+    *before = Some(now);
+    match camera.mode {
+        CameraMode::Pitch(overview) => camera.wanted = Viewpoint::of_pitch(overview, &pitch, now),
+        CameraMode::Orbit => camera.wanted = camera.wanted.farther(factor),
+        _ => {}
+    }
+}
+
+/// How much of what is looked at there is in an area this many times as wide as high: less in narrow ones.
+fn room_for_views(aspect: f32) -> f32 {
+    /// What is looked at is about as wide, by its height, as a pitch is.
+    const OF_VIEWS: f32 = 1.5;
+    (aspect / OF_VIEWS).min(1.0)
 }
 
 fn choose_view(
@@ -161,12 +165,13 @@ fn choose_view(
     window: Query<&Window>,
     roster: Res<Roster>,
     mut selection: ResMut<Selection>,
-    covered: Res<Covered>,
+    free: Res<FreeArea>,
     balls: Query<&Transform, (With<Ball>, Without<ViewerCamera>)>,
     robots: Query<&Transform, (With<RobotId>, Without<ViewerCamera>)>,
     mut camera: Single<&mut ViewerCamera>,
 ) {
-    let aspect = aspect_beside(window, covered.left);
+    let aspect = free.aspect(size_of(window));
+    let whole = |overview| (Viewpoint::of_pitch(overview, &pitch, aspect), CameraMode::Pitch(overview));
     for preset in presets.read() {
         if matches!(preset, ViewPreset::FollowRobot | ViewPreset::Eyes(_)) && selection.0.is_none() {
             selection.0 = roster.iter().next().map(|(id, _)| id);
@@ -174,8 +179,9 @@ fn choose_view(
         let robot = selection.0.and_then(|id| robots.get(roster.get(id)?).ok()).map(pose_of);
         let wanted = camera.wanted;
         let (wanted, mode) = match preset {
-            ViewPreset::Broadcast => (Viewpoint::of_pitch(Overview::Broadcast, &pitch, aspect), CameraMode::Orbit),
-            ViewPreset::TopDown => (Viewpoint::of_pitch(Overview::TopDown, &pitch, aspect), CameraMode::Orbit),
+            ViewPreset::Broadcast => whole(Overview::Broadcast),
+            ViewPreset::TopDown => whole(Overview::TopDown),
+            ViewPreset::FollowPlay => (wanted, CameraMode::Play),
             ViewPreset::FollowBall => {
                 let ball = balls.iter().next().map(|ball| ball.translation.truncate());
                 (Viewpoint::of_ball(ball.unwrap_or_default()), CameraMode::Ball)
@@ -207,9 +213,10 @@ fn use_mouse(
     motion: Res<AccumulatedMouseMotion>,
     scroll: Res<AccumulatedMouseScroll>,
     window: Query<&Window>,
+    free: Res<FreeArea>,
     mut camera: Single<&mut ViewerCamera>,
 ) {
-    let height = window.iter().next().map_or(1.0, |window| window.height().max(1.0));
+    let height = free.within(size_of(window)).height();
     let mode = camera.mode;
     let mut wanted = camera.wanted;
     if buttons.pressed(MouseButton::Middle) || (buttons.pressed(MouseButton::Left) && mode == CameraMode::Fly) {
@@ -229,17 +236,22 @@ fn use_mouse(
     if notches != 0.0 {
         wanted = if mode == CameraMode::Fly { wanted.flown(notches) } else { wanted.zoomed(notches) };
     }
+    if wanted == camera.wanted {
+        return;
+    }
     // Whoever moves it away from what it follows, wants it to stay there.
-    if wanted.focus != camera.wanted.focus && mode != CameraMode::Fly {
+    if matches!(mode, CameraMode::Pitch(_) | CameraMode::Play)
+        || (wanted.focus != camera.wanted.focus && mode != CameraMode::Fly)
+    {
         camera.mode = CameraMode::Orbit;
     }
-    if wanted != camera.wanted {
-        camera.wanted = wanted;
-    }
+    camera.wanted = wanted;
 }
 
-/// Goes along with the ball or the robot.
+/// Goes along with play, the ball or the robot.
 fn follow(
+    time: Res<Time<Real>>,
+    (pitch, free, window): (Res<Pitch>, Res<FreeArea>, Query<&Window>),
     selection: Res<Selection>,
     roster: Res<Roster>,
     balls: Query<&Transform, (With<Ball>, Without<ViewerCamera>)>,
@@ -254,6 +266,13 @@ fn follow(
                 camera.wanted.focus = ball.translation;
             }
         }
+        CameraMode::Play => {
+            if let Some(ball) = balls.iter().next() {
+                let play = Viewpoint::of_play(ball.translation.truncate(), &pitch, free.aspect(size_of(window)));
+                let share = 1.0 - ops::exp(-PLAY_EASING_PER_S * time.delta_secs());
+                camera.wanted = camera.wanted.eased(play, share);
+            }
+        }
         CameraMode::Robot { heading } => {
             if let Some(robot) = robot {
                 camera.wanted.focus = Viewpoint::behind(robot).focus;
@@ -261,7 +280,7 @@ fn follow(
                 camera.mode = CameraMode::Robot { heading: robot.heading };
             }
         }
-        CameraMode::Orbit | CameraMode::Fly | CameraMode::Eyes(_) => {}
+        CameraMode::Pitch(_) | CameraMode::Orbit | CameraMode::Fly | CameraMode::Eyes(_) => {}
     }
 }
 
@@ -278,10 +297,15 @@ fn move_camera(
     selection: Res<Selection>,
     roster: Res<Roster>,
     robots: Query<(&Transform, &HeadAngles, &Posture, &Body, &CameraSettings, &Penalty), Without<ViewerCamera>>,
-    mut covered: ResMut<Covered>,
+    free: Res<FreeArea>,
+    mut eased: Local<Option<Rect>>,
     camera: Single<(&mut ViewerCamera, &mut Transform, &mut Projection)>,
 ) {
     let (mut camera, mut transform, mut projection) = camera.into_inner();
+    let window = size_of(window);
+    let wanted = free.within(window);
+    let share = 1.0 - ops::exp(-EASING_PER_S * time.delta_secs());
+    let mut area = eased.map_or(wanted, |before| between_areas(before, wanted, share));
     let mut field_of_view = FIELD_OF_VIEW;
     if let CameraMode::Eyes(side) = camera.mode {
         let robot = selection.0.and_then(|id| robots.get(roster.get(id)?).ok());
@@ -295,34 +319,44 @@ fn move_camera(
             let view = CameraView::new(settings.intrinsics(mount), mount, settings.neck_m, *head);
             *transform = eyes::transform(&view, world_from_body(pose_of(place), *posture, body));
         }
-        field_of_view = eyes::field_of_view(settings.intrinsics(mount), aspect_of(window));
+        // What was recognised is drawn where it is seen.
+        area = wanted;
+        field_of_view = eyes::field_of_view(settings.intrinsics(mount), area.width() / area.height());
     } else {
-        let share = 1.0 - ops::exp(-EASING_PER_S * time.delta_secs());
+        // It begins where it should be.
+        let share = if eased.is_some() { share } else { 1.0 };
         camera.current = camera.current.eased(camera.wanted, share);
         *transform = camera.current.transform();
-        let now = Vec2::new(covered.left, covered.below);
-        covered.eased = covered.eased.lerp(now, share);
-        let height = window.iter().next().map_or(1.0, |window| window.height().max(1.0));
-        let aside = camera.current.metres_per_pixel(height) * covered.eased / 2.0;
-        let (right, up) = (transform.right(), transform.up());
-        transform.translation -= aside.x * right + aside.y * up;
     }
-    if let Projection::Perspective(perspective) = &mut *projection
-        && perspective.fov != field_of_view
-    {
-        perspective.fov = field_of_view;
+    *eased = free.is_known().then_some(area);
+    let perspective = AreaPerspective { field_of_view, near_m: NEAR_M, area, window };
+    let now = match &*projection {
+        Projection::Custom(custom) => custom.get::<AreaPerspective>().copied(),
+        _ => None,
+    };
+    if now != Some(perspective) {
+        *projection = Projection::custom(perspective);
     }
 }
 
-/// A robot does not see itself.
+/// An area a share of the way to another; all of it when they are as good as the same.
+fn between_areas(from: Rect, to: Rect, share: f32) -> Rect {
+    let between = Rect { min: from.min.lerp(to.min, share), max: from.max.lerp(to.max, share) };
+    let is_there = between.min.abs_diff_eq(to.min, 0.5) && between.max.abs_diff_eq(to.max, 0.5);
+    if is_there { to } else { between }
+}
+
+/// A robot does not see itself; in one robot's world there is only what it believes.
 fn hide_own_body(
     camera: Single<&ViewerCamera>,
+    world: Option<Res<RobotsWorld>>,
     selection: Res<Selection>,
     robots: Query<(&RobotId, &RobotLimbs)>,
     mut limbs: Query<&mut Visibility>,
 ) {
     for (id, model) in &robots {
-        let hidden = matches!(camera.mode, CameraMode::Eyes(_)) && selection.0 == Some(*id);
+        let is_own = matches!(camera.mode, CameraMode::Eyes(_)) && selection.0 == Some(*id);
+        let hidden = is_own || world.as_ref().is_some_and(|world| world.0);
         let wanted = if hidden { Visibility::Hidden } else { Visibility::Inherited };
         for limb in model.limbs {
             if let Ok(mut visibility) = limbs.get_mut(limb) {

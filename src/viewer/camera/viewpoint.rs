@@ -66,25 +66,50 @@ impl Viewpoint {
         Transform::from_translation(self.eye()).looking_at(self.focus, Vec3::Z)
     }
 
-    /// A view of the whole pitch in a window `aspect` times as wide as high.
+    /// A view of the whole pitch, as large as it can be in an area `aspect` times as wide as high.
     pub fn of_pitch(preset: Overview, pitch: &Pitch, aspect: f32) -> Self {
-        let per_distance = ops::tan(FIELD_OF_VIEW / 2.0);
-        let carpet = pitch.carpet_half_extents();
-        match preset {
-            Overview::Broadcast => {
-                let elevation = 0.6;
-                let half_length = pitch.half_length() + 0.5 * (pitch.border_m + pitch.goal.depth_m);
-                // The side line in front is nearer than the middle, and what is nearer looks longer.
-                let distance = half_length / (per_distance * aspect) + pitch.half_width() * ops::cos(elevation);
-                // The panels below are higher than the score above.
-                let focus = Vec3::new(0.0, -0.25 * pitch.half_width(), 0.0);
-                Self { focus, azimuth: 0.0, elevation, distance }
-            }
-            Overview::TopDown => {
-                let distance = (carpet.x / (per_distance * aspect)).max(1.4 * carpet.y / per_distance);
-                Self { focus: Vec3::new(0.0, -0.1 * carpet.y, 0.0), azimuth: 0.0, elevation: STEEPEST, distance }
-            }
-        }
+        /// What stands on the pitch is so high, m.
+        const ROBOTS_M: f32 = 0.6;
+        let elevation = match preset {
+            Overview::Broadcast => 0.6,
+            Overview::TopDown => STEEPEST,
+        };
+        // Half of what is around the lines, and the goals.
+        let half_length = pitch.half_length() + pitch.goal.depth_m.max(pitch.border_m / 2.0);
+        let half_width = pitch.half_width() + pitch.border_m / 2.0;
+        let signs = [-1.0, 1.0];
+        let corners = signs.into_iter().flat_map(|x| signs.map(|y| Vec2::new(x * half_length, y * half_width)));
+        let points: Vec<Vec3> = corners.flat_map(|corner| [0.0, ROBOTS_M].map(|z| corner.extend(z))).collect();
+        Self { focus: Vec3::ZERO, azimuth: 0.0, elevation, distance: 1.0 }.fitted(&points, aspect)
+    }
+
+    /// Seen from the same side, as near as all points are in view, in an area `aspect` times as wide as high.
+    fn fitted(self, points: &[Vec3], aspect: f32) -> Self {
+        let transform = Transform::default().looking_to(-self.direction(), Vec3::Z);
+        let (right, up, ahead) = (*transform.right(), *transform.up(), *transform.forward());
+        let tangent = ops::tan(FIELD_OF_VIEW / 2.0);
+        // The camera has to be behind the plane through each edge of the picture and the farthest point at that edge.
+        let farthest = |side: Vec3, tangent: f32| {
+            points.iter().map(|point| (side - tangent * ahead).dot(*point)).fold(f32::NEG_INFINITY, f32::max)
+        };
+        let [upper, lower] = [up, -up].map(|side| farthest(side, tangent));
+        let [rightmost, leftmost] = [right, -right].map(|side| farthest(side, aspect * tangent));
+        let back = ((upper + lower) / (2.0 * tangent)).max((rightmost + leftmost) / (2.0 * aspect * tangent));
+        let eye = (upper - lower) / 2.0 * up + (rightmost - leftmost) / 2.0 * right - back * ahead;
+        let distance = eye.z / -ahead.z;
+        Self { focus: eye + distance * ahead, distance, ..self }
+    }
+
+    /// The part of the pitch about the ball, from the side, as on television: nearer than the whole, and never beyond its ends.
+    pub fn of_play(ball: Vec2, pitch: &Pitch, aspect: f32) -> Self {
+        /// Of the distance from which the whole pitch is seen.
+        const NEARNESS: f32 = 0.6;
+        /// How far the middle of the picture goes along with the ball.
+        const ALONG: Vec2 = Vec2::new(0.75, 0.4);
+        let whole = Self::of_pitch(Overview::Broadcast, pitch, aspect);
+        let half = Vec2::new(pitch.half_length(), pitch.half_width());
+        let focus = (ALONG * ball.clamp(-half, half)).extend(0.0) + Vec3::Y * whole.focus.y * NEARNESS;
+        Self { focus, elevation: 0.5, distance: NEARNESS * whole.distance, ..whole }
     }
 
     /// Close to the ball, from the side.
@@ -120,9 +145,9 @@ impl Viewpoint {
         self
     }
 
-    /// Moves along the ground by a drag of this many pixels in a window of this height.
-    pub fn shifted(mut self, pixels: Vec2, window_height: f32) -> Self {
-        let metres = pixels * self.metres_per_pixel(window_height);
+    /// Moves along the ground by a drag of this many pixels in an area of this height.
+    pub fn shifted(mut self, pixels: Vec2, height: f32) -> Self {
+        let metres = pixels * self.metres_per_pixel(height);
         let (sin, cos) = ops::sin_cos(self.azimuth);
         let right = Vec2::new(cos, sin);
         let moved = metres.y * right.perp() - metres.x * right;
@@ -141,9 +166,9 @@ impl Viewpoint {
         self
     }
 
-    /// How large a pixel is at the focus, in a window of this height, m.
-    pub fn metres_per_pixel(&self, window_height: f32) -> f32 {
-        2.0 * self.distance * ops::tan(FIELD_OF_VIEW / 2.0) / window_height
+    /// How large a pixel is at the focus, in an area of this height, m.
+    fn metres_per_pixel(&self, height: f32) -> f32 {
+        2.0 * self.distance * ops::tan(FIELD_OF_VIEW / 2.0) / height
     }
 
     /// Looks around from where it is, by a drag of this many pixels.
@@ -162,7 +187,7 @@ impl Viewpoint {
         self.lifted_to_flight(self.focus + way)
     }
 
-    /// Flies to the side and up by a drag of this many pixels in a window of this height.
+    /// Flies to the side and up by a drag of this many pixels in an area of this height.
     pub fn drifted(self, pixels: Vec2, height: f32) -> Self {
         let metres = 2.0 * FLIGHT_PER_NOTCH * 10.0 * pixels / height;
         let (sin, cos) = ops::sin_cos(self.azimuth);
@@ -200,7 +225,7 @@ mod tests {
         let pitch = Pitch::default();
         for (preset, aspect) in [Overview::Broadcast, Overview::TopDown]
             .into_iter()
-            .flat_map(|preset| [1.3, 1.6, 16.0 / 9.0, 2.2].map(|aspect| (preset, aspect)))
+            .flat_map(|preset| [0.5, 1.0, 1.6, 16.0 / 9.0, 3.0].map(|aspect| (preset, aspect)))
         {
             let camera_from_pitch = Viewpoint::of_pitch(preset, &pitch, aspect).transform().to_matrix().inverse();
             for corner in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
@@ -209,6 +234,34 @@ mod tests {
                 let half_height = -seen.z * ops::tan(FIELD_OF_VIEW / 2.0);
                 assert!(seen.x.abs() < aspect * half_height, "{preset:?} {aspect} {seen}");
                 assert!(seen.y.abs() < half_height, "{preset:?} {aspect} {seen}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_pitch_fills_what_is_left_of_the_window() {
+        let pitch = Pitch::default();
+        let far = |aspect| Viewpoint::of_pitch(Overview::TopDown, &pitch, aspect).distance;
+        let per_distance = 2.0 * ops::tan(FIELD_OF_VIEW / 2.0);
+        // In a wide area the carpet's width fills the height; robots are nearer than the ground.
+        let height = pitch.width_m + pitch.border_m;
+        assert!((far(5.0) - (height / per_distance + 0.6)).abs() < 0.01, "{}", far(5.0));
+        // In a narrow one its length fills the width.
+        assert!((far(0.5) - 0.6) * per_distance * 0.5 >= pitch.length_m, "{}", far(0.5));
+        assert!(far(0.25) > 1.9 * far(0.5));
+    }
+
+    #[test]
+    fn who_follows_play_sees_the_ball_wherever_it_is() {
+        let pitch = Pitch::default();
+        for aspect in [1.0, 16.0 / 9.0] {
+            for ball in [Vec2::ZERO, Vec2::new(3.0, 2.0), Vec2::new(-3.0, -2.0), Vec2::new(3.2, 0.0)] {
+                let view = Viewpoint::of_play(ball, &pitch, aspect);
+                let seen = view.transform().to_matrix().inverse().transform_point3(ball.extend(0.0));
+                let half_height = -seen.z * ops::tan(FIELD_OF_VIEW / 2.0);
+                let share = Vec2::new(seen.x / aspect, seen.y) / half_height;
+                assert!(share.abs().max_element() < 0.9, "the ball at {ball} is seen at {share}");
+                assert!(view.distance < Viewpoint::of_pitch(Overview::Broadcast, &pitch, aspect).distance);
             }
         }
     }

@@ -9,17 +9,13 @@ use super::driving::{self, Driving};
 use crate::cycle::CycleClock;
 use crate::game::Penalty;
 use crate::robot::Roster;
+use crate::viewer::display_settings::Workspace;
 use crate::viewer::display_settings::{DisplaySettings, Switch};
 use crate::viewer::film::Filming;
-use crate::viewer::layout;
+use crate::viewer::layout::{self, LayoutSystems};
 use crate::viewer::shared::{Action, HandAction, Notice, Selection, ToggleFilm};
-use crate::viewer::theme::{MARGIN, ThemeSystems, bright, card, panel, problem_colour, text_size};
+use crate::viewer::theme::{MARGIN, bright, card, problem_colour, text_size};
 use crate::viewer::timeline::Timeline;
-
-/// In windows of this width, logical pixels, there is room beside the controls; otherwise it is above them and the timeline.
-const BESIDE_CONTROLS: f32 = 1270.0;
-/// Width of the buttons there, logical pixels.
-const WIDTH: f32 = 226.0;
 
 /// The widest that the help of driving is, logical pixels.
 const WIDEST_HELP: f32 = 460.0;
@@ -29,7 +25,13 @@ pub(super) struct HandsPanelPlugin;
 
 impl Plugin for HandsPanelPlugin {
     fn build(&self, app: &mut App) {
-        app.add_systems(EguiPrimaryContextPass, (show_buttons, show_notice, show_driver).chain().after(ThemeSystems));
+        app.add_systems(
+            EguiPrimaryContextPass,
+            (
+                show_buttons.in_set(LayoutSystems::Hands),
+                (show_notice, show_driver).chain().in_set(LayoutSystems::Floating),
+            ),
+        );
     }
 }
 
@@ -46,64 +48,57 @@ fn show_buttons(
     mut actions: MessageWriter<Action>,
 ) -> Result {
     let serves = selection.0.and_then(|id| penalties.get(roster.get(id)?).ok()).is_some_and(Penalty::is_active);
-    let context = contexts.ctx_mut()?;
-    // Below the robot's panel there is room, too.
-    let is_narrow = context.content_rect().width() < BESIDE_CONTROLS && layout::beside_robot(context) == 0.0;
-    let place = if is_narrow {
-        let above = layout::above(context, "hands", &["timeline", "controls"]);
-        panel("hands", Align2::CENTER_BOTTOM, [0.0, -above])
-    } else {
-        panel("hands", Align2::LEFT_BOTTOM, [MARGIN, -MARGIN])
-    };
-    let width = if is_narrow { layout::width_beside_robot(context) - 2.0 * MARGIN } else { WIDTH };
-    place.show(context, |ui| {
-        card(ui).show(ui, |ui| {
-            ui.set_max_width(width);
-            ui.horizontal_wrapped(|ui| {
-                let record = if filming.is_on() { "⏹ Stop" } else { "⏺ Record" };
-                let hint = "F8: a video of the window; with Shift, a folder of PNG files";
-                if ui.button(record).on_hover_text(hint).clicked() {
-                    let is_shift = ui.input(|input| input.modifiers.shift);
-                    films.write(if is_shift { ToggleFilm::Frames } else { ToggleFilm::Video });
+    layout::bar_below(contexts.ctx_mut()?, "hands", |ui| {
+        ui.horizontal_wrapped(|ui| {
+            let record = if filming.is_on() { "⏹ Stop" } else { "⏺ Record" };
+            let hint = "F8: a video of the window; with Shift, a folder of PNG files";
+            if ui.button(record).on_hover_text(hint).clicked() {
+                let is_shift = ui.input(|input| input.modifiers.shift);
+                films.write(if is_shift { ToggleFilm::Frames } else { ToggleFilm::Video });
+            }
+            if ui.button("Match").on_hover_text("M: scenario, teams, settings").clicked() {
+                display.toggle(Switch::Game);
+            }
+            if timeline.is_replay() {
+                return;
+            }
+            let mut button = |enabled: bool, text: &str, hint: &str, action: HandAction| {
+                if ui.add_enabled(enabled, egui::Button::new(text)).on_hover_text(hint).clicked() {
+                    actions.write(Action::Hand(action));
                 }
-                if ui.button("Match").on_hover_text("M: scenario, teams, settings").clicked() {
-                    display.toggle(Switch::Game);
-                }
-                if timeline.is_replay() {
-                    return;
-                }
-                let mut button = |enabled: bool, text: &str, hint: &str, action: HandAction| {
-                    if ui.add_enabled(enabled, egui::Button::new(text)).on_hover_text(hint).clicked() {
-                        actions.write(Action::Hand(action));
-                    }
-                };
-                button(true, "Whistle", "W", HandAction::Whistle);
-                button(true, "Drop ball", "B: the ball on the centre, in play", HandAction::DropBall);
-                let whom = selection.0.map_or_else(|| "robot".to_owned(), |id| id.to_string());
-                let what = if serves { "Return" } else { "Penalise" };
-                button(selection.0.is_some(), &format!("{what} {whom}"), "P", HandAction::PenaliseOrReturn);
-                let text = match (driving.robot, selection.0) {
-                    (Some(id), _) => format!("Leave {id}"),
-                    (None, Some(id)) => format!("Drive {id}"),
-                    (None, None) => "Drive a robot".to_owned(),
-                };
-                button(true, &text, "D: by the keyboard, through its eyes", HandAction::Drive);
-                button(true, "Save situation", "F9: as a scenario file", HandAction::KeepSituation);
-            });
+            };
+            button(true, "Whistle", "W", HandAction::Whistle);
+            button(true, "Drop ball", "B: the ball on the centre, in play", HandAction::DropBall);
+            let whom = selection.0.map_or_else(|| "robot".to_owned(), |id| id.to_string());
+            let what = if serves { "Return" } else { "Penalise" };
+            button(selection.0.is_some(), &format!("{what} {whom}"), "P", HandAction::PenaliseOrReturn);
+            let text = match (driving.robot, selection.0) {
+                (Some(id), _) => format!("Leave {id}"),
+                (None, Some(id)) => format!("Drive {id}"),
+                (None, None) => "Drive a robot".to_owned(),
+            };
+            button(true, &text, "D: by the keyboard, through its eyes", HandAction::Drive);
+            button(true, "Save situation", "F9: as a scenario file", HandAction::KeepSituation);
         });
     });
     Ok(())
 }
 
 /// What was told, for a while.
-fn show_notice(mut contexts: EguiContexts, time: Res<Time<Real>>, mut notice: ResMut<Notice>) -> Result {
+fn show_notice(
+    mut contexts: EguiContexts,
+    time: Res<Time<Real>>,
+    display: Res<DisplaySettings>,
+    mut notice: ResMut<Notice>,
+) -> Result {
     if notice.left_s <= 0.0 {
         return Ok(());
     }
     notice.left_s -= time.delta_secs();
     let context = contexts.ctx_mut()?;
-    let above = layout::above(context, "notice", &["timeline", "controls", "hands"]);
-    panel("notice", Align2::CENTER_BOTTOM, [layout::middle_beside_robot(context), -above]).show(context, |ui| {
+    // Captions are below.
+    let align = if display.workspace == Workspace::Teach { Align2::CENTER_TOP } else { Align2::CENTER_BOTTOM };
+    layout::floating(context, "notice", align).show(context, |ui| {
         let words = egui::Label::new(bright(&notice.text).size(text_size::IMPORTANT)).extend();
         card(ui).show(ui, |ui| ui.add(words));
     });
@@ -120,10 +115,9 @@ fn show_driver(
 ) -> Result {
     let Some(robot) = driving.robot else { return Ok(()) };
     let context = contexts.ctx_mut()?;
-    let (width, middle) = layout::between_sides(context);
-    let offset = [middle, layout::below(context, "driver", &["score"])];
+    let width = layout::free_area(context).width();
     let penalty = roster.get(robot).and_then(|robot| penalties.get(robot).ok()?.0);
-    panel("driver", Align2::CENTER_TOP, offset).interactable(false).show(context, |ui| {
+    layout::floating(context, "driver", Align2::CENTER_TOP).interactable(false).show(context, |ui| {
         card(ui).show(ui, |ui| {
             ui.set_max_width((width - 2.0 * MARGIN).min(WIDEST_HELP));
             ui.label(bright(format!("You drive {robot}")));

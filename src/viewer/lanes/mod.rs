@@ -12,11 +12,10 @@ use std::time::{Duration, Instant};
 mod panel;
 pub mod tracks;
 
-use super::camera::Covered;
 use super::display_settings::DisplaySettings;
 use super::keyframes::Keyframes;
+use super::layout::LayoutSystems;
 use super::shared::{FindEvent, Notice, Playback, Selection, TimelineCommand};
-use super::theme::ThemeSystems;
 use super::timeline::Timeline;
 use crate::cycle::{Cycle, CycleClock};
 use crate::record::gather::{CurrentRecord, RecordSystems};
@@ -40,21 +39,12 @@ impl Plugin for LanesPlugin {
             .add_message::<FindEvent>()
             .add_systems(Cycle, note_cycle.in_set(RecordSystems::Keep))
             .add_systems(Update, (read_records, find_event).chain())
-            .add_systems(
-                EguiPrimaryContextPass,
-                (panel::show.run_if(is_open), uncover.run_if(not(is_open))).after(ThemeSystems),
-            );
+            .add_systems(EguiPrimaryContextPass, panel::show.run_if(is_open).in_set(LayoutSystems::Lanes));
     }
 }
 
 fn is_open(display: Res<DisplaySettings>) -> bool {
     display.lanes
-}
-
-fn uncover(mut covered: ResMut<Covered>) {
-    if covered.below != 0.0 {
-        covered.below = 0.0;
-    }
 }
 
 /// What is known of the whole match, and which part of it is looked at.

@@ -15,18 +15,19 @@ use crate::record::history::{History, MarkKind};
 use crate::record::mistake_recorder::table;
 use crate::record::mistakes::Mistake;
 use crate::team::RobotId;
-use crate::viewer::camera::Covered;
-use crate::viewer::layout;
+use crate::viewer::layout::{Dock, Edge, PanelSizes};
 use crate::viewer::palette;
 use crate::viewer::shared::{Action, Choice, FindEvent, Selection, TimelineCommand};
-use crate::viewer::theme::{MARGIN, bright, card, dim, minutes, panel, problem_colour, team_colour, text_size};
+use crate::viewer::theme::{bright, dim, minutes, problem_colour, team_colour, text_size};
 use crate::viewer::timeline::Timeline;
 
-/// Height of a lane, of what is known of the ball in it, of the plot, and of all lanes at most, logical pixels.
+/// Height of a lane, of what is known of the ball in it, of the plot, and of all lanes at least, logical pixels.
 const LANE: f32 = 17.0;
 const BALL: f32 = 4.0;
 const PLOT: f32 = 84.0;
-const MOST: f32 = 190.0;
+const LEAST: f32 = 2.0 * LANE;
+/// Height of what is around the lanes in their panel, at first, logical pixels.
+const AROUND: f32 = 100.0;
 /// Width of the names, logical pixels.
 const NAMES: f32 = 52.0;
 /// A word is written into a span of this width, logical pixels.
@@ -46,65 +47,63 @@ pub(super) fn show(
     selection: Res<Selection>,
     mut moments: MessageWriter<TimelineCommand>,
     mut events: MessageWriter<FindEvent>,
-    (mut actions, mut covered): (MessageWriter<Action>, ResMut<Covered>),
+    (mut actions, mut sizes): (MessageWriter<Action>, ResMut<PanelSizes>),
 ) -> Result {
     let Some(cycles) = history.cycles() else { return Ok(()) };
     let whole = [*cycles.start() as f64, (*cycles.end()).max(cycles.start() + 1) as f64];
     let now = timeline.cursor().unwrap_or(whole[1]);
-    let context = contexts.ctx_mut()?;
-    let above = layout::above(context, "lanes", &["timeline", "controls", "hands"]);
-    let width = layout::width_beside_robot(context) - 3.0 * MARGIN;
-    let offset = [layout::middle_beside_robot(context), -above];
-    panel("lanes", Align2::CENTER_BOTTOM, offset).show(context, |ui| {
-        card(ui).show(ui, |ui| {
-            ui.set_width(width);
-            show_head(ui, &mut lanes, &mut events);
-            if lanes.read.is_some() {
-                ui.label(dim("The match is being read…").size(text_size::SMALL));
+    let size = LANE * lanes.tracks.robots().count() as f32 + AROUND;
+    let dock = Dock { name: "lanes", edge: Edge::Below, size, least: 110.0, most_share: 0.55 };
+    let rest = |ui: &egui::Ui| ui.data(|data| data.get_temp::<f32>(egui::Id::new("rest of lanes"))).unwrap_or(AROUND);
+    dock.show(contexts.ctx_mut()?, &mut sizes, |ui| {
+        let (width, top) = (ui.available_width(), ui.cursor().top());
+        let height = (ui.available_height() - rest(ui)).max(LEAST);
+        show_head(ui, &mut lanes, &mut events);
+        if lanes.read.is_some() {
+            ui.label(dim("The match is being read…").size(text_size::SMALL));
+        }
+        let axis = Axis { part: lanes.part.unwrap_or(whole), left: NAMES, width: width - NAMES };
+        let rows = egui::ScrollArea::vertical().max_height(height).min_scrolled_height(height).show(ui, |ui| {
+            for (id, track) in lanes.tracks.robots() {
+                let lane = show_lane(ui, (id, track), lanes.tracks.words(), &axis, selection.0, &mut actions);
+                let mistakes = lanes.tracks.mistakes().iter().filter(|mistake| mistake.robot == id);
+                mark_mistakes(ui, lane, mistakes.map(|mistake| cycle_of(mistake, clock.period_s)), &axis);
             }
-            let axis = Axis { part: lanes.part.unwrap_or(whole), left: NAMES, width: width - NAMES };
-            let rows = egui::ScrollArea::vertical().max_height(MOST).show(ui, |ui| {
-                for (id, track) in lanes.tracks.robots() {
-                    let lane = show_lane(ui, (id, track), lanes.tracks.words(), &axis, selection.0, &mut actions);
-                    let mistakes = lanes.tracks.mistakes().iter().filter(|mistake| mistake.robot == id);
-                    mark_mistakes(ui, lane, mistakes.map(|mistake| cycle_of(mistake, clock.period_s)), &axis);
-                }
-            });
-            let mut area = rows.inner_rect;
-            if let Some(number) = lanes.number {
-                area = area.union(show_plot(ui, &lanes.tracks, number, &axis, selection.0));
-            }
-            // From here on in the window's own place.
-            let axis = Axis { left: area.left() + NAMES, ..axis };
-            let time_area = Area::from_min_max(Pos2::new(axis.left, area.top()), area.max);
-            for mark in history.marks().iter().filter(|mark| mark.kind == MarkKind::Goal) {
-                let colour = mark.team.map_or(Color32::GRAY, |team| team_colour(ui, team));
-                upright(ui, axis.x(mark.cycle as f64), time_area, Stroke::new(1.5, colour));
-            }
-            upright(ui, axis.x(now), time_area, Stroke::new(1.5, ui.visuals().strong_text_color()));
-            let time = |cycle: f64| minutes((cycle * clock.period_s) as f32);
-            let response = ui.interact(time_area, ui.id().with("time"), Sense::click_and_drag());
-            if let Some(part) = changed_part(ui, &response, &axis, whole) {
-                lanes.part = part;
-            }
-            if let Some(at) = response.interact_pointer_pos().filter(|_| response.clicked()) {
-                moments.write(TimelineCommand::GoTo(axis.cycle(at.x).round().max(0.0) as u64));
-            }
-            if let Some(at) = response.hover_pos() {
-                let words = hint(
-                    &lanes,
-                    clock.period_s,
-                    axis.cycle(at.x) as u64,
-                    (at.y - rows.inner_rect.top()) / LANE,
-                    rows.state.offset.y / LANE,
-                );
-                response.on_hover_text(format!("{}{words}", time(axis.cycle(at.x))));
-            }
-            show_legend(ui, &lanes.tracks, axis.part.map(time));
         });
+        let mut area = rows.inner_rect;
+        if let Some(number) = lanes.number {
+            area = area.union(show_plot(ui, &lanes.tracks, number, &axis, selection.0));
+        }
+        // From here on in the window's own place.
+        let axis = Axis { left: area.left() + NAMES, ..axis };
+        let time_area = Area::from_min_max(Pos2::new(axis.left, area.top()), area.max);
+        for mark in history.marks().iter().filter(|mark| mark.kind == MarkKind::Goal) {
+            let colour = mark.team.map_or(Color32::GRAY, |team| team_colour(ui, team));
+            upright(ui, axis.x(mark.cycle as f64), time_area, Stroke::new(1.5, colour));
+        }
+        upright(ui, axis.x(now), time_area, Stroke::new(1.5, ui.visuals().strong_text_color()));
+        let time = |cycle: f64| minutes((cycle * clock.period_s) as f32);
+        let response = ui.interact(time_area, ui.id().with("time"), Sense::click_and_drag());
+        if let Some(part) = changed_part(ui, &response, &axis, whole) {
+            lanes.part = part;
+        }
+        if let Some(at) = response.interact_pointer_pos().filter(|_| response.clicked()) {
+            moments.write(TimelineCommand::GoTo(axis.cycle(at.x).round().max(0.0) as u64));
+        }
+        if let Some(at) = response.hover_pos() {
+            let words = hint(
+                &lanes,
+                clock.period_s,
+                axis.cycle(at.x) as u64,
+                (at.y - rows.inner_rect.top()) / LANE,
+                rows.state.offset.y / LANE,
+            );
+            response.on_hover_text(format!("{}{words}", time(axis.cycle(at.x))));
+        }
+        show_legend(ui, &lanes.tracks, axis.part.map(time));
+        let others = ui.min_rect().bottom() - top - rows.inner_rect.height();
+        ui.data_mut(|data| data.insert_temp(egui::Id::new("rest of lanes"), others));
     });
-    // The pitch is seen above it.
-    covered.below = layout::place_of(context, "lanes").map_or(0.0, |lanes| lanes.height() * context.zoom_factor());
     Ok(())
 }
 

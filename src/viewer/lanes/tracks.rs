@@ -4,6 +4,7 @@ use bevy::prelude::*;
 use std::collections::BTreeMap;
 
 use crate::events::{KickResult, MatchEvent};
+use crate::record::beliefs::Sensed;
 use crate::record::cycle_record::{CycleRecord, RobotRecord};
 use crate::record::mistakes::{Mistake, MistakeFinder};
 use crate::robot::posture::Posture;
@@ -135,6 +136,8 @@ pub struct Tracks {
     words: Vec<String>,
     finder: Option<MistakeFinder>,
     mistakes: Vec<Mistake>,
+    /// What was true at the end of the last one.
+    before: Option<(u64, Sensed)>,
 }
 
 impl Tracks {
@@ -204,7 +207,9 @@ impl Tracks {
         if self.last_cycle().is_some_and(|last| last >= cycle) {
             return;
         }
-        let sample = CycleSample::of(record);
+        let sensed = self.before.take().filter(|(before, _)| before + 1 == cycle).map(|(_, sensed)| sensed);
+        let sample = CycleSample::of(record, sensed.as_ref());
+        self.before = Some((cycle, Sensed::of(record)));
         self.cycles.push(cycle);
         if let Some(finder) = &mut self.finder {
             finder.look(record);

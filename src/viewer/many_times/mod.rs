@@ -18,10 +18,10 @@ use super::branches::BranchCommand;
 use super::display_settings::DisplaySettings;
 use super::hands::keep;
 use super::keyframes::{Keyframes, Simulator};
+use super::layout::LayoutSystems;
 use super::overlays::OverlaySystems;
 use super::rebuild::{RebuildSystems, Rebuilt};
 use super::shared::{Notice, Playback};
-use super::theme::ThemeSystems;
 use super::timeline::Timeline;
 use crate::cycle::CycleClock;
 use crate::game::{Game, GameState};
@@ -42,7 +42,7 @@ impl Plugin for ManyTimesPlugin {
                 PostUpdate,
                 heat_map::draw.after(OverlaySystems).before(EguiPostUpdateSet::EndPass).run_if(is_open),
             )
-            .add_systems(EguiPrimaryContextPass, panel::show.run_if(is_open).after(ThemeSystems));
+            .add_systems(EguiPrimaryContextPass, panel::show.run_if(is_open).in_set(LayoutSystems::Right));
     }
 }
 

@@ -2,19 +2,20 @@
 
 use bevy::prelude::*;
 use bevy_egui::EguiContexts;
-use bevy_egui::egui::{self, Align2, DragValue, Grid, ProgressBar};
+use bevy_egui::egui::{self, DragValue, Grid, ProgressBar};
 
 use super::{ManyTimes, ManyTimesCommand, Outcome, Run};
 use crate::cycle::CycleClock;
 use crate::statistics::Estimate;
 use crate::team::Team;
 use crate::viewer::display_settings::Switch;
+use crate::viewer::layout::{Dock, Edge, PanelSizes, title};
 use crate::viewer::shared::Action;
-use crate::viewer::theme::{MARGIN, bright, dim, minutes, team_colour, text_size};
+use crate::viewer::theme::{dim, minutes, team_colour, text_size};
 use crate::whatif::Outcomes;
 
-/// Width of the contents, logical pixels.
-const WIDTH: f32 = 300.0;
+/// The panel.
+const DOCK: Dock = Dock { name: "many times", edge: Edge::Right, size: 330.0, least: 200.0, most_share: 0.45 };
 
 /// What the panel keeps from frame to frame: what a test is to expect.
 #[derive(Default)]
@@ -29,21 +30,14 @@ pub(super) fn show(
     mut many: ResMut<ManyTimes>,
     clock: Res<CycleClock>,
     mut commands: MessageWriter<ManyTimesCommand>,
+    mut sizes: ResMut<PanelSizes>,
     mut actions: MessageWriter<Action>,
 ) -> Result {
-    let context = contexts.ctx_mut()?;
-    let room = context.content_rect();
-    let mut is_open = true;
-    egui::Window::new(bright("This moment, many times").size(text_size::IMPORTANT))
-        .id(egui::Id::new("many times"))
-        .pivot(Align2::RIGHT_CENTER)
-        .default_pos(room.right_center() - egui::vec2(MARGIN, 0.0))
-        .constrain(true)
-        .resizable(false)
-        .collapsible(false)
-        .open(&mut is_open)
-        .show(context, |ui| {
-            ui.set_width(WIDTH);
+    DOCK.show(contexts.ctx_mut()?, &mut sizes, |ui| {
+        if title(ui, "This moment, many times") {
+            actions.write(Action::Toggle(Switch::ManyTimes));
+        }
+        egui::ScrollArea::both().auto_shrink(false).show(ui, |ui| {
             let many = &mut *many;
             ui.horizontal(|ui| {
                 ui.add(DragValue::new(&mut many.times).range(10..=10_000).suffix(" times"));
@@ -65,9 +59,7 @@ pub(super) fn show(
                 show_test(ui, run, &mut expected, &mut commands);
             }
         });
-    if !is_open {
-        actions.write(Action::Toggle(Switch::ManyTimes));
-    }
+    });
     Ok(())
 }
 

@@ -11,8 +11,11 @@ mod panel;
 
 use super::display_settings::DisplaySettings;
 use super::drive::{self, PlayedFile};
+use super::layout::LayoutSystems;
+use super::memory::ViewerMemory;
 use super::shared::{Playback, ViewerCommand};
-use super::theme::ThemeSystems;
+use super::timeline;
+use crate::record::history::ReadTrace;
 use crate::scenario::{Scenario, ScenarioFile, TeamsSpec};
 use crate::simulation;
 use choice::Choice;
@@ -33,7 +36,7 @@ impl Plugin for MatchPanelPlugin {
             .add_systems(Update, watch_file)
             .add_systems(
                 EguiPrimaryContextPass,
-                panel::show.run_if(|display: Res<DisplaySettings>| display.game).after(ThemeSystems),
+                panel::show.run_if(|display: Res<DisplaySettings>| display.game).in_set(LayoutSystems::Right),
             );
     }
 }
@@ -43,7 +46,7 @@ impl Plugin for MatchPanelPlugin {
 pub enum MatchCommand {
     /// A match between two teams, by name.
     Teams(Box<TeamsSpec>),
-    /// The scenario of this file, or built-in one, from the start.
+    /// The scenario of this file, or built-in one, from the start; or the match of this trace.
     Open(PathBuf),
     /// The match with another league, realism or robot model, from the start.
     Choose(Choice),
@@ -138,6 +141,9 @@ fn play_teams(world: &mut World, teams: TeamsSpec) -> Result<(), String> {
 
 fn open(world: &mut World, path: &Path) -> Result<(), String> {
     let name = path.to_string_lossy();
+    if [".jsonl", ".jsonl.zst"].iter().any(|ending| name.ends_with(ending)) {
+        return open_trace(world, path);
+    }
     // Whatever is wrong with it, the file is watched: it may be right the next time.
     if path.exists() {
         world.insert_resource(WatchedScenarioFile::of(path));
@@ -146,7 +152,30 @@ fn open(world: &mut World, path: &Path) -> Result<(), String> {
     if !path.exists() {
         world.insert_resource(WatchedScenarioFile::default());
     }
-    drive::start_file(world, file)
+    drive::start_file(world, file)?;
+    note_opened(world, path);
+    Ok(())
+}
+
+fn open_trace(world: &mut World, path: &Path) -> Result<(), String> {
+    let trace = ReadTrace::open(path).map_err(|error| error.to_string())?;
+    if trace.last.is_none() {
+        return Err(format!("{}: there is nothing after the header; expected a cycle", path.display()));
+    }
+    timeline::start_replay(world, trace).map_err(|fault| format!("{}:1: {fault}", path.display()))?;
+    world.insert_resource(WatchedScenarioFile::default());
+    world.insert_resource(PlayedFile::default());
+    note_opened(world, path);
+    Ok(())
+}
+
+/// Remembers a file that was opened.
+fn note_opened(world: &mut World, path: &Path) {
+    // The next time may be in another folder.
+    let path = path.canonicalize().ok().and_then(|path| path.to_str().map(str::to_owned));
+    if let (Some(path), Some(mut memory)) = (path, world.get_resource_mut::<ViewerMemory>()) {
+        memory.note_recent(&path);
+    }
 }
 
 fn choose(world: &mut World, choice: &Choice) -> Result<(), String> {

@@ -2,7 +2,7 @@
 
 use bevy::prelude::*;
 use bevy_egui::EguiContexts;
-use bevy_egui::egui::{self, Align2, ComboBox, Grid, Slider};
+use bevy_egui::egui::{self, ComboBox, Grid, Slider};
 
 use super::choice::{Choice, REALISMS, leagues, models};
 use super::{MatchCommand, WatchedScenarioFile};
@@ -12,15 +12,16 @@ use crate::scenario::{Realism, Scenario, TeamsSpec};
 use crate::sensing::fidelity::{Fidelities, Fidelity};
 use crate::team::Team;
 use crate::viewer::display_settings::Switch;
+use crate::viewer::layout::{Dock, Edge, PanelSizes, title};
 use crate::viewer::scenario_list;
 use crate::viewer::shared::{Action, ViewerCommand};
-use crate::viewer::theme::{MARGIN, bright, dim, text_size};
+use crate::viewer::theme::{bright, dim};
 use crate::viewer::timeline::Timeline;
 
 /// In place of the name of a team, where robots are none.
 const NOBODY: &str = "—";
-/// What the panel leaves of the window's height, logical pixels.
-const AROUND: f32 = 150.0;
+/// The panel.
+const DOCK: Dock = Dock { name: "match", edge: Edge::Right, size: 430.0, least: 240.0, most_share: 0.5 };
 /// Lists are at most so high, logical pixels.
 const LIST_HEIGHT: f32 = 460.0;
 
@@ -38,26 +39,17 @@ pub(super) fn show(
     registry: Res<BehaviourRegistry>,
     source: Res<WatchedScenarioFile>,
     timeline: Res<Timeline>,
+    mut sizes: ResMut<PanelSizes>,
     mut actions: MessageWriter<Action>,
     mut viewer_commands: MessageWriter<ViewerCommand>,
     mut commands: MessageWriter<MatchCommand>,
 ) -> Result {
     let Some(scenario) = scenario else { return Ok(()) };
-    let context = contexts.ctx_mut()?;
-    let room = context.content_rect();
-    let mut is_open = true;
-    // At the side, where it hides little, and from where it can be moved.
-    egui::Window::new(bright("The match").size(text_size::IMPORTANT))
-        .id(egui::Id::new("match"))
-        .pivot(Align2::RIGHT_CENTER)
-        .default_pos(room.right_center() - egui::vec2(MARGIN, 0.0))
-        .constrain(true)
-        .resizable(false)
-        .collapsible(false)
-        .vscroll(true)
-        .max_height(room.height() - AROUND)
-        .open(&mut is_open)
-        .show(context, |ui| {
+    DOCK.show(contexts.ctx_mut()?, &mut sizes, |ui| {
+        if title(ui, "The match") {
+            actions.write(Action::Toggle(Switch::Game));
+        }
+        egui::ScrollArea::both().auto_shrink(false).show(ui, |ui| {
             Grid::new("what is played").num_columns(2).spacing([16.0, 6.0]).show(ui, |ui| {
                 let label = ui.label("Scenario").id;
                 let name = if scenario.name.is_empty() { "—" } else { &scenario.name };
@@ -113,9 +105,7 @@ pub(super) fn show(
                 }
             }
         });
-    if !is_open {
-        actions.write(Action::Toggle(Switch::Game));
-    }
+    });
     Ok(())
 }
 

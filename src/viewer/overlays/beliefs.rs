@@ -47,6 +47,20 @@ fn draw_belief(
     own_end: End,
     brush: &mut Brush,
 ) {
+    draw_believed(id, radius, belief, own_end, brush);
+    let white = palette::ink(Ink::White);
+    brush.line(belief.pose_in_pitch(own_end).position, truth.position, white);
+    if let (Some(believed), Some(ball)) = (&belief.ball, ball) {
+        brush.line(point_pitch_from_team(believed.position_m, own_end), ball, white);
+    }
+}
+
+/// The world as a robot believes it to be, without the truth.
+pub fn draw_world_of(id: RobotId, body: &Body, belief: &Belief, own_end: End, brush: &mut Brush) {
+    draw_believed(id, body.torso.half_width_m - WITHIN_BODY_M, belief, own_end, brush);
+}
+
+fn draw_believed(id: RobotId, radius: f32, belief: &Belief, own_end: End, brush: &mut Brush) {
     let on_pitch = |place: Vec2| point_pitch_from_team(place, own_end);
     // Half a turn leaves a covariance as it is.
     let own = belief.pose_in_pitch(own_end);
@@ -54,7 +68,6 @@ fn draw_belief(
     let [xx, xy, yy, ..] = belief.pose_covariance;
     brush.pose(own, radius, colour);
     brush.ellipse(own.position, [xx, xy, yy], colour);
-    brush.line(own.position, truth.position, palette::ink(Ink::White));
     if let Some(believed) = &belief.ball {
         let (at, rolls) = (on_pitch(believed.position_m), on_pitch(believed.velocity_mps));
         let colour = palette::ink(Ink::Orange).with_alpha(faded(believed.age_s));
@@ -64,9 +77,6 @@ fn draw_belief(
         brush.line(own.position, at, colour.with_alpha(0.25));
         if rolls.length() > 0.05 {
             brush.arrow(at, at + ROLLS_FOR_S * rolls, colour);
-        }
-        if let Some(ball) = ball {
-            brush.line(at, ball, palette::ink(Ink::White));
         }
         // What it sees now needs no words.
         if let Some(from) = believed.heard_from {

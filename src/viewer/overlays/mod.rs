@@ -9,7 +9,8 @@ use bevy_egui::EguiPostUpdateSet;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::shared::{DisplayFraction, Selection, SelectionSystems};
+use super::display_settings::{DisplaySettings, Workspace, is_watching};
+use super::shared::{DisplayFraction, RobotsWorld, Selection, SelectionSystems};
 use super::stage::{StageSystems, between};
 use crate::cycle::CycleClock;
 use crate::game::Penalty;
@@ -25,6 +26,7 @@ pub mod panel;
 mod senses;
 mod surroundings;
 
+pub use beliefs::draw_world_of;
 pub use brush::{Brush, OverlayWords};
 pub use senses::junction_letter;
 
@@ -44,8 +46,7 @@ impl Plugin for OverlaysPlugin {
                 PostUpdate,
                 (
                     brush::forget_words,
-                    surroundings::draw_areas,
-                    surroundings::draw_last_touch,
+                    (surroundings::draw_areas, surroundings::draw_last_touch).chain().run_if(not(is_watching)),
                     bodies::draw_bounds,
                     bodies::draw_kick_areas,
                     bodies::draw_trails,
@@ -250,6 +251,8 @@ impl Overlays {
 #[derive(SystemParam)]
 pub(super) struct Showing<'w> {
     overlays: Res<'w, Overlays>,
+    display: Res<'w, DisplaySettings>,
+    world: Option<Res<'w, RobotsWorld>>,
     selection: Res<'w, Selection>,
     fraction: Res<'w, DisplayFraction>,
     clock: Res<'w, CycleClock>,
@@ -258,12 +261,14 @@ pub(super) struct Showing<'w> {
 impl Showing<'_> {
     /// Whether a kind is drawn of anyone.
     fn any(&self, overlay: Overlay) -> bool {
-        self.overlays.shows_any(overlay, &self.selection)
+        // Who watches wants to see the match; in one robot's world there are no others.
+        let shows_truth = self.world.as_ref().is_none_or(|world| !world.0);
+        shows_truth && self.display.workspace != Workspace::Watch && self.overlays.shows_any(overlay, &self.selection)
     }
 
     /// Whether a kind is drawn of a robot; nothing is of those that are off the pitch.
     fn shows(&self, overlay: Overlay, robot: RobotId, penalty: &Penalty) -> bool {
-        !penalty.is_off_pitch() && self.overlays.shows(overlay, robot, &self.selection)
+        self.any(overlay) && !penalty.is_off_pitch() && self.overlays.shows(overlay, robot, &self.selection)
     }
 
     /// Where something is shown, pitch frame.

@@ -1,19 +1,19 @@
 //! The switches of the overlays.
 
 use bevy::prelude::*;
-use bevy_egui::egui::{self, Align2, RichText, WidgetInfo, WidgetType};
+use bevy_egui::egui::{self, RichText, WidgetInfo, WidgetType};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 use super::{Overlay, OverlayCommand, Overlays};
 use crate::robot::Roster;
 use crate::team::RobotId;
-use crate::viewer::display_settings::DisplaySettings;
-use crate::viewer::layout;
-use crate::viewer::shared::Selection;
-use crate::viewer::theme::{MARGIN, ThemeSystems, bright, card, dim, panel, team_colour, text_size};
+use crate::viewer::display_settings::{DisplaySettings, Switch};
+use crate::viewer::layout::{Dock, Edge, LayoutSystems, PanelSizes, title};
+use crate::viewer::shared::{Action, Selection};
+use crate::viewer::theme::{dim, team_colour, text_size};
 
-/// What the list leaves of the window's width and height, logical pixels.
-const AROUND: (f32, f32) = (50.0, 90.0);
+/// The height of what is below the switches, logical pixels.
+const BELOW: f32 = 60.0;
 
 /// Widths of the names and of each column of switches, logical pixels.
 const NAMES: f32 = 120.0;
@@ -26,7 +26,7 @@ impl Plugin for OverlayPanelPlugin {
     fn build(&self, app: &mut App) {
         app.add_systems(
             EguiPrimaryContextPass,
-            show_switches.run_if(|display: Res<DisplaySettings>| display.overlays).after(ThemeSystems),
+            show_switches.run_if(|display: Res<DisplaySettings>| display.overlays).in_set(LayoutSystems::Right),
         );
     }
 }
@@ -36,41 +36,43 @@ fn show_switches(
     overlays: Res<Overlays>,
     roster: Res<Roster>,
     selection: Res<Selection>,
+    mut sizes: ResMut<PanelSizes>,
+    mut actions: MessageWriter<Action>,
     mut commands: MessageWriter<OverlayCommand>,
 ) -> Result {
     let robots: Vec<RobotId> = roster.iter().map(|(id, _)| id).collect();
-    let context = contexts.ctx_mut()?;
-    let above = layout::above(context, "overlays", &["timeline", "controls", "hands"]);
-    let room = context.content_rect().size() - egui::vec2(AROUND.0, AROUND.1 + above);
-    panel("overlays", Align2::RIGHT_BOTTOM, [-MARGIN, -above]).show(context, |ui| {
-        card(ui).fill(ui.visuals().panel_fill).show(ui, |ui| {
-            ui.label(bright("Overlays").size(text_size::IMPORTANT));
-            let width = (NAMES + SWITCH * (2 + robots.len()) as f32).min(room.x);
-            ui.set_min_width(width);
-            egui::ScrollArea::both().max_width(width).max_height(room.y).min_scrolled_height(room.y).show(ui, |ui| {
-                egui::Grid::new("overlays").num_columns(3 + robots.len()).spacing([9.0, 3.0]).show(ui, |ui| {
-                    show_heads(ui, &robots, &selection);
-                    for overlay in Overlay::ALL {
-                        show_line(ui, overlay, &overlays, &robots, &mut commands);
-                    }
-                });
-            });
-            ui.horizontal(|ui| {
-                let mut switch = |ui: &mut egui::Ui, on: bool, text: &str, hint: &str, command: OverlayCommand| {
-                    if ui.checkbox(&mut on.clone(), text).on_hover_text(hint).changed() {
-                        commands.write(command);
-                    }
-                };
-                let hint = "The lines and circles that the rules go by, and to whom each area belongs";
-                switch(ui, overlays.areas, "Areas of the rules", hint, OverlayCommand::ToggleAreas);
-                let hint = "Who touched the ball last, and when";
-                switch(ui, overlays.last_touch, "Last touch", hint, OverlayCommand::ToggleLastTouch);
-                for (text, command) in [("None", OverlayCommand::Clear), ("Reset", OverlayCommand::Reset)] {
-                    if ui.button(text).clicked() {
-                        commands.write(command);
-                    }
+    let size = NAMES + SWITCH * (2 + robots.len()) as f32 + 20.0;
+    let dock = Dock { name: "overlays", edge: Edge::Right, size, least: 240.0, most_share: 0.55 };
+    dock.show(contexts.ctx_mut()?, &mut sizes, |ui| {
+        if title(ui, "Overlays") {
+            actions.write(Action::Toggle(Switch::Overlays));
+        }
+        let room = (ui.available_height() - BELOW).max(60.0);
+        egui::ScrollArea::both().auto_shrink([false, true]).max_height(room).min_scrolled_height(room).show(ui, |ui| {
+            egui::Grid::new("overlays").num_columns(3 + robots.len()).spacing([9.0, 3.0]).show(ui, |ui| {
+                show_heads(ui, &robots, &selection);
+                for overlay in Overlay::ALL {
+                    show_line(ui, overlay, &overlays, &robots, &mut commands);
                 }
             });
+            // In a narrow panel a scroll bar is there.
+            ui.add_space(12.0);
+        });
+        ui.horizontal_wrapped(|ui| {
+            let mut switch = |ui: &mut egui::Ui, on: bool, text: &str, hint: &str, command: OverlayCommand| {
+                if ui.checkbox(&mut on.clone(), text).on_hover_text(hint).changed() {
+                    commands.write(command);
+                }
+            };
+            let hint = "The lines and circles that the rules go by, and to whom each area belongs";
+            switch(ui, overlays.areas, "Areas of the rules", hint, OverlayCommand::ToggleAreas);
+            let hint = "Who touched the ball last, and when";
+            switch(ui, overlays.last_touch, "Last touch", hint, OverlayCommand::ToggleLastTouch);
+            for (text, command) in [("None", OverlayCommand::Clear), ("Reset", OverlayCommand::Reset)] {
+                if ui.button(text).clicked() {
+                    commands.write(command);
+                }
+            }
         });
     });
     Ok(())

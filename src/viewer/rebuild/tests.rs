@@ -71,6 +71,12 @@ fn what_a_behaviour_kept_in_mind_is_known_of_the_past() {
     let keyframes = app.world().resource::<Keyframes>().clone();
     let moment = app.world().resource::<Rebuilt>().moment(200, &keyframes).unwrap();
     assert!(moment.is_same && moment.situation.is_ok());
+    // A moment that was kept whole does not say why: it is played to, too.
+    let kept = keyframes.before(200).expect("kept every few seconds").0;
+    assert!(kept > 0);
+    send(&mut app, TimelineCommand::GoTo(kept));
+    let has_reasons = |shown: &ShownState| shown.0.as_ref().is_ok_and(|state| state.reasons.is_some());
+    assert!(shown_state(&mut app, has_reasons).0.unwrap().reasons.unwrap().choice().is_some());
 }
 
 /// The trace of a match of some seconds, and what blue2 kept in mind after 90 cycles.

@@ -154,8 +154,20 @@ struct Moments {
 
 impl Moments {
     fn rebuild(&mut self, wanted: &Wanted) -> Result<RebuiltMoment, String> {
+        // What is kept of the very moment does not say why: that takes its last cycle.
+        let played = self.play_from(wanted, wanted.cycle.saturating_sub(1))?;
+        match wanted.keyframes.before(wanted.cycle) {
+            // What was done by hand in that cycle is in what was kept after it.
+            Some((kept, _)) if kept == wanted.cycle && !played.is_same => self.play_from(wanted, wanted.cycle),
+            _ => Ok(played),
+        }
+    }
+
+    /// Plays to the moment, from one that is not after a cycle.
+    fn play_from(&mut self, wanted: &Wanted, latest: u64) -> Result<RebuiltMoment, String> {
         let nothing = || "nothing is kept of the match from before this moment".to_owned();
-        let (kept, moment) = wanted.keyframes.before(wanted.cycle).ok_or_else(nothing)?;
+        let kept = wanted.keyframes.before(latest).or_else(|| wanted.keyframes.before(wanted.cycle));
+        let (kept, moment) = kept.ok_or_else(nothing)?;
         let (app, of_match) = self.app.get_or_insert_with(|| {
             let mut app = (self.simulator)();
             app.insert_resource(SensingThreads(1));
@@ -163,7 +175,7 @@ impl Moments {
         });
         let now = app.world().resource::<CycleClock>().cycle;
         // From the moment before it it is shorter than from the one that was kept.
-        if !of_match.is_same(&wanted.keyframes) || now > wanted.cycle || now < kept {
+        if !of_match.is_same(&wanted.keyframes) || now > latest || now < kept {
             moment.put_back(app.world_mut())?;
         }
         of_match.clone_from(&wanted.keyframes);

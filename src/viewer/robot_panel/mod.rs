@@ -2,7 +2,7 @@
 
 use bevy::ecs::query::QueryData;
 use bevy::prelude::*;
-use bevy_egui::egui::{self, Align2, CollapsingHeader, Grid};
+use bevy_egui::egui::{self, CollapsingHeader, Grid};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 mod pictures;
@@ -10,14 +10,13 @@ mod plots;
 mod wall;
 mod wording;
 
-use super::camera::Covered;
 use super::cycle_samples::CycleSamples;
 use super::display_settings::{DisplaySettings, Switch};
 use super::eyes::{EyesSystems, Watched};
-use super::layout;
+use super::layout::{Dock, Edge, LayoutSystems, PanelSizes};
 use super::rebuild::ShownState;
-use super::shared::{Action, CameraSystems, Choice, Selection, ViewPreset};
-use super::theme::{MARGIN, ThemeSystems, band, bright, card, dim, panel, text_size};
+use super::shared::{Action, Choice, Selection, ViewPreset};
+use super::theme::{band, bright, dim, text_size};
 use crate::belief::Belief;
 use crate::camera_model::CameraName;
 use crate::communication::{Inbox, TeamMessage};
@@ -37,16 +36,8 @@ use crate::sensing::vision::Percepts;
 use crate::team::RobotId;
 use pictures::Pictures;
 
-/// Width of the panel's contents, logical pixels of the panels, and in narrow windows that share of them.
-const WIDTH: f32 = 330.0;
-const SHARE: f32 = 0.4;
-/// Height of what is above the part of the panel that scrolls, and of its borders, logical pixels.
-const HEAD_HEIGHT: f32 = 76.0;
-
-/// The width of the contents in a window of this width, logical pixels of the panels.
-fn width_in(window: f32) -> f32 {
-    WIDTH.min(SHARE * window)
-}
+/// The panel.
+const DOCK: Dock = Dock { name: "robot", edge: Edge::Left, size: 350.0, least: 220.0, most_share: 0.4 };
 
 /// Shows the selected robot.
 pub struct RobotPanelPlugin;
@@ -55,17 +46,16 @@ impl Plugin for RobotPanelPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Pictures>()
             .init_resource::<Opened>()
-            .add_systems(Update, cover_window.before(CameraSystems))
             .add_systems(Update, (watch_cameras.before(EyesSystems), pictures::update_pictures.after(EyesSystems)))
             .add_systems(
                 EguiPrimaryContextPass,
                 (
-                    show_hint.run_if(|selection: Res<Selection>| selection.0.is_none()),
-                    show_robot.run_if(|display: Res<DisplaySettings>| display.robot),
-                    pictures::draw_in_window,
-                    wall::show_wall.run_if(|display: Res<DisplaySettings>| display.cameras),
-                )
-                    .after(ThemeSystems),
+                    pictures::draw_in_window.in_set(LayoutSystems::Behind),
+                    show_robot.run_if(|display: Res<DisplaySettings>| display.robot).in_set(LayoutSystems::Robot),
+                    wall::show_wall
+                        .run_if(|display: Res<DisplaySettings>| display.cameras)
+                        .in_set(LayoutSystems::Right),
+                ),
             );
     }
 }
@@ -79,24 +69,6 @@ struct Opened {
 impl Default for Opened {
     fn default() -> Self {
         Self { cameras: true }
-    }
-}
-
-/// Says how much of the window is left for the match.
-fn cover_window(
-    display: Res<DisplaySettings>,
-    selection: Res<Selection>,
-    windows: Query<&Window>,
-    mut covered: ResMut<Covered>,
-) {
-    /// Of the panel's contents from its edges, and of those from the window's, logical pixels.
-    const BORDERS: f32 = 24.0 + 2.0 * MARGIN;
-    let is_shown = display.robot && selection.0.is_some();
-    let scale = display.panel_scale.factor();
-    let width = windows.iter().next().map_or(WIDTH, |window| width_in(window.width() / scale));
-    let now = if is_shown { (width + BORDERS) * scale } else { 0.0 };
-    if covered.left != now {
-        covered.left = now;
     }
 }
 
@@ -119,19 +91,6 @@ fn watch_cameras(
     if watched.cameras != cameras {
         watched.cameras = cameras;
     }
-}
-
-fn show_hint(mut contexts: EguiContexts, display: Res<DisplaySettings>) -> Result {
-    if display.robot && !display.help {
-        let context = contexts.ctx_mut()?;
-        let offset = [MARGIN, layout::below(context, "hint", &["score"])];
-        panel("hint", Align2::LEFT_TOP, offset).show(context, |ui| {
-            card(ui).show(ui, |ui| {
-                ui.label(dim("Click a robot to see what it sees, knows and wants. H: all keys."));
-            });
-        });
-    }
-    Ok(())
 }
 
 /// What is shown of a robot.
@@ -159,67 +118,62 @@ fn show_robot(
     (samples, current): (Res<CycleSamples>, Res<CurrentRecord>),
     (state, pictures, scenario): (Res<ShownState>, Res<Pictures>, Option<Res<Scenario>>),
     mut opened: ResMut<Opened>,
+    mut sizes: ResMut<PanelSizes>,
     mut actions: MessageWriter<Action>,
 ) -> Result {
     let Some(id) = selection.0 else { return Ok(()) };
     let Some(robot) = roster.get(id).and_then(|robot| robots.get(robot).ok()) else { return Ok(()) };
-    let context = contexts.ctx_mut()?;
-    let room = context.content_rect();
-    let width = width_in(room.width());
-    // The hands are below it.
-    let height = room.height() - layout::above(context, "robot", &["hands"]) - MARGIN - HEAD_HEIGHT;
-    panel("robot", Align2::LEFT_TOP, [MARGIN, MARGIN]).show(context, |ui| {
-        // So many small words need a quiet ground.
-        card(ui).fill(ui.visuals().panel_fill.gamma_multiply(0.96)).show(ui, |ui| {
-            ui.set_width(width);
-            let record = current.record.robot(id);
-            let intention = wording::intention(record.and_then(|record| record.command.as_ref()));
-            let behaviour = match &state.0 {
-                Ok(state) => state.name.as_deref(),
-                Err(_) => scenario.as_deref().and_then(|scenario| behaviour_in(scenario, id)),
-            };
-            show_head(ui, id, &robot, (behaviour, intention), &clock, &mut actions);
-            egui::ScrollArea::vertical().max_height(height).min_scrolled_height(height).show(ui, |ui| {
-                ui.set_width(width);
-                let cameras = section(ui, "Cameras", true, |ui| {
-                    ui.horizontal(|ui| {
-                        ui.spacing_mut().item_spacing.x = 4.0;
-                        let names: Vec<CameraName> = robot.cameras.mounts.names().collect();
-                        let each = (width - 4.0) / names.len().max(2) as f32;
-                        let each = if names.len() == 1 { width } else { each };
-                        for name in names {
-                            let image = pictures.show(ui, (id, name), Some(robot.percepts), each);
-                            let hint = format!("{name}: click to look through it");
-                            if image.on_hover_text(hint).clicked() {
-                                actions.write(Action::View(ViewPreset::Eyes(name)));
-                            }
+    DOCK.show(contexts.ctx_mut()?, &mut sizes, |ui| {
+        /// Width of the scroll bar, logical pixels.
+        const BAR: f32 = 8.0;
+        let width = ui.available_width() - BAR;
+        let record = current.record.robot(id);
+        let intention = wording::intention(record.and_then(|record| record.command.as_ref()));
+        let behaviour = match &state.0 {
+            Ok(state) => state.name.as_deref(),
+            Err(_) => scenario.as_deref().and_then(|scenario| behaviour_in(scenario, id)),
+        };
+        show_head(ui, id, &robot, (behaviour, intention), &clock, &mut actions);
+        egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            ui.set_max_width(width);
+            let cameras = section(ui, "Cameras", true, |ui| {
+                ui.horizontal(|ui| {
+                    ui.spacing_mut().item_spacing.x = 4.0;
+                    let names: Vec<CameraName> = robot.cameras.mounts.names().collect();
+                    let each = (width - 4.0) / names.len().max(2) as f32;
+                    let each = if names.len() == 1 { width } else { each };
+                    for name in names {
+                        let image = pictures.show(ui, (id, name), Some(robot.percepts), each);
+                        let hint = format!("{name}: click to look through it");
+                        if image.on_hover_text(hint).clicked() {
+                            actions.write(Action::View(ViewPreset::Eyes(name)));
                         }
-                    });
-                    ui.label(dim(wording::percepts(robot.percepts)).size(text_size::SMALL));
-                });
-                opened.set_if_neq(Opened { cameras });
-                section(ui, "Senses", true, |ui| show_senses(ui, &robot, record));
-                let sample = samples.robot(clock.cycle, id);
-                let command = record.and_then(|record| record.command.as_ref());
-                section(ui, "Commands", true, |ui| match command {
-                    Some(command) => lines(ui, "commands", wording::commands(command, clock.period())),
-                    None => drop(ui.label(dim("Not known of this cycle."))),
-                });
-                section(ui, "Belief", true, |ui| match robot.belief {
-                    Some(belief) => {
-                        let error = sample.and_then(|sample| sample.error.as_ref());
-                        lines(ui, "belief", wording::belief(belief, error, game.own_end(id.team)));
                     }
-                    None => drop(ui.label(dim("It keeps none."))),
                 });
-                section(ui, "Why", true, |ui| show_reasons(ui, &state));
-                section(ui, "Messages", false, |ui| {
-                    let said = command.and_then(|command| command.say.as_ref());
-                    show_messages(ui, said, &robot.inbox.0, clock.cycle);
-                });
-                section(ui, "Behaviour", false, |ui| show_state(ui, &state));
-                section(ui, "Plots", false, |ui| plots::show(ui, &samples, id, clock.cycle, clock.period_s));
+                ui.label(dim(wording::percepts(robot.percepts)).size(text_size::SMALL));
             });
+            opened.set_if_neq(Opened { cameras });
+            section(ui, "Senses", true, |ui| show_senses(ui, &robot, record));
+            let sample = samples.robot(clock.cycle, id);
+            let command = record.and_then(|record| record.command.as_ref());
+            section(ui, "Commands", true, |ui| match command {
+                Some(command) => lines(ui, "commands", wording::commands(command, clock.period())),
+                None => drop(ui.label(dim("Not known of this cycle."))),
+            });
+            section(ui, "Belief", true, |ui| match robot.belief {
+                Some(belief) => {
+                    let error = sample.and_then(|sample| sample.error.as_ref());
+                    lines(ui, "belief", wording::belief(belief, error, game.own_end(id.team)));
+                }
+                None => drop(ui.label(dim("It keeps none."))),
+            });
+            section(ui, "Why", true, |ui| show_reasons(ui, &state));
+            section(ui, "Messages", false, |ui| {
+                let said = command.and_then(|command| command.say.as_ref());
+                show_messages(ui, said, &robot.inbox.0, clock.cycle);
+            });
+            section(ui, "Behaviour", false, |ui| show_state(ui, &state));
+            section(ui, "Plots", false, |ui| plots::show(ui, &samples, id, clock.cycle, clock.period_s));
         });
     });
     Ok(())
@@ -319,16 +273,15 @@ fn show_reasons(ui: &mut egui::Ui, state: &ShownState) {
         );
         return;
     };
-    let values = reasons.options.iter().map(|option| option.value).filter(|value| value.is_finite());
-    let (least, most) = values.fold((0.0_f32, 0.0_f32), |(least, most), value| (least.min(value), most.max(value)));
+    let values: Vec<f32> = reasons.options.iter().map(|option| option.value).collect();
     Grid::new("reasons").num_columns(3).spacing([8.0, 2.0]).show(ui, |ui| {
         for (index, option) in reasons.options.iter().enumerate() {
             let is_chosen = reasons.chosen == Some(index);
             let name = egui::RichText::new(option.name.as_ref()).size(text_size::ENTRY);
             ui.label(if is_chosen { name.strong() } else { name.weak() });
             let (area, response) = ui.allocate_exact_size(egui::vec2(BAR, 9.0), egui::Sense::hover());
-            let share = ((option.value - least) / (most - least).max(f32::EPSILON)).clamp(0.0, 1.0);
-            let bar = egui::Rect::from_min_size(area.min, egui::vec2(share * BAR, area.height()));
+            let length = bar_length(option.value, &values) * BAR;
+            let bar = egui::Rect::from_min_size(area.min, egui::vec2(length, area.height()));
             let visuals = ui.visuals();
             let colour = if is_chosen { visuals.strong_text_color() } else { visuals.weak_text_color() };
             ui.painter().rect_filled(bar, 1.0, colour);
@@ -337,6 +290,18 @@ fn show_reasons(ui: &mut egui::Ui, state: &ShownState) {
             ui.end_row();
         }
     });
+}
+
+/// How long the bar of an option is that is worth so much, 0 to 1: from nought, or where some are worth less than nothing, from
+/// a little less than the least, so that each has one.
+fn bar_length(value: f32, all: &[f32]) -> f32 {
+    let finite = all.iter().copied().filter(|value| value.is_finite());
+    let (least, most) = finite.fold((f32::MAX, f32::MIN), |(least, most), value| (least.min(value), most.max(value)));
+    let from = if least < 0.0 { least - 0.1 * (most - least) } else { 0.0 };
+    if most <= from {
+        return 1.0;
+    }
+    ((value - from) / (most - from)).clamp(0.0, 1.0)
 }
 
 fn show_state(ui: &mut egui::Ui, state: &ShownState) {
@@ -361,5 +326,22 @@ fn behaviour_in(scenario: &Scenario, id: RobotId) -> Option<&str> {
     match &scenario.robots.iter().find(|robot| robot.id() == id)?.behaviour {
         BehaviourSpec::Named(name) => Some(name),
         _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_option_has_a_bar_and_the_best_the_longest() {
+        let of = |values: &[f32]| values.iter().map(|value| bar_length(*value, values)).collect::<Vec<_>>();
+        assert_eq!(of(&[1.0, 4.0]), [0.25, 1.0]);
+        // Costs: the dearer one is worse, and has a bar nevertheless.
+        let bars = of(&[-1.2, -6.5]);
+        assert!(bars[0] == 1.0 && (0.05..0.2).contains(&bars[1]), "{bars:?}");
+        assert_eq!(of(&[-2.0, -2.0]), [1.0, 1.0]);
+        assert_eq!(of(&[0.0, 3.0])[0], 0.0, "what is worth nothing has none");
+        assert_eq!(bar_length(f32::NEG_INFINITY, &[f32::NEG_INFINITY, 1.0]), 0.0);
     }
 }

@@ -14,9 +14,10 @@ use crate::sensing::camera::CameraSettings;
 use crate::sensing::camera::image::Image;
 use crate::sensing::vision::{LandmarkKind, Percepts};
 use crate::team::{RobotId, Team};
-use crate::viewer::camera::eyes::image_in_window;
+use crate::viewer::camera::eyes::image_in;
 use crate::viewer::camera::{ViewerCamera, mount_of};
 use crate::viewer::eyes::{EyeImages, Watched};
+use crate::viewer::layout::FreeArea;
 use crate::viewer::overlays::{Overlay, Overlays, junction_letter};
 use crate::viewer::palette;
 use crate::viewer::shared::Selection;
@@ -77,7 +78,7 @@ pub(super) fn draw_in_window(
     overlays: Res<Overlays>,
     roster: Res<Roster>,
     robots: Query<(&Percepts, &CameraSettings)>,
-    window: Single<&Window>,
+    (window, free): (Single<&Window>, Res<FreeArea>),
 ) -> Result {
     let Some((id, side)) = camera.eyes(&selection) else { return Ok(()) };
     let Some((percepts, settings)) = roster.get(id).and_then(|robot| robots.get(robot).ok()) else { return Ok(()) };
@@ -89,7 +90,10 @@ pub(super) fn draw_in_window(
     let Some(mount) = mount else { return Ok(()) };
     let (side, intrinsics) = (mount.name, settings.intrinsics(mount));
     // Panels may be larger than the window has them.
-    let frame = image_in_window(intrinsics, window.size() / context.zoom_factor());
+    let area = free.within(window.size());
+    let zoom = context.zoom_factor();
+    let area = Rect { min: area.min / zoom, max: area.max / zoom };
+    let frame = image_in(intrinsics, area);
     let scale = frame.size() / intrinsics.size;
     let painter = context.layer_painter(egui::LayerId::background());
     let corners = Area::from_min_max(Pos2::new(frame.min.x, frame.min.y), Pos2::new(frame.max.x, frame.max.y));

@@ -1,0 +1,38 @@
+//! To show a match to others: a pen on the pitch, one robot's world without the truth, and moments with captions that are stepped
+//! through like slides.
+
+use bevy::prelude::*;
+use bevy_egui::EguiPostUpdateSet;
+
+pub mod bookmarks;
+pub mod pen;
+mod robots_world;
+
+use super::overlays::OverlaySystems;
+use super::shared::{CameraSystems, KeysSystems, RobotsWorld, TeachAction};
+use bookmarks::Bookmarks;
+use pen::Pen;
+
+/// What helps to show a match to others.
+pub struct TeachPlugin;
+
+impl Plugin for TeachPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Pen>()
+            .init_resource::<Bookmarks>()
+            .init_resource::<RobotsWorld>()
+            .add_message::<TeachAction>()
+            .add_plugins(bookmarks::BookmarksPlugin)
+            .add_systems(
+                Update,
+                (pen::obey, robots_world::obey, pen::draw).chain().after(KeysSystems).before(CameraSystems),
+            )
+            .add_systems(
+                PostUpdate,
+                (
+                    robots_world::hide_ball,
+                    (pen::show, robots_world::draw).after(OverlaySystems).before(EguiPostUpdateSet::EndPass),
+                ),
+            );
+    }
+}

@@ -1,0 +1,95 @@
+//! Three ways to use the window, one key apart: to watch a match, to find out what its robots think, and to show it to others.
+//!
+//! Panels that are docked belong to the second; the others have the whole window for the match.
+
+use bevy::prelude::*;
+use bevy_egui::egui::{self, Align2};
+use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
+
+use super::camera::{CameraMode, ViewerCamera};
+use super::display_settings::{DisplaySettings, Workspace, is_debugging};
+use super::layout::{self, LayoutSystems};
+use super::shared::{Action, CameraSystems, Notice, ViewPreset};
+use super::theme::card;
+
+/// In the ways without panels the three names are seen for so long after the mouse has moved, s.
+const SHOWN_S: f32 = 3.0;
+
+/// Changes from one way to the other.
+pub struct WorkspacePlugin;
+
+impl Plugin for WorkspacePlugin {
+    fn build(&self, app: &mut App) {
+        app.add_systems(Update, enter.before(CameraSystems)).add_systems(
+            EguiPrimaryContextPass,
+            show_floating_choice.run_if(not(is_debugging)).in_set(LayoutSystems::Floating),
+        );
+    }
+}
+
+/// What can be done, for who has just come to this way.
+fn hint(workspace: Workspace) -> &'static str {
+    match workspace {
+        Workspace::Watch => "Watch: the camera follows play, goals come again. Space: pause; V: debug",
+        Workspace::Debug => "Debug: a click on a robot shows what it knows; V: teach",
+        Workspace::Teach => "Teach: U pen, Y one robot's world, K bookmark, J next one; V: watch",
+    }
+}
+
+/// Looks at the match as one does in this way, and says how to go on.
+fn enter(
+    display: Res<DisplaySettings>,
+    camera: Single<&ViewerCamera>,
+    mut before: Local<Option<Workspace>>,
+    mut views: MessageWriter<ViewPreset>,
+    mut notice: ResMut<Notice>,
+) {
+    let now = display.workspace;
+    let Some(last) = before.replace(now) else {
+        if now == Workspace::Watch {
+            views.write(ViewPreset::FollowPlay);
+        }
+        return;
+    };
+    if last == now {
+        return;
+    }
+    notice.tell(hint(now));
+    if now == Workspace::Watch {
+        views.write(ViewPreset::FollowPlay);
+    } else if camera.mode == CameraMode::Play {
+        views.write(ViewPreset::Broadcast);
+    }
+}
+
+/// The three names, of which one is chosen by a click.
+pub fn show_choice(ui: &mut egui::Ui, now: Workspace, actions: &mut MessageWriter<Action>) {
+    for workspace in Workspace::ALL {
+        let chosen = ui.selectable_label(workspace == now, workspace.name());
+        if chosen.on_hover_text("V: the next of the three").clicked() {
+            actions.write(Action::Workspace(workspace));
+        }
+    }
+}
+
+/// Where there are no panels, for who uses the mouse.
+fn show_floating_choice(
+    mut contexts: EguiContexts,
+    time: Res<Time<Real>>,
+    display: Res<DisplaySettings>,
+    windows: Query<&Window>,
+    mut last: Local<(Option<Vec2>, f32)>,
+    mut actions: MessageWriter<Action>,
+) -> Result {
+    let cursor = windows.iter().next().and_then(Window::cursor_position);
+    if cursor != last.0 {
+        *last = (cursor, time.elapsed_secs());
+    }
+    if cursor.is_none() || time.elapsed_secs() - last.1 > SHOWN_S {
+        return Ok(());
+    }
+    layout::floating(contexts.ctx_mut()?, "workspaces", Align2::RIGHT_TOP).show(contexts.ctx_mut()?, |ui| {
+        card(ui).show(ui, |ui| ui.horizontal(|ui| show_choice(ui, display.workspace, &mut actions)));
+    });
+    Ok(())
+}
