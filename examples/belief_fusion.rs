@@ -142,7 +142,13 @@ fn find_the_ball_together() -> Result<(), Box<dyn core::error::Error>> {
             let percept = app.robot::<Percepts>(from)?.ball?;
             // What it says is what a filter makes of one look.
             let seen = BallEstimate::first_seen(&Sighting::new(percept.position_m, 0.005), &BallModel::default());
-            Some(HeardBall { from, seen_from: pose.position, place: pose.transform_point(seen.position), age_s: 0.0 })
+            Some(HeardBall {
+                from,
+                seen_from: pose.position,
+                place: pose.transform_point(seen.position),
+                age_s: 0.0,
+                moved_mps: None,
+            })
         });
         let [Some(first), Some(second)] = heard else { continue };
         seen_by_both += 1;

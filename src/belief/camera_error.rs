@@ -197,7 +197,7 @@ fn rows([yaw, pitch]: [Vec2; 2]) -> [Vec4; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::belief::error::ELLIPSOID_95;
+    use crate::belief::covariance::ELLIPSOID_95;
     use crate::belief::kalman_localiser::KalmanLocaliser;
     use crate::belief::landmarks::{LandmarkModel, Landmarks, PitchObservation};
     use crate::belief::localisation_method::KalmanFilter;

@@ -3,7 +3,7 @@
 //! | measure | of | meaning |
 //! |---|---|---|
 //! | error | pose, ball, its velocity, opponents | distance between belief and truth |
-//! | NEES | pose, ball, opponents | normalised estimation error squared, eᵀ P⁻¹ e: by how much the error exceeds the robot's own covariance (Bar-Shalom, Li, Kirubarajan: Estimation with Applications to Tracking and Navigation, 2001). Where it is at most [`ELLIPSOID_95`] or [`ELLIPSE_95`], the truth lies within the robot's ellipse of 95 %, as it does of a calibrated belief 95 times out of 100 |
+//! | NEES | pose, ball, opponents | normalised estimation error squared, eᵀ P⁻¹ e: by how much the error exceeds the robot's own covariance (Bar-Shalom, Li, Kirubarajan: Estimation with Applications to Tracking and Navigation, 2001). Where it is at most [`ELLIPSOID_95`](super::covariance::ELLIPSOID_95) or [`ELLIPSE_95`], the truth lies within the robot's ellipse of 95 %, as it does of a calibrated belief 95 times out of 100 |
 //! | false tracks | opponents | believed where none is within [`MATCH_M`] |
 //! | time to detect | ball, opponents | how long the robot knew nothing of one that was on the pitch |
 //!
@@ -12,15 +12,12 @@
 
 use bevy::prelude::*;
 
+use super::covariance::ELLIPSE_95;
 use super::{Belief, PlaceCovariance, PoseCovariance, RobotBelief};
 use crate::geometry::{Pose, wrap_angle};
 
 /// A believed and a true robot further apart than this are not the same, m.
 pub const MATCH_M: f32 = 0.5;
-/// The NEES of a pose at the edge of the ellipsoid that holds 95 %: χ² with three degrees of freedom.
-pub const ELLIPSOID_95: f32 = 7.815;
-/// The NEES of a place at the edge of the ellipse that holds 95 %: χ² with two degrees of freedom.
-pub const ELLIPSE_95: f32 = 5.991;
 
 /// What is true of what a robot believes, in its team's frame.
 #[derive(Clone, PartialEq, Debug, Default)]

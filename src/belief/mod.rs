@@ -18,7 +18,7 @@ use crate::team::RobotId;
 mod association;
 pub mod ball;
 pub mod camera_error;
-mod covariance;
+pub mod covariance;
 pub mod error;
 pub mod innovation;
 pub mod kalman_localiser;

@@ -87,6 +87,8 @@ struct Heard {
     position: Option<Vec2>,
     /// Where it sees the ball, m, team frame.
     ball: Option<Vec2>,
+    /// How fast that place moved since the message before, m/s, team frame.
+    ball_moved_mps: Option<Vec2>,
     age_s: f32,
 }
 
@@ -245,14 +247,23 @@ impl SimpleBeliefMemory {
 
     fn listen(&mut self, messages: &[ReceivedMessage]) {
         for message in messages {
-            let said = Heard {
+            let mut said = Heard {
                 from: message.from,
                 position: message.say.pose.map(|pose| pose.position),
                 ball: message.say.ball_m,
+                ball_moved_mps: None,
                 age_s: 0.0,
             };
             match self.heard.binary_search_by_key(&message.from, |heard| heard.from) {
-                Ok(index) => self.heard[index] = said,
+                Ok(index) => {
+                    let before = &mut self.heard[index];
+                    if let (Some(now), Some(then)) = (said.ball, before.ball)
+                        && before.age_s > 0.0
+                    {
+                        said.ball_moved_mps = Some((now - then) / before.age_s);
+                    }
+                    *before = said;
+                }
                 Err(index) => self.heard.insert(index, said),
             }
         }
@@ -400,7 +411,13 @@ impl SimpleBeliefMemory {
     /// The ball as team-mates see it.
     fn heard_ball(&self, settings: &SimpleBelief) -> Option<BallBelief> {
         let heard = self.heard.iter().filter(|heard| heard.age_s < settings.ball_trust_s).filter_map(|heard| {
-            Some(HeardBall { from: heard.from, seen_from: heard.position?, place: heard.ball?, age_s: heard.age_s })
+            Some(HeardBall {
+                from: heard.from,
+                seen_from: heard.position?,
+                place: heard.ball?,
+                age_s: heard.age_s,
+                moved_mps: heard.ball_moved_mps,
+            })
         });
         team_ball(heard, &settings.team_ball)
     }

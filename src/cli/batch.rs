@@ -236,7 +236,8 @@ fn sweep(program: Program, arguments: &BatchArguments) -> Result<Sweep, ExitCode
     let scenario_error = |error: ScenarioError| report::scenario_error(&error);
     check_settings(arguments).map_err(usage_error)?;
     let pairs = if arguments.pairs.is_empty() { None } else { Some(pairs(program, arguments).map_err(usage_error)?) };
-    let file = ScenarioFile::find(&arguments.scenario).map_err(scenario_error)?;
+    let file = ScenarioFile::check(&arguments.scenario, |_| Vec::new());
+    let file = file.map_err(|errors| report::scenario_errors(&errors))?;
     if pairs.is_some() && !file.scenario.robots.is_empty() {
         let scenario = &arguments.scenario;
         return Err(usage_error(format!(

@@ -25,7 +25,8 @@ pub fn begin(app: &mut App, arguments: &RunArguments) -> Result<(), ExitCode> {
     if is_snapshot(Path::new(&arguments.scenario)) {
         return go_on(app, arguments);
     }
-    let file = ScenarioFile::find(&arguments.scenario).map_err(|error| report::scenario_error(&error))?;
+    let file = ScenarioFile::check(&arguments.scenario, |_| Vec::new());
+    let file = file.map_err(|errors| report::scenario_errors(&errors))?;
     begin_with(app, &file, arguments)
 }
 

@@ -62,7 +62,8 @@ impl VisionArguments {
 
     /// What the scenario and the command line say.
     fn conditions(&self) -> Result<Conditions, ExitCode> {
-        let file = ScenarioFile::find(&self.scenario).map_err(|error| report::scenario_error(&error))?;
+        let file = ScenarioFile::check(&self.scenario, |_| Vec::new());
+        let file = file.map_err(|errors| report::scenario_errors(&errors))?;
         let file = file.check_with(&self.settings()).map_err(|errors| report::scenario_errors(&errors))?;
         let mut conditions = seeing::conditions(&file.scenario);
         conditions.vision.source = if self.geometric { VisionSource::Geometric } else { VisionSource::Image };

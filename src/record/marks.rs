@@ -1,10 +1,11 @@
 //! What is drawn over pictures: measures, sectors, confidence ellipses, paths.
 
-use bevy::math::{Vec2, ops};
+use bevy::math::Vec2;
 
 use super::canvas::{Anchor, Canvas, INK, PAPER, arrow_head, ellipse, width_of_words};
 use crate::appearance::colours::Colour;
 use crate::belief::PlaceCovariance;
+use crate::belief::covariance::half_axes_95;
 use crate::geometry::{Pose, unit};
 
 /// Colours that the colour-blind can tell apart (Okabe and Ito).
@@ -17,10 +18,6 @@ pub const SKY_BLUE: Colour = Colour([86, 180, 233]);
 pub const VERMILION: Colour = Colour([213, 94, 0]);
 /// Yellow.
 pub const YELLOW: Colour = Colour([240, 228, 66]);
-
-/// Half axes of the ellipse within which a place is with a probability of 95 %, in standard deviations: the square root of
-/// -2 ln 0.05.
-const WITHIN_95: f32 = 2.447_746_8;
 
 /// A measured distance between two places, with words in its middle or, where they would not fit, beside it.
 pub fn measure(canvas: &mut Canvas, [from, to]: [Vec2; 2], words: &str, colour: Colour, patch: Option<Colour>) {
@@ -61,21 +58,9 @@ pub fn arc(pose: Pose, direction: f32, half_angle: f32, distance: f32) -> Vec<Ve
     (0..=STEPS).map(|step| pose.transform_point(distance * unit(angle(step)))).collect()
 }
 
-/// The half axes of the ellipse of a covariance at one standard deviation: the longer one first.
-pub fn half_axes([xx, xy, yy]: PlaceCovariance) -> [Vec2; 2] {
-    let mean = (xx + yy) / 2.0;
-    let difference = (xx - yy) / 2.0;
-    let radius = Vec2::new(difference, xy).length();
-    // The direction of the longer axis is at half the angle of (xx - yy, 2 xy).
-    let direction = unit(ops::atan2(xy, difference) / 2.0);
-    let length = |variance: f32| variance.max(0.0).sqrt();
-    [direction * length(mean + radius), direction.perp() * length(mean - radius)]
-}
-
-/// The outline of the ellipse within which a place is with a probability of 95 %.
+/// The outline of the ellipse within which a place is with a probability of 95 %; nothing of what is no covariance.
 pub fn confidence_ellipse(mean: Vec2, covariance: PlaceCovariance) -> Vec<Vec2> {
-    let [long, short] = half_axes(covariance).map(|axis| WITHIN_95 * axis);
-    ellipse(mean, long, short)
+    half_axes_95(covariance).map(|[long, short]| ellipse(mean, long, short)).unwrap_or_default()
 }
 
 /// The standard deviations of a place along and across the line from `eye` to it.
@@ -127,7 +112,8 @@ pub fn bright_words(canvas: &mut Canvas, words: &str, at: Vec2, height: f32, anc
 #[cfg(test)]
 mod tests {
     use super::*;
-    use core::f32::consts::{FRAC_PI_2, FRAC_PI_4};
+    use bevy::math::ops;
+    use core::f32::consts::FRAC_PI_2;
 
     #[test]
     fn a_sector_is_between_its_distances_and_directions() {
@@ -145,27 +131,8 @@ mod tests {
     }
 
     #[test]
-    fn the_axes_of_an_ellipse_are_those_of_its_covariance() {
-        assert!(half_axes([0.04, 0.0, 0.01])[0].abs_diff_eq(Vec2::new(0.2, 0.0), 1e-6));
-        assert!(half_axes([0.01, 0.0, 0.04])[0].abs_diff_eq(Vec2::new(0.0, 0.2), 1e-6));
-        // Standard deviations 0.3 and 0.1, turned by 45 degrees: xx = yy = (0.09 + 0.01) / 2, xy = (0.09 - 0.01) / 2.
-        let [long, short] = half_axes([0.05, 0.04, 0.05]);
-        assert!(long.abs_diff_eq(0.3 * unit(FRAC_PI_4), 1e-5) && short.abs_diff_eq(0.1 * unit(FRAC_PI_4).perp(), 1e-5));
-        // No more than rounding can make a variance negative.
-        assert!(half_axes([0.0, 0.0, 0.0])[1] == Vec2::ZERO);
-    }
-
-    #[test]
     fn uncertainty_is_told_along_and_across_the_line_of_sight() {
         let [along, across] = sd_along_and_across([0.05, 0.04, 0.05], Vec2::ZERO, Vec2::ONE);
         assert!((along - 0.3).abs() < 1e-6 && (across - 0.1).abs() < 1e-6);
-    }
-
-    #[test]
-    fn the_ellipse_holds_19_of_20() {
-        // The chance to be within k standard deviations in both of two dimensions is 1 - exp(-k² / 2).
-        assert!((1.0 - (-WITHIN_95 * WITHIN_95 / 2.0).exp() - 0.95).abs() < 1e-5);
-        let outline = confidence_ellipse(Vec2::ZERO, [0.04, 0.0, 0.01]);
-        assert!((outline[0].x - 0.2 * WITHIN_95).abs() < 1e-5);
     }
 }

@@ -79,12 +79,15 @@ fn the_match_report_says_what_was_decided_why_and_what_would_have_changed_it() {
 #[test]
 fn what_is_wrong_is_said_with_exit_status_2() {
     let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("typo.json"), "{\n  \"sede\": 3\n}\n").unwrap();
+    fs::write(folder.path().join("typo.json"), "{\n  \"sede\": 3,\n  \"bal\": 1\n}\n").unwrap();
     fs::write(folder.path().join("team.json"), r#"{ "teams": { "blue": "dragons" } }"#).unwrap();
     for (arguments, expected) in [
         (&["run", "nowhere.json"][..], "nowhere.json"),
         (&["run", "match3v4"], "match3v3"),
         (&["run", "typo.json"], "typo.json:2:3"),
+        (&["run", "typo.json"], "typo.json:3:3"),
+        (&["batch", "typo.json", "--matches", "1"], "typo.json:3:3"),
+        (&["vision", "typo.json"], "typo.json:3:3"),
         (&["check", "typo.json"], "seed"),
         (&["run", "team.json"], "chasers"),
         (&["run", "match3v3", "--duration", "-1"], "positive"),

@@ -8,24 +8,32 @@ use naoisis::sensing::jobs::SensingThreads;
 use crate::support::{blue, headless_app, match_of};
 
 /// A robot with a behaviour and the ball; images of 160 x 120 pixels.
-fn robot_and_ball(team: &str, pose: &str, design: &str) -> String {
+fn robot_and_ball(model: &str, team: &str, pose: &str, design: &str) -> String {
     format!(
         r#"{{ "rules": "free", "vision": {{ "source": "image" }},
               "cameras": {{ "width": 160, "height": 120, "design": "{design}" }},
-              "ball": {{ "position_m": [0.1, 0.0] }},
+              "model": "{model}", "ball": {{ "position_m": [0.1, 0.0] }},
               "robots": [{{ "team": "{team}", "number": 1, "pose": {pose}, "behaviour": "striker" }}] }}"#
     )
 }
 
 #[test]
 fn robots_find_and_kick_the_ball_by_images_alone() {
-    // One has the ball ahead, the other must turn to it.
-    for (team, pose, design) in [("blue", "[-0.7, 0.2, 0.0]", "simple"), ("pink", "[0.9, -0.3, 60.0]", "nao")] {
-        let mut app = match_of(&robot_and_ball(team, pose, design));
+    // One has the ball ahead, the others must turn to it; a K1 has another lens, another height, and one camera.
+    for (model, team, pose, design) in [
+        ("nao", "blue", "[-0.7, 0.2, 0.0]", "simple"),
+        ("nao", "pink", "[0.9, -0.3, 60.0]", "nao"),
+        ("booster_k1", "blue", "[-1.5, 0.4, 50.0]", "nao"),
+    ] {
+        let mut app = match_of(&robot_and_ball(model, team, pose, design));
         let kicked = app.run_until(900, |app| {
             app.events().iter().any(|event| matches!(event, MatchEvent::Kick { result: KickResult::Kicked, .. }))
         });
-        assert!(kicked, "{team} did not kick the ball in 30 s: {:?}", app.robot_pose(RobotId::new(Team::Blue, 1)));
+        assert!(
+            kicked,
+            "{model} of {team} did not kick the ball in 30 s: {:?}",
+            app.robot_pose(RobotId::new(Team::Blue, 1))
+        );
     }
 }
 

@@ -4,7 +4,8 @@ use bevy::math::Vec2;
 use naoisis::prelude::*;
 
 use crate::support::{blue, collect_events, headless_app, match_of, pink};
-use naoisis::belief::error::{BeliefError, ELLIPSE_95, ELLIPSOID_95, Truth};
+use naoisis::belief::covariance::{ELLIPSE_95, ELLIPSOID_95};
+use naoisis::belief::error::{BeliefError, Truth};
 use naoisis::belief::{point_team_from_pitch, team_from_pitch};
 use naoisis::game::{Penalty, Score};
 use naoisis::robot::Roster;

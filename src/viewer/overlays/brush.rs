@@ -5,8 +5,9 @@ use bevy::gizmos::config::{GizmoConfigGroup, GizmoConfigStore};
 use bevy::prelude::*;
 use core::f32::consts::TAU;
 
-use super::geometry::{SIGMAS_95, arc, ellipse};
+use super::geometry::arc;
 use crate::belief::PlaceCovariance;
+use crate::belief::covariance::half_axes_95;
 use crate::geometry::{Pose, unit};
 use crate::viewer::stage::world_from_pitch;
 
@@ -110,11 +111,9 @@ impl Brush<'_, '_> {
 
     /// The ellipse in which a place lies with 95 %.
     pub fn ellipse(&mut self, centre: Vec2, covariance: PlaceCovariance, colour: Color) {
-        let Some((axes, direction)) = ellipse(covariance) else { return };
-        let [along, across] = axes.map(|axis| SIGMAS_95 * axis);
-        let major = unit(direction);
+        let Some([long, short]) = half_axes_95(covariance) else { return };
         let turn = arc(Vec2::ZERO, 1.0, [0.0, TAU]);
-        self.path(turn.map(|corner| centre + along * corner.x * major + across * corner.y * major.perp()), colour);
+        self.path(turn.map(|corner| centre + corner.x * long + corner.y * short), colour);
     }
 
     /// Words above a place on the ground.

@@ -1,29 +1,8 @@
 //! Shapes on the ground, as pure functions.
 
-use bevy::math::ops;
 use bevy::prelude::*;
 
-use crate::belief::PlaceCovariance;
 use crate::geometry::unit;
-
-/// Within so many standard deviations lies a place with a probability of 95 %: the root of χ² with two degrees of
-/// freedom.
-pub const SIGMAS_95: f32 = 2.447_7;
-
-/// The half axes of the ellipse of one standard deviation, the greater first, m, and the direction of the greater, radians.
-/// None of what is no covariance.
-pub fn ellipse([xx, xy, yy]: PlaceCovariance) -> Option<([f32; 2], f32)> {
-    let middle = (xx + yy) / 2.0;
-    let half_difference = (xx - yy) / 2.0;
-    let offset = (half_difference * half_difference + xy * xy).sqrt();
-    let variances = [middle + offset, middle - offset];
-    if !variances.iter().all(|variance| variance.is_finite()) || variances[0] <= 0.0 {
-        return None;
-    }
-    let direction = 0.5 * ops::atan2(xy, half_difference);
-    // Rounding may leave a line's breadth below nothing.
-    Some((variances.map(|variance| variance.max(0.0).sqrt()), direction))
-}
 
 /// Points of an arc about a centre, from an angle to another, radians.
 pub fn arc(centre: Vec2, radius: f32, [from, to]: [f32; 2]) -> impl Iterator<Item = Vec2> {
@@ -48,22 +27,7 @@ pub fn corners(rectangle: Rect) -> [Vec2; 4] {
 mod tests {
     use super::*;
     use approx::assert_abs_diff_eq;
-    use core::f32::consts::{FRAC_PI_2, FRAC_PI_4, FRAC_PI_6, PI};
-
-    #[test]
-    fn an_ellipse_has_the_axes_that_were_turned_into_the_covariance() {
-        // R diag(0.09, 0.01) Rᵀ with R a turn by 30°.
-        let (sin, cos) = ops::sin_cos(FRAC_PI_6);
-        let covariance =
-            [0.09 * cos * cos + 0.01 * sin * sin, (0.09 - 0.01) * sin * cos, 0.09 * sin * sin + 0.01 * cos * cos];
-        let (axes, direction) = ellipse(covariance).unwrap();
-        assert_abs_diff_eq!(axes[0], 0.3, epsilon = 1e-4);
-        assert_abs_diff_eq!(axes[1], 0.1, epsilon = 1e-4);
-        assert_abs_diff_eq!(direction, FRAC_PI_6, epsilon = 1e-4);
-        assert_abs_diff_eq!(ellipse([0.01, 0.0, 0.04]).unwrap().1.abs(), FRAC_PI_2, epsilon = 1e-6);
-        assert_eq!(ellipse([0.0, 0.0, 0.0]), None);
-        assert_eq!(ellipse([f32::NAN, 0.0, 1.0]), None);
-    }
+    use core::f32::consts::{FRAC_PI_4, PI};
 
     #[test]
     fn a_sector_goes_out_along_one_edge_and_back_along_the_other() {

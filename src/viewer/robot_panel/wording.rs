@@ -2,6 +2,7 @@
 
 use bevy::prelude::*;
 
+use crate::belief::covariance::half_axes_95;
 use crate::belief::error::BeliefError;
 use crate::belief::{Belief, PlaceCovariance, point_pitch_from_team};
 use crate::communication::TeamMessage;
@@ -17,7 +18,6 @@ use crate::robot::posture::{Posture, PostureRequest};
 use crate::sensing::sonar::SonarReading;
 use crate::sensing::status::BodyStatus;
 use crate::sensing::vision::Percepts;
-use crate::viewer::overlays::geometry::{SIGMAS_95, ellipse};
 
 /// A name and a value.
 type Entry = (String, String);
@@ -160,7 +160,7 @@ pub fn body(body: BodyStatus) -> String {
 
 /// Half the length of the ellipse in which a place lies with 95 %, in words.
 fn spread(covariance: PlaceCovariance) -> String {
-    ellipse(covariance).map(|(axes, _)| format!(" ± {:.2} m", SIGMAS_95 * axes[0])).unwrap_or_default()
+    half_axes_95(covariance).map(|[long, _]| format!(" ± {:.2} m", long.length())).unwrap_or_default()
 }
 
 /// What a robot believes, in the pitch frame, and how far that is from the truth.

@@ -30,6 +30,7 @@ mod pieces;
 mod posts;
 mod robots;
 pub(super) mod seeing;
+mod strips;
 
 use bevy::math::Vec2;
 
@@ -137,7 +138,7 @@ pub struct ImageVision {
     segmentation: Segmentation,
     contour: Vec<Vec2>,
     edges: Vec<[u16; 2]>,
-    strips: posts::Strips,
+    strips: strips::Strips,
     lines: lines::Lines,
 }
 

@@ -8,19 +8,9 @@ use bevy::math::Vec2;
 use super::Look;
 use super::blobs::Run;
 use super::colour::ColourClass;
+use super::strips::{LEAST_SLENDERNESS, Strip, Strips};
 use crate::pitch::GoalColour;
 use crate::sensing::vision::GoalPostPercept;
-
-/// Fewer rows are no post.
-const LEAST_ROWS: u32 = 4;
-
-/// Strips that are narrower on average are no posts, pixels; unless the side of the image cuts off a part of them.
-const LEAST_WIDTH: f32 = 1.5;
-/// Rows of a strip that is cut off to less than that.
-const LEAST_ROWS_OF_NARROW: u32 = 12;
-
-/// A strip without a foot must be so many times as high as wide.
-const LEAST_SLENDERNESS: f32 = 1.3;
 
 /// A strip as wide as that may be a short piece of a near post, pixels.
 const WIDE: f32 = 20.0;
@@ -32,19 +22,6 @@ const GREATEST_DISTANCE_BY_SIDE_M: f32 = 1.5;
 /// Such strips that are narrower may be anything, pixels.
 const LEAST_WIDTH_BY_SIDE: u16 = 6;
 
-/// A strip whose middle moves by more columns a row is a bar that is seen at a slant.
-const SLANT: f32 = 0.6;
-/// Where it moves by less again, the post begins that carries the bar.
-const END_OF_SLANT: f32 = 0.45;
-/// Weight of a row in that movement.
-const WEIGHT_OF_ROW: f32 = 0.2;
-
-/// So many times as wide as a white strip is what touches it from the side; of that, only what is below the strip is its own.
-const TOUCHED: f32 = 1.4;
-/// And what is beside it by so many of its widths, from one row to the next.
-const ASIDE: f32 = 0.2;
-/// It may do so in so many rows one below the other; and in as many more as the strip is wide.
-const ROWS_TOUCHED: u32 = 3;
 /// The width of a white strip is off by no more than this share of what it should be, and a pixel.
 const WIDTH_OF_WHITE: f32 = 0.3;
 /// Share of a white post's height, as far as it is in the image, that is there.
@@ -58,74 +35,6 @@ const LEAST_HEIGHT_DIFFERENCE_M: f32 = 0.1;
 
 /// Rows below a strip that may be neither it nor the carpet, where its edge is blurred.
 const BLURRED_ROWS: usize = 2;
-
-/// Runs one below the other that are about as wide.
-#[derive(Clone, Copy, PartialEq, Debug)]
-struct Strip {
-    class: ColourClass,
-    first: Run,
-    last: Run,
-    rows: u32,
-    pixels: u32,
-    /// Rows in which it does not reach the left or right edge of the image, and its pixels in those.
-    whole_rows: u32,
-    whole_pixels: u32,
-    widest: u16,
-    /// By how many columns a row its middle moves, in the last rows, and whether that is a bar's.
-    movement: f32,
-    is_slanting: bool,
-}
-
-impl Strip {
-    fn new(class: ColourClass, run: Run) -> Self {
-        Self {
-            class,
-            first: run,
-            last: run,
-            rows: 0,
-            pixels: 0,
-            whole_rows: 0,
-            whole_pixels: 0,
-            widest: 0,
-            movement: 0.0,
-            is_slanting: false,
-        }
-    }
-
-    fn add(&mut self, run: Run, image_width: u16) {
-        self.movement += WEIGHT_OF_ROW * (run.middle() - self.last.middle() - self.movement);
-        if self.movement.abs() > SLANT {
-            self.is_slanting = true;
-        } else if self.is_slanting && self.movement.abs() < END_OF_SLANT {
-            *self = Self::new(self.class, run);
-        }
-        self.last = run;
-        self.rows += 1;
-        self.pixels += u32::from(run.width());
-        self.widest = self.widest.max(run.width());
-        if run.from > 0 && run.to < image_width {
-            self.whole_rows += 1;
-            self.whole_pixels += u32::from(run.width());
-        }
-    }
-
-    fn mean_width(&self) -> f32 {
-        self.pixels as f32 / self.rows as f32
-    }
-
-    /// Its width where it does not reach the edge of the image; none if it does in most rows.
-    fn whole_width(&self) -> Option<f32> {
-        (2 * self.whole_rows > self.rows).then(|| self.whole_pixels as f32 / self.whole_rows as f32)
-    }
-}
-
-/// Memory for the strips of one image.
-#[derive(Default)]
-pub(super) struct Strips {
-    strips: Vec<Strip>,
-    /// Those of white things.
-    runs: Vec<Run>,
-}
 
 impl Look<'_> {
     /// The goal posts, and whether their feet are seen.
@@ -159,7 +68,6 @@ impl Look<'_> {
 
     /// The same as [`Look::post`] for a strip that may be anything white: it is as high as a post there.
     fn white_post(&self, strip: &Strip) -> Option<(bool, Vec2, Vec2)> {
-        let width = strip.whole_width()?;
         let is_cut_above = strip.first.row == 0;
         let is_cut_below = usize::from(strip.last.row) + 1 == self.height();
         let (has_foot, pixel, place) = if is_cut_below {
@@ -173,102 +81,17 @@ impl Look<'_> {
         let middle = f32::from(strip.first.row + strip.last.row + 1) / 2.0;
         let expected = self.view.intrinsics.focal_length * diameter
             / self.depth(place, self.height_at(place, middle)).max(diameter);
-        let is_as_wide = (width - expected).abs() < WIDTH_OF_WHITE * expected + 1.0;
+        let tolerance = WIDTH_OF_WHITE * expected + 1.0;
+        let is_as_wide = match strip.whole_width() {
+            Some(width) => (across(strip, width) - expected).abs() < tolerance,
+            // A side of it is not in the image.
+            None => (0.4 * expected..expected + tolerance).contains(&across(strip, strip.mean_width())),
+        };
         let [top, foot] =
             [self.known.post_height, 0.0].map(|height| self.view.project_anywhere(place.extend(height)).y);
         let in_image = foot.min(self.height() as f32) - top.max(0.0);
         let is_as_high = strip.rows as f32 > LEAST_OF_WHITE * in_image;
         (is_as_wide && is_as_high && self.ends_at_top(strip, place)).then_some((has_foot, pixel, place))
-    }
-
-    /// Follows the runs of a blob downwards.
-    fn collect_strips(&self, class: ColourClass, runs: &[Run], strips: &mut Vec<Strip>) {
-        strips.clear();
-        let width = self.width() as u16;
-        for run in runs {
-            let above = strips.iter_mut().find(|strip| {
-                let last = strip.last;
-                let (mean, here) = (strip.mean_width(), f32::from(run.width()));
-                last.row + 1 == run.row
-                    && last.from < run.to
-                    && run.from < last.to
-                    && here < 1.6 * mean + 2.0
-                    && mean < 1.6 * here + 2.0
-            });
-            match above {
-                Some(strip) => strip.add(*run, width),
-                None => {
-                    let mut strip = Strip::new(class, *run);
-                    strip.add(*run, width);
-                    strips.push(strip);
-                }
-            }
-        }
-        round_off(strips);
-        strips.retain(|strip| {
-            let is_cut_off = strip.whole_width().is_none() && strip.rows >= LEAST_ROWS_OF_NARROW;
-            strip.rows >= LEAST_ROWS && (strip.mean_width() >= LEAST_WIDTH || is_cut_off)
-        });
-    }
-
-    /// Follows white runs downwards. Nets, bars and lines touch white posts from the side.
-    fn collect_white_strips(&self, runs: &[Run], strips: &mut Vec<Strip>) {
-        strips.clear();
-        let width = self.width() as u16;
-        // Those that may go on, from the left, with the rows in which they have been touched.
-        let (mut above, mut here): (Vec<(usize, u32)>, Vec<(usize, u32)>) = (Vec::new(), Vec::new());
-        for row in runs.chunk_by(|one, other| one.row == other.row) {
-            above.retain(|(index, _)| strips[*index].last.row + 1 == row[0].row);
-            here.clear();
-            let mut next = 0;
-            for run in row {
-                while next < above.len() && strips[above[next].0].last.to <= run.from {
-                    next += 1;
-                }
-                let mut goes_on = false;
-                for &(index, touched) in &above[next..] {
-                    let strip = &mut strips[index];
-                    if strip.last.from >= run.to {
-                        break;
-                    }
-                    let mean = strip.mean_width();
-                    if strip.last.row == run.row
-                        || strip.last.to <= run.from
-                        || mean > TOUCHED * f32::from(run.width()) + 1.0
-                    {
-                        continue;
-                    }
-                    let aside = (run.middle() - strip.last.middle()).abs();
-                    let is_touched = f32::from(run.width()) > TOUCHED * mean + 1.0 || aside > ASIDE * mean + 1.0;
-                    let shared = run.to.min(strip.last.to) - run.from.max(strip.last.from);
-                    if 2 * shared < strip.last.width() {
-                        continue;
-                    }
-                    if !is_touched {
-                        strip.add(*run, width);
-                        here.push((index, 0));
-                        goes_on = true;
-                    } else if touched < ROWS_TOUCHED + mean as u32 {
-                        let mut own = strip.last;
-                        own.row = run.row;
-                        strip.add(own, width);
-                        here.push((index, touched + 1));
-                    }
-                }
-                if !goes_on {
-                    let mut strip = Strip::new(ColourClass::White, *run);
-                    strip.add(*run, width);
-                    here.push((strips.len(), 0));
-                    strips.push(strip);
-                }
-            }
-            here.sort_unstable_by_key(|(index, _)| strips[*index].last.from);
-            core::mem::swap(&mut above, &mut here);
-        }
-        strips.retain(|strip| {
-            let mean = strip.mean_width();
-            strip.rows >= LEAST_ROWS && mean >= LEAST_WIDTH && strip.rows as f32 >= LEAST_SLENDERNESS * mean
-        });
     }
 
     /// Whether a strip's foot is seen, its pixel, and its place.
@@ -293,8 +116,11 @@ impl Look<'_> {
         let height = self.height_at(place, middle);
         let expected = self.view.intrinsics.focal_length * diameter / self.depth(place, height).max(diameter);
         let is_as_wide = match strip.whole_width() {
-            Some(width) => width < 1.4 * expected + 1.0 && (!has_foot || width > 0.65 * expected - 1.0),
-            None => strip.mean_width() < 1.5 * expected + 1.0,
+            Some(width) => {
+                let width = across(strip, width);
+                width < 1.4 * expected + 1.0 && (!has_foot || width > 0.65 * expected - 1.0)
+            }
+            None => across(strip, strip.mean_width()) < 1.5 * expected + 1.0,
         };
         // Of a post that stands at the upper edge of the image only the foot may be in it.
         let is_high = strip.rows as f32 > 0.4 * expected || (has_foot && strip.first.row == 0);
@@ -467,24 +293,9 @@ impl Look<'_> {
     }
 }
 
-/// Puts the round ends of feet, where runs get narrower quickly, to the strips above them.
-fn round_off(strips: &mut [Strip]) {
-    for index in 1..strips.len() {
-        let (before, rest) = strips.split_at_mut(index);
-        let end = rest[0];
-        let above = before.iter_mut().find(|strip| {
-            let width = strip.mean_width();
-            strip.last.row + 1 == end.first.row
-                && (end.rows as f32) < 0.5 * width + 2.0
-                && strip.rows > end.rows
-                && (strip.last.middle() - end.first.middle()).abs() < 0.15 * width + 1.0
-        });
-        if let Some(strip) = above {
-            strip.last = end.last;
-            strip.rows += end.rows;
-            strip.pixels += end.pixels;
-        }
-    }
+/// How wide a strip is across the way it runs, pixels, that is `width` pixels wide along a row.
+fn across(strip: &Strip, width: f32) -> f32 {
+    width / Vec2::new(1.0, strip.slope()).length()
 }
 
 /// Adds a post, unless it is one that was found already: the better one stays.

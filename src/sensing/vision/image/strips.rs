@@ -1,0 +1,249 @@
+//! Strips: runs of a colour one below the other, as upright things leave them in an image.
+
+use super::Look;
+use super::blobs::Run;
+use super::colour::ColourClass;
+
+/// Fewer rows are no post.
+const LEAST_ROWS: u32 = 4;
+
+/// Strips that are narrower on average are no posts, pixels; unless the side of the image cuts off a part of them.
+const LEAST_WIDTH: f32 = 1.5;
+/// Rows of a strip that is cut off to less than that.
+const LEAST_ROWS_OF_NARROW: u32 = 12;
+
+/// A strip without a foot must be so many times as high as wide.
+pub(super) const LEAST_SLENDERNESS: f32 = 1.3;
+
+/// A strip whose middle moves by more columns a row is a bar that is seen at a slant.
+const SLANT: f32 = 0.6;
+/// Where it moves by less again, the post begins that carries the bar.
+const END_OF_SLANT: f32 = 0.45;
+/// Weight of a row in that movement.
+const WEIGHT_OF_ROW: f32 = 0.2;
+
+/// So many times as wide as a white strip is what touches it from the side; of that, only what is below the strip is its own.
+const TOUCHED: f32 = 1.4;
+/// And what is beside it by so many of its widths, from one row to the next.
+const ASIDE: f32 = 0.2;
+/// It may do so in so many rows one below the other; and in as many more as the strip is wide.
+const ROWS_TOUCHED: u32 = 3;
+
+/// How a strip runs is known by so many rows.
+const ROWS_FOR_SLOPE: u16 = 8;
+/// Rows that are so much wider than a white strip are wide by what touches it: they do not count for its width.
+const WIDENED: f32 = 1.1;
+
+/// Runs one below the other that are about as wide.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) struct Strip {
+    pub(super) class: ColourClass,
+    pub(super) first: Run,
+    pub(super) last: Run,
+    /// The last one that nothing touched.
+    clear: Run,
+    pub(super) rows: u32,
+    pixels: u32,
+    /// Rows in which it does not reach the left or right edge of the image.
+    whole_rows: u32,
+    /// Those of them that count for its width, and its pixels in those.
+    counted_rows: u32,
+    counted_pixels: u32,
+    pub(super) widest: u16,
+    /// By how many columns a row its middle moves, in the last rows, and whether that is a bar's.
+    movement: f32,
+    is_slanting: bool,
+}
+
+impl Strip {
+    fn new(class: ColourClass, run: Run) -> Self {
+        Self {
+            class,
+            first: run,
+            last: run,
+            clear: run,
+            rows: 0,
+            pixels: 0,
+            whole_rows: 0,
+            counted_rows: 0,
+            counted_pixels: 0,
+            widest: 0,
+            movement: 0.0,
+            is_slanting: false,
+        }
+    }
+
+    fn add(&mut self, run: Run, image_width: u16) {
+        self.movement += WEIGHT_OF_ROW * (run.middle() - self.last.middle() - self.movement);
+        // Strings of nets move the middle of white ones, too.
+        let is_bar = self.class != ColourClass::White && self.movement.abs() > SLANT;
+        if is_bar {
+            self.is_slanting = true;
+        } else if self.is_slanting && self.movement.abs() < END_OF_SLANT {
+            *self = Self::new(self.class, run);
+        }
+        (self.last, self.clear) = (run, run);
+        self.rows += 1;
+        self.pixels += u32::from(run.width());
+        self.widest = self.widest.max(run.width());
+        if run.from > 0 && run.to < image_width {
+            self.whole_rows += 1;
+            let is_widened = self.class == ColourClass::White
+                && self.counted_rows > 0
+                && f32::from(run.width()) > WIDENED * (self.counted_pixels as f32 / self.counted_rows as f32) + 1.0;
+            if !is_widened {
+                self.counted_rows += 1;
+                self.counted_pixels += u32::from(run.width());
+            }
+        }
+    }
+
+    /// Adds what of a run is the strip's own, where something else touches it: it goes on as it has run.
+    fn go_on_behind(&mut self, run: Run, image_width: u16) {
+        let rows = self.clear.row - self.first.row;
+        let slope =
+            if rows >= ROWS_FOR_SLOPE { (self.clear.middle() - self.first.middle()) / f32::from(rows) } else { 0.0 };
+        let half = f32::from(self.clear.width()) / 2.0;
+        let middle = self.clear.middle() + slope * f32::from(run.row - self.clear.row);
+        let mut own = run;
+        own.from = ((middle - half).round().max(0.0) as u16).max(run.from);
+        own.to = ((middle + half).round().max(0.0) as u16).min(run.to);
+        let clear = self.clear;
+        if own.from < own.to {
+            self.add(own, image_width);
+        }
+        self.clear = clear;
+    }
+
+    /// The columns by which its middle moves from row to row.
+    pub(super) fn slope(&self) -> f32 {
+        (self.last.middle() - self.first.middle()) / f32::from((self.last.row - self.first.row).max(1))
+    }
+
+    pub(super) fn mean_width(&self) -> f32 {
+        self.pixels as f32 / self.rows as f32
+    }
+
+    /// Its width where it does not reach the edge of the image; none if it does in most rows.
+    pub(super) fn whole_width(&self) -> Option<f32> {
+        (2 * self.whole_rows > self.rows).then(|| self.counted_pixels as f32 / self.counted_rows as f32)
+    }
+}
+
+/// Memory for the strips of one image.
+#[derive(Default)]
+pub(super) struct Strips {
+    pub(super) strips: Vec<Strip>,
+    /// Those of white things.
+    pub(super) runs: Vec<Run>,
+}
+
+impl Look<'_> {
+    /// Follows the runs of a blob downwards.
+    pub(super) fn collect_strips(&self, class: ColourClass, runs: &[Run], strips: &mut Vec<Strip>) {
+        strips.clear();
+        let width = self.width() as u16;
+        for run in runs {
+            let above = strips.iter_mut().find(|strip| {
+                let last = strip.last;
+                let (mean, here) = (strip.mean_width(), f32::from(run.width()));
+                last.row + 1 == run.row
+                    && last.from < run.to
+                    && run.from < last.to
+                    && here < 1.6 * mean + 2.0
+                    && mean < 1.6 * here + 2.0
+            });
+            match above {
+                Some(strip) => strip.add(*run, width),
+                None => {
+                    let mut strip = Strip::new(class, *run);
+                    strip.add(*run, width);
+                    strips.push(strip);
+                }
+            }
+        }
+        round_off(strips);
+        strips.retain(|strip| {
+            let is_cut_off = strip.whole_width().is_none() && strip.rows >= LEAST_ROWS_OF_NARROW;
+            strip.rows >= LEAST_ROWS && (strip.mean_width() >= LEAST_WIDTH || is_cut_off)
+        });
+    }
+
+    /// Follows white runs downwards. Nets, bars and lines touch white posts from the side.
+    pub(super) fn collect_white_strips(&self, runs: &[Run], strips: &mut Vec<Strip>) {
+        strips.clear();
+        let width = self.width() as u16;
+        // Those that may go on, from the left, with the rows in which they have been touched.
+        let (mut above, mut here): (Vec<(usize, u32)>, Vec<(usize, u32)>) = (Vec::new(), Vec::new());
+        for row in runs.chunk_by(|one, other| one.row == other.row) {
+            above.retain(|(index, _)| strips[*index].last.row + 1 == row[0].row);
+            here.clear();
+            let mut next = 0;
+            for run in row {
+                while next < above.len() && strips[above[next].0].last.to <= run.from {
+                    next += 1;
+                }
+                let mut goes_on = false;
+                for &(index, touched) in &above[next..] {
+                    let strip = &mut strips[index];
+                    if strip.last.from >= run.to {
+                        break;
+                    }
+                    let mean = strip.mean_width();
+                    if strip.last.row == run.row
+                        || strip.last.to <= run.from
+                        || mean > TOUCHED * f32::from(run.width()) + 1.0
+                    {
+                        continue;
+                    }
+                    let aside = (run.middle() - strip.last.middle()).abs();
+                    let is_touched = f32::from(run.width()) > TOUCHED * mean + 1.0 || aside > ASIDE * mean + 1.0;
+                    let shared = run.to.min(strip.last.to) - run.from.max(strip.last.from);
+                    if 2 * shared < strip.last.width() {
+                        continue;
+                    }
+                    if !is_touched {
+                        strip.add(*run, width);
+                        here.push((index, 0));
+                        goes_on = true;
+                    } else if touched < ROWS_TOUCHED + (1.5 * mean) as u32 {
+                        strip.go_on_behind(*run, width);
+                        here.push((index, touched + 1));
+                    }
+                }
+                if !goes_on {
+                    let mut strip = Strip::new(ColourClass::White, *run);
+                    strip.add(*run, width);
+                    here.push((strips.len(), 0));
+                    strips.push(strip);
+                }
+            }
+            here.sort_unstable_by_key(|(index, _)| strips[*index].last.from);
+            core::mem::swap(&mut above, &mut here);
+        }
+        strips.retain(|strip| {
+            let mean = strip.mean_width();
+            strip.rows >= LEAST_ROWS && mean >= LEAST_WIDTH && strip.rows as f32 >= LEAST_SLENDERNESS * mean
+        });
+    }
+}
+
+/// Puts the round ends of feet, where runs get narrower quickly, to the strips above them.
+fn round_off(strips: &mut [Strip]) {
+    for index in 1..strips.len() {
+        let (before, rest) = strips.split_at_mut(index);
+        let end = rest[0];
+        let above = before.iter_mut().find(|strip| {
+            let width = strip.mean_width();
+            strip.last.row + 1 == end.first.row
+                && (end.rows as f32) < 0.5 * width + 2.0
+                && strip.rows > end.rows
+                && (strip.last.middle() - end.first.middle()).abs() < 0.15 * width + 1.0
+        });
+        if let Some(strip) = above {
+            strip.last = end.last;
+            strip.rows += end.rows;
+            strip.pixels += end.pixels;
+        }
+    }
+}
