@@ -259,8 +259,9 @@ impl Dock {
             ui.allocate_rect(area, egui::Sense::hover());
             shown
         });
-        // A smaller window has smaller panels for as long as it is small.
-        if context.input(|input| input.pointer.any_released())
+        // A smaller window has smaller panels for as long as it is small; only who drags the edge wants another size. The edge has
+        // this name in egui.
+        if context.read_response(id.with("__resize")).is_some_and(|edge| edge.drag_stopped())
             && let Some(state) = PanelState::load(context, id)
         {
             let size = if self.edge == Edge::Below { state.size().y } else { state.size().x };

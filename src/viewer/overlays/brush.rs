@@ -8,7 +8,7 @@ use core::f32::consts::TAU;
 use super::geometry::arc;
 use crate::belief::PlaceCovariance;
 use crate::belief::covariance::half_axes_95;
-use crate::geometry::{Pose, unit};
+use crate::geometry::Pose;
 use crate::viewer::stage::world_from_pitch;
 
 /// Height of what is drawn on the ground, m.
