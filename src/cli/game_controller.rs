@@ -16,7 +16,7 @@ const TEAM_NUMBERS: PerTeam<u8> = PerTeam { blue: 1, pink: 2 };
 const LARGEST_OFFSET: i64 = 55_000;
 
 /// Arguments about the GameController.
-#[derive(Args, Debug, Clone, Default)]
+#[derive(Args, Debug, Clone, PartialEq, Eq, Default)]
 #[command(group = ArgGroup::new("numbered").multiple(true))]
 pub struct GameControllerArguments {
     /// Tell robots of the game as the league's GameController does: control packets to UDP port 3838, twice a simulated second

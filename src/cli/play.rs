@@ -44,11 +44,25 @@ pub struct PlayArguments {
     pub window: WindowArguments,
 }
 
+impl PlayArguments {
+    /// Whether nothing is said of the match: who says nothing is asked.
+    #[cfg(feature = "viewer")]
+    fn names_nothing_to_play(&self) -> bool {
+        let Self { scenario, teams, game_controller, seed, record, .. } = self;
+        scenario.is_none()
+            && teams.blue.is_none()
+            && teams.pink.is_none()
+            && seed.is_none()
+            && record.is_none()
+            && *game_controller == GameControllerArguments::default()
+    }
+}
+
 /// Runs the command. Without a display the match is run headless, which is said: a script does not wait for an answer.
 pub fn play(program: Program<'static>, arguments: &PlayArguments) -> ExitCode {
     let (name, mut file) = match find(arguments) {
         Ok(found) => found,
-        Err(error) => return report::scenario_error(&error),
+        Err(errors) => return report::scenario_errors(&errors),
     };
     if let Some(seed) = arguments.seed {
         file.scenario.seed = seed;
@@ -86,9 +100,10 @@ pub fn play(program: Program<'static>, arguments: &PlayArguments) -> ExitCode {
 }
 
 /// The scenario of the command line; without one, that which was watched last, as far as it is still there.
-fn find(arguments: &PlayArguments) -> Result<(String, ScenarioFile), ScenarioError> {
+fn find(arguments: &PlayArguments) -> Result<(String, ScenarioFile), Vec<ScenarioError>> {
+    let check = |name: &str| ScenarioFile::check(name, |_| Vec::new());
     if let Some(name) = &arguments.scenario {
-        return Ok((name.clone(), ScenarioFile::find(name)?));
+        return Ok((name.clone(), check(name)?));
     }
     #[cfg(feature = "viewer")]
     if let Some(name) = crate::viewer::memory::ViewerMemory::of_user().remembered.scenario
@@ -97,7 +112,7 @@ fn find(arguments: &PlayArguments) -> Result<(String, ScenarioFile), ScenarioErr
     {
         return Ok((name, file));
     }
-    Ok((DEFAULT_SCENARIO.to_owned(), ScenarioFile::find(DEFAULT_SCENARIO)?))
+    Ok((DEFAULT_SCENARIO.to_owned(), check(DEFAULT_SCENARIO)?))
 }
 
 /// Whether a window can be opened, or why not.
@@ -164,8 +179,7 @@ fn watch(program: Program<'static>, name: &str, file: &ScenarioFile, arguments: 
         memory.note_recent(file);
     }
     memory.note_scenario(file.as_deref().unwrap_or(name));
-    // Who says nothing is asked.
-    if arguments.scenario.is_none() && arguments.record.is_none() {
+    if arguments.names_nothing_to_play() {
         app.insert_resource(StartPage(true));
     }
     if let Some(folder) = &arguments.record {
@@ -176,4 +190,23 @@ fn watch(program: Program<'static>, name: &str, file: &ScenarioFile, arguments: 
         }
     }
     window::show(app)
+}
+
+#[cfg(all(test, feature = "viewer"))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_who_says_nothing_of_the_match_is_asked() {
+        let of = |change: fn(&mut PlayArguments)| {
+            let mut arguments = PlayArguments::default();
+            change(&mut arguments);
+            arguments.names_nothing_to_play()
+        };
+        assert!(of(|_| ()) && of(|arguments| arguments.force = true));
+        assert!(!of(|arguments| arguments.scenario = Some("match1v1".to_owned())));
+        assert!(!of(|arguments| arguments.teams.blue = Some("exec:python3 my_team.py".to_owned())));
+        assert!(!of(|arguments| arguments.seed = Some(3)));
+        assert!(!of(|arguments| arguments.game_controller.team_messages = true));
+    }
 }

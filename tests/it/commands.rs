@@ -86,6 +86,7 @@ fn what_is_wrong_is_said_with_exit_status_2() {
         (&["run", "match3v4"], "match3v3"),
         (&["run", "typo.json"], "typo.json:2:3"),
         (&["run", "typo.json"], "typo.json:3:3"),
+        (&["play", "typo.json"], "typo.json:3:3"),
         (&["batch", "typo.json", "--matches", "1"], "typo.json:3:3"),
         (&["vision", "typo.json"], "typo.json:3:3"),
         (&["check", "typo.json"], "seed"),
