@@ -88,7 +88,14 @@ impl MistakenPlaces {
                     percepts.ball = observer.see_ball(SceneBall { position: place.position, radius });
                 }
                 Semblance::Ball => {}
-                Semblance::Robot(team) => percepts.robots.extend(observer.see_like_robot(place.position, team)),
+                Semblance::Robot(team) => {
+                    // As one of them is built, or whoever is there where they have none.
+                    let of_team =
+                        scene.robots.iter().filter(|robot| robot.id.team == team).min_by_key(|robot| robot.id);
+                    if let Some(robot) = of_team.or(scene.robots.first()) {
+                        percepts.robots.extend(observer.see_like_robot(place.position, team, &robot.body.waistband));
+                    }
+                }
             }
         }
     }

@@ -217,9 +217,9 @@ impl<'a> Observer<'a> {
         self.see_waistband(robot.pose.position, robot.id.team, &robot.body.waistband, Target::Robot(index))
     }
 
-    /// Something at a place on the pitch that looks like a robot of this team.
-    pub(super) fn see_like_robot(&mut self, position: Vec2, team: Team) -> Option<RobotPercept> {
-        self.see_waistband(position, team, &Waistband::default(), Target::Other)
+    /// Something at a place on the pitch that looks like a robot of this team with such a waistband.
+    pub(super) fn see_like_robot(&mut self, position: Vec2, team: Team, band: &Waistband) -> Option<RobotPercept> {
+        self.see_waistband(position, team, band, Target::Other)
     }
 
     fn see_waistband(&mut self, position: Vec2, team: Team, band: &Waistband, target: Target) -> Option<RobotPercept> {
