@@ -1,4 +1,4 @@
-//! naoisis: a behavioural simulator of NAO robot soccer. Coarse motion, strict perception.
+//! naoisis: a behavioural simulator of humanoid robot soccer. Coarse motion, strict perception.
 //!
 //! Robots walk, turn their heads and kick within the limits of a NAO, and know nothing but what two cameras, two
 //! sonars, odometry and team messages tell them. Behaviours are Bevy systems that read only their own robots' sensors;

@@ -57,6 +57,17 @@ fn change_from_command_line(scenario: &mut Scenario, arguments: &RunArguments) -
     }
     if let Some(cameras) = arguments.cameras {
         scenario.cameras.render = cameras.into();
+        // Robots of another model have cameras of their own.
+        for own in scenario.robots.iter_mut().filter_map(|robot| robot.cameras.as_mut()) {
+            own.render = cameras.into();
+        }
+        if let Some(teams) = &mut scenario.teams {
+            for team in Team::BOTH {
+                if let Some(own) = &mut teams.robots[team].cameras {
+                    own.render = cameras.into();
+                }
+            }
+        }
         if let Err(fault) = scenario.validate() {
             return Err(report::usage_error(&format!("--cameras: {}", fault.in_words())));
         }

@@ -74,7 +74,7 @@ mod vision;
 mod whatif;
 mod window;
 
-/// A behavioural simulator of NAO robot soccer.
+/// A behavioural simulator of humanoid robot soccer.
 #[derive(Parser, Debug)]
 #[command(version, about, propagate_version = true)]
 struct CommandLine {

@@ -49,7 +49,7 @@ pub fn robot(arguments: &RobotArguments) -> ExitCode {
         Ok(model) => model,
         Err(error) => return report::usage_error(&no_model("", &error)),
     };
-    let sheet = arguments.out.as_ref().map(|folder| folder.join(format!("{}.png", model.name)));
+    let sheet = arguments.out.as_ref().map(|folder| folder.join(sheet_name(&model.name)));
     if let (Some(folder), Some(path)) = (&arguments.out, &sheet) {
         if let Err(error) = fs::create_dir_all(folder) {
             return report::usage_error(&format!("--out: {}: {error}", folder.display()));
@@ -106,9 +106,22 @@ fn collect(path: &str, value: &Value, figures: &mut Vec<(String, String)>) {
     }
 }
 
+/// The file of a model's sheet. A name is whatever somebody has written: a file's name it is without what leads elsewhere.
+fn sheet_name(model: &str) -> String {
+    let allowed = |character: char| character.is_alphanumeric() || "-_+ ".contains(character);
+    let name: String = model.chars().map(|character| if allowed(character) { character } else { '_' }).collect();
+    format!("{}.png", if name.trim().is_empty() { "robot" } else { &name })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_sheet_lies_in_its_folder_whatever_the_model_is_called() {
+        let names = ["booster_k1", "../../evil", "/etc/x", ""].map(sheet_name);
+        assert_eq!(names, ["booster_k1.png", "______evil.png", "_etc_x.png", "robot.png"]);
+    }
 
     #[test]
     fn every_figure_is_shown_with_its_source() {

@@ -85,7 +85,9 @@ pub fn choose_aim(player: &Player, memory: &mut PlayerMemory, ball: Vec2) -> Aim
     let aim = if memory.kick_off_since_s.is_some() && player.status.kick_off_team == player.id.team {
         Aim::kick_off(ball, player.status.restarts.is_multiple_of(2))
     } else {
-        let range_m = SHOT_RANGE_SHARE * player.kicks.range(KickType::LeftStraight).max_distance_m;
+        let straight =
+            [KickType::LeftStraight, KickType::RightStraight].map(|kick| player.kicks.range(kick).max_distance_m);
+        let range_m = SHOT_RANGE_SHARE * straight[0].max(straight[1]);
         Aim::choose(ball, &player.belief.opponents, player.pitch, range_m, memory.aim)
     };
     memory.aim = Some(aim.direction);

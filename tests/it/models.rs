@@ -9,6 +9,7 @@ use naoisis::robot::body::{Arms, Body, BodyBox, Legs, Look, Waistband};
 use naoisis::robot::kick::{KickRange, KickSettings};
 use naoisis::scenario::{LEAGUES, MODELS, RobotModel};
 use naoisis::sensing::camera::CameraSettings;
+use naoisis::sensing::vision::{VisionSettings, VisionSource};
 use proptest::prelude::*;
 
 use crate::support::{blue, headless_app, pink};
@@ -118,6 +119,29 @@ fn every_model_plays_in_every_realism_and_meets_every_other() {
             assert_eq!(own == other, model.name.starts_with("nao"), "{}", model.name);
         }
     }
+}
+
+#[test]
+fn a_robot_without_cameras_plays_blindly() {
+    let text = r#"{ "league": "hsl2026_middle", "teams": { "blue": "chasers",
+        "pink": { "team": "roles", "model": { "preset": "booster_k1", "cameras": { "mounts": [] } } } } }"#;
+    let mut app = headless_app();
+    app.start_match(&Scenario::from_json(text).unwrap()).unwrap();
+    // Long enough for things that look like a ball or a robot.
+    app.run_cycles(30 * 40);
+    let percepts = app.robot::<Percepts>(pink(2)).unwrap();
+    let seen = percepts.goal_posts.len() + percepts.robots.len() + percepts.landmarks.len();
+    assert_eq!((percepts.ball, seen), (None, 0));
+}
+
+#[test]
+fn a_robot_of_another_model_sees_by_images_where_the_match_does() {
+    let text = r#"{ "rules": "free", "vision": { "source": "image" }, "cameras": { "width": 160, "height": 120 },
+        "robots": [{ "number": 1 }, { "team": "pink", "number": 1, "pose": [1, 0, 0], "model": "booster_k1" }] }"#;
+    let mut app = headless_app();
+    app.start_match(&Scenario::from_json(text).unwrap()).unwrap();
+    let source = |id| app.robot::<VisionSettings>(id).unwrap().source;
+    assert_eq!([source(blue(1)), source(pink(1))], [VisionSource::Image; 2]);
 }
 
 #[test]

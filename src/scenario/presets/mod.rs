@@ -155,11 +155,9 @@ fn resolve_robot(
         let mut settings = realism_settings::settings_of_model(&model, realisms);
         settings.retain(|field, _| of_models().contains(&field.as_str()));
         fill_in_noises(&mut settings, path, &Map::new(), faults);
-        // What the model does not say is as in the paper, whatever the scenario's other robots have; but for how images are
-        // made, which is the match's matter.
+        // What the model does not say is as in the paper, whatever the scenario's other robots have.
         for &field in of_models() {
-            let base = if field == "cameras" { common.get(field).cloned() } else { None };
-            let mut base = base.unwrap_or_else(|| Value::Object(Map::new()));
+            let mut base = of_the_match(field, common.get(field));
             if let Some(own) = settings.remove(field) {
                 lay_over(&mut base, own, field);
             }
@@ -177,6 +175,19 @@ fn resolve_robot(
     }
     for (field, value) in of_model.into_iter().flatten() {
         robot.entry(field).or_insert(value);
+    }
+}
+
+/// What of the common settings is the match's matter, whatever a robot's model: how images are made, and whether robots see by
+/// them.
+fn of_the_match(field: &str, common: Option<&Value>) -> Value {
+    match (field, common) {
+        ("cameras", Some(cameras)) => cameras.clone(),
+        ("vision", Some(Value::Object(vision))) => {
+            let source = vision.iter().filter(|(name, _)| *name == "source");
+            Value::Object(source.map(|(name, value)| (name.clone(), value.clone())).collect())
+        }
+        _ => Value::Object(Map::new()),
     }
 }
 

@@ -81,6 +81,9 @@ impl MistakenPlaces {
 
     /// Adds to what a robot sees what it takes for something. Of a ball that is seen, nothing else is taken for one.
     pub(super) fn see(&self, observer: &mut Observer, percepts: &mut Percepts, scene: &Scene) {
+        if observer.actual.is_empty() {
+            return;
+        }
         let radius = scene.ball.map_or(0.0, |ball| ball.radius);
         for place in &self.places {
             match place.semblance {
