@@ -22,7 +22,7 @@ use crate::batch::table::{Table, TableError};
 use crate::batch::{Batch, MatchRow, Variants, run_part};
 use crate::behaviour::BehaviourRegistry;
 use crate::scenario::wording::one_of;
-use crate::scenario::{FieldPath, Realism, ScenarioError, ScenarioFile, Setting};
+use crate::scenario::{FieldPath, Realism, ScenarioError, Setting};
 use crate::simulation::{MatchApp, names};
 use crate::team::PerTeam;
 
@@ -236,8 +236,7 @@ fn sweep(program: Program, arguments: &BatchArguments) -> Result<Sweep, ExitCode
     let scenario_error = |error: ScenarioError| report::scenario_error(&error);
     check_settings(arguments).map_err(usage_error)?;
     let pairs = if arguments.pairs.is_empty() { None } else { Some(pairs(program, arguments).map_err(usage_error)?) };
-    let file = ScenarioFile::check(&arguments.scenario, |_| Vec::new());
-    let file = file.map_err(|errors| report::scenario_errors(&errors))?;
+    let file = super::begin::scenario_file(&arguments.scenario)?;
     if pairs.is_some() && !file.scenario.robots.is_empty() {
         let scenario = &arguments.scenario;
         return Err(usage_error(format!(

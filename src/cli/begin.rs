@@ -25,9 +25,15 @@ pub fn begin(app: &mut App, arguments: &RunArguments) -> Result<(), ExitCode> {
     if is_snapshot(Path::new(&arguments.scenario)) {
         return go_on(app, arguments);
     }
-    let file = ScenarioFile::check(&arguments.scenario, |_| Vec::new());
-    let file = file.map_err(|errors| report::scenario_errors(&errors))?;
-    begin_with(app, &file, arguments)
+    begin_with(app, &scenario_file(&arguments.scenario)?, arguments)
+}
+
+/// The scenario of a path or a name.
+///
+/// # Errors
+/// The exit status of what is wrong: all of it is said already.
+pub fn scenario_file(path_or_name: &str) -> Result<ScenarioFile, ExitCode> {
+    ScenarioFile::check(path_or_name, |_| Vec::new()).map_err(|errors| report::scenario_errors(&errors))
 }
 
 /// Starts the match of a scenario with what the command line changes in it.

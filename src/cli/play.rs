@@ -21,8 +21,8 @@ const DEFAULT_SCENARIO: &str = "match3v3";
 /// Arguments of `naoisis play`.
 #[derive(Args, Debug, Clone, Default)]
 pub struct PlayArguments {
-    /// A scenario file (.ron or .json), or the name of a built-in scenario (see `naoisis list scenarios`); without one, that
-    /// which was watched last, at first match3v3
+    /// A scenario file (.ron or .json), or the name of a built-in scenario (see `naoisis list scenarios`); without one, and
+    /// with nothing else said of the match, the window asks; it has that which was watched last, at first match3v3
     pub scenario: Option<String>,
     #[command(flatten)]
     pub teams: TeamArguments,

@@ -9,7 +9,7 @@ use super::run_arguments::realism;
 use super::terminal::Printer;
 use crate::appearance::robot::RobotDesign;
 use crate::random::RandomStream;
-use crate::scenario::{ScenarioFile, Setting};
+use crate::scenario::Setting;
 use crate::sensing::vision::VisionSource;
 use crate::sensing::vision::image::accuracy::{self, Conditions};
 use crate::trials::seeing;
@@ -62,8 +62,7 @@ impl VisionArguments {
 
     /// What the scenario and the command line say.
     fn conditions(&self) -> Result<Conditions, ExitCode> {
-        let file = ScenarioFile::check(&self.scenario, |_| Vec::new());
-        let file = file.map_err(|errors| report::scenario_errors(&errors))?;
+        let file = super::begin::scenario_file(&self.scenario)?;
         let file = file.check_with(&self.settings()).map_err(|errors| report::scenario_errors(&errors))?;
         let mut conditions = seeing::conditions(&file.scenario);
         conditions.vision.source = if self.geometric { VisionSource::Geometric } else { VisionSource::Image };
