@@ -26,7 +26,7 @@ const WEIGHT_OF_ROW: f32 = 0.2;
 const TOUCHED: f32 = 1.4;
 /// And what is beside it by so many of its widths, from one row to the next.
 const ASIDE: f32 = 0.2;
-/// It may do so in so many rows one below the other; and in as many more as the strip is wide.
+/// It may do so in so many rows one below the other; and in one and a half times as many more as the strip is wide.
 const ROWS_TOUCHED: u32 = 3;
 
 /// How a strip runs is known by so many rows.
