@@ -32,7 +32,7 @@ pub struct CalibrateArguments {
 pub fn calibrate(arguments: &CalibrateArguments) -> ExitCode {
     let model = match RobotModel::find(&arguments.robot) {
         Ok(model) => model,
-        Err(error) => return report::usage_error(&no_model("--robot: ", &error)),
+        Err(error) => return no_model("--robot: ", &error),
     };
     let mut log = Log::default();
     for path in &arguments.logs {

@@ -1,4 +1,4 @@
-//! `naoisis check`: whether scenario files are right.
+//! `naoisis check`: whether the files of scenarios and models are right.
 
 use bevy::prelude::*;
 use clap::Args;
@@ -12,13 +12,13 @@ use super::teams::TeamArguments;
 use super::terminal::Printer;
 use super::{Program, report};
 use crate::expectations::Verdict;
-use crate::scenario::{ScenarioError, ScenarioFile, TeamsSpec};
+use crate::scenario::{RobotModel, ScenarioError, ScenarioFile, TeamsSpec};
 use crate::simulation::{MatchApp, names};
 
 /// Arguments of `naoisis check`.
 #[derive(Args, Debug, Clone)]
 pub struct CheckArguments {
-    /// Scenario files (.ron or .json), names of built-in scenarios, or programs that are to play: "exec:python3 team.py"
+    /// Scenario files (.ron or .json), names of built-in scenarios, models of robots (.ron), or programs that are to play: "exec:python3 team.py"
     #[arg(required = true, value_name = "FILE")]
     pub files: Vec<String>,
     /// Play the scenarios, too, and check what they expect; exit status 1 if it is otherwise
@@ -45,8 +45,16 @@ pub fn check(program: Program, arguments: &CheckArguments) -> ExitCode {
             }
             continue;
         }
-        let errors = errors_of(file, &mut app);
-        if errors.is_empty() {
+        let model = RobotModel::check(file);
+        if let Some(Ok(_)) = &model {
+            printer.print(format_args!("{file}: ok, the model of a robot\n"));
+        }
+        let is_scenario = model.is_none();
+        let errors = match model {
+            Some(model) => model.err().unwrap_or_default(),
+            None => errors_of(file, &mut app),
+        };
+        if is_scenario && errors.is_empty() {
             printer.print(format_args!("{file}: ok\n"));
             if arguments.play {
                 match play(program, file, arguments) {

@@ -49,7 +49,7 @@ fn scale(word: &str) -> Result<f32, String> {
 pub fn figures(arguments: &FiguresArguments) -> ExitCode {
     let model = match RobotModel::find(&arguments.robot) {
         Ok(model) => model,
-        Err(error) => return report::usage_error(&no_model("--robot: ", &error)),
+        Err(error) => return no_model("--robot: ", &error),
     };
     let chosen: Vec<(&Figure, PathBuf)> = FIGURES
         .iter()

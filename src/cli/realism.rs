@@ -30,7 +30,7 @@ pub fn realism(arguments: &RealismArguments) -> ExitCode {
         None => MODELS.iter().filter_map(|model| RobotModel::named(model.name)).collect(),
         Some(name) => match RobotModel::find(name) {
             Ok(model) => vec![model],
-            Err(error) => return report::usage_error(&no_model("--robot: ", &error)),
+            Err(error) => return no_model("--robot: ", &error),
         },
     };
     // There is nothing to be closed.
@@ -50,9 +50,12 @@ pub fn realism(arguments: &RealismArguments) -> ExitCode {
     printer.finish(ExitCode::SUCCESS)
 }
 
-/// What is wrong with the model that an argument names, which begins with `argument`.
-pub(super) fn no_model(argument: &str, error: &ModelError) -> String {
-    format!("{argument}{error}; expected {}", error.expected())
+/// Says what is wrong with the model that an argument names, which begins with `argument`: of a file all that is. Exit status 2.
+pub(super) fn no_model(argument: &str, error: &ModelError) -> ExitCode {
+    match error {
+        ModelError::Wrong(errors) => report::scenario_errors(errors),
+        _ => report::usage_error(&format!("{argument}{error}; expected {}", error.expected())),
+    }
 }
 
 /// The table of a model. What is far off is marked by `!`, what no source gives by `?`.

@@ -47,7 +47,7 @@ pub fn robot(arguments: &RobotArguments) -> ExitCode {
     let RobotCommand::Show(arguments) = &arguments.command;
     let model = match RobotModel::find(&arguments.model) {
         Ok(model) => model,
-        Err(error) => return report::usage_error(&no_model("", &error)),
+        Err(error) => return no_model("", &error),
     };
     let sheet = arguments.out.as_ref().map(|folder| folder.join(sheet_name(&model.name)));
     if let (Some(folder), Some(path)) = (&arguments.out, &sheet) {

@@ -33,40 +33,62 @@ pub fn build(
             wrong.push(WrongPlace { path: setting.path().clone(), is_name: false });
         }
     }
+    let (scenario, mut findings) = scenario_of(value, wrong, names);
+    if let Some(scenario) = scenario
+        && findings.is_empty()
+        && errors.is_empty()
+    {
+        return Ok(ScenarioFile { scenario, source });
+    }
+    findings.truncate(ScenarioFile::MOST_ERRORS);
+    findings.sort_by_key(|finding| source.setting_of(&finding.fault.path).map(|(index, _)| index));
+    errors.extend(source.errors(&findings));
+    Err(in_order(errors))
+}
+
+/// The scenario of a tree of values, if there is any end of what is wrong with it, and that. `wrong` are the places that are known to be wrong
+/// already.
+pub(super) fn scenario_of(
+    mut value: Value,
+    mut wrong: Vec<WrongPlace>,
+    names: impl FnOnce(&Scenario) -> Vec<ScenarioFault>,
+) -> (Option<Scenario>, Vec<Finding>) {
     let gives_ball_place = value.pointer("/ball/position_m").is_some();
     let mut findings: Vec<Finding> = Vec::new();
     if let Value::Object(root) = &mut value {
         let faults = cut_lists(root).into_iter().chain(presets::resolve(root));
         findings.extend(faults.map(Finding::from));
     }
-    if let Some(mut scenario) = read_types(&mut value, &mut findings) {
-        if !gives_ball_place {
-            place_ball_beside_robots(&mut scenario);
-        }
-        wrong.extend(findings.iter().map(|finding| WrongPlace::from(&finding.fault)));
-        let is_given = |path: &FieldPath| value_at(&value, path.segments()).is_some();
-        let names = names(&scenario).into_iter().filter(|fault| !fault.may_come_of(&wrong, &is_given));
-        let faults = scenario.faults_besides(wrong.clone(), &is_given);
-        findings.extend(faults.into_iter().chain(names).map(Finding::from));
-        if findings.is_empty() && errors.is_empty() {
-            return Ok(ScenarioFile { scenario, source });
-        }
+    let Some(mut scenario) = read_types(&mut value, &mut findings) else { return (None, findings) };
+    if !gives_ball_place {
+        place_ball_beside_robots(&mut scenario);
     }
-    findings.truncate(ScenarioFile::MOST_ERRORS);
-    findings.sort_by_key(|finding| source.setting_of(&finding.fault.path).map(|(index, _)| index));
-    errors.extend(source.errors(&findings));
+    wrong.extend(findings.iter().map(|finding| WrongPlace::from(&finding.fault)));
+    let is_given = |path: &FieldPath| value_at(&value, path.segments()).is_some();
+    let names = names(&scenario).into_iter().filter(|fault| !fault.may_come_of(&wrong, &is_given));
+    let faults = scenario.faults_besides(wrong.clone(), &is_given);
+    findings.extend(faults.into_iter().chain(names).map(Finding::from));
+    (Some(scenario), findings)
+}
+
+/// Errors in the order of the text, each once and not too many.
+pub(super) fn in_order(mut errors: Vec<ScenarioError>) -> Vec<ScenarioError> {
     errors.sort_by_key(|error| (error.line(), error.column()));
     // What is wrong with a common setting is wrong with every robot that shares it.
     errors.dedup_by(|one, other| one.place() == other.place() && one.message() == other.message());
     errors.truncate(ScenarioFile::MOST_ERRORS);
-    Err(errors)
+    errors
 }
 
 /// The file of a model is meant to lie beside the scenario's, whatever folder the program runs in.
 fn place_model_beside(source: &ScenarioSource, value: &mut Value) {
     let Some(folder) = Path::new(&source.name).parent().filter(|folder| !folder.as_os_str().is_empty()) else { return };
     let place = |value: &mut Value| {
-        if let Some(Value::String(model)) = value.get_mut("model")
+        let model = match value.get_mut("model") {
+            Some(Value::Object(inline)) => inline.get_mut("preset"),
+            model => model,
+        };
+        if let Some(Value::String(model)) = model
             && is_file(model)
             && Path::new(model.as_str()).is_relative()
         {

@@ -13,6 +13,7 @@ use super::fault::ScenarioFault;
 use super::field_path::FieldPath;
 use super::format::Format;
 use super::library::{LIBRARY, LibraryScenario};
+use super::model_file;
 use super::read;
 use super::setting::Setting;
 use super::shape;
@@ -86,26 +87,18 @@ impl ScenarioFile {
     }
 
     fn text_with(&self, settings: &[Setting]) -> Text {
-        let ScenarioSource { name, text, format, settings: earlier } = self.source.clone();
-        Text { name, format, text, settings: earlier.into_iter().chain(settings.iter().cloned()).collect() }
+        let mut source = self.source.clone();
+        source.settings.extend(settings.iter().cloned());
+        Text(source)
     }
 }
 
 /// A text that should be a scenario.
-struct Text {
-    /// What errors call it.
-    name: String,
-    format: Format,
-    text: Arc<str>,
-    /// What is laid over it.
-    settings: Vec<Setting>,
-}
+struct Text(ScenarioSource);
 
 impl Text {
     fn new(name: &str, format: Format, text: &str) -> Text {
-        // Some editors begin a file with a byte order mark.
-        let text = text.strip_prefix('\u{feff}').unwrap_or(text).into();
-        Text { name: name.to_owned(), format, text, settings: Vec::new() }
+        Text(ScenarioSource::of_file(name, format, text))
     }
 
     fn find(path_or_name: &str) -> Result<Text, ScenarioError> {
@@ -160,7 +153,7 @@ impl Text {
     }
 
     fn scenario(self) -> Result<ScenarioFile, ScenarioError> {
-        let name = self.name.clone();
+        let name = self.0.name.clone();
         self.check(|_| Vec::new()).map_err(|errors| {
             errors.into_iter().next().unwrap_or_else(|| {
                 let message = "the file is no scenario".to_owned();
@@ -170,12 +163,12 @@ impl Text {
     }
 
     fn check(self, names: impl FnOnce(&Scenario) -> Vec<ScenarioFault>) -> Result<ScenarioFile, Vec<ScenarioError>> {
-        let Text { name, format, text, settings } = self;
-        let value = read::read(&text, format).map_err(|fault| {
-            let error = ScenarioError::of_file(ScenarioErrorKind::Syntax, &name, fault.message, fault.expected);
-            vec![error.at(Place::new(&text, fault.span))]
-        })?;
-        build(ScenarioSource { name, text, format, settings }, value, names)
+        let Text(source) = self;
+        let value = read::read(&source.text, source.format).map_err(|fault| vec![source.syntax_error(fault)])?;
+        if model_file::is_model(&value) {
+            return Err(vec![model_file::no_scenario(&source, &value)]);
+        }
+        build(source, value, names)
     }
 }
 

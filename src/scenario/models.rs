@@ -5,12 +5,11 @@ use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::bytes::{LARGEST_FILE_BYTES, read_bytes};
 use super::error::ScenarioError;
-use super::format::Format;
+use super::fault::ScenarioFault;
+use super::field_path::FieldPath;
 use super::layers::lay_over;
 use super::preset::Preset;
-use super::read::read;
 use super::shape;
 use super::types::Scenario;
 use super::wording::{did_you_mean, one_of, quoted};
@@ -47,7 +46,7 @@ pub struct RobotModel {
     pub sources: BTreeMap<String, String>,
     /// What scenarios call it: the name of a built-in one, or the path of its file.
     #[serde(skip)]
-    reference: String,
+    pub(super) reference: String,
 }
 
 /// A model that cannot be had.
@@ -65,26 +64,32 @@ pub enum ModelError {
         /// Why.
         reason: String,
     },
-    /// Its file is no model.
-    #[error("the model's file {} is wrong in line {line}: {reason}", quoted(.path))]
-    Wrong {
-        /// The file.
-        path: String,
-        /// The line, from 1; where the contents rather than the words are wrong, the first.
-        line: usize,
-        /// What is wrong.
-        reason: String,
-        /// What was expected instead.
-        expected: String,
-    },
+    /// Its file is no model, or that of a robot that cannot be: all that is wrong with it, in the order of the text.
+    #[error("the model's file is wrong: {}", .0.first().map(ScenarioError::headline).unwrap_or_default())]
+    Wrong(Vec<ScenarioError>),
 }
 
 impl ModelError {
-    /// What was expected instead.
+    /// What was expected instead: of the first that is wrong.
     pub fn expected(&self) -> String {
         match self {
-            ModelError::Wrong { expected, .. } => expected.clone(),
+            ModelError::Wrong(errors) => errors.first().map(|error| error.expected().to_owned()).unwrap_or_default(),
             _ => expected_model(),
+        }
+    }
+
+    /// The faults of a scenario that names the model at `path`.
+    pub(super) fn faults(&self, path: &FieldPath) -> Vec<ScenarioFault> {
+        let fault = |message: String, expected: String| ScenarioFault::new(path.clone(), message, expected);
+        match self {
+            ModelError::Wrong(errors) => errors
+                .iter()
+                .map(|error| {
+                    let message = format!("the model's file is wrong: {}", error.headline());
+                    fault(message, error.expected().to_owned())
+                })
+                .collect(),
+            _ => vec![fault(self.to_string(), self.expected())],
         }
     }
 }
@@ -100,46 +105,11 @@ impl RobotModel {
         let preset = MODELS.iter().find(|preset| preset.name == name)?;
         // A test reads every embedded file.
         let model: RobotModel = shape::read(&preset.value()).ok()?;
-        Some(RobotModel { reference: name.to_owned(), ..model })
+        Some(model.named_by(name))
     }
 
-    /// What scenarios and commands mean by a word: the name of a built-in model, or the path of a file that ends in `.ron`.
-    ///
-    /// # Errors
-    /// When there is neither, or the file is no model.
-    pub fn find(name_or_path: &str) -> Result<RobotModel, ModelError> {
-        if is_file(name_or_path) {
-            return Self::load(name_or_path);
-        }
-        Self::named(name_or_path).ok_or_else(|| ModelError::Unknown(name_or_path.to_owned()))
-    }
-
-    fn load(path: &str) -> Result<RobotModel, ModelError> {
-        let unreadable = |reason: String| ModelError::Unreadable { path: path.to_owned(), reason };
-        let bytes = read_bytes(Path::new(path)).map_err(|problem| unreadable(problem.to_string()))?;
-        if bytes.len() as u64 > LARGEST_FILE_BYTES {
-            return Err(unreadable(format!("it has more than {} MiB", LARGEST_FILE_BYTES >> 20)));
-        }
-        let text = String::from_utf8(bytes).map_err(|_| unreadable("it is not UTF-8 text".to_owned()))?;
-        let wrong = |line, reason, expected| ModelError::Wrong { path: path.to_owned(), line, reason, expected };
-        let value = read(&text, Format::Ron).map_err(|fault| {
-            let line = text.get(..fault.span.start).unwrap_or_default().matches('\n').count() + 1;
-            wrong(line, fault.message, fault.expected)
-        })?;
-        let model: RobotModel = shape::read(&value).map_err(|fault| {
-            let path = fault.path();
-            let (message, expected) = fault.error().words(path.last_part().as_deref());
-            wrong(1, message, expected)
-        })?;
-        let model = RobotModel { reference: path.to_owned(), ..model };
-        // Its figures are a scenario's settings, and looked at as such.
-        let mut settings = model.all_settings();
-        settings.insert("realism".to_owned(), json!("paper"));
-        let settings = Value::Object(settings).to_string();
-        match Scenario::from_json(&settings) {
-            Ok(_) => Ok(model),
-            Err(error) => Err(wrong(1, error.message().to_owned(), error.expected().to_owned())),
-        }
+    pub(super) fn named_by(self, reference: &str) -> RobotModel {
+        RobotModel { reference: reference.to_owned(), ..self }
     }
 
     /// All settings that it has where all is realistic.

@@ -7,7 +7,7 @@ use std::sync::LazyLock;
 use super::fault::ScenarioFault;
 use super::field_path::FieldPath;
 use super::layers::lay_over;
-use super::models::{RobotModel, expected_model, is_file};
+use super::models::{ModelError, RobotModel, expected_model, is_file};
 use super::realism::{Realism, Realisms};
 use super::types::Scenario;
 
@@ -24,7 +24,7 @@ pub fn settings_of(root: &mut Map<String, Value>, faults: &mut Vec<ScenarioFault
             // What says all itself, as the header of a trace does, needs no file of a model.
             Err(_) if reference.as_str().is_some_and(is_file) && says_all(root, realisms) => None,
             Err(wrong) => {
-                faults.push(wrong.at(FieldPath::from("model")));
+                faults.extend(wrong.at(&FieldPath::from("model")));
                 root.remove("model");
                 None
             }
@@ -89,7 +89,7 @@ pub fn model_of(
             None
         }
         Err(wrong) => {
-            faults.push(wrong.at(path.field("model")));
+            faults.extend(wrong.at(&path.field("model")));
             robot.remove("model");
             None
         }
@@ -97,24 +97,28 @@ pub fn model_of(
 }
 
 /// What is wrong with a `model`.
-struct NoModel {
-    message: String,
-    expected: String,
+enum NoModel {
+    /// It names one that cannot be had.
+    Error(ModelError),
+    /// It is no name.
+    NoName,
 }
 
 impl NoModel {
-    fn at(self, path: FieldPath) -> ScenarioFault {
-        ScenarioFault::new(path, self.message, self.expected)
+    fn at(self, path: &FieldPath) -> Vec<ScenarioFault> {
+        match self {
+            NoModel::Error(error) => error.faults(path),
+            NoModel::NoName => {
+                vec![ScenarioFault::new(path.clone(), "`model` is no name of a model", expected_model())]
+            }
+        }
     }
 }
 
 /// The model that a scenario names, or what is wrong with that.
 fn find(reference: &Value) -> Result<RobotModel, NoModel> {
-    match reference.as_str().map(RobotModel::find) {
-        Some(Ok(model)) => Ok(model),
-        Some(Err(error)) => Err(NoModel { message: error.to_string(), expected: error.expected() }),
-        None => Err(NoModel { message: "`model` is no name of a model".to_owned(), expected: expected_model() }),
-    }
+    let name = reference.as_str().ok_or(NoModel::NoName)?;
+    RobotModel::find(name).map_err(NoModel::Error)
 }
 
 /// Whether there are settings for every part that a realism has.

@@ -8,6 +8,7 @@ use super::fault::ScenarioFault;
 use super::field_path::{FieldPath, Segment};
 use super::format::Format;
 use super::outline::{Content, FieldPart, Node};
+use super::read::SyntaxFault;
 use super::scanner::outline_of;
 use super::setting::Setting;
 use super::types::Scenario;
@@ -39,6 +40,24 @@ impl From<ScenarioFault> for Finding {
 }
 
 impl ScenarioSource {
+    /// A file's text, as it is.
+    pub(super) fn of_file(name: &str, format: Format, text: &str) -> Self {
+        // Some editors begin a file with a byte order mark.
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text).into();
+        Self { name: name.to_owned(), format, text, settings: Vec::new() }
+    }
+
+    /// The error of a text that could not be read.
+    pub(super) fn syntax_error(&self, fault: SyntaxFault) -> ScenarioError {
+        let error = ScenarioError::of_file(ScenarioErrorKind::Syntax, &self.name, fault.message, fault.expected);
+        error.at(Place::new(&self.text, fault.span))
+    }
+
+    /// How many of a path's steps the text has.
+    pub(super) fn steps_found(&self, path: &FieldPath) -> usize {
+        self.outline().locate(path, FieldPart::Value).1
+    }
+
     /// The text of the file.
     pub fn text(&self) -> &str {
         &self.text

@@ -27,6 +27,7 @@ mod kicks;
 mod ladder;
 mod localisation;
 mod matches;
+mod model_files;
 mod models;
 mod outputs;
 mod own_program;

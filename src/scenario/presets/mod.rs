@@ -137,7 +137,7 @@ const OWN_SETTINGS: [&str; 11] =
     ["sensors", "body", "motion", "kicks", "falls", "head", "sonar", "cameras", "vision", "odometry", "latency"];
 
 /// Those that a model has: all but what only the program knows.
-fn of_models() -> &'static [&'static str] {
+pub(super) fn of_models() -> &'static [&'static str] {
     &OWN_SETTINGS[1..]
 }
 

@@ -7,6 +7,7 @@ mod settings;
 
 pub(crate) use numbers::Numbers;
 pub(super) use placement::place_ball_beside_robots;
+use robots::SensorsAtBody;
 
 use core::fmt::Display;
 use core::ops::RangeInclusive;
@@ -208,6 +209,8 @@ impl Checks {
         self.cameras(&root.field("cameras"), &scenario.cameras);
         self.vision(&root.field("vision"), &scenario.vision);
         self.messages(&root.field("messages"), &scenario.messages);
+        let common = SensorsAtBody { body: &scenario.body, mounts: &scenario.cameras.mounts, sonar: &scenario.sonar };
+        self.sensors_at_body(&root, [&root.field("cameras"), &root.field("sonar")], common);
         for (index, robot) in scenario.robots.iter().enumerate() {
             self.robot(&root.field("robots").index(index), robot, scenario);
         }
@@ -280,6 +283,14 @@ impl Checks {
         }
         if let Some(sonar) = &robot.sonar {
             self.sonar(&path.field("sonar"), sonar);
+        }
+        if robot.body.is_some() || robot.cameras.is_some() || robot.sonar.is_some() {
+            let own = SensorsAtBody {
+                body: robot.body.as_ref().unwrap_or(&scenario.body),
+                mounts: &robot.cameras.as_ref().unwrap_or(&scenario.cameras).mounts,
+                sonar: robot.sonar.as_ref().unwrap_or(&scenario.sonar),
+            };
+            self.sensors_at_body(path, [&path.field("cameras"), &path.field("sonar")], own);
         }
         if let Some(odometry) = &robot.odometry {
             self.odometry(&path.field("odometry"), odometry);

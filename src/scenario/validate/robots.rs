@@ -1,6 +1,6 @@
 //! The bodies, cameras and kicks of robots: within what could be built and walk on a pitch.
 
-use bevy::math::Vec2;
+use bevy::math::{Vec2, Vec3};
 
 use super::{Checks, ScenarioFault};
 use crate::camera_model::CameraMounts;
@@ -8,11 +8,23 @@ use crate::geometry::to_degrees;
 use crate::kick_geometry::KickGeometry;
 use crate::robot::body::{Arms, Body, BodyBox, Legs};
 use crate::scenario::field_path::FieldPath;
+use crate::sensing::sonar::SonarSettings;
 
 /// The greatest extent of a robot on the ground, m: a pitch has room for several.
 const WIDEST_M: f32 = 1.0;
 /// The greatest height of a robot, m.
 const HIGHEST_M: f32 = 2.5;
+/// A mast reaches at most so far beyond a robot's body, m.
+const MAST_M: f32 = 0.5;
+/// Measures of a robot that agree but for so much do agree, m.
+const SAME_M: f32 = 0.01;
+
+/// What is at a robot's body.
+pub(super) struct SensorsAtBody<'a> {
+    pub body: &'a Body,
+    pub mounts: &'a CameraMounts,
+    pub sonar: &'a SonarSettings,
+}
 
 impl Checks {
     pub(super) fn body(&mut self, path: &FieldPath, body: &Body) {
@@ -27,20 +39,99 @@ impl Checks {
             let fault = ScenarioFault::new(path.field("neck_m"), message, expected);
             self.push(fault.judged_with([path.field("height_m")]));
         }
+        for (name, part) in [("torso", &body.torso), ("base", &body.base)] {
+            self.below_top(path, path.field(name).field("z_m").index(1), part.z_m[1], body);
+        }
+        let lowest = body.torso.z_m[0].min(body.base.z_m[0]);
+        if lowest > SAME_M {
+            let message = format!("the lowest part of the robot is {lowest} m above the ground");
+            let fault =
+                ScenarioFault::new(path.field("base").field("z_m").index(0), message, "0 m: it stands on the ground");
+            self.push(fault.judged_with([path.field("torso").field("z_m")]));
+        }
+        self.below_top(path, path.field("lying_height_m"), body.lying_height_m, body);
+        if body.foot_y_m > body.base.half_width_m + SAME_M {
+            let message = format!("`foot_y_m` is {}", body.foot_y_m);
+            let expected = format!("at most {} m, half the width of the base", body.base.half_width_m);
+            let fault = ScenarioFault::new(path.field("foot_y_m"), message, expected);
+            self.push(fault.judged_with([path.field("base").field("half_width_m")]));
+        }
         let band = path.field("waistband");
         self.span(&band.field("z_m"), body.waistband.z_m, [0.0, HIGHEST_M]);
+        self.below_top(path, band.field("z_m").index(1), body.waistband.z_m[1], body);
         let half_size = body.waistband.half_size_m;
         for (index, half) in [half_size.x, half_size.y].into_iter().enumerate() {
             self.positive(band.field("half_size_m").index(index), half, WIDEST_M, " m");
         }
-        if let Some(Legs { thigh_m, shank_m, ankle_m, .. }) = body.legs {
-            let path = path.field("legs");
-            for (name, length) in [("thigh_m", thigh_m), ("shank_m", shank_m), ("ankle_m", ankle_m)] {
-                self.positive(path.field(name), length, HIGHEST_M, " m");
+        if let Some(Legs { hip_m, thigh_m, shank_m, ankle_m }) = body.legs {
+            let legs = path.field("legs");
+            let lengths = [("thigh_m", thigh_m), ("shank_m", shank_m), ("ankle_m", ankle_m)];
+            for (name, length) in lengths {
+                self.positive(legs.field(name), length, HIGHEST_M, " m");
+            }
+            self.joint(path, &legs.field("hip_m"), hip_m, body);
+            let length = thigh_m + shank_m + ankle_m;
+            if length > hip_m.z + SAME_M {
+                let message = format!("the legs are {length:.3} m long, and the hip is {} m high", hip_m.z);
+                let expected = "`thigh_m`, `shank_m` and `ankle_m` that add up to the hip's height at most";
+                let fault = ScenarioFault::new(legs.field("hip_m"), message, expected);
+                self.push(fault.judged_with(lengths.map(|(name, _)| legs.field(name))));
             }
         }
-        if let Some(Arms { length_m, .. }) = body.arms {
-            self.positive(path.field("arms").field("length_m"), length_m, HIGHEST_M, " m");
+        if let Some(Arms { shoulder_m, length_m }) = body.arms {
+            let arms = path.field("arms");
+            self.positive(arms.field("length_m"), length_m, HIGHEST_M, " m");
+            self.joint(path, &arms.field("shoulder_m"), shoulder_m, body);
+        }
+    }
+
+    /// That a height is not above the top of a robot's head.
+    fn below_top(&mut self, body_path: &FieldPath, path: FieldPath, height_m: f32, body: &Body) {
+        if height_m > body.height_m + SAME_M && body.height_m > 0.0 {
+            let name = path.last_part().unwrap_or_default();
+            let expected = format!("at most {} m, the robot's `height_m`", body.height_m);
+            let fault = ScenarioFault::new(path, format!("`{name}` is {height_m}"), expected);
+            self.push(fault.judged_with([body_path.field("height_m")]));
+        }
+    }
+
+    /// That a joint is at the robot.
+    fn joint(&mut self, body_path: &FieldPath, path: &FieldPath, place: Vec3, body: &Body) {
+        if place.truncate().abs().max_element() > WIDEST_M || !(0.0..=body.height_m + SAME_M).contains(&place.z) {
+            let name = path.last_field().unwrap_or_default();
+            let message = format!("`{name}` is ({}, {}, {})", place.x, place.y, place.z);
+            let expected =
+                format!("a place at most {WIDEST_M} m aside and {} m high, the robot's `height_m`", body.height_m);
+            let fault = ScenarioFault::new(path.clone(), message, expected);
+            self.push(fault.judged_with([body_path.field("height_m")]));
+        }
+    }
+
+    /// That the cameras are at the robot that has them, on a mast at the farthest, and so is what its sonars hear with.
+    pub(super) fn sensors_at_body(
+        &mut self,
+        path: &FieldPath,
+        [cameras, sonar]: [&FieldPath; 2],
+        robot: SensorsAtBody,
+    ) {
+        let SensorsAtBody { body, mounts, sonar: settings } = robot;
+        let reach_m = body.torso.reach().max(body.base.reach()) + MAST_M;
+        let top_m = body.height_m + MAST_M;
+        for (index, mount) in mounts.as_slice().iter().enumerate() {
+            let lens = mount.lens_m;
+            if lens.truncate().length() > reach_m || lens.z > top_m {
+                let message = format!("the camera is at ({}, {}, {}), away from the robot", lens.x, lens.y, lens.z);
+                let expected =
+                    format!("a place at most {reach_m:.2} m aside and {top_m:.2} m high: {MAST_M} m beyond its body");
+                let place = cameras.field("mounts").index(index).field("position_m");
+                self.push(ScenarioFault::new(place, message, expected).judged_with([path.field("body")]));
+            }
+        }
+        if settings.fitted && settings.height_m > top_m {
+            let message = format!("`height_m` is {}", settings.height_m);
+            let expected = format!("at most {top_m:.2} m: {MAST_M} m above the robot");
+            let fault = ScenarioFault::new(sonar.field("height_m"), message, expected);
+            self.push(fault.judged_with([path.field("body")]));
         }
     }
 

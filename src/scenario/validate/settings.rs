@@ -58,6 +58,20 @@ impl Checks {
         self.degrees(error.field("dtheta_deg"), motion.error_sd.dtheta, 0.0..=360.0, " degrees");
         if let Some(gait) = &motion.gait {
             self.gait(&path.field("gait"), gait);
+            let (most, most_turn) = (motion.max_linear_mps, to_degrees(motion.max_angular));
+            let speeds = [
+                ("least_mps", gait.least_mps, "max_linear_mps", most, "m/s"),
+                ("least_degps", to_degrees(gait.least_angular), "max_angular_degps", most_turn, "degrees/s"),
+            ];
+            for (name, least, greatest_name, greatest, unit) in speeds {
+                // A robot of which the greatest is nought does not walk, or not turn, at all.
+                if least > greatest && greatest > 0.0 {
+                    let message = format!("`{name}` is {least}: it never gets so fast");
+                    let expected = format!("at most {greatest} {unit}, its `{greatest_name}`");
+                    let fault = ScenarioFault::new(path.field("gait").field(name), message, expected);
+                    self.push(fault.judged_with([path.field(greatest_name)]));
+                }
+            }
         }
     }
 
@@ -149,6 +163,16 @@ impl Checks {
                     "the yaw, more than the one before and from -180 to 180 degrees, then the least and the greatest pitch, both \
                      from -90 to 90 degrees",
                 );
+            }
+            let [least, most] = head.pitch_at(limit.yaw).map(to_degrees);
+            if least > most {
+                let message = format!("at a yaw of {yaw} degrees there is no pitch from {least} to {most} degrees");
+                let fault = ScenarioFault::new(
+                    path.field("pitch_at_yaw_deg").index(index),
+                    message,
+                    "limits that leave some of `pitch_deg`",
+                );
+                self.push(fault.judged_with([path.field("pitch_deg")]));
             }
             before = yaw;
         }

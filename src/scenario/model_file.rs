@@ -1,0 +1,217 @@
+//! The files of models, read to their end whatever is wrong with them.
+
+use serde::de::DeserializeOwned;
+use serde_json::{Map, Value, json};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use super::build::{in_order, scenario_of, shape_fault};
+use super::bytes::{LARGEST_FILE_BYTES, read_bytes};
+use super::error::{ScenarioError, ScenarioErrorKind};
+use super::fault::ScenarioFault;
+use super::field_path::FieldPath;
+use super::format::Format;
+use super::models::{ModelError, RobotModel, is_file};
+use super::presets::of_models;
+use super::read::read;
+use super::shape;
+use super::source::{Finding, ScenarioSource};
+use super::wording::{did_you_mean, one_of, quoted};
+
+/// What a model's file has.
+const FIELDS: [&str; 5] = ["name", "description", "settings", "realistic", "sources"];
+/// Those of them that no scenario has.
+const OF_MODELS_ONLY: [&str; 3] = ["settings", "realistic", "sources"];
+/// What a model may say besides a robot's own settings: how messages travel.
+const ALWAYS_BESIDES: [&str; 1] = ["messages"];
+/// The same of what is realistic: the ball that its league plays with, too.
+const REALISTIC_BESIDES: [&str; 2] = ["ball", "messages"];
+
+/// Whether the values of a file are meant as a model rather than a scenario.
+pub fn is_model(value: &Value) -> bool {
+    OF_MODELS_ONLY.iter().any(|field| value.get(field).is_some())
+}
+
+/// The error of a model where there should be a scenario.
+pub fn no_scenario(source: &ScenarioSource, value: &Value) -> ScenarioError {
+    let first = OF_MODELS_ONLY.into_iter().find(|field| value.get(field).is_some()).unwrap_or_default();
+    let file = source.name.rsplit(['/', '\\']).next().unwrap_or_default();
+    let expected = format!(
+        "a scenario, such as `(model: \"{file}\", teams: (blue: \"roles\", pink: \"roles\"))`; `naoisis check` and \
+         `naoisis robot show` take models"
+    );
+    source.error(
+        &ScenarioFault::new(FieldPath::from(first), "this is the model of a robot, no scenario", expected).at_key(),
+    )
+}
+
+impl RobotModel {
+    /// What scenarios and commands mean by a word: the name of a built-in model, or the path of a file that ends in `.ron`.
+    ///
+    /// # Errors
+    /// When there is neither, or the file is no model.
+    pub fn find(name_or_path: &str) -> Result<RobotModel, ModelError> {
+        if is_file(name_or_path) {
+            return Self::load(name_or_path);
+        }
+        Self::named(name_or_path).ok_or_else(|| ModelError::Unknown(name_or_path.to_owned()))
+    }
+
+    /// The model of a file, or all that is wrong with it; none where it is no model's file: it cannot be read, is not RON, or is something else.
+    pub fn check(path: &str) -> Option<Result<RobotModel, Vec<ScenarioError>>> {
+        let text = text_of(path).ok()?;
+        let format = Format::of_path(Path::new(path))?;
+        let value = read(&text, format).ok()?;
+        let source = ScenarioSource::of_file(path, format, &text);
+        is_model(&value).then(|| read_model(&source, value).map(|model| model.named_by(path)))
+    }
+
+    fn load(path: &str) -> Result<RobotModel, ModelError> {
+        let text = text_of(path).map_err(|reason| ModelError::Unreadable { path: path.to_owned(), reason })?;
+        let source = ScenarioSource::of_file(path, Format::Ron, &text);
+        let value =
+            read(&source.text, Format::Ron).map_err(|fault| ModelError::Wrong(vec![source.syntax_error(fault)]))?;
+        read_model(&source, value).map(|model| model.named_by(path)).map_err(ModelError::Wrong)
+    }
+}
+
+/// The text of a model's file, or why there is none.
+fn text_of(path: &str) -> Result<String, String> {
+    let bytes = read_bytes(Path::new(path)).map_err(|problem| problem.to_string())?;
+    if bytes.len() as u64 > LARGEST_FILE_BYTES {
+        return Err(format!("it has more than {} MiB", LARGEST_FILE_BYTES >> 20));
+    }
+    String::from_utf8(bytes).map_err(|_| "it is not UTF-8 text".to_owned())
+}
+
+/// The model of a file's values.
+///
+/// # Errors
+/// All that is wrong with them, in the order of the text.
+fn read_model(source: &ScenarioSource, value: Value) -> Result<RobotModel, Vec<ScenarioError>> {
+    let mut findings = Vec::new();
+    let Value::Object(mut fields) = value else {
+        let fault = ScenarioFault::new(FieldPath::default(), "this is no model", an_object_with(&FIELDS));
+        return Err(vec![source.error(&fault)]);
+    };
+    let name: String = take(&mut fields, "name", &mut findings);
+    let description: String = take(&mut fields, "description", &mut findings);
+    fields.entry("settings").or_insert_with(|| json!({}));
+    let settings = take_settings(&mut fields, "settings", &ALWAYS_BESIDES, &mut findings);
+    let realistic = take_settings(&mut fields, "realistic", &REALISTIC_BESIDES, &mut findings);
+    let sources: BTreeMap<String, String> = take(&mut fields, "sources", &mut findings);
+    for name in fields.keys() {
+        let message = format!("a model has no field {}{}", quoted(name), did_you_mean(name, FIELDS));
+        let fault = ScenarioFault::new(FieldPath::default().key(name), message, one_of(FIELDS)).at_key();
+        findings.push(Finding { kind: ScenarioErrorKind::Shape, fault });
+    }
+    let mut model = RobotModel { name, description, settings, realistic, sources, reference: String::new() };
+    leave_out_what_it_lacks(&mut model);
+    // It must make sense as it always is, and as it really is.
+    for (settings, is_real) in [(model.settings.clone(), false), (model.all_settings(), true)] {
+        let mut settings = settings;
+        settings.insert("realism".to_owned(), json!("paper"));
+        let (_, found) = scenario_of(Value::Object(settings), Vec::new(), |_| Vec::new());
+        findings.extend(found.into_iter().map(|mut finding| {
+            finding.fault.path = place_of(source, &finding.fault.path, is_real);
+            finding.fault.related = finding.fault.related.map(|path| place_of(source, &path, is_real));
+            finding
+        }));
+    }
+    if findings.is_empty() { Ok(model) } else { Err(in_order(source.errors(&findings))) }
+}
+
+/// Takes a field out, read as its type; a default where that is wrong.
+fn take<T: DeserializeOwned + Default>(
+    fields: &mut Map<String, Value>,
+    name: &'static str,
+    findings: &mut Vec<Finding>,
+) -> T {
+    let fault = match fields.remove(name) {
+        None => {
+            let message = format!("the field {} is missing", quoted(name));
+            ScenarioFault::new(FieldPath::default(), message, format!("a model with {}", one_and_all(&FIELDS)))
+        }
+        Some(value) => match shape::read(&value) {
+            Ok(value) => return value,
+            Err(fault) => shape_fault(&fault, &FieldPath::from(name)),
+        },
+    };
+    findings.push(Finding { kind: ScenarioErrorKind::Shape, fault });
+    T::default()
+}
+
+/// Takes settings out: those that a model may have, and `besides`.
+fn take_settings(
+    fields: &mut Map<String, Value>,
+    part: &'static str,
+    besides: &[&'static str],
+    findings: &mut Vec<Finding>,
+) -> Map<String, Value> {
+    let mut settings: Map<String, Value> = take(fields, part, findings);
+    let allowed: Vec<&str> = of_models().iter().chain(besides).copied().collect();
+    settings.retain(|name, _| {
+        let is_allowed = allowed.contains(&name.as_str());
+        if !is_allowed {
+            let message = format!("a model has no {}{}", quoted(name), did_you_mean(name, allowed.iter().copied()));
+            let expected = one_of(allowed.iter().copied());
+            let fault = ScenarioFault::new(FieldPath::from(part).key(name), message, expected).at_key();
+            findings.push(Finding { kind: ScenarioErrorKind::Shape, fault });
+        }
+        is_allowed
+    });
+    settings
+}
+
+/// Takes from a robot that has a trunk of its own what its file says nothing of, and the NAO has: head joints, cameras, sonars, legs, arms and
+/// looks.
+fn leave_out_what_it_lacks(model: &mut RobotModel) {
+    let RobotModel { settings, realistic, sources, .. } = model;
+    if settings.get("body").and_then(|body| body.get("torso")).is_none() {
+        return;
+    }
+    let mut lacks = |path: &str, source: &str| {
+        sources.entry(path.to_owned()).or_insert_with(|| source.to_owned());
+    };
+    let absent = [
+        ("head", json!({ "yaw_deg": [0.0, 0.0], "pitch_deg": [0.0, 0.0], "pitch_at_yaw_deg": [], "max_degps": 0.0 })),
+        ("cameras", json!({ "mounts": [] })),
+        ("sonar", json!({ "fitted": false })),
+    ];
+    for (part, nothing) in absent {
+        if !realistic.contains_key(part) && !settings.contains_key(part) {
+            settings.insert(part.to_owned(), nothing);
+            lacks(part, "the file says nothing of it: it has none");
+        }
+    }
+    let of_body = [("legs", Value::Null), ("arms", Value::Null), ("look", json!("light"))];
+    if let Some(Value::Object(body)) = settings.get_mut("body") {
+        for (part, nothing) in of_body {
+            if !body.contains_key(part) {
+                body.insert(part.to_owned(), nothing);
+                lacks(&format!("body.{part}"), "the file says nothing of it");
+            }
+        }
+    }
+}
+
+/// Where a model's file says what a scenario has at a path: among what is realistic, which counts more where `is_real`, or what it
+/// always is.
+fn place_of(source: &ScenarioSource, path: &FieldPath, is_real: bool) -> FieldPath {
+    let [always, realistic] = ["settings", "realistic"].map(|part| path.clone().within(&FieldPath::from(part)));
+    let found = source.steps_found(&realistic);
+    if is_real && found > 1 && found >= source.steps_found(&always) { realistic } else { always }
+}
+
+fn an_object_with(names: &[&str]) -> String {
+    format!("an object with {}", one_and_all(names))
+}
+
+/// Names as a list: `a`, `b` and `c`.
+fn one_and_all(names: &[&str]) -> String {
+    let names: Vec<String> = names.iter().map(|name| quoted(name)).collect();
+    match names.split_last() {
+        Some((last, others)) if !others.is_empty() => format!("{} and {last}", others.join(", ")),
+        _ => names.concat(),
+    }
+}

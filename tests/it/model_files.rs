@@ -1,0 +1,205 @@
+//! Files of robots' models: which are taken, which are refused, and where they are said to be wrong.
+
+use naoisis::prelude::*;
+use naoisis::scenario::{RobotModel, ScenarioError};
+use proptest::prelude::*;
+use serde_json::{Value, json};
+use std::fs;
+use std::path::Path;
+
+/// A model's file of a robot that somebody might build, from numbers between 0 and 1.
+fn model_within_sense(random: [f64; 8]) -> Value {
+    let [height, width, hip, neck, camera, speed, slowest, nod] = random;
+    let between = |share: f64, least: f64, most: f64| least + share * (most - least);
+    let height_m = between(height, 0.3, 1.8);
+    let (hip_m, neck_m) = (between(hip, 0.3, 0.5) * height_m, between(neck, 0.72, 0.9) * height_m);
+    let half_width_m = between(width, 0.15, 0.3) * height_m;
+    let fastest_mps = between(speed, 0.1, 2.0);
+    let pitch_deg = [between(nod, -40.0, 0.0), between(nod, 10.0, 60.0)];
+    json!({
+        "name": "random", "description": "a robot that somebody might build", "sources": {},
+        "settings": {
+            "body": {
+                "torso": { "x_m": [-0.1, 0.1], "half_width_m": half_width_m, "z_m": [hip_m, neck_m] },
+                "base": { "x_m": [-0.1, 0.15], "half_width_m": 0.6 * half_width_m, "z_m": [0.0, hip_m] },
+                "height_m": height_m, "lying_height_m": 0.3 * height_m, "foot_y_m": 0.3 * half_width_m,
+                "neck_m": [0.0, 0.0, neck_m],
+                "waistband": { "z_m": [hip_m, hip_m + 0.1 * height_m], "half_size_m": [0.1, 0.5 * half_width_m] },
+                "legs": { "hip_m": [0.0, 0.3 * half_width_m, hip_m], "thigh_m": 0.45 * hip_m, "shank_m": 0.45 * hip_m, "ankle_m": 0.1 * hip_m },
+                "arms": { "shoulder_m": [0.0, half_width_m, neck_m], "length_m": 0.3 * height_m },
+            },
+            "head": { "yaw_deg": [-90, 90], "pitch_deg": pitch_deg, "pitch_at_yaw_deg": [[0, -90, pitch_deg[1]]] },
+            "cameras": { "mounts": [{ "name": "head", "position_m": [0.05, 0.0, between(camera, 0.5, 1.2) * height_m], "tilt_deg": 20 }] },
+            "sonar": { "height_m": 0.5 * height_m },
+            "motion": { "max_linear_mps": fastest_mps },
+        },
+        "realistic": { "motion": { "gait": { "least_mps": slowest.min(0.99) * fastest_mps.min(1.0) } }, "ball": "spl2025" },
+    })
+}
+
+/// What makes a model one of a robot that cannot be: where it is told, and the change.
+const IMPOSSIBLE: &[(&str, fn(&mut Value))] = &[
+    ("settings.body.torso.z_m[1]", |model| {
+        // A trunk above the head.
+        model["settings"]["body"]["torso"]["z_m"][1] = json!(2.2);
+    }),
+    ("settings.body.torso.x_m", |model| model["settings"]["body"]["torso"]["x_m"] = json!([0.1, -0.1])),
+    ("settings.body.base.z_m[0]", |model| {
+        // A robot that hovers.
+        let base = &mut model["settings"]["body"]["base"]["z_m"];
+        base[0] = json!(base[1].as_f64().unwrap() - 0.01);
+    }),
+    ("settings.body.neck_m", |model| model["settings"]["body"]["neck_m"][2] = json!(1.9)),
+    ("settings.body.lying_height_m", |model| model["settings"]["body"]["lying_height_m"] = json!(1.9)),
+    ("settings.body.foot_y_m", |model| model["settings"]["body"]["foot_y_m"] = json!(0.9)),
+    ("settings.body.waistband.z_m[1]", |model| model["settings"]["body"]["waistband"]["z_m"][1] = json!(1.9)),
+    ("settings.body.legs.hip_m", |model| {
+        // Legs that would reach into the ground.
+        let thigh = &mut model["settings"]["body"]["legs"]["thigh_m"];
+        *thigh = json!(thigh.as_f64().unwrap() + 0.1);
+    }),
+    ("settings.body.arms.shoulder_m", |model| model["settings"]["body"]["arms"]["shoulder_m"][2] = json!(2.0)),
+    ("settings.cameras.mounts[0].position_m", |model| {
+        model["settings"]["cameras"]["mounts"][0]["position_m"] = json!([1.0, 0.95, 0.3]);
+    }),
+    ("settings.cameras.mounts[0].position_m", |model| {
+        model["settings"]["cameras"]["mounts"][0]["position_m"][2] = json!(2.45);
+    }),
+    ("settings.head.yaw_deg", |model| model["settings"]["head"]["yaw_deg"] = json!([90, -90])),
+    ("settings.head.pitch_deg", |model| model["settings"]["head"]["pitch_deg"] = json!([30, -30])),
+    ("settings.head.pitch_at_yaw_deg[0]", |model| {
+        model["settings"]["head"]["pitch_at_yaw_deg"][0] = json!([0, 70, 80]);
+    }),
+    ("realistic.motion.gait.least_mps", |model| model["settings"]["motion"]["max_linear_mps"] = json!(0.001)),
+    ("realistic.motion.gait.step_s", |model| model["realistic"]["motion"]["gait"]["step_s"] = json!(0)),
+    ("settings.league", |model| model["settings"]["league"] = json!("spl2025")),
+    ("settings.ball", |model| model["settings"]["ball"] = json!("spl2025")),
+    ("realistic.ball", |model| model["realistic"]["ball"] = json!("spl2052")),
+    ("realistic.teams", |model| model["realistic"]["teams"] = json!({ "blue": "roles" })),
+    ("realistic.realism", |model| model["realistic"]["realism"] = json!("ideal")),
+    ("realistic.duration_s", |model| model["realistic"]["duration_s"] = json!(3)),
+];
+
+/// What is said of a model's file with these values, which are RON, too.
+fn check(folder: &Path, model: &Value) -> Result<RobotModel, Vec<ScenarioError>> {
+    let path = folder.join("random.ron");
+    fs::write(&path, serde_json::to_string_pretty(model).unwrap()).unwrap();
+    RobotModel::check(&path.to_string_lossy()).expect("it is a model's file")
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(24) })]
+
+    /// Robots within sense are taken, and each mistake in one is told at its place.
+    #[test]
+    fn robots_that_can_be_are_taken_and_others_refused(random in proptest::array::uniform8(0.0..1.0)) {
+        let folder = tempfile::tempdir().unwrap();
+        let model = model_within_sense(random);
+        prop_assert_eq!(check(folder.path(), &model).err(), None);
+        for (place, spoil) in IMPOSSIBLE {
+            let mut model = model.clone();
+            spoil(&mut model);
+            let errors = check(folder.path(), &model).expect_err(place);
+            let places: Vec<String> = errors.iter().map(|error| error.path().unwrap().to_string()).collect();
+            prop_assert!(places.iter().any(|told| told == place), "{place}: {errors:#?}");
+            prop_assert!(errors.iter().all(|error| error.line() > Some(1) && !error.expected().is_empty()), "{errors:#?}");
+        }
+    }
+}
+
+/// A file with mistakes of all kinds.
+const WRONG: &str = r#"(
+    name: "wrong", descripton: "a robot that cannot be",
+    settings: (
+        body: (height_m: -1.0, lok: light),
+        heat: (yaw_deg: (0, 0)),
+    ),
+    realistic: (league: "spl2025", kicks: (recovery_s: -1)),
+    sources: { "body": 3 },
+)"#;
+
+#[test]
+fn all_that_is_wrong_is_told_at_its_place_and_a_scenario_says_where_its_models_file_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("wrong.ron");
+    fs::write(&path, WRONG).unwrap();
+    let path = path.to_string_lossy();
+    let errors = RobotModel::check(&path).unwrap().unwrap_err();
+    let told: Vec<String> = errors.iter().map(|error| error.to_string().replace(&*path, "FILE")).collect();
+    for (place, words) in [
+        ("1:1", "the field `description` is missing"),
+        ("2:20", "a model has no field `descripton`: did you mean `description`?"),
+        ("4:26", "`height_m` is -1; expected more than 0"),
+        ("4:32", "there is no field `lok`: did you mean `look`?"),
+        ("5:9", "a model has no `heat`: did you mean `head`?"),
+        ("7:17", "a model has no `league`"),
+        ("7:56", "`recovery_s` is -1; expected 0 to 60 s"),
+        ("8:24", "`body` is the number 3; expected a text in quotes"),
+    ] {
+        let is_told = told.iter().any(|told| told.starts_with(&format!("FILE:{place}: {words}")));
+        assert!(is_told, "{place}: {words}\n{}", told.join("\n"));
+    }
+    let scenario = folder.path().join("scenario.ron");
+    for text in [
+        r#"(model: "wrong.ron")"#,
+        r#"(robots: [(model: (preset: "wrong.ron", body: (height_m: 0.5)))])"#,
+        r#"(teams: (blue: (team: "roles", model: "wrong.ron"), pink: "roles"))"#,
+    ] {
+        fs::write(&scenario, text).unwrap();
+        let error = Scenario::load(&scenario).unwrap_err();
+        assert!(error.message().contains(&format!("{path}:1:1: the field `description`")), "{error}");
+    }
+    // A text that is no RON has a place, too.
+    fs::write(folder.path().join("wrong.ron"), "(\n  name: \"x\",,\n)").unwrap();
+    let error = RobotModel::find(&path).unwrap_err().to_string();
+    assert!(error.contains(&format!("{path}:2:")), "{error}");
+}
+
+#[test]
+fn a_model_is_no_scenario_and_lies_beside_the_scenario_that_changes_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut model = model_within_sense([0.5; 8]);
+    model["settings"]["motion"]["max_linear_mps"] = json!(0.77);
+    check(folder.path(), &model).unwrap();
+    let error = Scenario::load(folder.path().join("random.ron")).unwrap_err().to_string();
+    assert!(error.contains("this is the model of a robot, no scenario"), "{error}");
+    assert!(error.contains(r#"`(model: "random.ron", "#), "{error}");
+    let scenario = folder.path().join("scenario.ron");
+    let text = r#"(rules: "free", model: (preset: "random.ron", motion: (max_angular_degps: 33)),
+        robots: [(), (pose: (1, 0, 0), model: (preset: "random.ron", motion: (max_linear_mps: 0.5)))])"#;
+    fs::write(&scenario, text).unwrap();
+    let scenario = Scenario::load(&scenario).unwrap();
+    let own = scenario.robots[1].motion.unwrap();
+    assert_eq!((scenario.motion.max_linear_mps, own.max_linear_mps), (0.77, 0.5));
+    assert_eq!((scenario.motion.max_angular.to_degrees().round(), own.max_angular.to_degrees().round()), (33.0, 90.0));
+}
+
+#[test]
+fn what_a_robot_with_a_trunk_of_its_own_does_not_name_it_lacks() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut model = model_within_sense([0.5; 8]);
+    let settings = model["settings"].as_object_mut().unwrap();
+    for part in ["head", "cameras", "sonar"] {
+        settings.remove(part);
+    }
+    let body = settings["body"].as_object_mut().unwrap();
+    body.remove("legs");
+    body.remove("arms");
+    let bare = check(folder.path(), &model).unwrap();
+    assert!(bare.source("sonar.fitted").is_some() && bare.source("body.legs").is_some());
+    let path = folder.path().join("random.ron");
+    let scenario = Scenario::from_json(&json!({ "model": path, "realism": "realistic" }).to_string()).unwrap();
+    assert!(!scenario.sonar.fitted && scenario.cameras.mounts.as_slice().is_empty());
+    assert_eq!((scenario.head.yaw, scenario.head.pitch), ([0.0; 2], [0.0; 2]));
+    assert_eq!((scenario.body.legs, scenario.body.arms), (None, None));
+    assert_eq!(scenario.body.look, naoisis::robot::body::Look::Light);
+    // A NAO that is changed stays one.
+    let tall = json!({ "name": "tall", "description": "", "settings": { "body": { "height_m": 0.6 } }, "realistic": {}, "sources": {} });
+    check(folder.path(), &tall).unwrap();
+    let tall = Scenario::from_json(&json!({ "model": path }).to_string()).unwrap();
+    assert_eq!(
+        (tall.sonar, tall.head, tall.cameras),
+        (Scenario::default().sonar, Scenario::default().head, Scenario::default().cameras)
+    );
+    assert!(tall.body.legs.is_some());
+}
