@@ -78,7 +78,7 @@ fn shoot(
         // The ball leaves along the line from the foot to it: straight on only if it lies straight before the foot.
         let straight = (in_robot.y + 0.05).abs() < 0.01 && turn.abs() < 0.05;
         if KickType::RightStraight.admits(in_robot) && straight {
-            kick.0 = Some(KickRequest { kick_type: KickType::RightStraight, speed: 1.0 });
+            kick.0 = Some(KickRequest::new(KickType::RightStraight, 1.0));
         } else {
             *walk = WalkCommand::new(0.2 * way.x, 0.2 * way.y, 0.2 * turn);
         }

@@ -33,7 +33,7 @@ fn kick_the_ball(
         head.yaw = place.to_angle();
         head.pitch = if place.length() < 1.0 { 0.35 } else { 0.0 };
         if KickType::RightStraight.admits(place) {
-            kick.0 = Some(KickRequest { kick_type: KickType::RightStraight, speed: 1.0 });
+            kick.0 = Some(KickRequest::new(KickType::RightStraight, 1.0));
         } else {
             // To where the ball lies 16 cm ahead and 5 cm to the right: before the right foot. The step is cut to what a
             // robot can do in a cycle.

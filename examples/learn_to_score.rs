@@ -58,7 +58,7 @@ fn act(
         };
         *walk = WalkCommand::new(0.02 * command(0), 0.02 * command(1), 0.1 * command(2));
         if KickType::RightStraight.admits(ball) && goal.abs() < 0.2 {
-            kick.0 = Some(KickRequest { kick_type: KickType::RightStraight, speed: 1.0 });
+            kick.0 = Some(KickRequest::new(KickType::RightStraight, 1.0));
         }
     }
 }

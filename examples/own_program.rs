@@ -28,7 +28,7 @@ fn rush(
             continue;
         };
         if KickType::RightStraight.admits(ball.position_m) {
-            kick.0 = Some(KickRequest { kick_type: KickType::RightStraight, speed: 1.0 });
+            kick.0 = Some(KickRequest::new(KickType::RightStraight, 1.0));
         } else {
             let towards = ball.position_m - Vec2::new(0.17, -0.05);
             *walk = WalkCommand::new(towards.x, towards.y, 0.1 * ball.bearing());

@@ -32,7 +32,7 @@ fn rush(clock: Res<CycleClock>, mut robots: Query<(Senses, Commands), With<Rushe
         drawings.target(Frame::Robot, towards, "rush", Ink::White);
         drawings.circle(Frame::Robot, ball.position_m, 0.1, Ink::Yellow);
         if KickType::RightStraight.admits(ball.position_m) {
-            kick.0 = Some(KickRequest { kick_type: KickType::RightStraight, speed: 1.0 });
+            kick.0 = Some(KickRequest::new(KickType::RightStraight, 1.0));
             kicks.0 += 1;
         } else {
             *walk = WalkCommand::new(towards.x, towards.y, 0.1 * ball.bearing());

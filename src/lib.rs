@@ -59,7 +59,7 @@
 //!
 //! | rooms, from the ground up | what is there |
 //! |---|---|
-//! | `knowledge` `geometry` `statistics` `kick_geometry` `named_values` `read_file` `replace_file` | plain words and plain mathematics |
+//! | `knowledge` `short_name` `geometry` `statistics` `kick_geometry` `named_values` `read_file` `replace_file` | plain words and plain mathematics |
 //! | `team` `cycle` | who, and when |
 //! | `pitch` `ball` `random` | what is played with, and chance |
 //! | `game` | the match as data: state, score, rules, penalties, set plays, evidence |
@@ -130,6 +130,7 @@ mod replace_file;
 pub mod robot;
 pub mod scenario;
 pub mod sensing;
+mod short_name;
 pub mod simulation;
 pub mod statistics;
 pub mod team;

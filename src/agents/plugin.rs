@@ -17,6 +17,7 @@ use crate::events::{AgentLoss, CycleEvents, MatchEvent};
 use crate::game::Game;
 use crate::record::vocabulary::Perceived;
 use crate::robot::Roster;
+use crate::robot::kick::UnknownKick;
 use crate::scenario::Scenario;
 use crate::sensing::camera::{CameraImages, CameraRendering, CameraSettings};
 use crate::team::RobotId;
@@ -146,8 +147,10 @@ fn ask(
     // Who was asked last is likely to be ready last: when it is, there is nobody left to wait for.
     for (id, player, .., robot) in players.iter_mut().rev() {
         let Some(agent) = &mut player.0 else { continue };
-        match agent.answer(clock.cycle) {
-            Ok(command) => robot.obey(command),
+        let answer = agent.answer(clock.cycle);
+        let malformed = |error: UnknownKick| Loss::new(AgentLoss::Malformed, error.to_string());
+        match answer.and_then(|command| robot.obey(command).map_err(malformed)) {
+            Ok(()) => {}
             Err(loss) => {
                 losses.push((**id, loss));
                 player.0 = None;

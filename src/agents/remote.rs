@@ -9,7 +9,7 @@ use crate::communication::Outbox;
 use crate::record::vocabulary::{Perceived, Perception, RobotCommand};
 use crate::robot::Roster;
 use crate::robot::head::HeadCommand;
-use crate::robot::kick::KickCommand;
+use crate::robot::kick::{KickCommand, KickSettings, UnknownKick};
 use crate::robot::motion::WalkCommand;
 use crate::robot::posture::PostureCommand;
 use crate::scenario::{BehaviourSpec, FieldPath, Scenario, ScenarioFault, wording};
@@ -17,7 +17,7 @@ use crate::simulation::{give_belief, resolved};
 use crate::team::RobotId;
 
 /// A robot that nobody outside may decide for.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum AgentError {
     /// There is none of this id.
@@ -26,6 +26,9 @@ pub enum AgentError {
     /// It has a behaviour of its own.
     #[error("the robot `{0}` has a behaviour of its own; expected one whose behaviour is `remote`")]
     NotRemote(RobotId),
+    /// It has no kick of this name.
+    #[error(transparent)]
+    UnknownKick(#[from] UnknownKick),
 }
 
 /// The robots that are decided for from outside, in the order of their ids.
@@ -88,12 +91,12 @@ pub fn believe(world: &mut World, id: RobotId) -> Result<(), AgentError> {
 /// the command does not say stays as it is: without a step the robot stands, and its head goes where it was told to go.
 ///
 /// # Errors
-/// When there is no such robot, or it is not remote.
+/// When there is no such robot, it is not remote, or it has no kick of the name that the command says.
 pub fn command(world: &mut World, id: RobotId, command: RobotCommand) -> Result<(), AgentError> {
     let entity = remote_entity(world, id)?;
     let mut robot = world.get_entity_mut(entity).map_err(|_| AgentError::NoSuchRobot(id))?;
-    robot.get_components_mut::<ObeyingRobot>().map_err(|_| AgentError::NoSuchRobot(id))?.obey(command);
-    Ok(())
+    let mut robot = robot.get_components_mut::<ObeyingRobot>().map_err(|_| AgentError::NoSuchRobot(id))?;
+    Ok(robot.obey(command)?)
 }
 
 /// What is commanded of a robot.
@@ -105,12 +108,17 @@ pub(super) struct ObeyingRobot {
     kick: &'static mut KickCommand,
     posture: &'static mut PostureCommand,
     outbox: &'static mut Outbox,
+    kicks: &'static KickSettings,
 }
 
 impl ObeyingRobotItem<'_, '_> {
-    /// Commands what the command says.
-    pub(super) fn obey(&mut self, command: RobotCommand) {
+    /// Commands what the command says, all of it or nothing.
+    ///
+    /// # Errors
+    /// When the robot has no kick of the name that it says.
+    pub(super) fn obey(&mut self, command: RobotCommand) -> Result<(), UnknownKick> {
         let RobotCommand { walk, head, kick, posture, say } = command;
+        kick.map_or(Ok(()), |kick| self.kicks.check(kick.kick_type))?;
         if let Some(walk) = walk {
             *self.walk = walk;
         }
@@ -126,6 +134,7 @@ impl ObeyingRobotItem<'_, '_> {
         if say.is_some() {
             self.outbox.0 = say;
         }
+        Ok(())
     }
 }
 

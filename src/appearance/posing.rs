@@ -155,7 +155,7 @@ pub fn kick_pose(kick_type: KickType, age_s: f32) -> (Vec2, f32) {
     let left = 1.0 - age_s / KICK_S;
     let share = left * left * (3.0 - 2.0 * left);
     match kick_type {
-        KickType::LeftStraight | KickType::RightStraight => (Vec2::new(0.11, 0.035) * share, 0.0),
+        KickType::LeftStraight | KickType::RightStraight | KickType::Own(_) => (Vec2::new(0.11, 0.035) * share, 0.0),
         // The foot swings inwards.
         KickType::LeftSide => (Vec2::new(0.06, 0.025) * share, -0.3 * share),
         KickType::RightSide => (Vec2::new(0.06, 0.025) * share, 0.3 * share),

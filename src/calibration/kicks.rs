@@ -3,6 +3,7 @@
 use super::log::Kick;
 use super::{Calibration, basis, groups, mean, variance, wrap_degrees};
 use crate::kick_geometry::{KickType, strike};
+use crate::robot::kick::KickSettings;
 use crate::scenario::RobotModel;
 use crate::statistics::{Estimate, jackknife};
 
@@ -15,10 +16,11 @@ fn distance(kick: &Kick) -> f64 {
 }
 
 /// By how much the direction is off, degrees to the left: from where the foot sends it, or straight ahead or aside where by the
-/// paper's geometry it would not reach it.
-fn off_deg(kick: &Kick) -> f64 {
+/// paper's geometry, or the model's for a kick of its own, it would not reach it.
+fn off_deg(kick: &Kick, own: &KickSettings) -> f64 {
     let start = bevy::math::Vec2::new(kick.start[0] as f32, kick.start[1] as f32);
-    let expected = match (strike(kick.kick_type, start), kick.kick_type) {
+    let struck = strike(kick.kick_type, start).or_else(|| own.strike(kick.kick_type, start, 0.0));
+    let expected = match (struck, kick.kick_type) {
         (Some(strike), _) => libm::atan2(f64::from(strike.direction.y), f64::from(strike.direction.x)),
         (None, KickType::LeftSide) => -core::f64::consts::FRAC_PI_2,
         (None, KickType::RightSide) => core::f64::consts::FRAC_PI_2,
@@ -38,9 +40,18 @@ pub(super) fn fit(kicks: &[Kick], model: &RobotModel, into: &mut Calibration) {
     let power = if rolls_evenly(model) { 2.0 } else { 1.0 };
     let full: Vec<Kick> = kicks.iter().copied().filter(|kick| kick.speed >= FULL_SPEED).collect();
     let robot = |kick: &Kick| kick.robot;
-    for kick_type in KickType::ALL {
+    let own = model.scenario().map(|scenario| scenario.kicks).unwrap_or_default();
+    let mut types: Vec<KickType> = KickType::ALL.into_iter().chain(kicks.iter().map(|kick| kick.kick_type)).collect();
+    types.sort();
+    types.dedup();
+    let unknown = types.iter().filter_map(|kick_type| own.check(*kick_type).err());
+    into.lacking.extend(unknown.map(|unknown| format!("kicks: in the model, {unknown}")));
+    for &kick_type in &types {
         let of_type: Vec<Kick> = full.iter().copied().filter(|kick| kick.kick_type == kick_type).collect();
-        let path = format!("kicks.{}.max_distance_m", kick_type.name());
+        let path = match kick_type {
+            KickType::Own(name) => format!("kicks.own.{name}.max_distance_m"),
+            _ => format!("kicks.{kick_type}.max_distance_m"),
+        };
         let reach = |kicks: &[Kick]| {
             let distances: Vec<f64> = kicks.iter().map(distance).collect();
             let mean = mean(&distances)?;
@@ -54,7 +65,7 @@ pub(super) fn fit(kicks: &[Kick], model: &RobotModel, into: &mut Calibration) {
     }
     let by_type = |kicks: &[Kick], value: &dyn Fn(&Kick, f64) -> f64, centre: &dyn Fn(&[Kick]) -> f64| {
         let (mut squares, mut degrees) = (0.0, 0.0);
-        for kick_type in KickType::ALL {
+        for &kick_type in &types {
             let of_type: Vec<Kick> = kicks.iter().copied().filter(|kick| kick.kick_type == kick_type).collect();
             if of_type.len() < 2 {
                 continue;
@@ -73,6 +84,7 @@ pub(super) fn fit(kicks: &[Kick], model: &RobotModel, into: &mut Calibration) {
         by_type(kicks, &|kick, mean| (distance(kick) / mean - 1.0) / power, &mean_distance)
     };
     let direction = |kicks: &[Kick]| {
+        let off_deg = |kick: &Kick| off_deg(kick, &own);
         let mean_off = |kicks: &[Kick]| mean(&kicks.iter().map(off_deg).collect::<Vec<f64>>()).unwrap_or_default();
         by_type(kicks, &|kick, mean| off_deg(kick) - mean, &mean_off)
     };

@@ -16,7 +16,7 @@ pub const COLUMNS: &[(&str, &str, &str, bool)] = &[
     ("walk", "planned_forward_m", "where its steps, as they were planned, lead to, m", false),
     ("walk", "planned_left_m", "the same to the left, m", false),
     ("walk", "planned_turn_deg", "by how much they turn, degrees", false),
-    ("kick", "kick", "the kick: left_straight, right_straight, left_side or right_side", true),
+    ("kick", "kick", "the kick: left_straight, right_straight, left_side, right_side, or one of the robot's own", true),
     ("kick", "start_forward_m", "where the ball lay, in the robot's frame, m", true),
     ("kick", "start_left_m", "the same to the left, m", true),
     ("kick", "rest_forward_m", "where it came to rest, in the robot's frame at the kick, m", true),
@@ -247,10 +247,9 @@ impl Row<'_> {
 
     fn kick(&self, robot: usize) -> Result<Kick, LogError> {
         let name = self.cell("kick").ok_or_else(|| self.missing("kick"))?;
-        let kick_type = KickType::ALL.into_iter().find(|kick| kick.name() == name);
-        let kick_type = kick_type.ok_or_else(|| {
-            let names = KickType::ALL.map(|kick| format!("`{}`", kick.name())).join(", ");
-            self.wrong("kick", name, &format!("one of {names}"))
+        let kick_type: KickType = name.parse().map_err(|_| {
+            let names = KickType::ALL.map(|kick| format!("`{kick}`")).join(", ");
+            self.wrong("kick", name, &format!("one of {names}, or the name of a kick of the robot's own"))
         })?;
         let speed = self.optional("speed")?.unwrap_or(1.0);
         if !(0.0..=1.0).contains(&speed) {
@@ -348,7 +347,7 @@ mod tests {
         let header = "kick,start_forward_m,start_left_m,rest_forward_m,rest_left_m\n";
         let words = error(&format!("{header}left_straight,0.1,0,x,0\n"));
         assert_eq!(words, "line 2, column `rest_forward_m`: `x` is not what was expected: a number");
-        assert!(error(&format!("{header}backheel,0.1,0,1,0\n")).contains("one of `left_straight`"));
+        assert!(error(&format!("{header}back heel,0.1,0,1,0\n")).contains("one of `left_straight`"));
         assert!(error(&format!("{header}left_straight,0.1,0,,0\n")).contains("expected where it came to rest"));
         assert!(error("a,b\n1,2\n").contains("a kick lacks kick, start_forward_m"));
         assert!(error("kind\njump\n").contains("line 2, column `kind`: `jump`"));

@@ -2,99 +2,23 @@
 
 use bevy::prelude::*;
 use core::fmt;
-use core::str::FromStr;
-use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use std::borrow::Cow;
 
 use crate::geometry::{file_units, unit};
+use crate::short_name::short_name;
 
-/// The name of one of a robot's cameras: what percepts, images and pictures say of which camera they are.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Reflect)]
-#[reflect(opaque)]
-#[reflect(Clone, PartialEq, Debug, Hash, Serialize, Deserialize)]
-pub struct CameraName {
-    /// Filled up with noughts.
-    letters: [u8; CameraName::LONGEST],
+short_name! {
+    /// The name of one of a robot's cameras: what percepts, images and pictures say of which camera they are.
+    CameraName, NotACameraName, "a camera", "The name of a camera of the robot's model."
 }
 
 impl CameraName {
-    /// The most letters of a name.
-    pub const LONGEST: usize = 15;
-
     /// The upper camera of a NAO, which looks ahead.
-    pub const TOP: CameraName = CameraName::of_letters(*b"top\0\0\0\0\0\0\0\0\0\0\0\0");
+    pub const TOP: CameraName = CameraName { letters: *b"top\0\0\0\0\0\0\0\0\0\0\0\0" };
 
     /// The lower camera of a NAO, which looks 40° further down.
-    pub const BOTTOM: CameraName = CameraName::of_letters(*b"bottom\0\0\0\0\0\0\0\0\0");
-
-    const fn of_letters(letters: [u8; Self::LONGEST]) -> Self {
-        Self { letters }
-    }
-
-    /// The name as a word.
-    pub fn as_str(&self) -> &str {
-        let length = self.letters.iter().position(|letter| *letter == 0).unwrap_or(Self::LONGEST);
-        core::str::from_utf8(&self.letters[..length]).unwrap_or_default()
-    }
-}
-
-impl fmt::Display for CameraName {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.pad(self.as_str())
-    }
-}
-
-impl fmt::Debug for CameraName {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(formatter, "CameraName({})", self.as_str())
-    }
-}
-
-/// A word that can be no camera's name.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{0:?} is no name of a camera: expected a word of 1 to {longest} small letters, digits and `_`", longest = CameraName::LONGEST)]
-pub struct NotACameraName(pub String);
-
-impl FromStr for CameraName {
-    type Err = NotACameraName;
-
-    fn from_str(word: &str) -> Result<Self, NotACameraName> {
-        let is_letter = |letter: u8| letter.is_ascii_lowercase() || letter.is_ascii_digit() || letter == b'_';
-        if word.is_empty() || word.len() > Self::LONGEST || !word.bytes().all(is_letter) {
-            return Err(NotACameraName(word.to_owned()));
-        }
-        let mut letters = [0; Self::LONGEST];
-        letters[..word.len()].copy_from_slice(word.as_bytes());
-        Ok(Self { letters })
-    }
-}
-
-impl Serialize for CameraName {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_str(self.as_str())
-    }
-}
-
-impl JsonSchema for CameraName {
-    fn inline_schema() -> bool {
-        true
-    }
-
-    fn schema_name() -> Cow<'static, str> {
-        "CameraName".into()
-    }
-
-    fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        json_schema!({ "type": "string", "description": "The name of a camera of the robot's model.", "pattern": "^[a-z0-9_]{1,15}$" })
-    }
-}
-
-impl<'de> Deserialize<'de> for CameraName {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        String::deserialize(deserializer)?.parse().map_err(D::Error::custom)
-    }
+    pub const BOTTOM: CameraName = CameraName { letters: *b"bottom\0\0\0\0\0\0\0\0\0" };
 }
 
 /// A camera in a robot's head.

@@ -63,7 +63,7 @@ fn table(model: &RobotModel, quantities: &[Quantity]) -> String {
     let names: Vec<String> = quantities
         .iter()
         .map(|quantity| match quantity.unit {
-            "" => quantity.name.to_owned(),
+            "" => quantity.name.clone(),
             unit => format!("{}, {unit}", quantity.name),
         })
         .collect();

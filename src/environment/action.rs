@@ -157,7 +157,7 @@ pub(super) fn command(kind: ActionKind, action: &[f32], world: &World, id: Robot
         let [forward, left] = [forward, left].map(|share| share * limits.max_linear_mps);
         Some(WalkCommand::at_velocity(forward, left, turn * limits.max_angular, clock))
     };
-    let kick = |kick_type, speed| Some(KickRequest { kick_type, speed });
+    let kick = |kick_type, speed| Some(KickRequest::new(kick_type, speed));
     let choice = |index: usize| action.get(index).map_or(0, |value| *value as usize);
     match kind {
         ActionKind::Continuous => {

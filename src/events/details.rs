@@ -60,6 +60,8 @@ pub enum KickMiss {
     NotANumber,
     /// There is no ball.
     NoBall,
+    /// The robot has no kick of this name.
+    NoSuchKick,
 }
 
 /// What met in a collision.

@@ -1,6 +1,7 @@
 //! Figure 5: kicks. The robot's view, what lies where before its feet, and how the ball rolls.
 
 use bevy::math::Vec2;
+use std::borrow::Cow;
 
 use super::FigureError;
 use super::axes::{Plan, caption, remark};
@@ -26,24 +27,24 @@ const DOT_CYCLES: usize = 15;
 const CYCLES: usize = 520;
 
 /// A kick that is shown.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 struct Shown {
     kick: KickType,
     /// Where the ball must lie for it.
     geometry: KickGeometry,
     /// Where the ball lies, m, robot frame.
     ball: Vec2,
-    words: &'static str,
+    words: Cow<'static, str>,
 }
 
 /// The kicks to show of a robot: those of the paper's figure, or else such as it has.
 fn kicks_of(settings: &KickSettings) -> Vec<Shown> {
-    let shown = |kick: KickType, words: &'static str, ball: &dyn Fn(&KickGeometry) -> Vec2| {
+    let shown = |kick: KickType, words: &str, ball: &dyn Fn(&KickGeometry) -> Vec2| {
         let geometry = settings.geometry(kick)?;
-        Some(Shown { kick, geometry, ball: ball(&geometry), words })
+        Some(Shown { kick, geometry, ball: ball(&geometry), words: words.to_owned().into() })
     };
     let [straight, side] = [KickType::RightStraight, KickType::RightSide];
-    if [straight, side].iter().all(|kick| settings.geometry(*kick) == Some(KickGeometry::of_paper(*kick))) {
+    if [straight, side].iter().all(|kick| settings.geometry(*kick) == KickGeometry::of_paper(*kick)) {
         let paper = [
             shown(side, "Right side kick", &|_| Vec2::new(0.16, 0.08)),
             shown(straight, "Right straight kick, at an angle", &|_| Vec2::new(0.18, -0.085)),
@@ -63,7 +64,11 @@ fn kicks_of(settings: &KickSettings) -> Vec<Shown> {
         shown(KickType::LeftStraight, "Left straight kick", &best),
         shown(KickType::LeftSide, "Left side kick", &best),
     ];
-    own.into_iter().flatten().take(4).collect()
+    let others = settings.own.iter().filter_map(|(name, _)| {
+        let kick = KickType::Own(*name);
+        shown(kick, &kick.words(), &best)
+    });
+    own.into_iter().flatten().chain(others).take(4).collect()
 }
 
 /// Draws it.
@@ -74,11 +79,11 @@ pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
     if kicks.is_empty() {
         return Err(FigureError::Lacking { figure: 5, what: "kicks" });
     }
-    let furthest_m = kicks.iter().map(|shown| settings.range(shown.kick).max_distance_m).fold(0.0, f32::max);
+    let furthest_m = kicks.iter().map(|shown| settings.max_distance_m(shown.kick)).fold(0.0, f32::max);
     let [_, head_pitch] = alone.within_head_limits(BLUE, [0.0, 30.0]);
     let mut canvas = Canvas::scaled(SIZE, scale, PAPER);
     for (column, (shown, letter)) in kicks.into_iter().zip('a'..).enumerate() {
-        let Shown { kick, ball, words, .. } = shown;
+        let Shown { kick, ball, ref words, .. } = shown;
         let name = kick.name();
         let left = 84.0 + 384.0 * column as f32;
         let place = ROBOT.transform_point(ball);
@@ -174,7 +179,7 @@ fn draw_reach(canvas: &mut Canvas, played: &FigureMatch, shown: &Shown, at: Vec2
     canvas.fill(&area, PAPER, 0.14);
     let closed = |area: &[Vec2]| -> Vec<Vec2> { area.iter().chain(area.first()).copied().collect() };
     canvas.dashes(&closed(&area), PAPER, 2.0);
-    let strike = played.robot::<KickSettings>(BLUE).strike(kick, ball);
+    let strike = played.robot::<KickSettings>(BLUE).strike(kick, ball, 0.0);
     if strike.is_some() && !geometry.admits(ball) {
         // From the wrong side it is a straight kick, whose rectangle this is.
         let straight = played.robot::<KickSettings>(BLUE).geometry(KickType::RightStraight).unwrap_or(geometry);

@@ -14,7 +14,7 @@ use crate::appearance::robot::RobotDesign;
 use crate::appearance::view::View;
 use crate::camera_model::CameraView;
 use crate::geometry::{Pose, to_degrees};
-use crate::kick_geometry::KickType;
+use crate::kick_geometry::KickGeometry;
 use crate::record::canvas::{Canvas, GREY, INK, PAPER};
 use crate::record::marks::{ORANGE, bright_line, key};
 use crate::robot::body::{Body, Footprint};
@@ -142,9 +142,8 @@ fn draw_views(canvas: &mut Canvas, played: &FigureMatch, at: Vec2, scale: f32) {
 
 /// Its feet, its trunk and where the ball must lie for each kick, from above.
 fn draw_kicks(canvas: &mut Canvas, body: &Body, kicks: &KickSettings, at: Vec2) {
-    let geometries = KickType::ALL.map(|kick| (kick, kicks.geometry(kick)));
-    let reach =
-        geometries.iter().filter_map(|(_, geometry)| geometry.map(|geometry| geometry.x_m[1])).fold(0.3, f32::max);
+    let geometries: Vec<KickGeometry> = kicks.types().filter_map(|kick| kicks.geometry(kick)).collect();
+    let reach = geometries.iter().map(|geometry| geometry.x_m[1]).fold(0.3, f32::max);
     let size = Vec2::splat(420.0);
     let half = (0.62 * (reach + 0.1)).max(body.torso.half_width_m + 0.05);
     let axes = Axes { at, size, across: [half, -half], up: [-2.0 * half + reach + 0.06, reach + 0.06] };
@@ -155,8 +154,7 @@ fn draw_kicks(canvas: &mut Canvas, body: &Body, kicks: &KickSettings, at: Vec2) 
     canvas.fill(&outline(body.torso.footprint(Pose::default())), colours::SHELL, 1.0);
     canvas.outline(&outline(body.torso.footprint(Pose::default())), INK, 1.5);
     canvas.outline(&outline(body.base.footprint(Pose::default())), ORANGE, 2.0);
-    for (_, geometry) in geometries {
-        let Some(geometry) = geometry else { continue };
+    for geometry in geometries {
         let rectangle = geometry.rectangle();
         let corners = [
             rectangle.min,
@@ -166,14 +164,22 @@ fn draw_kicks(canvas: &mut Canvas, body: &Body, kicks: &KickSettings, at: Vec2) 
         ];
         canvas.fill(&corners.map(place), colours::CARPET, 0.18);
         canvas.outline(&corners.map(place), colours::CARPET, 1.5);
-        let (from, to) = (geometry.best_m, geometry.best_m + 0.08 * geometry.leaves(geometry.best_m));
-        canvas.arrow(place(from), place(to), INK, 2.0);
+        let from = geometry.best_m;
+        let most = geometry.aims_within();
+        // A kick that can be aimed has the fan of where it sends the ball.
+        for wanted in if most > 0.0 { vec![-most, 0.0, most] } else { vec![0.0] } {
+            let to = from + 0.08 * geometry.leaves(from, wanted);
+            canvas.arrow(place(from), place(to), INK, 2.0);
+        }
         canvas.disc(place(from), 4.0, colours::BALL, 1.0);
     }
-    let lines = KickType::ALL.map(|kick| {
-        let distance_m = kicks.range(kick).max_distance_m;
-        if distance_m > 0.0 { format!("{}: {distance_m} m", kick.name()) } else { format!("{}: none", kick.name()) }
-    });
+    let lines: Vec<String> = kicks
+        .models()
+        .map(|(kick, model)| match model.max_distance_m {
+            distance_m if distance_m > 0.0 => format!("{kick}: {distance_m} m"),
+            _ => format!("{kick}: none"),
+        })
+        .collect();
     for (row, pair) in lines.chunks(2).enumerate() {
         remark(canvas, &pair.join(", "), at + Vec2::new(0.0, size.y + 78.0 + 24.0 * row as f32));
     }

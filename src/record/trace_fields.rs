@@ -113,7 +113,14 @@ pub const TRACE_FIELDS: &[TraceField] = &[
     field("robots.command.walk", "a step: `[dx m, dy m, dtheta deg]`"),
     field("robots.command.head_deg", "where the head goes: `[yaw, pitch]`, deg"),
     field("robots.command.kick", "a kick"),
-    field("robots.command.kick.type", "`left_straight`, `right_straight`, `left_side` or `right_side`"),
+    field(
+        "robots.command.kick.type",
+        "`left_straight`, `right_straight`, `left_side` or `right_side`, or the name of a kick of the robot's model",
+    ),
+    field(
+        "robots.command.kick.direction_deg",
+        "where the ball should go, left of straight ahead; of kicks that can be aimed, 0 is left out",
+    ),
     field("robots.command.kick.speed", "0 to 1"),
     field("robots.command.posture", "`get_up`, or a dive: `{\"dive\": \"left\"}`"),
     field(

@@ -210,7 +210,7 @@ mod tests {
             "posture": { "dive": "left" }, "say": { "ball_m": [1.0, 0.5], "intention": "pass" },
         });
         let command: RobotCommand = serde_json::from_value(words.clone()).unwrap();
-        assert_eq!(command.kick, Some(KickRequest { kick_type: KickType::RightStraight, speed: 0.5 }));
+        assert_eq!(command.kick, Some(KickRequest::new(KickType::RightStraight, 0.5)));
         let entry: ScriptEntry = serde_json::from_value(words.clone()).unwrap();
         let [dx, dy, dtheta] = entry.walk.unwrap();
         assert_eq!(command.walk, Some(WalkCommand { dx, dy, dtheta }));

@@ -7,7 +7,6 @@ use super::kicking::{BallAtFeet, KickPlan, any_kick, kick_now};
 use super::player::{Decision, Player, PlayerMemory};
 use super::walking::approach;
 use crate::belief::BallBelief;
-use crate::kick_geometry::KickType;
 use crate::robot::head::HeadCommand;
 use crate::robot::kick::KickRequest;
 use crate::robot::motion::WalkCommand;
@@ -85,9 +84,8 @@ pub fn choose_aim(player: &Player, memory: &mut PlayerMemory, ball: Vec2) -> Aim
     let aim = if memory.kick_off_since_s.is_some() && player.status.kick_off_team == player.id.team {
         Aim::kick_off(ball, player.status.restarts.is_multiple_of(2))
     } else {
-        let straight =
-            [KickType::LeftStraight, KickType::RightStraight].map(|kick| player.kicks.range(kick).max_distance_m);
-        let range_m = SHOT_RANGE_SHARE * straight[0].max(straight[1]);
+        let ahead = player.kicks.types().filter(|kick| !kick.is_side_kick());
+        let range_m = SHOT_RANGE_SHARE * ahead.map(|kick| player.kicks.max_distance_m(kick)).fold(0.0, f32::max);
         Aim::choose(ball, &player.belief.opponents, player.pitch, range_m, memory.aim)
     };
     memory.aim = Some(aim.direction);
@@ -129,8 +127,14 @@ fn line_up(
         memory.at_ball_since_s = Some(player.status.time_s);
     }
     let mut obstacles = player.obstacles();
-    let plan =
-        KickPlan::choose(meeting_place, aim, player.pose(), &obstacles, (player.kicks, player.limits), memory.kick);
+    let Some(plan) =
+        KickPlan::choose(meeting_place, aim, player.pose(), &obstacles, (player.kicks, player.limits), memory.kick)
+    else {
+        // Who has no kick pushes the ball.
+        memory.kick = None;
+        let place = meeting_place + aim.direction * player.ball_clearance_m();
+        return (player.walk_to(place, aim.direction, &obstacles), place);
+    };
     memory.kick = Some(plan.kick_type);
     let (place, last_stretch) = approach(player.position(), player.forward, plan.position, plan.facing);
     if last_stretch {

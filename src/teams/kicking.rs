@@ -7,8 +7,9 @@ use super::aiming::{Aim, BLOCKED_HALF_WIDTH_M};
 use super::walking::{Obstacles, walking_time_s};
 use crate::ball::Rolling;
 use crate::belief::RobotBelief;
-use crate::geometry::{Pose, unrotate};
-use crate::kick_geometry::{KickGeometry, KickType};
+use crate::geometry::{Pose, angle_of, unrotate};
+use crate::kick_geometry::KickGeometry;
+use crate::kick_geometry::KickType;
 use crate::pitch::Pitch;
 use crate::robot::kick::{KickRequest, KickSettings};
 use crate::robot::motion::MotionLimits;
@@ -25,15 +26,20 @@ const LEAST_KICK_M: f32 = 0.4;
 const KICK_PREFERENCE_S: f32 = 0.5;
 /// What a side kick is worse by, s: it is the weaker.
 const SIDE_KICK_COST_S: f32 = 0.6;
+/// A kick that can be aimed is prepared for this share of the angle to which it can: the rest is for what goes wrong.
+const AIMED_SHARE: f32 = 0.7;
 /// What a place next to which another robot stands is worse by, s.
 const OCCUPIED_COST_S: f32 = 2.5;
 /// A place is taken if it is in an obstacle's circle reduced to this share.
 const OCCUPIED_SHARE: f32 = 0.8;
 
 /// Where to stand for a kick of this geometry that sends a ball at `ball` in this direction (team frame): the position, m,
-/// and the direction to face.
-pub fn stand_for(kick: &KickGeometry, ball: Vec2, direction: Vec2) -> (Vec2, Vec2) {
-    let facing = unrotate(kick.leaves(kick.best_m), direction);
+/// and the direction to face. Of the directions from which a kick that can be aimed does it, the nearest to the way from `own` to
+/// the ball.
+pub fn stand_for(kick: &KickGeometry, ball: Vec2, direction: Vec2, own: Vec2) -> (Vec2, Vec2) {
+    let most = AIMED_SHARE * kick.aims_within();
+    let wanted = if most > 0.0 { angle_of(unrotate(ball - own, direction)).clamp(-most, most) } else { 0.0 };
+    let facing = unrotate(kick.leaves(kick.best_m, wanted), direction);
     (ball - facing.rotate(kick.best_m), facing)
 }
 
@@ -49,7 +55,7 @@ pub struct KickPlan {
 }
 
 impl KickPlan {
-    /// The kick that can be made soonest.
+    /// The kick that can be made soonest; none for a robot without kicks.
     pub fn choose(
         ball: Vec2,
         aim: &Aim,
@@ -57,13 +63,12 @@ impl KickPlan {
         obstacles: &Obstacles,
         (kicks, limits): (&KickSettings, &MotionLimits),
         previous: Option<KickType>,
-    ) -> Self {
+    ) -> Option<Self> {
         let forward = own.forward();
         let turns_radps = 1.4 * (limits.max_angular / FRAC_PI_2).max(0.1);
         let plan = |kick_type: KickType| {
-            let geometry = kicks.geometry(kick_type);
-            let stands = geometry.unwrap_or_else(|| KickGeometry::of_paper(kick_type));
-            let (position, facing) = stand_for(&stands, ball, aim.direction);
+            let geometry = kicks.geometry(kick_type)?;
+            let (position, facing) = stand_for(&geometry, ball, aim.direction, own.position);
             let way = position - own.position;
             // The chord of the angle to turn by is near enough to it.
             let turn_s = (facing - forward).length() / turns_radps;
@@ -77,13 +82,9 @@ impl KickPlan {
                 None => (way.length() / speed_mps).max(turn_s) + 0.4 * turn_s,
             };
             let mut cost_s = walk_s + detour_s;
-            if geometry.is_none() {
-                // It does not have this one.
-                return (f32::MAX, Self { kick_type, position, facing });
-            }
-            if is_side_kick(kick_type) {
+            if kick_type.is_side_kick() {
                 cost_s += SIDE_KICK_COST_S;
-                if aim.is_shot && aim.distance_m > 0.7 * kicks.range(kick_type).max_distance_m {
+                if aim.is_shot && aim.distance_m > 0.7 * kicks.max_distance_m(kick_type) {
                     cost_s += 5.0;
                 }
             }
@@ -100,19 +101,12 @@ impl KickPlan {
             if previous == Some(kick_type) {
                 cost_s -= KICK_PREFERENCE_S;
             }
-            (cost_s, Self { kick_type, position, facing })
+            Some((cost_s, Self { kick_type, position, facing }))
         };
-        let [first, others_after @ ..] = KickType::ALL;
-        let best = others_after
-            .into_iter()
-            .map(plan)
-            .fold(plan(first), |best, next| if next.0 < best.0 { next } else { best });
-        best.1
+        // Of equals the first.
+        let best = kicks.types().filter_map(plan).reduce(|best, next| if next.0 < best.0 { next } else { best });
+        best.map(|(_, plan)| plan)
     }
-}
-
-fn is_side_kick(kick_type: KickType) -> bool {
-    matches!(kick_type, KickType::LeftSide | KickType::RightSide)
 }
 
 /// A ball before a player's feet.
@@ -127,12 +121,17 @@ pub struct BallAtFeet {
 }
 
 impl BallAtFeet {
-    /// The kicks that reach the ball, each with the direction in which the ball leaves, unit vector, team frame.
-    fn kicks(self, settings: &KickSettings) -> impl Iterator<Item = (KickType, Vec2)> {
-        KickType::ALL.into_iter().filter_map(move |kick_type| {
-            let rectangle = settings.geometry(kick_type)?.rectangle().inflate(-RECTANGLE_MARGIN_M);
-            let strike = settings.strike(kick_type, self.in_robot).filter(|_| rectangle.contains(self.in_robot))?;
-            Some((kick_type, self.forward.rotate(strike.direction)))
+    /// The kicks that reach the ball, aimed as well as they can be, each with the direction in which the ball leaves, unit vector,
+    /// team frame.
+    fn kicks(self, settings: &KickSettings, aim: Vec2) -> impl Iterator<Item = (KickRequest, Vec2)> {
+        settings.types().filter_map(move |kick_type| {
+            let geometry = settings.geometry(kick_type)?;
+            let wanted = geometry.wanted_for(unrotate(self.forward, aim));
+            let rectangle = geometry.rectangle().inflate(-RECTANGLE_MARGIN_M);
+            let strike =
+                settings.strike(kick_type, self.in_robot, wanted).filter(|_| rectangle.contains(self.in_robot))?;
+            let request = KickRequest { direction: wanted, ..KickRequest::new(kick_type, 1.0) };
+            Some((request, self.forward.rotate(strike.direction)))
         })
     }
 }
@@ -146,17 +145,18 @@ pub fn kick_now(
     pitch: &Pitch,
     patience: f32,
 ) -> Option<KickRequest> {
-    ball.kicks(kicks)
-        .filter_map(|(kick_type, direction)| {
+    ball.kicks(kicks, aim.direction)
+        .filter_map(|(kick, direction)| {
+            let kick_type = kick.kick_type;
             let error = aim.direction.perp_dot(direction).abs();
-            let reach_m = kicks.range(kick_type).max_distance_m;
+            let reach_m = kicks.max_distance_m(kick_type);
             let distance_m =
                 if aim.is_shot { reach_m } else { aim.distance_m.min(room_inside(ball.place, direction, pitch)) };
             let is_good = direction.dot(aim.direction) > 0.3
-                && error < patience * aim.tolerance.max(SPREAD_SHARE * kicks.direction_sd)
-                && distance_m > LEAST_KICK_M
+                && error < patience * aim.tolerance.max(SPREAD_SHARE * kicks.direction_sd_of(kick_type))
+                && distance_m > LEAST_KICK_M.max(kicks.min_distance_m(kick_type))
                 && (!aim.is_shot || reach_m > 1.1 * aim.distance_m);
-            is_good.then_some((error, KickRequest { kick_type, speed: rolling.speed_share(distance_m, reach_m) }))
+            is_good.then_some((error, KickRequest { speed: rolling.speed_share(distance_m, reach_m), ..kick }))
         })
         .min_by(|(first, _), (second, _)| first.total_cmp(second))
         .map(|(_, kick)| kick)
@@ -173,18 +173,19 @@ pub fn any_kick(
     const OPPONENT_RANGE_M: f32 = 0.8;
     /// The x component of the direction that is furthest backwards.
     const LEAST_FORWARDS: f32 = -0.2;
-    ball.kicks(kicks)
-        .filter_map(|(kick_type, direction)| {
+    ball.kicks(kicks, Vec2::X)
+        .filter_map(|(kick, direction)| {
             let is_free = opponents.iter().all(|opponent| {
                 let offset = opponent.position_m - ball.place;
                 offset.length_squared() > OPPONENT_RANGE_M * OPPONENT_RANGE_M
                     || direction.dot(offset) < 0.0
                     || direction.perp_dot(offset).abs() > BLOCKED_HALF_WIDTH_M
             });
-            let reach_m = kicks.range(kick_type).max_distance_m;
+            let reach_m = kicks.max_distance_m(kick.kick_type);
             let distance_m = room_inside(ball.place, direction, pitch).min(reach_m);
-            (is_free && direction.x > LEAST_FORWARDS && distance_m > LEAST_KICK_M)
-                .then_some((direction.x, KickRequest { kick_type, speed: rolling.speed_share(distance_m, reach_m) }))
+            let least_m = LEAST_KICK_M.max(kicks.min_distance_m(kick.kick_type));
+            (is_free && direction.x > LEAST_FORWARDS && distance_m > least_m)
+                .then_some((direction.x, KickRequest { speed: rolling.speed_share(distance_m, reach_m), ..kick }))
         })
         .max_by(|(first, _), (second, _)| first.total_cmp(second))
         .map(|(_, kick)| kick)
@@ -214,11 +215,11 @@ mod tests {
         for kick_type in KickType::ALL {
             for angle in [-2.5, -1.0, 0.0, 0.4, 3.0] {
                 let direction = unit(angle);
-                let kick = KickGeometry::of_paper(kick_type);
-                let (position, facing) = stand_for(&kick, ball, direction);
+                let kick = KickGeometry::of_paper(kick_type).unwrap();
+                let (position, facing) = stand_for(&kick, ball, direction, Vec2::ZERO);
                 let in_robot = unrotate(facing, ball - position);
                 assert!(kick_type.admissible_rectangle().contains(in_robot));
-                let strike = KickSettings::default().strike(kick_type, in_robot).unwrap();
+                let strike = KickSettings::default().strike(kick_type, in_robot, 0.0).unwrap();
                 assert!(!strike.reduced);
                 assert_abs_diff_eq!(facing.rotate(strike.direction), direction, epsilon = 1e-5);
                 // Far enough away for the toes, at x = 11 cm, not to touch a ball of 3 cm radius.
@@ -240,6 +241,7 @@ mod tests {
                 (&KickSettings::default(), &MotionLimits::default()),
                 None,
             )
+            .unwrap()
             .kick_type
         };
         assert_eq!(choose(Pose::new(0.7, -0.1, 0.0), Vec2::X), KickType::LeftStraight);
@@ -256,7 +258,8 @@ mod tests {
         let mut obstacles = Obstacles::default();
         obstacles.add(Vec2::new(0.8, -0.25), 0.36);
         let plan =
-            KickPlan::choose(ball, &aim, own, &obstacles, (&KickSettings::default(), &MotionLimits::default()), None);
+            KickPlan::choose(ball, &aim, own, &obstacles, (&KickSettings::default(), &MotionLimits::default()), None)
+                .unwrap();
         assert!(plan.position.distance(Vec2::new(0.8, -0.25)) > 0.2, "{plan:?}");
     }
 
@@ -269,7 +272,7 @@ mod tests {
         };
         let straight = kick(Vec2::new(0.17, 0.05), 0.1).unwrap();
         // 2 m of the left foot's 4 m.
-        assert_eq!(straight, KickRequest { kick_type: KickType::LeftStraight, speed: 0.5 });
+        assert_eq!(straight, KickRequest::new(KickType::LeftStraight, 0.5));
         // The ray from the tip (0.10, 0.05) to (0.17, 0.08) leaves at atan(3 / 7) = 23°, of sine 0.39.
         assert_eq!(kick(Vec2::new(0.17, 0.08), 0.3), None);
         assert!(kick(Vec2::new(0.17, 0.08), 0.45).is_some());

@@ -12,7 +12,6 @@ use super::player::Player;
 use crate::behaviour::reasons::Choice;
 use crate::belief::RobotBelief;
 use crate::geometry::{angle_of, unit, unrotate};
-use crate::kick_geometry::KickType;
 
 /// How exactly the ball is aimed beside the spread of the kick itself, radians.
 const AIMING_SD: f32 = 0.05;
@@ -76,7 +75,17 @@ impl KickOption {
 
 /// The greatest reach of the player's kicks, m.
 pub fn reach_m(player: &Player) -> f32 {
-    KickType::ALL.into_iter().map(|kick| player.kicks.range(kick).max_distance_m).fold(0.1, f32::max)
+    player.kicks.types().map(|kick| player.kicks.max_distance_m(kick)).fold(0.1, f32::max)
+}
+
+/// How long the kick that reaches furthest takes until the foot meets the ball, s.
+fn wind_up_s(player: &Player) -> f32 {
+    player.kicks.strongest().map_or(player.kicks.wind_up_s, |kick| player.kicks.wind_up_of_s(kick))
+}
+
+/// How exact the kick that reaches furthest is: standard deviation of its direction, radians.
+fn direction_sd(player: &Player) -> f32 {
+    player.kicks.strongest().map_or(player.kicks.direction_sd, |kick| player.kicks.direction_sd_of(kick))
 }
 
 /// What can be done with a ball at `ball`: `shot`, which is where a shot or else the way ahead leads, passes to team-mates, and kicks
@@ -128,7 +137,7 @@ pub fn threat(player: &Player, place: Vec2) -> f32 {
     let reach = reach_m(player);
     let beyond = (distance - reach).max(0.0) / reach;
     let opening = 0.5 * player.pitch.goal.width_m * (way.x / distance).max(0.1) / distance.min(reach);
-    let spread = player.kicks.direction_sd + AIMING_SD;
+    let spread = direction_sd(player) + AIMING_SD;
     let hits = opening * opening / (opening * opening + spread * spread);
     hits * ops::powf(LEFT_AFTER_A_KICK, beyond)
 }
@@ -165,7 +174,7 @@ fn shots(player: &Player, ball: Vec2) -> impl Iterator<Item = Aim> {
 
 /// How likely a ball that is kicked in this direction goes between the posts.
 fn hits(player: &Player, ball: Vec2, direction: Vec2) -> f32 {
-    let spread = player.kicks.direction_sd + AIMING_SD;
+    let spread = direction_sd(player) + AIMING_SD;
     let half_goal = 0.5 * player.pitch.goal.width_m - player.ball_radius_m;
     let inside = |side: f32| {
         let post = player.opponent_goal() + Vec2::Y * side * half_goal - ball;
@@ -196,7 +205,8 @@ pub fn pass_worth(player: &Player, company: Company, ball: Vec2, place: Vec2) ->
 /// What it is worth to kick the ball to `place`, and who of the team-mates gets it if the team does.
 fn kick_worth(player: &Player, company: Company, ball: Vec2, place: Vec2) -> (f32, Option<u8>) {
     let reach = reach_m(player);
-    let own_s = player.kicks.wind_up_s + player.kicks.recovery_s + walking_s(player, [player.position()], place);
+    let recovery_s = player.kicks.strongest().map_or(player.kicks.recovery_s, |kick| player.kicks.recovery_of_s(kick));
+    let own_s = wind_up_s(player) + recovery_s + walking_s(player, [player.position()], place);
     let (ours_s, receiver) = company
         .mates
         .iter()
@@ -217,6 +227,7 @@ fn arrives(player: &Player, company: Company, ball: Vec2, place: Vec2, share: f3
     let direction = way / distance;
     let launch_mps = player.rolling.speed_for_distance(share * reach_m(player)).max(0.1);
     let half_width = player.own_body.base.half_width_m + player.ball_radius_m;
+    let direction_sd = direction_sd(player);
     let passes = |other: &RobotBelief| {
         let offset = other.position_m - ball;
         let along = direction.dot(offset);
@@ -226,7 +237,7 @@ fn arrives(player: &Player, company: Company, ball: Vec2, place: Vec2, share: f3
         // It slows down: the mean of the way is slower than the start.
         let steps_aside = (along / (0.75 * launch_mps) - REACTION_S).max(0.0) * player.limits.max_linear_mps;
         let room = direction.perp_dot(offset).abs() - half_width - steps_aside.min(0.5 * along);
-        likely(2.0 * room / (player.kicks.direction_sd * along + 0.1))
+        likely(2.0 * room / (direction_sd * along + 0.1))
     };
     company.opponents.iter().map(passes).product()
 }
@@ -238,7 +249,7 @@ fn preparation_s(player: &Player, ball: Vec2, direction: Vec2) -> f32 {
     let turn = angle_of(unrotate(player.forward, direction)).abs();
     way.length() / player.limits.max_linear_mps.max(1e-3)
         + 0.5 * turn / player.limits.max_angular.max(0.1)
-        + player.kicks.wind_up_s
+        + wind_up_s(player)
 }
 
 /// How long the nearest of some takes to `place`, s, at the player's own speed.
@@ -256,7 +267,7 @@ fn likely(evidence: f32) -> f32 {
 mod tests {
     use super::*;
     use crate::geometry::Pose;
-    use crate::robot::kick::KickRange;
+    use crate::robot::kick::KickModel;
     use crate::teams::player::tests::PlayerFixture;
 
     fn opponent(x: f32, y: f32) -> RobotBelief {
@@ -288,7 +299,7 @@ mod tests {
         let mut situation = behind(Vec2::new(-1.0, 0.0));
         let option = chosen(&situation, &[], &[]);
         assert!(!option.aim.is_shot && option.place.x > 0.5, "{option:?}");
-        situation.kicks.left_straight = KickRange::of(6.0);
+        situation.kicks.left_straight = KickModel::of(6.0);
         assert!(chosen(&situation, &[], &[]).aim.is_shot);
     }
 

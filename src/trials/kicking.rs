@@ -78,7 +78,19 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<Quantity>, Tr
         None => Ok(None),
     };
     let side = of_type(KickType::LeftSide)?;
-    let Some(straight) = of_type(KickType::RightStraight)? else { return Ok(Vec::new()) };
+    // A robot without the straight kick is measured by that which reaches furthest.
+    let Some(main) =
+        real.kicks.get(KickType::RightStraight).map(|_| KickType::RightStraight).or(real.kicks.strongest())
+    else {
+        return Ok(Vec::new());
+    };
+    let Some(straight) = of_type(main)? else { return Ok(Vec::new()) };
+    let mut own = Vec::new();
+    for (name, model) in real.kicks.own.iter() {
+        if let Some(kicks) = of_type(KickType::Own(*name))? {
+            own.push((*name, mean_of(&kicks.distances), model.max_distance_m));
+        }
+    }
     laboratory.begin(json!({ "ball": { "position_m": [-3, 0], "velocity_mps": [1, 0] } }))?;
     let second = laboratory.cycles(1.0);
     laboratory.app.run_cycles(second);
@@ -87,30 +99,38 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<Quantity>, Tr
     let (kicks, latency, rolling) = (real.kicks, real.latency, real.ball.unwrap_or_default().rolling);
     // The way of a ball grows with its speed, or with the square of it where it slows down evenly: so does its spread.
     let distance_spread = match rolling {
-        Rolling::ExponentialPerS(_) => kicks.speed_sd,
-        Rolling::ConstantMps2(_) => 2.0 * kicks.speed_sd,
+        Rolling::ExponentialPerS(_) => kicks.speed_sd_of(main),
+        Rolling::ConstantMps2(_) => 2.0 * kicks.speed_sd_of(main),
     };
     let relative_spread = deviation_of(&straight.distances) / mean_of(&straight.distances);
-    let departure_s = latency.kick_s + kicks.wind_up_s;
-    let whole_s = departure_s + kicks.recovery_s;
-    let quantity = |name, unit, measured, real: f32, path| laboratory.quantity(name, unit, measured, real.into(), path);
-    let right = kicks.right_straight.max_distance_m;
+    let departure_s = latency.kick_s + kicks.wind_up_of_s(main);
+    let whole_s = departure_s + kicks.recovery_of_s(main);
+    let quantity = |name: &str, unit, measured, real: f32, path: &str| {
+        laboratory.quantity(name, unit, measured, real.into(), path)
+    };
     let side = side.map(|side| {
         quantity("side kick", "m", mean_of(&side.distances), kicks.left_side.max_distance_m, "kicks.left_side")
     });
+    let own = own.into_iter().filter(|(name, ..)| main != KickType::Own(*name)).map(|(name, measured, real)| {
+        quantity(&format!("kick {name}"), "m", measured, real, &format!("kicks.own.{name}"))
+    });
+    let (name, path) = match main {
+        KickType::Own(name) => (format!("kick {name}"), format!("kicks.own.{name}")),
+        _ => ("straight kick".to_owned(), "kicks.right_straight".to_owned()),
+    };
     let straight = [
-        quantity("straight kick", "m", mean_of(&straight.distances), right, "kicks.right_straight"),
+        quantity(&name, "m", mean_of(&straight.distances), kicks.max_distance_m(main), &path),
         quantity("spread of a kick's way, of the whole", "", relative_spread, distance_spread, "kicks.speed_sd"),
         quantity(
             "spread of a kick's direction",
             "°",
             deviation_of(&straight.directions),
-            to_degrees(kicks.direction_sd),
+            to_degrees(kicks.direction_sd_of(main)),
             "kicks.direction_sd_deg",
         ),
         quantity("command to ball's departure", "s", mean_of(&straight.departures), departure_s, "kicks.wind_up_s"),
         quantity("command to ready again", "s", mean_of(&straight.ready), whole_s, "kicks.recovery_s"),
         quantity("ball's speed after a second from 1 m/s", "m/s", speed_left, rolling.advance(1.0, 1.0).1, "ball"),
     ];
-    Ok(straight.into_iter().chain(side).collect())
+    Ok(straight.into_iter().chain(side).chain(own).collect())
 }

@@ -34,7 +34,7 @@ pub mod walking;
 #[non_exhaustive]
 pub struct Quantity {
     /// What it is, in a few words.
-    pub name: &'static str,
+    pub name: String,
     /// Its unit, as it is printed.
     pub unit: &'static str,
     /// What the simulated robot does.
@@ -136,9 +136,9 @@ impl<'a> Laboratory<'a> {
         self.app.robot::<C>(TRIED).cloned().unwrap_or_default()
     }
 
-    fn quantity(&self, name: &'static str, unit: &'static str, measured: f64, real: f64, path: &str) -> Quantity {
+    fn quantity(&self, name: &str, unit: &'static str, measured: f64, real: f64, path: &str) -> Quantity {
         let source = self.model.source(path).unwrap_or("guess: the paper's").to_owned();
-        Quantity { name, unit, measured, real, source }
+        Quantity { name: name.to_owned(), unit, measured, real, source }
     }
 }
 

@@ -158,10 +158,11 @@ fn describe(event: &MatchEvent) -> Option<(Option<Team>, bool, String)> {
         }
         MatchEvent::Kick { robot, kick_type, result, .. } => {
             let kick = match kick_type {
-                KickType::LeftStraight => "kicks with the left foot",
-                KickType::RightStraight => "kicks with the right foot",
-                KickType::LeftSide => "side-kicks to the right",
-                KickType::RightSide => "side-kicks to the left",
+                KickType::LeftStraight => "kicks with the left foot".to_owned(),
+                KickType::RightStraight => "kicks with the right foot".to_owned(),
+                KickType::LeftSide => "side-kicks to the right".to_owned(),
+                KickType::RightSide => "side-kicks to the left".to_owned(),
+                KickType::Own(_) => format!("kicks ({})", kick_type.words()),
             };
             let result = match result {
                 KickResult::Kicked => "",

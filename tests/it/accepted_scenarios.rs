@@ -20,7 +20,7 @@ use naoisis::record::read::TraceReader;
 use naoisis::robot::falls::{Balance, CollisionFalls};
 use naoisis::robot::gait::{Gait, Slip, StepNoise};
 use naoisis::robot::head::HeadLimits;
-use naoisis::robot::kick::{KickRange, KickSettings};
+use naoisis::robot::kick::{KickModel, KickSettings};
 use naoisis::robot::motion::{MotionError, MotionLimits};
 use naoisis::robot::posture::PostureRequest;
 use naoisis::scenario::{BallSpec, BehaviourSpec, PostSpec, RULES_PRESETS, RobotSpec, TeamsSpec};
@@ -179,8 +179,8 @@ fn message() -> impl Strategy<Value = TeamMessage> {
 /// What a robot does in a stretch of time of a script.
 fn script_entry() -> impl Strategy<Value = ScriptEntry> {
     let step = || mostly(0.05, within(-2000.0..=2000.0));
-    let kick =
-        (select(KickType::ALL.to_vec()), -1.0f32..2.0).prop_map(|(kick_type, speed)| KickRequest { kick_type, speed });
+    let kick = (select(KickType::ALL.to_vec()), -1.0f32..2.0)
+        .prop_map(|(kick_type, speed)| KickRequest::new(kick_type, speed));
     let head = [within(-1e5..=1e5), within(-1e5..=1e5)];
     let posture =
         select(vec![PostureRequest::GetUp, PostureRequest::Dive(Side::Left), PostureRequest::Dive(Side::Right)]);
@@ -395,7 +395,7 @@ fn abilities() -> impl Strategy<Value = Abilities> {
     let seconds = || within(0.0..=2.0);
     let kicks = (within(0.001..=50.0), 0.0f32..=1.0, seconds(), seconds(), degrees(0.0..=180.0), within(0.0..=10.0))
         .prop_map(|(max_distance_m, wrong_side_speed_factor, wind_up_s, recovery_s, direction_sd, speed_sd)| {
-            let range = KickRange::of(max_distance_m);
+            let range = KickModel::of(max_distance_m);
             KickSettings {
                 left_straight: range,
                 right_straight: range,
@@ -406,6 +406,7 @@ fn abilities() -> impl Strategy<Value = Abilities> {
                 recovery_s,
                 direction_sd,
                 speed_sd,
+                ..KickSettings::default()
             }
         });
     // On the heap: together they are too large for the stack of a test.

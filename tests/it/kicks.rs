@@ -114,7 +114,7 @@ fn a_kick_of_no_number_is_refused_and_nothing_moves() {
     struct Confused;
     fn confuse(mut robots: bevy::prelude::Query<(&mut KickCommand, &mut WalkCommand), bevy::prelude::With<Confused>>) {
         for (mut kick, mut walk) in &mut robots {
-            kick.0 = Some(KickRequest { kick_type: KickType::LeftStraight, speed: f32::NAN });
+            kick.0 = Some(KickRequest::new(KickType::LeftStraight, f32::NAN));
             *walk = WalkCommand::new(f32::INFINITY, 0.0, 1e30);
         }
     }

@@ -6,7 +6,7 @@ use naoisis::events::KickResult;
 use naoisis::kick_geometry::{KickDirection, KickGeometry};
 use naoisis::prelude::*;
 use naoisis::robot::body::{Arms, Body, BodyBox, Legs, Look, Waistband};
-use naoisis::robot::kick::{KickRange, KickSettings};
+use naoisis::robot::kick::{KickModel, KickSettings, OwnKicks};
 use naoisis::scenario::{LEAGUES, MODELS, RobotModel};
 use naoisis::sensing::camera::CameraSettings;
 use naoisis::sensing::vision::{VisionSettings, VisionSource};
@@ -62,7 +62,7 @@ fn built(random: [f32; 10]) -> (Body, CameraSettings, KickSettings) {
     let kick = |side: f32| {
         let near = front;
         let far = front + between(reach, 0.12, 0.25);
-        KickRange {
+        KickModel {
             max_distance_m: between(reach, 2.0, 6.0),
             region: Some(KickGeometry {
                 x_m: [near, far],
@@ -71,16 +71,21 @@ fn built(random: [f32; 10]) -> (Body, CameraSettings, KickSettings) {
                 best_m: Vec2::new(near + 0.6 * (far - near), side * foot_y),
                 direction: if two > 0.4 { KickDirection::Ahead } else { KickDirection::FromFoot },
             }),
+            ..KickModel::of(0.0)
         }
     };
-    let none = KickRange::of(0.0);
-    let kicks = KickSettings {
-        left_straight: kick(1.0),
-        right_straight: kick(-1.0),
-        left_side: none,
-        right_side: none,
-        ..default()
-    };
+    let none = KickModel::of(0.0);
+    let two_feet = KickSettings { left_straight: kick(1.0), right_straight: kick(-1.0), ..default() };
+    // One that is aimed, for a ball before either foot.
+    let mut aimed = kick(1.0);
+    if let Some(region) = &mut aimed.region {
+        region.y_m = [-2.0 * foot_y, 2.0 * foot_y];
+        region.best_m.y = 0.0;
+        region.direction = KickDirection::Chosen { most: between(reach, 0.2, 0.9) };
+    }
+    let own = OwnKicks::new([("visual".parse().unwrap(), aimed)]).unwrap();
+    let only_aimed = KickSettings { left_straight: none, right_straight: none, own, ..default() };
+    let kicks = KickSettings { left_side: none, right_side: none, ..if foot > 0.6 { only_aimed } else { two_feet } };
     (body, cameras, kicks)
 }
 

@@ -89,7 +89,7 @@ Scenario(
 fn the_contracts_example_loads_and_natural_ron_is_the_same() {
     let contract = Scenario::from_text(CONTRACT, Format::Json, "contract.json").unwrap();
     let BehaviourSpec::Script(entries) = &contract.robots[0].behaviour else { panic!("no script") };
-    assert_eq!(entries[0].kick, Some(KickRequest { kick_type: KickType::RightStraight, speed: 1.0 }));
+    assert_eq!(entries[0].kick, Some(KickRequest::new(KickType::RightStraight, 1.0)));
     assert_eq!(entries[2].head, Some([to_radians(20.0), to_radians(10.0)]));
     assert_eq!(contract.robots[1].pose, Pose::new(1.0, 0.5, to_radians(180.0)));
     assert_eq!(contract.robots[1].motion.map(|motion| motion.max_linear_mps), Some(0.1));

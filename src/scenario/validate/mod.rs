@@ -17,9 +17,11 @@ use super::fault::{ScenarioFault, WrongPlace};
 use super::field_path::FieldPath;
 use super::robot_spec::{BehaviourSpec, RobotSpec};
 use super::types::Scenario;
+use super::wording::{did_you_mean, one_of};
 use crate::behaviour::script::ScriptEntry;
 use crate::game::{Intervention, TimedIntervention};
 use crate::geometry::to_degrees;
+use crate::robot::kick::UnknownKick;
 use crate::robot::motion::MotionLimits;
 use crate::sensing::camera::CameraRendering;
 use crate::sensing::fidelity::Fidelity;
@@ -328,9 +330,16 @@ impl Checks {
                 }
             }
             BehaviourSpec::Script(entries) => {
+                let kicks = robot.kicks.as_ref().unwrap_or(&scenario.kicks);
                 for (index, entry) in entries.iter().enumerate() {
                     let path = path.field("behaviour.script").index(index);
                     self.script_entry(&path, entry);
+                    if let Some(Err(UnknownKick { wanted, known })) = entry.kick.map(|kick| kicks.check(kick.kick_type))
+                    {
+                        let known = || known.iter().map(String::as_str);
+                        let message = format!("there is no kick `{wanted}`{}", did_you_mean(&wanted, known()));
+                        self.value_fault(path.field("kick.type"), message, one_of(known()));
+                    }
                     self.text(&path, entry, scenario.messages.max_text_bytes);
                 }
             }

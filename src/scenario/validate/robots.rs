@@ -5,8 +5,9 @@ use bevy::math::{Vec2, Vec3};
 use super::{Checks, ScenarioFault};
 use crate::camera_model::CameraMounts;
 use crate::geometry::to_degrees;
-use crate::kick_geometry::KickGeometry;
+use crate::kick_geometry::{KickDirection, KickGeometry, KickType};
 use crate::robot::body::{Arms, Body, BodyBox, Legs};
+use crate::robot::kick::KickModel;
 use crate::scenario::field_path::FieldPath;
 use crate::sensing::sonar::SonarSettings;
 
@@ -179,7 +180,29 @@ impl Checks {
         }
     }
 
-    pub(super) fn kick_region(&mut self, path: &FieldPath, region: &KickGeometry) {
+    pub(super) fn kick(&mut self, path: &FieldPath, kick_type: KickType, kick: &KickModel) {
+        // Nought of a kick that the robot does not have.
+        self.range(path.field("max_distance_m"), kick.max_distance_m, 0.0..=50.0, " m");
+        self.range(path.field("min_distance_m"), kick.min_distance_m, 0.0..=kick.max_distance_m.max(0.0), " m");
+        match (&kick.region, kick_type) {
+            (Some(region), _) => self.kick_region(&path.field("region"), region),
+            (None, KickType::Own(name)) => {
+                let expected = "`region`, with `x_m`, `y_m`, `foot_m` and `best_m`: where the ball must lie";
+                self.fault(path.clone(), format!("the kick `{name}` does not say where the ball must lie"), expected);
+            }
+            (None, _) => {}
+        }
+        for (name, time_s) in [("wind_up_s", kick.wind_up_s), ("recovery_s", kick.recovery_s)] {
+            self.range(path.field(name), time_s.unwrap_or(0.0), 0.0..=60.0, " s");
+        }
+        self.degrees(path.field("direction_sd_deg"), kick.direction_sd.unwrap_or(0.0), 0.0..=180.0, " degrees");
+        self.range(path.field("speed_sd"), kick.speed_sd.unwrap_or(0.0), 0.0..=10.0, ", a share of the speed");
+    }
+
+    fn kick_region(&mut self, path: &FieldPath, region: &KickGeometry) {
+        if let KickDirection::Chosen { most } = region.direction {
+            self.degrees(path.field("direction.chosen.most_deg"), most, 0.0..=90.0, " degrees");
+        }
         self.span(&path.field("x_m"), region.x_m, [-WIDEST_M, 2.0 * WIDEST_M]);
         self.span(&path.field("y_m"), region.y_m, [-WIDEST_M, WIDEST_M]);
         let Vec2 { x, y } = region.best_m;

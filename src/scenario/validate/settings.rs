@@ -7,6 +7,7 @@ use crate::ball::{FASTEST_MPS, Rolling};
 use crate::communication::MessageSettings;
 use crate::game::Rules;
 use crate::geometry::to_degrees;
+use crate::kick_geometry::KickType;
 use crate::robot::falls::{Balance, CollisionFalls};
 use crate::robot::gait::{Gait, StepNoise};
 use crate::robot::head::HeadLimits;
@@ -96,18 +97,12 @@ impl Checks {
     }
 
     pub(super) fn kicks(&mut self, path: &FieldPath, kicks: &KickSettings) {
-        let ranges = [
-            ("left_straight", kicks.left_straight),
-            ("right_straight", kicks.right_straight),
-            ("left_side", kicks.left_side),
-            ("right_side", kicks.right_side),
-        ];
-        for (name, range) in ranges {
-            // Nought of a kick that the robot does not have.
-            self.range(path.field(name).field("max_distance_m"), range.max_distance_m, 0.0..=50.0, " m");
-            if let Some(region) = &range.region {
-                self.kick_region(&path.field(name).field("region"), region);
-            }
+        for (kick_type, kick) in kicks.models() {
+            let path = match kick_type {
+                KickType::Own(_) => path.field("own").field(kick_type.name()),
+                _ => path.field(kick_type.name()),
+            };
+            self.kick(&path, kick_type, kick);
         }
         self.range(path.field("wrong_side_speed_factor"), kicks.wrong_side_speed_factor, 0.0..=1.0, "");
         self.range(path.field("wind_up_s"), kicks.wind_up_s, 0.0..=60.0, " s");

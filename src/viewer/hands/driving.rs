@@ -181,7 +181,7 @@ fn drive(
     let wish = driving.wish;
     *walk = walk_command(wish.walk, motion, clock.period());
     *look = head_command(&wish, *angles, head, clock.period());
-    kick.0 = wish.kick.map(|kick_type| KickRequest { kick_type, speed: 1.0 });
+    kick.0 = wish.kick.map(|kick_type| KickRequest::new(kick_type, 1.0));
     driving.wish.kick = None;
 }
 

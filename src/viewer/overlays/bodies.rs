@@ -9,7 +9,6 @@ use crate::behaviour::drawings::{Drawings, DrawnShape, Frame, Ink};
 use crate::belief::point_pitch_from_team;
 use crate::game::{Game, Penalty};
 use crate::geometry::{Pose, unit};
-use crate::kick_geometry::KickType;
 use crate::record::gather::CurrentRecord;
 use crate::robot::PreviousPose;
 use crate::robot::body::{Body, BodyBox};
@@ -77,13 +76,13 @@ pub(super) fn draw_kick_areas(
             continue;
         }
         let place = showing.place(pose, previous);
-        for kick_type in KickType::ALL {
+        for kick_type in kicks.types() {
             let Some(geometry) = kicks.geometry(kick_type) else { continue };
-            let strike = ball.and_then(|ball| kicks.strike(kick_type, pose.inverse_transform_point(ball)));
+            let strike = ball.and_then(|ball| kicks.strike(kick_type, pose.inverse_transform_point(ball), 0.0));
             let ink = match (kick_type, strike) {
                 (_, Some(_)) => Ink::Vermilion,
-                (KickType::LeftStraight | KickType::RightStraight, None) => Ink::White,
-                (KickType::LeftSide | KickType::RightSide, None) => Ink::Sky,
+                (kick, None) if kick.is_side_kick() => Ink::Sky,
+                (_, None) => Ink::White,
             };
             let area = corners(geometry.rectangle());
             brush.outline(area.map(|corner| place.transform_point(corner)), palette::ink(ink));

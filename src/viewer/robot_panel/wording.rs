@@ -222,7 +222,7 @@ mod tests {
     fn commands_are_told_in_speeds() {
         let command = RobotCommand {
             walk: Some(WalkCommand::new(0.005, -0.002, 0.0349)),
-            kick: Some(KickRequest { kick_type: KickType::LeftSide, speed: 0.5 }),
+            kick: Some(KickRequest::new(KickType::LeftSide, 0.5)),
             ..default()
         };
         let told = commands(&command, 1.0 / 30.0);

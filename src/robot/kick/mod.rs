@@ -1,19 +1,24 @@
-//! Kicks: the four types of the paper's section 3.2, the place of the ball that each needs, and their course in time.
+//! Kicks: the four types of the paper's section 3.2 and a robot's own, the place of the ball that each needs, and their course in
+//! time.
+
+mod settings;
+
+pub use settings::{KickModel, KickSettings, OwnKicks, UnknownKick};
 
 use bevy::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::Roster;
-use super::posture::Posture;
 use crate::ball::{Ball, BallPhysics, BallVelocity, Rolling};
 use crate::cycle::{ActSystems, Cycle, CycleClock, CycleSystems};
 use crate::events::{CommandKind, CycleEvents, KickMiss, KickResult, MatchEvent, Refusal};
 use crate::game::{Game, GameState, Penalty};
 use crate::geometry::{Pose, angle_of, file_units, unit, wrap_angle};
-use crate::kick_geometry::{KickGeometry, KickType, Strike, strike_by};
+use crate::kick_geometry::{KickType, Strike};
 use crate::knowledge::Knowledge;
 use crate::random::{RandomStream, RandomStreams};
+use crate::robot::Roster;
+use crate::robot::posture::Posture;
 use crate::team::RobotId;
 
 /// Takes over kick commands in [`ActSystems::Kick`] and strikes the ball in [`CycleSystems::Kick`].
@@ -39,6 +44,22 @@ pub struct KickRequest {
     /// 0 to 1: the share of the type's greatest launch speed. Clamped outside; a kick of NaN is refused.
     #[serde(default = "full_speed")]
     pub speed: f32,
+    /// Where the ball should go, radians (degrees in files) to the left of straight ahead: kicks that can be aimed heed it within
+    /// their limits, others do not. What is not finite counts as straight ahead.
+    #[serde(default, rename = "direction_deg", with = "file_units::degrees", skip_serializing_if = "is_ahead")]
+    #[schemars(with = "f32")]
+    pub direction: f32,
+}
+
+impl KickRequest {
+    /// A kick straight ahead, or wherever the foot sends the ball.
+    pub fn new(kick_type: KickType, speed: f32) -> Self {
+        Self { kick_type, speed, direction: 0.0 }
+    }
+}
+
+fn is_ahead(direction: &f32) -> bool {
+    *direction == 0.0
 }
 
 fn full_speed() -> f32 {
@@ -72,96 +93,6 @@ pub enum KickPhase {
     },
 }
 
-/// How far one type of kick sends the ball.
-#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct KickRange {
-    /// Distance that the ball rolls at speed 1 with nothing in its way, m; nought of a kick that the robot does not have.
-    pub max_distance_m: f32,
-    /// Where the ball must lie, and where it goes: where nothing is said, as in the paper's Table 2.
-    pub region: Option<KickGeometry>,
-}
-
-impl KickRange {
-    /// A kick with the paper's geometry.
-    pub const fn of(max_distance_m: f32) -> Self {
-        Self { max_distance_m, region: None }
-    }
-}
-
-impl Default for KickRange {
-    fn default() -> Self {
-        Self::of(4.0)
-    }
-}
-
-/// Settings of the kicks.
-///
-/// Distances: rUNSWift's forward kick of 2010 reached 4.0 to 5.8 m at full power, its side kick 2 to 3 m.
-#[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
-#[reflect(Component, @Knowledge::Public)]
-#[serde(default, deny_unknown_fields)]
-pub struct KickSettings {
-    /// The left straight kick; 4 m by default.
-    pub left_straight: KickRange,
-    /// The right straight kick; 4 m by default.
-    pub right_straight: KickRange,
-    /// The left side kick; 2 m by default.
-    pub left_side: KickRange,
-    /// The right side kick; 2 m by default.
-    pub right_side: KickRange,
-    /// A side kick from the wrong side is a straight kick at this share of the speed (paper, section 3.2).
-    pub wrong_side_speed_factor: f32,
-    /// From the command until the foot meets the ball, s.
-    pub wind_up_s: f32,
-    /// From then until the robot can walk or kick again, s.
-    pub recovery_s: f32,
-    /// Standard deviation of the direction, radians (degrees in files).
-    #[serde(rename = "direction_sd_deg", with = "file_units::degrees")]
-    pub direction_sd: f32,
-    /// Standard deviation of the launch speed, as a share of it.
-    pub speed_sd: f32,
-}
-
-impl Default for KickSettings {
-    fn default() -> Self {
-        Self {
-            left_straight: KickRange::of(4.0),
-            right_straight: KickRange::of(4.0),
-            left_side: KickRange::of(2.0),
-            right_side: KickRange::of(2.0),
-            wrong_side_speed_factor: 0.5,
-            wind_up_s: 0.0,
-            recovery_s: 1.0,
-            direction_sd: 0.0,
-            speed_sd: 0.0,
-        }
-    }
-}
-
-impl KickSettings {
-    /// The range of a type of kick.
-    pub fn range(&self, kick_type: KickType) -> KickRange {
-        match kick_type {
-            KickType::LeftStraight => self.left_straight,
-            KickType::RightStraight => self.right_straight,
-            KickType::LeftSide => self.left_side,
-            KickType::RightSide => self.right_side,
-        }
-    }
-
-    /// Where the ball must lie for a type of kick, and where it goes; none if the robot does not have it.
-    pub fn geometry(&self, kick_type: KickType) -> Option<KickGeometry> {
-        let range = self.range(kick_type);
-        (range.max_distance_m > 0.0).then(|| range.region.unwrap_or_else(|| KickGeometry::of_paper(kick_type)))
-    }
-
-    /// What this robot's kick does to a ball at this place in its frame, if anything.
-    pub fn strike(&self, kick_type: KickType, ball_in_robot: Vec2) -> Option<Strike> {
-        strike_by(kick_type, ball_in_robot, |kick| self.geometry(kick))
-    }
-}
-
 /// The speed at which the ball leaves, m/s: so that it rolls the kick's greatest distance at speed 1.
 pub fn launch_speed(
     strike: Strike,
@@ -170,10 +101,14 @@ pub fn launch_speed(
     rolling: Rolling,
     stream: &mut RandomStream,
 ) -> f32 {
-    let greatest = rolling.speed_for_distance(settings.range(strike.range_of).max_distance_m);
+    let kick = strike.range_of;
+    let greatest = rolling.speed_for_distance(settings.max_distance_m(kick));
+    let least_m = settings.min_distance_m(kick);
+    let least = if least_m > 0.0 { rolling.speed_for_distance(least_m) } else { 0.0 };
+    let wanted = (greatest * speed).max(least);
     let factor = if strike.reduced { settings.wrong_side_speed_factor } else { 1.0 };
-    let error = 1.0 + stream.gaussian(settings.speed_sd);
-    (greatest * speed * factor * error).max(0.0)
+    let error = 1.0 + stream.gaussian(settings.speed_sd_of(kick));
+    (wanted * factor * error).max(0.0)
 }
 
 fn take_kick_commands(
@@ -194,6 +129,8 @@ fn take_kick_commands(
                 reason: Refusal::NotFinite,
             });
             Some(KickMiss::NotANumber)
+        } else if settings.check(request.kick_type).is_err() {
+            Some(KickMiss::NoSuchKick)
         } else if penalty.is_active() {
             Some(KickMiss::Penalised)
         } else if !posture.is_upright() {
@@ -209,8 +146,10 @@ fn take_kick_commands(
             events.push(missed(*id, request, reason));
             continue;
         }
-        let request = KickRequest { speed: request.speed.clamp(0.0, 1.0), ..request };
-        *phase = KickPhase::WindUp { request, cycles_left: clock.cycles_in(settings.wind_up_s) };
+        let direction = if request.direction.is_finite() { request.direction } else { 0.0 };
+        let request = KickRequest { speed: request.speed.clamp(0.0, 1.0), direction, ..request };
+        let wind_up_s = settings.wind_up_of_s(request.kick_type);
+        *phase = KickPhase::WindUp { request, cycles_left: clock.cycles_in(wind_up_s) };
     }
 }
 
@@ -225,20 +164,28 @@ fn swing_legs(
     let mut struck: Option<Vec2> = None;
     for entity in roster.entities() {
         let Ok((id, pose, settings, mut phase, mut streams)) = robots.get_mut(entity) else { continue };
-        let (request, next) = advance_phase(*phase, clock.cycles_in(settings.recovery_s));
+        let recovery_s = match *phase {
+            KickPhase::WindUp { request, .. } => settings.recovery_of_s(request.kick_type),
+            _ => 0.0,
+        };
+        let (request, next) = advance_phase(*phase, clock.cycles_in(recovery_s));
         *phase = next;
         let Some(request) = request else { continue };
         let Ok((ball_pose, physics, _)) = ball.single() else {
             events.push(missed(*id, request, KickMiss::NoBall));
             continue;
         };
-        let Some(strike) = settings.strike(request.kick_type, pose.inverse_transform_point(ball_pose.position)) else {
+        let ball_in_robot = pose.inverse_transform_point(ball_pose.position);
+        let Some(strike) = settings.strike(request.kick_type, ball_in_robot, request.direction) else {
             events.push(missed(*id, request, KickMiss::OutOfReach));
             continue;
         };
         let speed = launch_speed(strike, request.speed, settings, physics.rolling, &mut streams.kick);
-        let direction =
-            wrap_angle(pose.heading + angle_of(strike.direction) + streams.kick.gaussian(settings.direction_sd));
+        let direction = wrap_angle(
+            pose.heading
+                + angle_of(strike.direction)
+                + streams.kick.gaussian(settings.direction_sd_of(strike.range_of)),
+        );
         *struck.get_or_insert_default() += unit(direction) * speed;
         events.push(MatchEvent::Kick {
             robot: *id,
@@ -305,7 +252,7 @@ mod tests {
 
     #[test]
     fn a_kick_takes_its_wind_up_and_recovery() {
-        let request = KickRequest { kick_type: KickType::LeftStraight, speed: 1.0 };
+        let request = KickRequest::new(KickType::LeftStraight, 1.0);
         let mut phase = KickPhase::WindUp { request, cycles_left: 2 };
         let mut strikes = Vec::new();
         let mut cycles = 0;

@@ -1,0 +1,327 @@
+//! What kicks a robot has: how far each sends the ball, from where, when, and how exactly.
+
+use bevy::prelude::*;
+use core::fmt;
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::collections::BTreeMap;
+
+use crate::geometry::file_units;
+use crate::kick_geometry::{KickGeometry, KickName, KickType, Strike, strike_by};
+use crate::knowledge::Knowledge;
+
+/// One of a robot's kicks.
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct KickModel {
+    /// Distance that the ball rolls at speed 1 with nothing in its way, m; nought of a kick that the robot does not have.
+    pub max_distance_m: f32,
+    /// Distance that the ball rolls at least: a weaker kick than that is made as strong, m.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub min_distance_m: f32,
+    /// Where the ball must lie, and where it goes: where nothing is said, as in the paper's Table 2. A kick that the paper does not
+    /// have says it.
+    pub region: Option<KickGeometry>,
+    /// From the command until the foot meets the ball, s, where that is another time than the robot's other kicks take.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wind_up_s: Option<f32>,
+    /// From then until the robot can walk or kick again, s, where that is another time than after its other kicks.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub recovery_s: Option<f32>,
+    /// Standard deviation of the direction, radians (degrees in files), where it is another than the other kicks'.
+    #[serde(
+        rename = "direction_sd_deg",
+        with = "file_units::optional_degrees",
+        skip_serializing_if = "Option::is_none"
+    )]
+    pub direction_sd: Option<f32>,
+    /// Standard deviation of the launch speed, as a share of it, where it is another than the other kicks'.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub speed_sd: Option<f32>,
+}
+
+fn is_zero(number: &f32) -> bool {
+    *number == 0.0
+}
+
+impl KickModel {
+    /// A kick with the paper's geometry.
+    pub const fn of(max_distance_m: f32) -> Self {
+        Self {
+            max_distance_m,
+            min_distance_m: 0.0,
+            region: None,
+            wind_up_s: None,
+            recovery_s: None,
+            direction_sd: None,
+            speed_sd: None,
+        }
+    }
+}
+
+impl Default for KickModel {
+    fn default() -> Self {
+        Self::of(4.0)
+    }
+}
+
+/// The kicks that a robot has beside the paper's four, by name, none to [`OwnKicks::MOST`]; a map in files.
+#[derive(Clone, Copy, PartialEq, Reflect, Default)]
+#[reflect(opaque)]
+#[reflect(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
+pub struct OwnKicks {
+    /// In the order of their names; what is free is at the end.
+    kicks: [Option<(KickName, KickModel)>; OwnKicks::MOST],
+}
+
+impl OwnKicks {
+    /// The most that a robot may have.
+    pub const MOST: usize = 6;
+
+    /// These kicks. None if there are too many.
+    pub fn new(kicks: impl IntoIterator<Item = (KickName, KickModel)>) -> Option<Self> {
+        let mut own = Self::default();
+        for (index, kick) in kicks.into_iter().collect::<BTreeMap<_, _>>().into_iter().enumerate() {
+            *own.kicks.get_mut(index)? = Some(kick);
+        }
+        Some(own)
+    }
+
+    /// Each with its name, in the order of the names.
+    pub fn iter(&self) -> impl Iterator<Item = &(KickName, KickModel)> {
+        self.kicks.iter().flatten()
+    }
+
+    /// The kick of this name.
+    pub fn get(&self, name: KickName) -> Option<&KickModel> {
+        self.iter().find(|(own, _)| *own == name).map(|(_, kick)| kick)
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.kicks[0].is_none()
+    }
+}
+
+impl fmt::Debug for OwnKicks {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.debug_map().entries(self.iter().map(|(name, kick)| (name, kick))).finish()
+    }
+}
+
+impl Serialize for OwnKicks {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(self.iter().map(|(name, kick)| (name, kick)))
+    }
+}
+
+impl<'de> Deserialize<'de> for OwnKicks {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let kicks = BTreeMap::<KickName, KickModel>::deserialize(deserializer)?;
+        if let Some(kick) = KickType::ALL.iter().find(|kick| kicks.keys().any(|name| name.as_str() == kick.name())) {
+            return Err(D::Error::custom(format!("`{kick}` is not a kick of its own; expected it beside `own`")));
+        }
+        let count = kicks.len();
+        let too_many = || D::Error::custom(format!("{count} kicks of its own; expected at most {}", Self::MOST));
+        Self::new(kicks).ok_or_else(too_many)
+    }
+}
+
+/// The kicks that a robot has, and what they have in common.
+///
+/// Distances: rUNSWift's forward kick of 2010 reached 4.0 to 5.8 m at full power, its side kick 2 to 3 m.
+#[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+#[reflect(Component, @Knowledge::Public)]
+#[serde(default, deny_unknown_fields)]
+pub struct KickSettings {
+    /// The left straight kick; 4 m by default.
+    pub left_straight: KickModel,
+    /// The right straight kick; 4 m by default.
+    pub right_straight: KickModel,
+    /// The left side kick; 2 m by default.
+    pub left_side: KickModel,
+    /// The right side kick; 2 m by default.
+    pub right_side: KickModel,
+    /// Others, by name.
+    #[serde(skip_serializing_if = "OwnKicks::is_empty")]
+    pub own: OwnKicks,
+    /// A side kick from the wrong side is a straight kick at this share of the speed (paper, section 3.2).
+    pub wrong_side_speed_factor: f32,
+    /// From the command until the foot meets the ball, s.
+    pub wind_up_s: f32,
+    /// From then until the robot can walk or kick again, s.
+    pub recovery_s: f32,
+    /// Standard deviation of the direction, radians (degrees in files).
+    #[serde(rename = "direction_sd_deg", with = "file_units::degrees")]
+    pub direction_sd: f32,
+    /// Standard deviation of the launch speed, as a share of it.
+    pub speed_sd: f32,
+}
+
+impl Default for KickSettings {
+    fn default() -> Self {
+        Self {
+            left_straight: KickModel::of(4.0),
+            right_straight: KickModel::of(4.0),
+            left_side: KickModel::of(2.0),
+            right_side: KickModel::of(2.0),
+            own: OwnKicks::default(),
+            wrong_side_speed_factor: 0.5,
+            wind_up_s: 0.0,
+            recovery_s: 1.0,
+            direction_sd: 0.0,
+            speed_sd: 0.0,
+        }
+    }
+}
+
+impl KickSettings {
+    /// All kicks that are described, those of no reach included: the paper's four, then others by name.
+    pub fn models(&self) -> impl Iterator<Item = (KickType, &KickModel)> {
+        let of_paper = KickType::ALL.into_iter().zip([
+            &self.left_straight,
+            &self.right_straight,
+            &self.left_side,
+            &self.right_side,
+        ]);
+        of_paper.chain(self.own.iter().map(|(name, kick)| (KickType::Own(*name), kick)))
+    }
+
+    /// The types of kick that the robot has.
+    pub fn types(&self) -> impl Iterator<Item = KickType> {
+        self.models().filter(|(_, kick)| kick.max_distance_m > 0.0).map(|(kick_type, _)| kick_type)
+    }
+
+    /// The kick that reaches furthest, of equals the first.
+    pub fn strongest(&self) -> Option<KickType> {
+        let further = |best: KickType, next: KickType| {
+            if self.max_distance_m(next) > self.max_distance_m(best) { next } else { best }
+        };
+        self.types().reduce(further)
+    }
+
+    /// A kick that the robot has.
+    pub fn get(&self, kick_type: KickType) -> Option<&KickModel> {
+        let kick = match kick_type {
+            KickType::LeftStraight => &self.left_straight,
+            KickType::RightStraight => &self.right_straight,
+            KickType::LeftSide => &self.left_side,
+            KickType::RightSide => &self.right_side,
+            KickType::Own(name) => self.own.get(name)?,
+        };
+        (kick.max_distance_m > 0.0).then_some(kick)
+    }
+
+    /// How far a type of kick sends the ball, m; nought of one that the robot does not have.
+    pub fn max_distance_m(&self, kick_type: KickType) -> f32 {
+        self.get(kick_type).map_or(0.0, |kick| kick.max_distance_m)
+    }
+
+    /// How far a type of kick sends the ball at least, m.
+    pub fn min_distance_m(&self, kick_type: KickType) -> f32 {
+        self.get(kick_type).map_or(0.0, |kick| kick.min_distance_m)
+    }
+
+    /// From the command of a kick until the foot meets the ball, s.
+    pub fn wind_up_of_s(&self, kick_type: KickType) -> f32 {
+        self.get(kick_type).and_then(|kick| kick.wind_up_s).unwrap_or(self.wind_up_s)
+    }
+
+    /// From when the foot meets the ball until the robot can walk or kick again, s.
+    pub fn recovery_of_s(&self, kick_type: KickType) -> f32 {
+        self.get(kick_type).and_then(|kick| kick.recovery_s).unwrap_or(self.recovery_s)
+    }
+
+    /// Standard deviation of a kick's direction, radians.
+    pub fn direction_sd_of(&self, kick_type: KickType) -> f32 {
+        self.get(kick_type).and_then(|kick| kick.direction_sd).unwrap_or(self.direction_sd)
+    }
+
+    /// Standard deviation of a kick's launch speed, as a share of it.
+    pub fn speed_sd_of(&self, kick_type: KickType) -> f32 {
+        self.get(kick_type).and_then(|kick| kick.speed_sd).unwrap_or(self.speed_sd)
+    }
+
+    /// Where the ball must lie for a type of kick, and where it goes; none if the robot does not have it.
+    pub fn geometry(&self, kick_type: KickType) -> Option<KickGeometry> {
+        self.get(kick_type)?.region.or_else(|| KickGeometry::of_paper(kick_type))
+    }
+
+    /// What this robot's kick does to a ball at this place in its frame, if anything. `wanted` is the direction that whoever kicks
+    /// wants, radians, robot frame; only kicks that can be aimed heed it.
+    pub fn strike(&self, kick_type: KickType, ball_in_robot: Vec2, wanted: f32) -> Option<Strike> {
+        strike_by(kick_type, ball_in_robot, wanted, |kick| self.geometry(kick))
+    }
+
+    /// What is wrong with wanting this type of kick of this robot: that it describes none of this name. A kick of no reach is
+    /// described, and misses.
+    ///
+    /// # Errors
+    /// [`UnknownKick`], which names those that there are.
+    pub fn check(&self, kick_type: KickType) -> Result<(), UnknownKick> {
+        match kick_type {
+            KickType::Own(name) if self.own.get(name).is_none() => Err(UnknownKick {
+                wanted: name.to_string(),
+                known: self.models().map(|(kick_type, _)| kick_type.name().to_owned()).collect(),
+            }),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// A kick that a robot does not have.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[error("there is no kick `{wanted}`; expected {}", known.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", "))]
+pub struct UnknownKick {
+    /// What was wanted.
+    pub wanted: String,
+    /// The names of those that the robot has.
+    pub known: Vec<String>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_kick_of_ones_own_is_a_line_in_a_file_and_says_of_times_and_spreads_what_it_has_for_itself() {
+        let settings: KickSettings = serde_json::from_str(
+            r#"{ "wind_up_s": 0.4, "direction_sd_deg": 6,
+                 "left_side": { "max_distance_m": 0 },
+                 "own": { "visual": { "max_distance_m": 5, "min_distance_m": 1, "recovery_s": 2, "direction_sd_deg": 3,
+                     "region": { "x_m": [0.1, 0.4], "y_m": [-0.2, 0.2], "foot_m": [0.1, 0], "best_m": [0.3, 0],
+                                 "direction": { "chosen": { "most_deg": 45 } } } } } }"#,
+        )
+        .unwrap();
+        let visual: KickType = "visual".parse().unwrap();
+        let names: Vec<String> = settings.types().map(|kick| kick.to_string()).collect();
+        assert_eq!(names, ["left_straight", "right_straight", "right_side", "visual"]);
+        assert_eq!([KickType::LeftStraight, visual].map(|kick| settings.wind_up_of_s(kick)), [0.4, 0.4]);
+        assert_eq!([KickType::LeftStraight, visual].map(|kick| settings.recovery_of_s(kick)), [1.0, 2.0]);
+        let spreads = [KickType::LeftStraight, visual].map(|kick| settings.direction_sd_of(kick).to_degrees().round());
+        assert_eq!(spreads, [6.0, 3.0]);
+        let strike = settings.strike(visual, Vec2::new(0.2, 0.1), -0.5).unwrap();
+        assert!((strike.direction.to_angle() + 0.5).abs() < 1e-6);
+        let again: KickSettings = serde_json::from_str(&serde_json::to_string(&settings).unwrap()).unwrap();
+        assert_eq!(again, settings);
+        // What nobody has is not written.
+        assert!(!serde_json::to_string(&KickSettings::default()).unwrap().contains("own"));
+    }
+
+    #[test]
+    fn a_kick_that_nobody_has_described_is_named_with_those_that_there_are() {
+        let settings = KickSettings::default();
+        assert_eq!(settings.check(KickType::LeftSide), Ok(()));
+        let problem = settings.check("left_stright".parse().unwrap()).unwrap_err().to_string();
+        assert!(problem.contains("`left_stright`") && problem.contains("`left_straight`"), "{problem}");
+    }
+
+    #[test]
+    fn the_papers_kicks_are_not_ones_own_and_ones_own_are_few() {
+        let read = |text: &str| serde_json::from_str::<OwnKicks>(text);
+        assert!(read(r#"{ "left_side": {} }"#).unwrap_err().to_string().contains("beside `own`"));
+        let seven: Vec<String> = (0..7).map(|index| format!("\"kick_{index}\": {{}}")).collect();
+        assert!(read(&format!("{{ {} }}", seven.join(", "))).unwrap_err().to_string().contains("at most 6"));
+        assert_eq!(read(&format!("{{ {} }}", seven[..6].join(", "))).unwrap().iter().count(), 6);
+    }
+}
