@@ -11,7 +11,7 @@ use super::error::{ScenarioError, ScenarioErrorKind};
 use super::fault::ScenarioFault;
 use super::field_path::FieldPath;
 use super::format::Format;
-use super::models::{ModelError, RobotModel, is_file};
+use super::models::{ModelError, RobotModel, is_file, leave_out_what_it_lacks};
 use super::presets::of_models;
 use super::read::read;
 use super::shape;
@@ -161,38 +161,6 @@ fn take_settings(
         is_allowed
     });
     settings
-}
-
-/// Takes from a robot that has a trunk of its own what its file says nothing of, and the NAO has: head joints, cameras, sonars, legs, arms and
-/// looks.
-fn leave_out_what_it_lacks(model: &mut RobotModel) {
-    let RobotModel { settings, realistic, sources, .. } = model;
-    if settings.get("body").and_then(|body| body.get("torso")).is_none() {
-        return;
-    }
-    let mut lacks = |path: &str, source: &str| {
-        sources.entry(path.to_owned()).or_insert_with(|| source.to_owned());
-    };
-    let absent = [
-        ("head", json!({ "yaw_deg": [0.0, 0.0], "pitch_deg": [0.0, 0.0], "pitch_at_yaw_deg": [], "max_degps": 0.0 })),
-        ("cameras", json!({ "mounts": [] })),
-        ("sonar", json!({ "fitted": false })),
-    ];
-    for (part, nothing) in absent {
-        if !realistic.contains_key(part) && !settings.contains_key(part) {
-            settings.insert(part.to_owned(), nothing);
-            lacks(part, "the file says nothing of it: it has none");
-        }
-    }
-    let of_body = [("legs", Value::Null), ("arms", Value::Null), ("look", json!("light"))];
-    if let Some(Value::Object(body)) = settings.get_mut("body") {
-        for (part, nothing) in of_body {
-            if !body.contains_key(part) {
-                body.insert(part.to_owned(), nothing);
-                lacks(&format!("body.{part}"), "the file says nothing of it");
-            }
-        }
-    }
 }
 
 /// Where a model's file says what a scenario has at a path: among what is realistic, which counts more where `is_real`, or what it

@@ -13,6 +13,7 @@ use super::preset::Preset;
 use super::shape;
 use super::types::Scenario;
 use super::wording::{did_you_mean, one_of, quoted};
+use crate::kick_geometry::KickType;
 
 /// The models that come with the program: `assets/robots`.
 pub const MODELS: &[Preset] = &[
@@ -104,7 +105,8 @@ impl RobotModel {
     pub fn named(name: &str) -> Option<RobotModel> {
         let preset = MODELS.iter().find(|preset| preset.name == name)?;
         // A test reads every embedded file.
-        let model: RobotModel = shape::read(&preset.value()).ok()?;
+        let mut model: RobotModel = shape::read(&preset.value()).ok()?;
+        leave_out_what_it_lacks(&mut model);
         Some(model.named_by(name))
     }
 
@@ -139,6 +141,50 @@ impl RobotModel {
     pub fn source(&self, path: &str) -> Option<&str> {
         let own = self.sources.get(path).map(String::as_str);
         own.or_else(|| path.rsplit_once('.').and_then(|(group, _)| self.source(group)))
+    }
+}
+
+/// Takes from a robot that has a trunk of its own what its file says nothing of, and the NAO has: head joints, cameras, sonars, kicks, legs,
+/// arms and looks.
+pub(super) fn leave_out_what_it_lacks(model: &mut RobotModel) {
+    let RobotModel { settings, realistic, sources, .. } = model;
+    if settings.get("body").and_then(|body| body.get("torso")).is_none() {
+        return;
+    }
+    let mut lacks = |path: &str, source: &str| {
+        sources.entry(path.to_owned()).or_insert_with(|| source.to_owned());
+    };
+    let absent = [
+        ("head", json!({ "yaw_deg": [0.0, 0.0], "pitch_deg": [0.0, 0.0], "pitch_at_yaw_deg": [], "max_degps": 0.0 })),
+        ("cameras", json!({ "mounts": [] })),
+        ("sonar", json!({ "fitted": false })),
+    ];
+    for (part, nothing) in absent {
+        if !realistic.contains_key(part) && !settings.contains_key(part) {
+            settings.insert(part.to_owned(), nothing);
+            lacks(part, "the file says nothing of it: it has none");
+        }
+    }
+    let kicks = |settings: &Map<String, Value>| settings.get("kicks").cloned().unwrap_or_else(|| json!({}));
+    let [mut own, real] = [&*settings, &*realistic].map(kicks);
+    if let (Some(own), Some(real)) = (own.as_object_mut(), real.as_object()) {
+        for kick in KickType::ALL.iter().map(KickType::name) {
+            if !own.contains_key(kick) && !real.contains_key(kick) {
+                own.insert(kick.to_owned(), json!({ "max_distance_m": 0.0 }));
+                lacks(&format!("kicks.{kick}"), "the file says nothing of it: it has none");
+            }
+        }
+    }
+    // What is there and no object is found to be wrong elsewhere.
+    settings.insert("kicks".to_owned(), own);
+    let of_body = [("legs", Value::Null), ("arms", Value::Null), ("look", json!("light"))];
+    if let Some(Value::Object(body)) = settings.get_mut("body") {
+        for (part, nothing) in of_body {
+            if !body.contains_key(part) {
+                body.insert(part.to_owned(), nothing);
+                lacks(&format!("body.{part}"), "the file says nothing of it");
+            }
+        }
     }
 }
 

@@ -10,7 +10,6 @@ use super::layers::lay_over;
 use super::models::{ModelError, RobotModel, expected_model, is_file};
 use super::realism::{Realism, Realisms};
 use super::types::Scenario;
-use crate::kick_geometry::KickType;
 
 /// What a scenario has where it says nothing itself, by parts; of the paper's nothing, which are the defaults. Presets in it are
 /// names still.
@@ -47,16 +46,11 @@ pub fn realisms_of(root: &Map<String, Value>) -> Option<Realisms> {
 }
 
 /// What robots of a model have in this realism: what they always have, and over it what the realism of each part says. What the
-/// model does not say of itself is as the NAO's; but for kicks: a model that has kicks of its own has no others than it names.
+/// model does not say of itself is as the NAO's.
 pub fn settings_of_model(model: &RobotModel, realisms: Realisms) -> Map<String, Value> {
     static NAO: LazyLock<Map<String, Value>> =
         LazyLock::new(|| RobotModel::named(&Scenario::default().model).map_or_else(Map::new, |model| model.settings));
     let mut settings = Value::Object(NAO.clone());
-    if let Some(kicks) = model.settings.get("kicks").filter(|kicks| kicks.get("own").is_some()) {
-        for kick in KickType::ALL.iter().filter(|kick| kicks.get(kick.name()).is_none()) {
-            settings["kicks"][kick.name()] = json!({ "max_distance_m": 0.0 });
-        }
-    }
     lay_over(&mut settings, Value::Object(model.settings.clone()), "");
     lay_over(&mut settings, Value::Object(by_parts(realisms, &model.realistic)), "");
     match settings {
