@@ -59,6 +59,7 @@ fn watch(program: Program<'static>, arguments: &ReplayArguments, trace: ReadTrac
     use super::window;
     use crate::viewer::memory::ViewerMemory;
     use crate::viewer::shared::Notice;
+    use crate::viewer::teach::bookmark_file::OpenedTrace;
     use crate::viewer::timeline;
 
     let mut app = match window::open(program, &arguments.window) {
@@ -69,6 +70,7 @@ fn watch(program: Program<'static>, arguments: &ReplayArguments, trace: ReadTrac
     if let Err(fault) = timeline::start_replay(app.world_mut(), trace) {
         return report::usage_error(&format!("{}:1: {fault}", arguments.trace.display()));
     }
+    app.insert_resource(OpenedTrace(Some(arguments.trace.clone())));
     if let Some(file) = arguments.trace.canonicalize().ok().as_deref().and_then(|path| path.to_str()) {
         app.world_mut().resource_mut::<ViewerMemory>().note_recent(file);
     }

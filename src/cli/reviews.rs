@@ -16,8 +16,9 @@ pub struct ReviewArguments {
     /// Find what robots did wrong (lost balls and poses, missed kicks, balls given away, ...): a .json file, and a table at the end
     #[arg(long, value_name = "FILE")]
     pub mistakes: Option<PathBuf>,
-    /// Write the match in numbers: shots, saves, possession, passes, distances, heat maps, penalties, mistakes; an .html file
-    #[arg(long, value_name = "FILE.html")]
+    /// Write the match in numbers: shots, saves, possession, passes, distances, heat maps, penalties, mistakes; an .html file, or a
+    /// picture: a .png file
+    #[arg(long, value_name = "FILE.html|FILE.png")]
     pub summary: Option<PathBuf>,
 }
 
@@ -34,8 +35,8 @@ impl Recording for ReviewArguments {
             return Err(format!("{option}: only --trace goes to standard output; expected a file"));
         }
         match &self.summary {
-            Some(path) if path.extension().is_some_and(|extension| extension != "html") => {
-                Err(format!("--summary: {}: expected a name that ends in .html", path.display()))
+            Some(path) if path.extension().is_some_and(|extension| extension != "html" && extension != "png") => {
+                Err(format!("--summary: {}: expected a name that ends in .html or .png", path.display()))
             }
             _ => Ok(()),
         }

@@ -1,6 +1,5 @@
 //! Images as PNG files: their colours, labels or distances.
 
-use std::fs::File;
 use std::io::{self, BufWriter};
 use std::path::Path;
 
@@ -24,11 +23,15 @@ pub enum Layer {
 /// # Errors
 /// Those of the file system.
 pub fn write_png(path: &Path, layer: Layer, image: &Image) -> io::Result<()> {
-    replace_file(path, |file| encode_png(file, layer, image))
+    replace_file(path, |file| encode_png(BufWriter::new(file), layer, image))
 }
 
-fn encode_png(file: &File, layer: Layer, image: &Image) -> io::Result<()> {
-    let mut encoder = png::Encoder::new(BufWriter::new(file), image.width, image.height);
+/// Writes a layer of an image as PNG.
+///
+/// # Errors
+/// Those of what is written to.
+pub fn encode_png(out: impl io::Write, layer: Layer, image: &Image) -> io::Result<()> {
+    let mut encoder = png::Encoder::new(out, image.width, image.height);
     encoder.set_compression(png::Compression::Fast);
     encoder.set_depth(png::BitDepth::Eight);
     let millimetres: Vec<u8>;
@@ -79,6 +82,7 @@ const LABEL_COLOURS: [[u8; 3]; Label::ALL.len()] = [
 mod tests {
     use super::*;
     use bevy::prelude::default;
+    use std::fs::File;
     use std::io::BufReader;
 
     #[test]

@@ -1,17 +1,20 @@
-//! The [summary](MatchSummary) of a match as a page in HTML, which needs nothing else.
+//! The [summary](MatchSummary) of a match as a page in HTML, which needs nothing else, or as a picture.
 
 use bevy::prelude::*;
 use core::fmt::Write as _;
-use std::io::Write;
+use std::io::{self, Write};
 use std::path::Path;
 
 use super::cycle_record::CycleRecord;
 use super::match_summary::{CELLS_ALONG, HeatMap, MatchSummary};
 use super::mistakes::MistakeKind;
 use super::output_file::OutputFile;
+use super::png_file::{Layer, encode_png};
 use super::recorder::{MatchEnd, RecordError, Recorder};
+use super::summary_picture::picture;
 use crate::pitch::Pitch;
 use crate::scenario::Scenario;
+use crate::sensing::camera::image::Image;
 use crate::team::{PerTeam, Team};
 
 const STYLE: &str = "body{font-family:system-ui,sans-serif;margin:2em auto;max-width:70em;padding:0 1em;color:#202226}\
@@ -22,19 +25,21 @@ figure{margin:0}figcaption{color:#666;margin-top:.3em}.blue{color:#2458b8}.pink{
 /// Pixels to a metre of a map of the pitch that is this long; others are as large.
 const MAP_WIDTH: f32 = 340.0;
 
-/// A page that is being made.
+/// A page, or a picture, that is being made.
 pub struct SummaryRecorder {
     output: OutputFile,
+    is_picture: bool,
     summary: Option<MatchSummary>,
 }
 
 impl SummaryRecorder {
-    /// A file, which replaces any that is there when the match is over.
+    /// A file, which replaces any that is there when the match is over: a picture where its name ends in `.png`, or else a page.
     ///
     /// # Errors
     /// When the file cannot be written.
     pub fn create(path: &Path) -> Result<Self, RecordError> {
-        Ok(Self { output: OutputFile::create(path)?, summary: None })
+        let is_picture = path.extension().is_some_and(|extension| extension == "png");
+        Ok(Self { output: OutputFile::create(path)?, is_picture, summary: None })
     }
 }
 
@@ -52,11 +57,26 @@ impl Recorder for SummaryRecorder {
     }
 
     fn finish(self: Box<Self>, _: &MatchEnd, _: &CycleRecord) -> Result<Option<String>, RecordError> {
-        let page = self.summary.as_ref().map(page).unwrap_or_default();
-        let written = self.output.writer().map(|mut file| file.write_all(page.as_bytes()))?;
+        let bytes = match &self.summary {
+            Some(summary) if self.is_picture => png(&picture(summary)),
+            Some(summary) => Ok(page(summary).into_bytes()),
+            None => Ok(Vec::new()),
+        };
+        let mut file = self.output.writer()?;
+        let written = bytes.and_then(|bytes| file.write_all(&bytes));
         self.output.close(written)?;
         Ok(None)
     }
+}
+
+/// A picture as a PNG file has it.
+///
+/// # Errors
+/// None but of memory.
+pub fn png(picture: &Image) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    encode_png(&mut bytes, Layer::Colours, picture)?;
+    Ok(bytes)
 }
 
 /// The page of a match.
@@ -136,7 +156,8 @@ pub fn penalty_count(summary: &MatchSummary, team: Team) -> u32 {
     robots.flat_map(|(_, robot)| robot.penalties.values()).sum()
 }
 
-fn robot_rows(summary: &MatchSummary) -> Vec<Vec<String>> {
+/// What the robots did: a line for each.
+pub fn robot_rows(summary: &MatchSummary) -> Vec<Vec<String>> {
     let rows = summary.robots.iter().map(|(id, robot)| {
         let penalties = robot.penalties.iter().map(|(reason, count)| match count {
             1 => reason.words().into_owned(),
@@ -228,7 +249,7 @@ fn team_name(summary: &MatchSummary, team: Team) -> String {
 }
 
 /// Minutes and seconds.
-fn minutes(time_s: f64) -> String {
+pub fn minutes(time_s: f64) -> String {
     let seconds = time_s.round() as u64;
     format!("{}:{:02}", seconds / 60, seconds % 60)
 }

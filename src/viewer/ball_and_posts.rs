@@ -27,12 +27,17 @@ fn show_ball(
     let Ok(physics) = balls.get(added.entity) else { return };
     commands.spawn((
         ChildOf(added.entity),
-        Mesh3d(meshes.add(Sphere::new(physics.radius_m).mesh().uv(32, 18))),
+        ball_mesh(physics, &mut meshes),
         MeshMaterial3d(
             materials.add(StandardMaterial { base_color: palette::from_appearance(colours::BALL), ..part_material() }),
         ),
-        Transform::from_xyz(0.0, 0.0, physics.radius_m),
     ));
+}
+
+/// The mesh of a ball, on the ground.
+pub(super) fn ball_mesh(physics: &BallPhysics, meshes: &mut Assets<Mesh>) -> impl Bundle {
+    let sphere = Sphere::new(physics.radius_m).mesh().uv(32, 18);
+    (Mesh3d(meshes.add(sphere)), Transform::from_xyz(0.0, 0.0, physics.radius_m))
 }
 
 fn show_post(

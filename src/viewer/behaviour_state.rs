@@ -33,6 +33,8 @@ pub struct BehaviourState {
 pub struct StateComponent {
     /// The short name of its type.
     pub name: String,
+    /// Its type, as the program knows it.
+    pub type_id: Option<TypeId>,
     /// Its fields and their values; of a component that does not derive `Reflect`, why there is none.
     pub fields: Vec<(String, String)>,
 }
@@ -64,7 +66,11 @@ pub fn state_of(world: &World, robot: Entity) -> BehaviourState {
             None if info.layout().size() == 0 => Vec::new(),
             None => vec![(String::new(), "derive and register `Reflect` to see it here".to_owned())],
         };
-        state.components.push(StateComponent { name: short_name(&info.name().to_string()), fields });
+        state.components.push(StateComponent {
+            name: short_name(&info.name().to_string()),
+            type_id: info.type_id(),
+            fields,
+        });
     }
     state.components.sort_by(|one, other| one.name.cmp(&other.name));
     state

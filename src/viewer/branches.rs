@@ -10,6 +10,7 @@ use super::rebuild::{RebuildSystems, Rebuilt};
 use super::shared::{DisplayFraction, Notice, Playback};
 use super::timeline::{self, Timeline, Way};
 use crate::cycle::CycleClock;
+use crate::record::cycle_record::CycleRecord;
 use crate::record::history::History;
 use crate::whatif::Moment;
 
@@ -83,6 +84,35 @@ impl Branches {
     /// Which of them is shown.
     pub fn shown(&self) -> usize {
         self.shown
+    }
+
+    /// Whether a match, by what is kept of it, is one of them that is from another.
+    pub fn is_fork(&self, keyframes: &Keyframes) -> bool {
+        self.list.iter().any(|branch| branch.from.is_some() && branch.keyframes.is_same(keyframes))
+    }
+
+    /// The record of a cycle of one that is put aside, if it went so far.
+    pub fn record(&mut self, index: usize, cycle: u64) -> Option<CycleRecord> {
+        let aside = self.list.get_mut(index)?.aside.as_mut()?;
+        aside.way.history.record(cycle).ok().flatten()
+    }
+
+    /// The last cycle that two of them have in common.
+    pub fn common(&self, one: usize, other: usize) -> u64 {
+        // From each of them to the first one, with the cycle until which it has been that way.
+        let way = |index: usize| {
+            let mut way = vec![(index, u64::MAX)];
+            while let Some((from, cycle)) = way.last().and_then(|(index, _)| self.list.get(*index)?.from) {
+                let until = way.last().map_or(cycle, |(_, until)| cycle.min(*until));
+                way.push((from, until));
+            }
+            way
+        };
+        let (one, other) = (way(one), way(other));
+        let shared = one.iter().flat_map(|(index, until)| {
+            other.iter().filter(move |(with, _)| with == index).map(move |(_, until_too)| *until.min(until_too))
+        });
+        shared.max().unwrap_or_default()
     }
 }
 
@@ -233,4 +263,21 @@ fn bring_back(world: &mut World, index: usize) -> Result<(), String> {
         timeline::go_to(world, cursor);
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_ways_are_one_until_they_part() {
+        let branch = |from| Branch { from, last_cycle: 1000, keyframes: Keyframes::default(), aside: None };
+        // 1 and 2 leave the first one, 3 leaves 1.
+        let list = vec![branch(None), branch(Some((0, 300))), branch(Some((0, 500))), branch(Some((1, 700)))];
+        let branches = Branches { list, ..default() };
+        assert_eq!((branches.common(0, 1), branches.common(1, 0)), (300, 300));
+        assert_eq!((branches.common(1, 2), branches.common(2, 3)), (300, 300));
+        assert_eq!((branches.common(1, 3), branches.common(3, 0)), (700, 300));
+        assert_eq!(branches.common(2, 2), u64::MAX);
+    }
 }

@@ -73,6 +73,8 @@ pub enum Switch {
     Cameras,
     /// The whole match, a lane for each robot.
     Lanes,
+    /// Curves of numbers over the match.
+    Plots,
     /// The moment that is shown, played on many times.
     ManyTimes,
     /// What a frame costs.
@@ -130,6 +132,8 @@ pub struct DisplaySettings {
     pub cameras: bool,
     /// The whole match, a lane for each robot.
     pub lanes: bool,
+    /// Curves of numbers over the match.
+    pub plots: bool,
     /// The moment that is shown, played on many times.
     pub many_times: bool,
     /// What a frame costs.
@@ -153,6 +157,7 @@ impl Default for DisplaySettings {
             robot: true,
             cameras: false,
             lanes: false,
+            plots: false,
             many_times: false,
             statistics: false,
             light: false,
@@ -196,6 +201,7 @@ impl DisplaySettings {
             Switch::Robot => &mut self.robot,
             Switch::Cameras => &mut self.cameras,
             Switch::Lanes => &mut self.lanes,
+            Switch::Plots => &mut self.plots,
             Switch::ManyTimes => &mut self.many_times,
             Switch::Statistics => &mut self.statistics,
             Switch::Light => &mut self.light,

@@ -21,6 +21,59 @@ impl Plugin for EventLogPlugin {
     }
 }
 
+/// What sort of thing happened.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
+pub enum LogKind {
+    /// A goal, or a shot of a shoot-out.
+    Goal,
+    /// A kick.
+    Kick,
+    /// A robot fell, or got up.
+    Fall,
+    /// A penalty, its end, a caution.
+    Penalty,
+    /// What else the referee decided.
+    Referee,
+    /// What was done by hand, or by a scenario.
+    Hand,
+    /// Something went wrong.
+    Mistake,
+    /// Anything else.
+    #[default]
+    Other,
+}
+
+impl LogKind {
+    /// All of them, each with its name.
+    pub const ALL: [(LogKind, &str); 8] = [
+        (LogKind::Goal, "goals"),
+        (LogKind::Kick, "kicks"),
+        (LogKind::Fall, "falls"),
+        (LogKind::Penalty, "penalties"),
+        (LogKind::Referee, "referee"),
+        (LogKind::Hand, "by hand"),
+        (LogKind::Mistake, "mistakes"),
+        (LogKind::Other, "others"),
+    ];
+
+    fn of(event: &MatchEvent) -> Self {
+        match event {
+            MatchEvent::Goal { .. } | MatchEvent::Shot { .. } | MatchEvent::ShootOutWon { .. } => LogKind::Goal,
+            MatchEvent::Kick { .. } => LogKind::Kick,
+            MatchEvent::Fall { .. } | MatchEvent::GotUp { .. } | MatchEvent::Dive { .. } => LogKind::Fall,
+            MatchEvent::Penalty { .. } | MatchEvent::PenaltyOver { .. } | MatchEvent::Caution { .. } => {
+                LogKind::Penalty
+            }
+            MatchEvent::Intervention { .. } | MatchEvent::InterventionRefused { .. } => LogKind::Hand,
+            MatchEvent::InvariantBroken { .. }
+            | MatchEvent::AgentLost { .. }
+            | MatchEvent::Collision { .. }
+            | MatchEvent::CommandRefused { .. } => LogKind::Other,
+            _ => LogKind::Referee,
+        }
+    }
+}
+
 /// Something that happened.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct LogEntry {
@@ -38,6 +91,8 @@ pub struct LogEntry {
     pub place: Option<Vec2>,
     /// Why the referee decided so.
     pub evidence: Option<Evidence>,
+    /// What sort of thing it is.
+    pub kind: LogKind,
 }
 
 /// A robot touched the ball.
@@ -74,6 +129,7 @@ impl EventLog {
                 robot,
                 place: place.or(evidence.map(|evidence| evidence.position_m)),
                 evidence: evidence.cloned(),
+                kind: LogKind::of(event),
             });
         }
         let surplus = self.entries.len().saturating_sub(LONGEST);

@@ -7,17 +7,20 @@ use bevy_egui::{EguiContexts, EguiPostUpdateSet, EguiPrimaryContextPass};
 
 use super::camera::LookAt;
 use super::display_settings::DisplaySettings;
+use super::event_filter::{self, EventFilter, ListedEvents};
 use super::event_log::{EventLog, LogEntry};
+use super::lanes::Lanes;
 use super::layout::{Dock, Edge, LayoutSystems, PanelSizes};
 use super::overlays::{Brush, OverlaySystems};
 use super::palette;
-use super::shared::{Playback, TimelineCommand};
+use super::shared::{FindEvent, Playback, TimelineCommand};
 use super::theme::{dim, minutes, team_colour, text_size};
 use super::timeline::Timeline;
 use crate::behaviour::drawings::Ink;
 use crate::cycle::CycleClock;
 use crate::game::{Evidence, Measurement, Penalty, RobotEvidence};
 use crate::record::history::History;
+use crate::robot::Roster;
 use crate::scenario::Scenario;
 use crate::team::RobotId;
 
@@ -122,10 +125,11 @@ fn mark_place(shown: Res<ShownEvent>, time: Res<Time<Real>>, mut brush: Brush) {
 
 fn show_events(
     mut contexts: EguiContexts,
-    log: Res<EventLog>,
+    (listed, mut filter): (Res<ListedEvents>, ResMut<EventFilter>),
+    (mut lanes, mut events): (Option<ResMut<Lanes>>, MessageWriter<FindEvent>),
     shown: Res<ShownEvent>,
     clock: Res<CycleClock>,
-    timeline: Res<Timeline>,
+    (timeline, roster): (Res<Timeline>, Res<Roster>),
     robots: Query<(&RobotId, &Penalty)>,
     mut choices: MessageWriter<EventChoice>,
     mut playback: ResMut<Playback>,
@@ -136,7 +140,8 @@ fn show_events(
     penalties.sort_by_key(|(id, _)| *id);
     // In the past, what has happened since then can be seen, too: to go there.
     let now_s = clock.end_time_s();
-    let log = log.until(if timeline.is_past() { f64::INFINITY } else { now_s });
+    let log = &listed.entries[..];
+    let log = if timeline.is_past() { log } else { &log[..log.partition_point(|entry| entry.time_s <= now_s)] };
     let context = contexts.ctx_mut()?;
     // What is opened beside it may need its place.
     if !DOCK.has_room(context, &sizes) {
@@ -146,8 +151,12 @@ fn show_events(
     DOCK.show(context, &mut sizes, |ui| {
         let height = (ui.available_height() - rest(ui)).max(LEAST_HEIGHT);
         let top = ui.cursor().top();
+        let mut wanted = filter.clone();
+        event_filter::show(ui, &mut wanted, &listed, &roster, lanes.as_deref_mut(), &mut events);
+        filter.set_if_neq(wanted);
         if log.is_empty() {
-            ui.label(dim("Nothing has happened yet."));
+            let nothing = if listed.hidden > 0 { "Nothing that is listed." } else { "Nothing has happened yet." };
+            ui.label(dim(nothing));
         }
         for (id, penalty) in &penalties {
             let left_s = penalty.left_s(&clock);

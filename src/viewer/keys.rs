@@ -44,6 +44,8 @@ pub struct Binding {
     pub key: KeyCode,
     /// Whether Shift is held down.
     pub shift: bool,
+    /// Whether Ctrl is held down, or the command key.
+    pub control: bool,
     /// The key's name on a keyboard.
     pub name: &'static str,
     /// What it does, for people.
@@ -53,11 +55,15 @@ pub struct Binding {
 }
 
 const fn binding(key: KeyCode, name: &'static str, description: &'static str, action: Action) -> Binding {
-    Binding { key, shift: false, name, description, action }
+    Binding { key, shift: false, control: false, name, description, action }
 }
 
 const fn with_shift(binding: Binding) -> Binding {
     Binding { shift: true, ..binding }
+}
+
+const fn with_control(binding: Binding) -> Binding {
+    Binding { control: true, ..binding }
 }
 
 /// All keys.
@@ -71,8 +77,8 @@ pub const BINDINGS: &[Binding] = &[
     binding(KeyCode::PageDown, "Page down", "Five seconds on", Action::Timeline(TimelineCommand::Skip(5.0))),
     binding(KeyCode::Home, "Home", "To the start", Action::Timeline(TimelineCommand::GoTo(0))),
     binding(KeyCode::End, "End", "To the present", Action::Timeline(TimelineCommand::Present)),
-    binding(KeyCode::Comma, ",", "To the event before, of the lanes' kind", Action::Find(FindEvent::Previous)),
-    binding(KeyCode::Period, ".", "To the next event", Action::Find(FindEvent::Next)),
+    binding(KeyCode::Comma, ",", "To the listed event before", Action::Find(FindEvent::Previous)),
+    binding(KeyCode::Period, ".", "To the next listed event", Action::Find(FindEvent::Next)),
     binding(KeyCode::KeyF, "F", "Play on from here, beside the match", Action::PlayFromHere),
     binding(KeyCode::KeyR, "R", "Same match from the start", Action::Command(ViewerCommand::Restart)),
     with_shift(binding(
@@ -97,6 +103,7 @@ pub const BINDINGS: &[Binding] = &[
     binding(KeyCode::KeyC, "C", "The cameras of all robots", Action::Toggle(Switch::Cameras)),
     binding(KeyCode::KeyO, "O", "Overlays", Action::Toggle(Switch::Overlays)),
     binding(KeyCode::KeyG, "G", "Lanes: the whole match", Action::Toggle(Switch::Lanes)),
+    binding(KeyCode::KeyQ, "Q", "Plots of any number", Action::Toggle(Switch::Plots)),
     binding(KeyCode::KeyT, "T", "This moment, many times", Action::Toggle(Switch::ManyTimes)),
     binding(KeyCode::KeyE, "E", "Events", Action::Toggle(Switch::Events)),
     binding(KeyCode::KeyN, "N", "Names of the robots", Action::Toggle(Switch::Labels)),
@@ -106,6 +113,9 @@ pub const BINDINGS: &[Binding] = &[
     binding(KeyCode::KeyB, "B", "Drop the ball on the centre", Action::Hand(HandAction::DropBall)),
     binding(KeyCode::KeyP, "P", "Penalise or return the robot", Action::Hand(HandAction::PenaliseOrReturn)),
     binding(KeyCode::KeyD, "D", "Drive the selected robot", Action::Hand(HandAction::Drive)),
+    with_control(binding(KeyCode::KeyZ, "Ctrl Z", "Take back what was done by hand", Action::Hand(HandAction::Undo))),
+    with_control(with_shift(binding(KeyCode::KeyZ, "Ctrl Shift Z", "Do it again", Action::Hand(HandAction::Redo)))),
+    with_control(binding(KeyCode::KeyY, "Ctrl Y", "Do it again", Action::Hand(HandAction::Redo))),
     binding(KeyCode::KeyU, "U", "Pen: arrows, with Shift zones", Action::Teach(TeachAction::Pen)),
     binding(KeyCode::KeyX, "X", "Take back what was drawn last", Action::Teach(TeachAction::Erase)),
     binding(KeyCode::KeyY, "Y", "One robot's world, or the truth", Action::Teach(TeachAction::RobotsWorld)),
@@ -199,12 +209,17 @@ fn keep_tab_from_panels(mut inputs: Query<&mut EguiInput>) {
 
 fn read_keys(keys: Res<ButtonInput<KeyCode>>, driving: Res<Driving>, mut actions: MessageWriter<Action>) {
     let shift = keys.any_pressed([KeyCode::ShiftLeft, KeyCode::ShiftRight]);
-    actions.write_batch(
-        BINDINGS
-            .iter()
-            .filter(|binding| keys.just_pressed(binding.key) && binding.shift == shift && !driving.takes(binding.key))
-            .map(|binding| binding.action),
-    );
+    let control =
+        keys.any_pressed([KeyCode::ControlLeft, KeyCode::ControlRight, KeyCode::SuperLeft, KeyCode::SuperRight]);
+    let is_meant = |binding: &&Binding| {
+        let is_held = binding.shift == shift && binding.control == control;
+        // Whoever drives has plain keys for that.
+        keys.just_pressed(binding.key) && is_held && (control || !driving.takes(binding.key))
+    };
+    actions.write_batch(BINDINGS.iter().filter(is_meant).map(|binding| binding.action));
+    if control {
+        return;
+    }
     let team = if shift { Team::Pink } else { Team::Blue };
     let numbers = NUMBERS.iter().zip(1..).filter(|(key, _)| keys.just_pressed(**key) && !driving.takes(**key));
     actions.write_batch(numbers.map(|(_, number)| Action::Select(Choice::Number(team, number))));
@@ -275,7 +290,11 @@ mod tests {
     fn no_key_means_two_things() {
         for (index, binding) in BINDINGS.iter().enumerate() {
             for other in &BINDINGS[index + 1..] {
-                assert!(binding.key != other.key || binding.shift != other.shift, "{}", binding.name);
+                assert!(
+                    (binding.key, binding.shift, binding.control) != (other.key, other.shift, other.control),
+                    "{}",
+                    binding.name
+                );
             }
             assert!(!NUMBERS.contains(&binding.key), "{}", binding.name);
         }

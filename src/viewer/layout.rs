@@ -36,14 +36,14 @@ impl Plugin for LayoutPlugin {
             .init_resource::<PanelSizes>()
             .configure_sets(
                 EguiPrimaryContextPass,
-                (Behind, Score, Controls, Hands, TimelineBar, Robot, Lanes, Right, Events, Floating)
+                (Behind, Score, Controls, Hands, TimelineBar, Robot, Lanes, Plots, Right, Events, Floating)
                     .chain()
                     .after(ThemeSystems),
             )
             // What is opened when it is wanted is wanted.
             .configure_sets(
                 EguiPrimaryContextPass,
-                (Score, Controls, Hands, TimelineBar, Robot, Lanes, Events).run_if(is_debugging),
+                (Score, Controls, Hands, TimelineBar, Robot, Lanes, Plots, Events).run_if(is_debugging),
             )
             .add_systems(PreUpdate, find_panel.after(EguiPreUpdateSet::ProcessInput))
             .add_systems(EguiPrimaryContextPass, note_free_area.after(Events).before(Floating));
@@ -67,6 +67,8 @@ pub enum LayoutSystems {
     Robot,
     /// The lanes, below the match.
     Lanes,
+    /// Curves, above the lanes.
+    Plots,
     /// What is opened when it is wanted, at the right: one at a time.
     Right,
     /// What happened, at the right.

@@ -15,6 +15,7 @@ use std::path::{Path, PathBuf};
 use super::display_settings::DisplaySettings;
 use super::layout::PanelSizes;
 use super::overlays::Overlays;
+use super::plots::{Pin, Plots};
 use crate::read_file::read_file;
 use crate::replace_file::replace_file;
 
@@ -50,6 +51,8 @@ pub struct Remembered {
     pub panels: Option<PanelSizes>,
     /// What is drawn on the pitch.
     pub overlays: Option<Overlays>,
+    /// What is plotted.
+    pub plots: Option<Vec<Pin>>,
     /// The scenario that was played last: a built-in one's name, or a file.
     pub scenario: Option<String>,
     /// The scenarios and traces that were opened last, by their files, the last one first.
@@ -122,8 +125,13 @@ fn recall(
     display: Option<ResMut<DisplaySettings>>,
     sizes: Option<ResMut<PanelSizes>>,
     overlays: Option<ResMut<Overlays>>,
+    plots: Option<ResMut<Plots>>,
 ) {
-    let Remembered { window, display: display_last, panels, overlays: overlays_last, .. } = &memory.remembered;
+    let Remembered { window, display: display_last, panels, overlays: overlays_last, plots: pins, .. } =
+        &memory.remembered;
+    if let (Some(pins), Some(mut plots)) = (pins, plots) {
+        plots.pins.clone_from(pins);
+    }
     if let (Some(last), Some(mut sizes)) = (panels, sizes) {
         sizes.clone_from(last);
     }
@@ -154,12 +162,14 @@ fn remember(
     display: Option<Res<DisplaySettings>>,
     sizes: Option<Res<PanelSizes>>,
     overlays: Option<Res<Overlays>>,
+    plots: Option<Res<Plots>>,
 ) {
     let remembered = Remembered {
         window: windows.single().ok().map(|window| [window.width(), window.height()]).or(memory.remembered.window),
         display: display.map(|display| *display).or(memory.remembered.display),
         panels: sizes.map(|sizes| sizes.clone()).or_else(|| memory.remembered.panels.clone()),
         overlays: overlays.map(|overlays| overlays.clone()).or_else(|| memory.remembered.overlays.clone()),
+        plots: plots.map(|plots| plots.pins.clone()).or_else(|| memory.remembered.plots.clone()),
         scenario: memory.remembered.scenario.clone(),
         recent: memory.remembered.recent.clone(),
     };

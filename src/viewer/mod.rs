@@ -36,8 +36,12 @@
 //! | [`behaviour_state`] | what a behaviour keeps in mind, by reflection |
 //! | [`keyframes`], [`rebuild`] | any moment whole: what records leave out is played again in the background |
 //! | [`branches`] | the ways that the match went, when a moment was played on in another way |
+//! | [`ghosts`] | another of them on the same pitch at the same moment, translucent |
 //! | [`many_times`] | this moment, played on many times with other chance |
-//! | [`lanes`] | the whole match at a glance, a lane for each robot; a number over all of it; events of a kind |
+//! | [`lanes`] | the whole match at a glance, a lane for each robot; events of a kind |
+//! | [`plots`] | any number of robots and the ball as a curve, over the whole match |
+//! | `time_axis` | where cycles are on lanes and plots, and the part of the match that is looked at |
+//! | `new_file` | files that a button writes, never over another |
 //! | [`workspace`] | what the window is used for: to watch, to debug, to teach |
 //! | [`watch`] | a large score, goals again in slow motion, a summary at the end |
 //! | [`teach`] | a pen, one robot's world alone, moments with captions |
@@ -56,6 +60,7 @@
 //! | [`theme`], `layout` | dark and light panels, and where they are |
 //! | `labels` | names above the robots, words of the overlays |
 //! | [`event_log`] | what happened in the match |
+//! | [`event_filter`] | which of it is listed |
 
 use bevy::app::PluginGroupBuilder;
 use bevy::log::{BoxedFmtLayer, LogPlugin, tracing_subscriber};
@@ -75,12 +80,14 @@ pub mod cycle_samples;
 pub mod display_settings;
 mod drawing;
 pub mod drive;
+pub mod event_filter;
 pub mod event_log;
 mod events_panel;
 pub mod eyes;
 mod field;
 pub mod film;
 pub mod first_frame;
+pub mod ghosts;
 pub mod hands;
 pub mod keyframes;
 pub mod keys;
@@ -90,10 +97,12 @@ mod layout;
 pub mod many_times;
 pub mod match_panel;
 pub mod memory;
+mod new_file;
 pub mod overlays;
 mod palette;
 mod panels;
 mod part_mesh;
+pub mod plots;
 pub mod rebuild;
 pub mod report_state;
 mod robot_animation;
@@ -108,6 +117,7 @@ pub mod start_page;
 pub mod statistics;
 pub mod teach;
 pub mod theme;
+mod time_axis;
 pub mod timeline;
 mod timeline_bar;
 pub mod watch;
@@ -172,11 +182,14 @@ impl PluginGroup for ViewerPlugins {
             .add(match_panel::MatchPanelPlugin)
             .add(start_page::StartPagePlugin)
             .add(film::FilmPlugin)
+            .add(event_filter::EventFilterPlugin)
             .add(events_panel::EventsPanelPlugin)
             .add(eyes::EyesPlugin)
             .add(rebuild::RebuildPlugin)
             .add(branches::BranchesPlugin)
+            .add(ghosts::GhostsPlugin)
             .add(lanes::LanesPlugin)
+            .add(plots::PlotsPlugin)
             .add(many_times::ManyTimesPlugin)
             .add(robot_panel::RobotPanelPlugin)
             .add(statistics::StatisticsPlugin)

@@ -6,7 +6,7 @@
 //! |---|---|
 //! | `frame` | frames since the start of the program |
 //! | `window`, `pointer` | width and height of the window, and where the mouse is in it, logical pixels |
-//! | `shift`, `typing` | whether Shift is held down; whether keys go to a field of a panel |
+//! | `shift`, `control`, `typing` | whether Shift is held down, and Ctrl; whether keys go to a field of a panel |
 //! | `pressed` | whether the left button of the mouse is held down |
 //! | `held` | whether the mouse has hold of a robot or the ball, or draws |
 //! | `scenario`, `seed`, `teams` | what is played, and by whom |
@@ -30,6 +30,10 @@
 //! | `pen` | how much was drawn, while the mouse draws; none otherwise |
 //! | `truth` | whether all is shown as it is, and not as a robot believes it to be |
 //! | `bookmarks` | how many there are, and which is shown, if one is |
+//! | `plots` | how many fields are plotted, and how many curves they have |
+//! | `events` | how many events are listed, and how many are not |
+//! | `ghosts` | which of the ways is seen as ghosts, and how many ghosts there are; none otherwise |
+//! | `undo` | how much can be taken back, and done again |
 //! | `widgets` | what can be operated in the panels: `role`, `name`, `value`, `edges` (left, upper, right, lower, logical pixels) |
 
 use bevy::diagnostic::FrameCount;
@@ -44,13 +48,17 @@ use std::path::Path;
 use super::branches::Branches;
 use super::camera::ViewerCamera;
 use super::display_settings::DisplaySettings;
+use super::event_filter::ListedEvents;
 use super::events_panel::ShownEvent;
 use super::film::Filming;
+use super::ghosts::Ghosts;
 use super::hands::Hands;
 use super::hands::driving::Driving;
+use super::hands::undo::Undo;
 use super::layout::FreeArea;
 use super::many_times::ManyTimes;
 use super::overlays::{Overlays, Shows};
+use super::plots::Plots;
 use super::rebuild::ShownState;
 use super::shared::{Notice, Playback, RobotsWorld, Selection, is_over};
 use super::stage::{pose_of, world_from_pitch};
@@ -148,6 +156,7 @@ struct Reported<'w, 's> {
     free: Res<'w, FreeArea>,
     watched: (Res<'w, GoalReplay>, Res<'w, FinalSummary>),
     taught: (Res<'w, Pen>, Res<'w, RobotsWorld>, Res<'w, Bookmarks>),
+    looked: (Res<'w, Plots>, Res<'w, ListedEvents>, Res<'w, Ghosts>, Res<'w, Undo>),
 }
 
 fn report(reported: Reported, frame: Res<FrameCount>, mut report: ResMut<StateReport>, mut commands: Commands) {
@@ -173,7 +182,7 @@ impl Reported<'_, '_> {
                 (id.to_string(), robot)
             })
             .collect();
-        json!({
+        let mut state = json!({
             "window": window,
             "pointer": pointer.map(|pointer| [pointer.x, pointer.y]),
             "shift": self.keys.any_pressed([KeyCode::ShiftLeft, KeyCode::ShiftRight]),
@@ -212,7 +221,14 @@ impl Reported<'_, '_> {
             "truth": !self.taught.1.0,
             "bookmarks": [Some(self.taught.2.list().len()), self.taught.2.shown()],
             "widgets": self.widgets.0,
-        })
+        });
+        let (plots, listed, ghosts, undo) = &self.looked;
+        state["plots"] = json!(plots.counts());
+        state["events"] = json!([listed.entries.len(), listed.hidden]);
+        state["ghosts"] = json!(ghosts.of.map(|of| [of, ghosts.seen]));
+        state["undo"] = json!(undo.counts());
+        state["control"] = self.keys.any_pressed([KeyCode::ControlLeft, KeyCode::ControlRight]).into();
+        state
     }
 
     fn thing(&self, place: &Transform, height: f32) -> Value {

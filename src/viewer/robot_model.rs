@@ -27,7 +27,7 @@ pub struct RobotLimbs {
 
 /// The meshes of the robots that were shown.
 #[derive(Resource)]
-struct RobotMeshes {
+pub(super) struct RobotMeshes {
     material: Handle<StandardMaterial>,
     /// Robots with the same body share those of their limbs.
     limbs: Vec<(Body, [Handle<Mesh>; Limb::COUNT])>,
@@ -42,6 +42,49 @@ impl FromWorld for RobotMeshes {
     }
 }
 
+impl RobotMeshes {
+    /// The meshes of a robot's limbs.
+    fn of(&mut self, id: RobotId, body: &Body, meshes: &mut Assets<Mesh>) -> [Handle<Mesh>; Limb::COUNT] {
+        let Self { limbs, trunks, .. } = self;
+        let mut mesh_of_limb = |index: usize, parts: &[RobotPart]| {
+            meshes.add(mesh_of_parts(parts.iter().filter(|part| part.frame as usize == index)))
+        };
+        let known = limbs.iter().find(|(of, _)| of == body).map(|(_, handles)| handles.clone());
+        let trunk = trunks.iter().find(|(of, with, _)| *of == id && with == body).map(|(.., trunk)| trunk.clone());
+        if let (Some(mut handles), Some(trunk)) = (known.clone(), trunk) {
+            handles[Limb::Trunk as usize] = trunk;
+            return handles;
+        }
+        let parts = RobotDesign::Nao.parts(id, body);
+        let mut handles = known.unwrap_or_else(|| {
+            let handles: [Handle<Mesh>; Limb::COUNT] = array::from_fn(|index| mesh_of_limb(index, &parts));
+            limbs.push((*body, handles.clone()));
+            handles
+        });
+        handles[Limb::Trunk as usize] = mesh_of_limb(Limb::Trunk as usize, &parts);
+        trunks.push((id, *body, handles[Limb::Trunk as usize].clone()));
+        handles
+    }
+}
+
+/// Gives an entity the limbs of a robot with a body, of a material or of the robots' own.
+pub(super) fn add_limbs(
+    entity: Entity,
+    (id, body): (RobotId, &Body),
+    material: Option<Handle<StandardMaterial>>,
+    shared: &mut RobotMeshes,
+    meshes: &mut Assets<Mesh>,
+    commands: &mut Commands,
+) {
+    let handles = shared.of(id, body, meshes);
+    let material = material.unwrap_or_else(|| shared.material.clone());
+    let limbs = handles.map(|mesh| {
+        let limb = (ChildOf(entity), Mesh3d(mesh), MeshMaterial3d(material.clone()), Transform::default());
+        commands.spawn(limb).id()
+    });
+    commands.entity(entity).insert(RobotLimbs { limbs });
+}
+
 fn show_robot(
     added: On<Add, RobotId>,
     robots: Query<(&RobotId, &Body)>,
@@ -50,33 +93,5 @@ fn show_robot(
     mut meshes: ResMut<Assets<Mesh>>,
 ) {
     let Ok((id, body)) = robots.get(added.entity) else { return };
-    let RobotMeshes { material, limbs, trunks } = &mut *shared;
-    let mut mesh_of_limb = |index: usize, parts: &[RobotPart]| {
-        meshes.add(mesh_of_parts(parts.iter().filter(|part| part.frame as usize == index)))
-    };
-    let known = limbs.iter().find(|(of, _)| of == body).map(|(_, handles)| handles.clone());
-    let trunk = trunks.iter().find(|(of, with, _)| of == id && with == body).map(|(.., trunk)| trunk.clone());
-    let handles = match (known, trunk) {
-        (Some(mut handles), Some(trunk)) => {
-            handles[Limb::Trunk as usize] = trunk;
-            handles
-        }
-        (known, _) => {
-            let parts = RobotDesign::Nao.parts(*id, body);
-            let mut handles = known.unwrap_or_else(|| {
-                let handles: [Handle<Mesh>; Limb::COUNT] = array::from_fn(|index| mesh_of_limb(index, &parts));
-                limbs.push((*body, handles.clone()));
-                handles
-            });
-            handles[Limb::Trunk as usize] = mesh_of_limb(Limb::Trunk as usize, &parts);
-            trunks.push((*id, *body, handles[Limb::Trunk as usize].clone()));
-            handles
-        }
-    };
-    let robot = added.entity;
-    let limbs = handles.map(|mesh| {
-        let limb = (ChildOf(robot), Mesh3d(mesh), MeshMaterial3d(material.clone()), Transform::default());
-        commands.spawn(limb).id()
-    });
-    commands.entity(robot).insert(RobotLimbs { limbs });
+    add_limbs(added.entity, (*id, body), None, &mut shared, &mut meshes, &mut commands);
 }

@@ -145,6 +145,10 @@ pub enum HandAction {
     Drive,
     /// Saves the present situation as a scenario file.
     KeepSituation,
+    /// Takes back what was done last.
+    Undo,
+    /// Does again what was taken back.
+    Redo,
 }
 
 /// What the user does for those to whom the match is shown.

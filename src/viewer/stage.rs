@@ -123,7 +123,7 @@ pub fn pose_of(transform: &Transform) -> Pose {
     Pose { position: transform.translation.truncate(), heading: angle_of(forward.truncate()) }
 }
 
-fn transform_of(pose: Pose) -> Transform {
+pub(super) fn transform_of(pose: Pose) -> Transform {
     Transform::from_translation(pose.position.extend(0.0)).with_rotation(Quat::from_rotation_z(pose.heading))
 }
 

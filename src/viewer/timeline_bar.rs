@@ -6,6 +6,7 @@ use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 use super::branches::{BranchCommand, Branches};
 use super::display_settings::Switch;
+use super::ghosts::Ghosts;
 use super::layout::{self, LayoutSystems};
 use super::shared::{Action, TimelineCommand};
 use super::theme::{bright, dim, minutes, problem_colour, team_colour};
@@ -39,7 +40,7 @@ fn show_bar(
     clock: Res<CycleClock>,
     branches: Res<Branches>,
     mut commands: MessageWriter<TimelineCommand>,
-    mut ways: MessageWriter<BranchCommand>,
+    (mut ways, mut ghosts): (MessageWriter<BranchCommand>, ResMut<Ghosts>),
     mut actions: MessageWriter<Action>,
 ) -> Result {
     let Some(cycles) = history.cycles() else { return Ok(()) };
@@ -93,23 +94,38 @@ fn show_bar(
             rect.x_range()
         });
         if branches.list().len() > 1
-            && let Some(index) = show_branches(ui, &branches, end, bar.inner, |cycle| share(cycle as f64, first, last))
+            && let Some(command) =
+                show_branches(ui, (&branches, ghosts.of), end, bar.inner, |cycle| share(cycle as f64, first, last))
         {
-            ways.write(BranchCommand::Show(index));
+            match command {
+                Clicked::Branch(index) => drop(ways.write(BranchCommand::Show(index))),
+                Clicked::Ghosts(index) => ghosts.of = (ghosts.of != Some(index)).then_some(index),
+            }
         }
     });
     Ok(())
 }
 
+/// What is clicked in the tree.
+enum Clicked {
+    /// This way is to be shown.
+    Branch(usize),
+    /// It is to be shown as ghosts, or no longer.
+    Ghosts(usize),
+}
+
 /// The tree of the ways that the match went, a line for each below the bar, where the one that is shown has been played until a
-/// cycle; which of them is clicked.
+/// cycle, and one may be seen as ghosts; what is clicked.
 fn show_branches(
     ui: &mut egui::Ui,
-    branches: &Branches,
+    (branches, ghosts): (&Branches, Option<usize>),
     end: u64,
     bar: Rangef,
     share: impl Fn(u64) -> f32,
-) -> Option<usize> {
+) -> Option<Clicked> {
+    /// Width of the word, logical pixels.
+    const WORD: f32 = 44.0;
+
     let mut clicked = None;
     let height = BRANCH_HEIGHT * branches.list().len() as f32;
     let (area, _) = ui.allocate_exact_size(egui::vec2(bar.max - ui.cursor().left(), height), Sense::hover());
@@ -135,8 +151,33 @@ fn show_branches(
         let response = ui.interact(row, ui.id().with(("branch", index)), Sense::click());
         let name = branch_name(index);
         response.widget_info(|| WidgetInfo::selected(egui::WidgetType::RadioButton, true, is_shown, &name));
-        if response.on_hover_text(name).clicked() {
-            clicked = Some(index);
+        if response.on_hover_text(&name).clicked() {
+            clicked = Some(Clicked::Branch(index));
+        }
+        if is_shown {
+            continue;
+        }
+        let place = egui::Rect::from_min_size(row.right_top() + egui::vec2(END, 0.0), egui::vec2(WORD, BRANCH_HEIGHT));
+        let response = ui.interact(place, ui.id().with(("ghosts", index)), Sense::click());
+        let is_on = ghosts == Some(index);
+        let named = || WidgetInfo::selected(egui::WidgetType::Checkbox, true, is_on, format!("Ghosts of {name}"));
+        response.widget_info(named);
+        let strong = ui.visuals().strong_text_color();
+        let colour = if is_on || response.hovered() { strong } else { ui.visuals().weak_text_color() };
+        let disc = place.left_center() + egui::vec2(4.0, 0.0);
+        if is_on {
+            ui.painter().circle_filled(disc, 3.0, colour);
+        } else {
+            ui.painter().circle_stroke(disc, 3.0, Stroke::new(1.0, colour));
+        }
+        let font = egui::FontId::proportional(BRANCH_HEIGHT - 1.0);
+        let beside = disc + egui::vec2(7.0, 0.0);
+        ui.painter().text(beside, egui::Align2::LEFT_CENTER, "ghosts", font, colour);
+        if response
+            .on_hover_text("Its robots and its ball, translucent, on the same pitch at the same moment")
+            .clicked()
+        {
+            clicked = Some(Clicked::Ghosts(index));
         }
     }
     clicked

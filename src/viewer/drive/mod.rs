@@ -15,6 +15,7 @@ mod tests;
 use super::event_log::EventLog;
 use super::keyframes::{self, Keyframes, Simulator};
 use super::memory::ViewerMemory;
+use super::plots;
 use super::shared::{DisplayFraction, Notice, Playback, ViewerCommand, is_over};
 use super::speed::Speed;
 use super::timeline::{self, Timeline, TimelinePlugin, TimelineSystems};
@@ -197,6 +198,9 @@ fn advance(world: &mut World) -> bool {
         }
     }
     let result = try_run_cycle(world);
+    if result.is_ok() {
+        plots::note_cycle(world);
+    }
     let mut playback = world.resource_mut::<Playback>();
     playback.note_progress(1.0);
     if let Err(panic) = &result {

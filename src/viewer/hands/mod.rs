@@ -12,6 +12,7 @@ pub mod aim;
 pub mod driving;
 pub mod keep;
 mod panel;
+pub mod undo;
 
 use super::camera::{CameraMouse, ViewerCamera};
 use super::layout::mouse_is_for_match;
@@ -42,13 +43,14 @@ pub struct HandsPlugin;
 impl Plugin for HandsPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Hands>()
+            .init_resource::<undo::Undo>()
             .init_resource::<Notice>()
             .add_message::<HandAction>()
             .configure_sets(Update, CameraMouse.run_if(|hands: Res<Hands>| !hands.hold_anything()))
             .add_plugins((driving::DrivingPlugin, panel::HandsPanelPlugin))
             .add_systems(
                 Update,
-                (take_hold.run_if(mouse_is_for_match), drag_and_let_go, obey)
+                (take_hold.run_if(mouse_is_for_match), drag_and_let_go, undo::note_marks, obey)
                     .chain()
                     .in_set(HandsSystems)
                     .after(KeysSystems)
@@ -179,17 +181,22 @@ fn drag_and_let_go(
     }
     if !buttons.pressed(MouseButton::Left) {
         if let Some(intervention) = hands.intention {
-            commands.queue(intervention);
+            commands.queue(move |world: &mut World| undo::act(world, intervention));
         }
         *hands = Hands::default();
     }
 }
 
 fn obey(world: &mut World) {
+    undo::begin_anew(world);
     let actions: Vec<HandAction> = world.resource_mut::<Messages<HandAction>>().drain().collect();
     for action in actions {
         if action == HandAction::KeepSituation && world.resource::<Timeline>().is_past() {
             keep::keep_past_situation(world);
+            continue;
+        }
+        if matches!(action, HandAction::Undo | HandAction::Redo) {
+            undo::obey(world, action == HandAction::Undo);
             continue;
         }
         if !is_live(world.resource()) {
@@ -198,11 +205,12 @@ fn obey(world: &mut World) {
             continue;
         }
         match action {
-            HandAction::Whistle => Intervention::Whistle.apply(world),
-            HandAction::DropBall => Intervention::DropBall { position_m: Vec2::ZERO }.apply(world),
+            HandAction::Whistle => undo::act(world, Intervention::Whistle),
+            HandAction::DropBall => undo::act(world, Intervention::DropBall { position_m: Vec2::ZERO }),
             HandAction::PenaliseOrReturn => penalise_or_return(world),
             HandAction::Drive => driving::toggle(world),
             HandAction::KeepSituation => keep::keep_situation(world),
+            HandAction::Undo | HandAction::Redo => {}
         }
     }
 }
@@ -219,7 +227,7 @@ fn penalise_or_return(world: &mut World) {
     } else {
         Intervention::Penalise { robot, reason: PenaltyReason::Manual, duration_s: None }
     };
-    intervention.apply(world);
+    undo::act(world, intervention);
 }
 
 /// Draws what will happen when the mouse lets go, and what will at the end of the cycle.
@@ -254,91 +262,4 @@ fn draw_intentions(
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::scenario::Scenario;
-    use crate::simulation::{MatchApp, NaoisisPlugins};
-    use crate::team::Team;
-    use crate::viewer::drive::DrivePlugin;
-    use crate::viewer::event_log::EventLogPlugin;
-    use crate::viewer::shared::{Choice, TimelineCommand, ViewPreset};
-    use bevy::input::InputPlugin;
-    use bevy::time::TimeUpdateStrategy;
-    use core::time::Duration;
-    use driving::Driving;
-
-    const BLUE2: RobotId = RobotId::new(Team::Blue, 2);
-
-    /// A match at a cycle a frame, without a window.
-    fn app() -> App {
-        let mut app = App::new();
-        app.add_plugins((MinimalPlugins, InputPlugin, NaoisisPlugins, EventLogPlugin, DrivePlugin));
-        app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_micros(33_334)))
-            .init_resource::<Notice>()
-            .insert_resource(Selection(Some(BLUE2)))
-            .add_message::<HandAction>()
-            .add_message::<Choice>()
-            .add_message::<ViewPreset>()
-            .add_systems(Update, obey);
-        driving::tests::add_without_panels(&mut app);
-        app.start_match(&Scenario::named("match3v3").unwrap()).unwrap();
-        app.update();
-        app
-    }
-
-    fn act(app: &mut App, action: HandAction) {
-        app.world_mut().write_message(action);
-        for _ in 0..4 {
-            app.update();
-        }
-    }
-
-    #[test]
-    fn a_robot_is_penalised_and_returns() {
-        let mut app = app();
-        act(&mut app, HandAction::PenaliseOrReturn);
-        assert!(app.robot::<Penalty>(BLUE2).unwrap().is_active());
-        act(&mut app, HandAction::PenaliseOrReturn);
-        assert!(!app.robot::<Penalty>(BLUE2).unwrap().is_active());
-    }
-
-    #[test]
-    fn the_past_is_not_changed() {
-        let mut app = app();
-        act(&mut app, HandAction::Whistle);
-        assert_eq!(*app.world().resource::<Notice>(), Notice::default());
-        app.world_mut().write_message(crate::viewer::ViewerCommand::TogglePause);
-        app.world_mut().write_message(TimelineCommand::GoTo(0));
-        app.update();
-        act(&mut app, HandAction::PenaliseOrReturn);
-        assert!(app.world().resource::<Interventions>().queue.is_empty());
-        assert!(app.world().resource::<Notice>().text.starts_with("The past cannot be changed"));
-    }
-
-    #[test]
-    fn a_driven_robot_goes_where_the_keys_say() {
-        let mut app = app();
-        let before = app.robot_pose(BLUE2).unwrap();
-        act(&mut app, HandAction::Drive);
-        app.world_mut().resource_mut::<ButtonInput<KeyCode>>().press(KeyCode::KeyQ);
-        let begun = app.cycle();
-        while app.cycle() < begun + 30 {
-            app.update();
-        }
-        // A second of 90 degrees a second; the first cycles were still the behaviour's.
-        let turned = app.robot_pose(BLUE2).unwrap().heading - before.heading;
-        assert!((turned.to_degrees() - 90.0).abs() < 15.0, "{}", turned.to_degrees());
-        // Whoever selects another robot drives that one.
-        let blue3 = RobotId::new(Team::Blue, 3);
-        app.world_mut().resource_mut::<Selection>().0 = Some(blue3);
-        app.update();
-        assert_eq!(app.world().resource::<Driving>().robot, Some(blue3));
-        // A click that meets nobody changes nothing.
-        app.world_mut().resource_mut::<Selection>().0 = None;
-        app.update();
-        assert_eq!(app.world().resource::<Driving>().robot, Some(blue3));
-        assert_eq!(app.world().resource::<Selection>().0, Some(blue3));
-        act(&mut app, HandAction::Drive);
-        assert_eq!(app.world().resource::<Driving>().robot, None);
-    }
-}
+mod tests;

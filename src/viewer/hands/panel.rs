@@ -6,6 +6,7 @@ use bevy_egui::egui::{self, Align2, RichText, TextFormat, TextStyle};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 use super::driving::{self, Driving};
+use super::undo::Undo;
 use crate::cycle::CycleClock;
 use crate::game::Penalty;
 use crate::robot::Roster;
@@ -40,7 +41,7 @@ fn show_buttons(
     selection: Res<Selection>,
     roster: Res<Roster>,
     penalties: Query<&Penalty>,
-    driving: Res<Driving>,
+    (driving, undo): (Res<Driving>, Res<Undo>),
     timeline: Res<Timeline>,
     filming: Res<Filming>,
     mut display: ResMut<DisplaySettings>,
@@ -78,6 +79,9 @@ fn show_buttons(
                 (None, None) => "Drive a robot".to_owned(),
             };
             button(true, &text, "D: by the keyboard, through its eyes", HandAction::Drive);
+            let [undo, redo] = undo.counts().map(|count| count > 0);
+            button(undo, "Undo", "Ctrl Z: takes back what was done by hand", HandAction::Undo);
+            button(redo, "Redo", "Ctrl Shift Z: does it again", HandAction::Redo);
             button(true, "Save situation", "F9: as a scenario file", HandAction::KeepSituation);
         });
     });

@@ -1,5 +1,5 @@
 //! Lanes: the whole match at a glance, a lane for each robot: what it meant to do, from what it knew of the ball, its kicks, falls
-//! penalties and mistakes; a number of all robots as curves; and the way to the next event of a kind.
+//! penalties and mistakes; and the way to the next event of a kind.
 
 use bevy::prelude::*;
 use bevy_egui::EguiPrimaryContextPass;
@@ -13,9 +13,12 @@ mod panel;
 pub mod tracks;
 
 use super::display_settings::DisplaySettings;
+use super::event_filter::{EventFilter, ListedEvents};
+use super::event_log::LogEntry;
 use super::keyframes::Keyframes;
 use super::layout::LayoutSystems;
 use super::shared::{FindEvent, Notice, Playback, Selection, TimelineCommand};
+use super::time_axis::ShownPart;
 use super::timeline::Timeline;
 use crate::cycle::{Cycle, CycleClock};
 use crate::record::gather::{CurrentRecord, RecordSystems};
@@ -23,7 +26,7 @@ use crate::record::history::{History, MarkKind};
 use crate::record::mistakes::Mistake;
 use crate::scenario::Scenario;
 use crate::team::RobotId;
-use tracks::{BallSource, Condition, Number, Span, Tracks};
+use tracks::{BallSource, Condition, Span, Tracks};
 
 /// The part of a frame in which the few records are read that came while a thread read the others.
 const BUDGET: Duration = Duration::from_millis(2);
@@ -36,6 +39,7 @@ pub struct LanesPlugin;
 impl Plugin for LanesPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Lanes>()
+            .init_resource::<ShownPart>()
             .add_message::<FindEvent>()
             .add_systems(Cycle, note_cycle.in_set(RecordSystems::Keep))
             .add_systems(Update, (read_records, find_event).chain())
@@ -47,7 +51,7 @@ fn is_open(display: Res<DisplaySettings>) -> bool {
     display.lanes
 }
 
-/// What is known of the whole match, and which part of it is looked at.
+/// What is known of the whole match.
 #[derive(Resource, Debug, Default)]
 pub struct Lanes {
     /// What robots did.
@@ -58,10 +62,6 @@ pub struct Lanes {
     read: Option<Mutex<Receiver<Tracks>>>,
     /// Whether somebody asked for an event while the lanes were closed.
     is_wanted: bool,
-    /// The first and the last cycle that is shown; the whole match without.
-    pub part: Option<[f64; 2]>,
-    /// The number that is plotted, if one is.
-    pub number: Option<Number>,
     /// The kind of events that is gone to.
     pub kind: EventKind,
 }
@@ -69,8 +69,10 @@ pub struct Lanes {
 /// What one may want to find in a match.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum EventKind {
-    /// A goal.
+    /// One of those that the list of events has.
     #[default]
+    Listed,
+    /// A goal.
     Goal,
     /// The ball left the pitch.
     Out,
@@ -90,7 +92,8 @@ pub enum EventKind {
 
 impl EventKind {
     /// All of them, each with its name.
-    pub const ALL: [(EventKind, &str); 8] = [
+    pub const ALL: [(EventKind, &str); 9] = [
+        (EventKind::Listed, "listed event"),
         (EventKind::Goal, "goal"),
         (EventKind::Out, "ball out"),
         (EventKind::Penalty, "penalty"),
@@ -122,14 +125,16 @@ fn read_records(
     mut history: ResMut<History>,
     keyframes: Res<Keyframes>,
     scenario: Option<Res<Scenario>>,
-    display: Res<DisplaySettings>,
+    (display, filter): (Res<DisplaySettings>, Option<Res<EventFilter>>),
+    mut part: ResMut<ShownPart>,
 ) {
     let Some(scenario) = scenario else { return };
     if !lanes.keyframes.is_same(&keyframes) {
-        let (number, kind, tracks) = (lanes.number, lanes.kind, Tracks::new(&scenario));
-        *lanes = Lanes { tracks, keyframes: keyframes.clone(), number, kind, ..default() };
+        let (kind, tracks) = (lanes.kind, Tracks::new(&scenario));
+        *lanes = Lanes { tracks, keyframes: keyframes.clone(), kind, ..default() };
+        part.0 = None;
     }
-    let is_wanted = display.lanes || lanes.is_wanted;
+    let is_wanted = display.lanes || lanes.is_wanted || filter.is_some_and(|filter| filter.has_mistakes());
     let Some(last) = history.last_cycle().filter(|_| is_wanted) else { return };
     let next = |tracks: &Tracks| tracks.last_cycle().map_or(0, |last| last + 1);
     if let Some(read) = &lanes.read {
@@ -168,20 +173,30 @@ fn find_event(
     mut lanes: ResMut<Lanes>,
     history: Res<History>,
     selection: Res<Selection>,
-    timeline: Res<Timeline>,
-    clock: Res<CycleClock>,
+    (timeline, clock, listed): (Res<Timeline>, Res<CycleClock>, Option<Res<ListedEvents>>),
     mut playback: ResMut<Playback>,
     mut notice: ResMut<Notice>,
     mut moments: MessageWriter<TimelineCommand>,
 ) {
     for wanted in wanted.read() {
+        let now = timeline.cursor().map_or(clock.cycle, |cursor| cursor.ceil() as u64);
+        if let (EventKind::Listed, Some(listed)) = (lanes.kind, &listed) {
+            match neighbour(&listed.entries, *wanted, now, clock.period_s) {
+                Some(entry) => {
+                    moments.write(TimelineCommand::GoTo((entry.time_s / clock.period_s).round() as u64));
+                    playback.paused = true;
+                    notice.tell(&entry.text);
+                }
+                None => notice.tell(format!("No listed event {} this moment", side_of(*wanted))),
+            }
+            continue;
+        }
         lanes.is_wanted = true;
         if lanes.tracks.last_cycle().unwrap_or_default() + FEW < history.last_cycle().unwrap_or_default() {
             notice.tell("The match is being read for it: once more, please");
             continue;
         }
         let cycles = cycles_of(&lanes, &history, selection.0, clock.period_s);
-        let now = timeline.cursor().map_or(clock.cycle, |cursor| cursor.ceil() as u64);
         let found = match wanted {
             FindEvent::Next => cycles.iter().find(|cycle| **cycle > now),
             FindEvent::Previous => cycles.iter().rev().find(|cycle| **cycle < now),
@@ -198,10 +213,22 @@ fn find_event(
             }
             None => {
                 let whose = selection.0.map_or_else(String::new, |id| format!(" of {id}"));
-                let side = if *wanted == FindEvent::Next { "after" } else { "before" };
-                notice.tell(format!("No {}{whose} {side} this moment", lanes.kind.name()));
+                notice.tell(format!("No {}{whose} {} this moment", lanes.kind.name(), side_of(*wanted)));
             }
         }
+    }
+}
+
+fn side_of(wanted: FindEvent) -> &'static str {
+    if wanted == FindEvent::Next { "after" } else { "before" }
+}
+
+/// The entry of a list, oldest first, that is next after a cycle, or the one before it.
+fn neighbour(entries: &[LogEntry], wanted: FindEvent, now: u64, period_s: f64) -> Option<&LogEntry> {
+    let cycle = |entry: &LogEntry| (entry.time_s / period_s).round() as u64;
+    match wanted {
+        FindEvent::Next => entries.get(entries.partition_point(|entry| cycle(entry) <= now)),
+        FindEvent::Previous => entries[..entries.partition_point(|entry| cycle(entry) < now)].last(),
     }
 }
 
@@ -211,6 +238,7 @@ fn cycles_of(lanes: &Lanes, history: &History, robot: Option<RobotId>, period_s:
     let tracks =
         || lanes.tracks.robots().filter(|(id, _)| robot.is_none_or(|robot| robot == *id)).map(|(_, track)| track);
     let mut cycles: Vec<u64> = match lanes.kind {
+        EventKind::Listed => Vec::new(),
         EventKind::Goal => marks(MarkKind::Goal).collect(),
         EventKind::Out => marks(MarkKind::Out).collect(),
         EventKind::Penalty => tracks().flat_map(|track| begins(&track.conditions, &Condition::Penalised)).collect(),
@@ -241,7 +269,7 @@ fn cycle_of(mistake: &Mistake, period_s: f64) -> u64 {
 }
 
 /// What went wrong, in a line.
-fn mistake_words(mistake: &Mistake) -> String {
+pub(super) fn mistake_words(mistake: &Mistake) -> String {
     let other = mistake.other.map_or_else(String::new, |other| format!(" with {other}"));
     let worst = mistake.worst.map_or_else(String::new, |worst| format!(", {worst:.2} {}", mistake.unit()));
     let length_s = mistake.until_s - mistake.from_s;
@@ -266,8 +294,18 @@ mod tests {
     const PINK: RobotId = RobotId::new(Team::Pink, 1);
 
     #[test]
+    fn the_next_listed_event_is_not_that_of_now() {
+        let entry = |second: u32| LogEntry { time_s: f64::from(second), ..default() };
+        let entries = [1, 2, 3].map(entry);
+        let found = |wanted, now| neighbour(&entries, wanted, now, 0.1).map(|entry| entry.time_s);
+        assert_eq!((found(FindEvent::Next, 20), found(FindEvent::Previous, 20)), (Some(3.0), Some(1.0)));
+        assert_eq!((found(FindEvent::Next, 30), found(FindEvent::Previous, 10)), (None, None));
+        assert_eq!((found(FindEvent::Next, 0), found(FindEvent::Previous, 99)), (Some(1.0), Some(3.0)));
+    }
+
+    #[test]
     fn events_are_found_by_kind_and_robot() {
-        let (mut lanes, mut history) = (Lanes::default(), History::default());
+        let (mut lanes, mut history) = (Lanes { kind: EventKind::Goal, ..default() }, History::default());
         for cycle in 0..=100 {
             let penalised = |since: u64| {
                 (cycle >= since).then_some(PenaltyRecord { reason: PenaltyReason::Manual, time_left_s: 1.0 })

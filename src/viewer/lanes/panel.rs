@@ -1,13 +1,12 @@
 //! The lanes on the screen.
 
-use bevy::math::ops;
 use bevy::prelude::*;
 use bevy_egui::EguiContexts;
 use bevy_egui::egui::{
     self, Align2, Color32, FontId, Pos2, Rect as Area, RichText, Sense, Stroke, WidgetInfo, WidgetType,
 };
 
-use super::tracks::{BallSource, Condition, Number, RobotTrack, Span, Tracks};
+use super::tracks::{BallSource, Condition, RobotTrack, Span, Tracks};
 use super::{EventKind, Lanes, cycle_of, mistake_words};
 use crate::behaviour::drawings::Ink;
 use crate::cycle::CycleClock;
@@ -19,12 +18,12 @@ use crate::viewer::layout::{Dock, Edge, PanelSizes};
 use crate::viewer::palette;
 use crate::viewer::shared::{Action, Choice, FindEvent, Selection, TimelineCommand};
 use crate::viewer::theme::{bright, dim, minutes, problem_colour, team_colour, text_size};
+use crate::viewer::time_axis::{Axis, ShownPart, upright};
 use crate::viewer::timeline::Timeline;
 
-/// Height of a lane, of what is known of the ball in it, of the plot, and of all lanes at least, logical pixels.
+/// Height of a lane, of what is known of the ball in it, and of all lanes at least, logical pixels.
 const LANE: f32 = 17.0;
 const BALL: f32 = 4.0;
-const PLOT: f32 = 84.0;
 const LEAST: f32 = 2.0 * LANE;
 /// Height of what is around the lanes in their panel, at first, logical pixels.
 const AROUND: f32 = 100.0;
@@ -32,8 +31,6 @@ const AROUND: f32 = 100.0;
 const NAMES: f32 = 52.0;
 /// A word is written into a span of this width, logical pixels.
 const WIDE_ENOUGH: f32 = 46.0;
-/// The least part of the match that is shown, cycles.
-const LEAST_PART: f64 = 30.0;
 
 /// The colours of the words that robots say, in the order in which they are said first.
 const WORD_INKS: [Ink; 5] = [Ink::Sky, Ink::Yellow, Ink::Purple, Ink::White, Ink::Green];
@@ -47,23 +44,22 @@ pub(super) fn show(
     selection: Res<Selection>,
     mut moments: MessageWriter<TimelineCommand>,
     mut events: MessageWriter<FindEvent>,
-    (mut actions, mut sizes): (MessageWriter<Action>, ResMut<PanelSizes>),
+    (mut actions, mut sizes, mut part): (MessageWriter<Action>, ResMut<PanelSizes>, ResMut<ShownPart>),
 ) -> Result {
     let Some(cycles) = history.cycles() else { return Ok(()) };
     let whole = [*cycles.start() as f64, (*cycles.end()).max(cycles.start() + 1) as f64];
     let now = timeline.cursor().unwrap_or(whole[1]);
-    let plot = if lanes.number.is_some() { PLOT } else { 0.0 };
-    let size = LANE * lanes.tracks.robots().count() as f32 + AROUND + plot;
+    let size = LANE * lanes.tracks.robots().count() as f32 + AROUND;
     let dock = Dock { name: "lanes", edge: Edge::Below, size, least: 110.0, most_share: 0.55 };
     let rest = |ui: &egui::Ui| ui.data(|data| data.get_temp::<f32>(egui::Id::new("rest of lanes"))).unwrap_or(AROUND);
     dock.show(contexts.ctx_mut()?, &mut sizes, |ui| {
         let (width, top) = (ui.available_width(), ui.cursor().top());
         let height = (ui.available_height() - rest(ui)).max(LEAST);
-        show_head(ui, &mut lanes, &mut events);
+        show_head(ui, &mut lanes, &mut part, &mut events);
         if lanes.read.is_some() {
             ui.label(dim("The match is being read…").size(text_size::SMALL));
         }
-        let axis = Axis { part: lanes.part.unwrap_or(whole), left: NAMES, width: width - NAMES };
+        let axis = Axis { part: part.0.unwrap_or(whole), left: NAMES, width: width - NAMES };
         let rows = egui::ScrollArea::vertical().max_height(height).min_scrolled_height(height).show(ui, |ui| {
             for (id, track) in lanes.tracks.robots() {
                 let lane = show_lane(ui, (id, track), lanes.tracks.words(), &axis, selection.0, &mut actions);
@@ -71,10 +67,7 @@ pub(super) fn show(
                 mark_mistakes(ui, lane, mistakes.map(|mistake| cycle_of(mistake, clock.period_s)), &axis);
             }
         });
-        let mut area = rows.inner_rect;
-        if let Some(number) = lanes.number {
-            area = area.union(show_plot(ui, &lanes.tracks, number, &axis, selection.0));
-        }
+        let area = rows.inner_rect;
         // From here on in the window's own place.
         let axis = Axis { left: area.left() + NAMES, ..axis };
         let time_area = Area::from_min_max(Pos2::new(axis.left, area.top()), area.max);
@@ -85,8 +78,8 @@ pub(super) fn show(
         upright(ui, axis.x(now), time_area, Stroke::new(1.5, ui.visuals().strong_text_color()));
         let time = |cycle: f64| minutes((cycle * clock.period_s) as f32);
         let response = ui.interact(time_area, ui.id().with("time"), Sense::click_and_drag());
-        if let Some(part) = changed_part(ui, &response, &axis, whole) {
-            lanes.part = part;
+        if let Some(changed) = axis.changed_part(ui, &response, whole) {
+            *part = changed;
         }
         if let Some(at) = response.interact_pointer_pos().filter(|_| response.clicked()) {
             moments.write(TimelineCommand::GoTo(axis.cycle(at.x).round().max(0.0) as u64));
@@ -108,53 +101,8 @@ pub(super) fn show(
     Ok(())
 }
 
-/// Where cycles are.
-struct Axis {
-    /// The first and the last cycle.
-    part: [f64; 2],
-    left: f32,
-    width: f32,
-}
-
-impl Axis {
-    fn x(&self, cycle: f64) -> f32 {
-        let [first, last] = self.part;
-        self.left + ((cycle - first) / (last - first)) as f32 * self.width
-    }
-
-    fn cycle(&self, x: f32) -> f64 {
-        let [first, last] = self.part;
-        first + f64::from((x - self.left) / self.width) * (last - first)
-    }
-
-    /// The part after zooming in by a factor about a cycle, and moving by some cycles, within the whole match.
-    fn moved(&self, whole: [f64; 2], about: f64, factor: f64, by: f64) -> [f64; 2] {
-        let length =
-            ((self.part[1] - self.part[0]) / factor).clamp(LEAST_PART.min(whole[1] - whole[0]), whole[1] - whole[0]);
-        let share = ((about - self.part[0]) / (self.part[1] - self.part[0])).clamp(0.0, 1.0);
-        let first = (about - share * length + by).clamp(whole[0], whole[1] - length);
-        [first, first + length]
-    }
-}
-
-/// The part that is looked at after what the mouse did: the wheel comes closer, a drag moves, a double click shows all.
-fn changed_part(ui: &egui::Ui, response: &egui::Response, axis: &Axis, whole: [f64; 2]) -> Option<Option<[f64; 2]>> {
-    if response.double_clicked() {
-        return Some(None);
-    }
-    let wheel = if response.hovered() { ui.input(|input| input.smooth_scroll_delta.y) } else { 0.0 };
-    let drag = if response.dragged() { response.drag_delta().x } else { 0.0 };
-    if wheel == 0.0 && drag == 0.0 {
-        return None;
-    }
-    let about = response.hover_pos().map_or(axis.part[0], |at| axis.cycle(at.x));
-    let factor = f64::from(ops::exp(wheel / 150.0));
-    let by = -f64::from(drag / axis.width) * (axis.part[1] - axis.part[0]);
-    Some(Some(axis.moved(whole, about, factor, by)))
-}
-
-/// What is gone to, and what is plotted.
-fn show_head(ui: &mut egui::Ui, lanes: &mut Lanes, events: &mut MessageWriter<FindEvent>) {
+/// What is gone to.
+fn show_head(ui: &mut egui::Ui, lanes: &mut Lanes, part: &mut ShownPart, events: &mut MessageWriter<FindEvent>) {
     ui.horizontal(|ui| {
         ui.label(bright("Lanes"));
         ui.separator();
@@ -176,20 +124,7 @@ fn show_head(ui: &mut egui::Ui, lanes: &mut Lanes, events: &mut MessageWriter<Fi
         shown.response.widget_info(|| WidgetInfo::labeled(WidgetType::ComboBox, true, "Kind of event"));
         shown.response.on_hover_text("Of the selected robot, if one is selected");
         step(ui, ">", "Next event", "The next one (.)", FindEvent::Next);
-        ui.separator();
-        ui.label("Plot");
-        let mut number = lanes.number;
-        let list = egui::ComboBox::from_id_salt("plotted number").height(400.0);
-        let shown = list.selected_text(number.map_or("nothing", Number::name)).show_ui(ui, |ui| {
-            ui.selectable_value(&mut number, None, "nothing");
-            for other in Number::ALL {
-                ui.selectable_value(&mut number, Some(other), other.name());
-            }
-        });
-        shown.response.widget_info(|| WidgetInfo::labeled(WidgetType::ComboBox, true, "Plot"));
-        if (kind, number) != (lanes.kind, lanes.number) {
-            (lanes.kind, lanes.number) = (kind, number);
-        }
+        lanes.kind = kind;
         let mistakes = lanes.tracks.mistakes();
         if !mistakes.is_empty() {
             ui.separator();
@@ -197,8 +132,8 @@ fn show_head(ui: &mut egui::Ui, lanes: &mut Lanes, events: &mut MessageWriter<Fi
             let label = ui.label(RichText::new(count).color(problem_colour(ui)));
             label.on_hover_ui(|ui| drop(ui.monospace(table(mistakes))));
         }
-        if lanes.part.is_some() && ui.button("Whole match").on_hover_text("Or a double click").clicked() {
-            lanes.part = None;
+        if part.0.is_some() && ui.button("Whole match").on_hover_text("Or a double click").clicked() {
+            part.0 = None;
         }
     });
 }
@@ -286,60 +221,6 @@ fn shown<'a, T>(spans: &'a [Span<T>], axis: &Axis) -> impl Iterator<Item = &'a S
     spans[from..].iter().take_while(move |span| span.first as f64 <= last)
 }
 
-/// A number of all robots, the selected one's in front; where it is.
-fn show_plot(ui: &mut egui::Ui, tracks: &Tracks, number: Number, axis: &Axis, selected: Option<RobotId>) -> Area {
-    let (area, _) = ui.allocate_exact_size(egui::vec2(axis.left + axis.width, PLOT), Sense::hover());
-    let plot = Area::from_min_max(Pos2::new(area.left() + NAMES, area.top() + 4.0), area.max);
-    let axis = Axis { left: plot.left(), ..*axis };
-    let cycles = [axis.part[0].max(0.0) as u64, axis.part[1].ceil() as u64];
-    let curves: Vec<(RobotId, Vec<[f64; 2]>)> =
-        tracks.robots().map(|(id, _)| (id, tracks.values(id, number, cycles, plot.width() as usize))).collect();
-    let values = curves.iter().flat_map(|(_, curve)| curve.iter().map(|[_, value]| *value));
-    let (low, high) = values.fold((0.0_f64, 0.0_f64), |(low, high), value| (low.min(value), high.max(value)));
-    let step = round_step(high - low);
-    let (low, high) = ((low / step).floor() * step, ((high / step).ceil() * step).max(low + step));
-    let y = |value: f64| plot.bottom() - ((value - low) / (high - low)) as f32 * plot.height();
-    let painter = ui.painter().with_clip_rect(plot.expand(1.0).intersect(ui.clip_rect()));
-    let mut line = low;
-    while line <= high + step / 2.0 {
-        painter.hline(plot.x_range(), y(line), Stroke::new(0.5, ui.visuals().weak_text_color()));
-        let font = FontId::proportional(10.0);
-        let text = format!("{:.1$}", line, if step < 1.0 { 1 } else { 0 });
-        let at = Pos2::new(plot.left() - 5.0, y(line));
-        ui.painter().text(at, Align2::RIGHT_CENTER, text, font, ui.visuals().weak_text_color());
-        line += step;
-    }
-    let draw = |id: RobotId, curve: &[[f64; 2]], width: f32, faded: f32| {
-        let colour = team_colour(ui, id.team).gamma_multiply(faded);
-        // Not across the time in which there was no value.
-        let gap = (axis.part[1] - axis.part[0]) / 100.0;
-        for run in curve.chunk_by(|one, other| other[0] - one[0] <= gap.max(15.0)) {
-            let points = run.iter().map(|[cycle, value]| Pos2::new(axis.x(*cycle), y(*value))).collect();
-            painter.line(points, Stroke::new(width, colour));
-        }
-    };
-    let faded = if selected.is_some() { 0.35 } else { 0.8 };
-    for (id, curve) in curves.iter().filter(|(id, _)| Some(*id) != selected) {
-        draw(*id, curve, 1.0, faded);
-    }
-    for (id, curve) in curves.iter().filter(|(id, _)| Some(*id) == selected) {
-        draw(*id, curve, 2.0, 1.0);
-    }
-    area
-}
-
-/// A round distance between the lines of a plot of this height: at most six of them.
-fn round_step(height: f64) -> f64 {
-    const STEPS: [f64; 12] = [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0];
-    STEPS.into_iter().find(|step| height / step <= 6.0).unwrap_or(1000.0)
-}
-
-fn upright(ui: &egui::Ui, x: f32, area: Area, stroke: Stroke) {
-    if area.x_range().contains(x) {
-        ui.painter().vline(x, area.y_range(), stroke);
-    }
-}
-
 fn ink(ink: Ink) -> Color32 {
     palette::in_panel(palette::ink(ink))
 }
@@ -410,28 +291,4 @@ fn show_legend(ui: &mut egui::Ui, tracks: &Tracks, ends: [String; 2]) {
             ui.label(RichText::new(name).weak().size(text_size::SMALL));
         }
     });
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_cycle_under_the_mouse_stays_there_when_one_comes_closer() {
-        let axis = Axis { part: [100.0, 300.0], left: 50.0, width: 400.0 };
-        assert_eq!((axis.x(200.0), axis.cycle(250.0)), (250.0, 200.0));
-        let part = axis.moved([0.0, 1000.0], 150.0, 2.0, 0.0);
-        let closer = Axis { part, ..axis };
-        assert!((closer.x(150.0) - axis.x(150.0)).abs() < 1e-3 && part[1] - part[0] == 100.0);
-        // Never beyond the match.
-        assert_eq!(axis.moved([0.0, 1000.0], 150.0, 1e-3, 0.0), [0.0, 1000.0]);
-        assert_eq!(axis.moved([0.0, 1000.0], 150.0, 1.0, 1e6), [800.0, 1000.0]);
-    }
-
-    #[test]
-    fn lines_of_a_plot_are_at_round_numbers() {
-        for (height, step) in [(0.3, 0.1), (1.0, 0.2), (4.0, 1.0), (9.0, 2.0), (170.0, 50.0)] {
-            assert!((round_step(height) - step).abs() < 1e-9, "{height}: {}", round_step(height));
-        }
-    }
 }

@@ -4,13 +4,11 @@ use bevy::prelude::*;
 use std::collections::BTreeMap;
 
 use crate::events::{KickResult, MatchEvent};
-use crate::record::beliefs::Sensed;
 use crate::record::cycle_record::{CycleRecord, RobotRecord};
 use crate::record::mistakes::{Mistake, MistakeFinder};
 use crate::robot::posture::Posture;
 use crate::scenario::Scenario;
 use crate::team::RobotId;
-use crate::viewer::cycle_samples::{CycleSample, RobotSample};
 
 /// From what a robot knows where the ball is.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -58,70 +56,6 @@ pub struct RobotTrack {
     pub conditions: Vec<Span<Condition>>,
     /// The cycles in which it kicked, and whether it struck the ball.
     pub kicks: Vec<(u64, bool)>,
-    /// Numbers, one list for each [`Number`].
-    numbers: [Vec<f32>; Number::ALL.len()],
-}
-
-/// A number of a robot that can be plotted.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Number {
-    /// How far its belief of its own place is from the truth, m.
-    OwnPlaceError,
-    /// How far its belief of the ball is from the truth, m.
-    BallError,
-    /// How far away the ball is, m.
-    BallDistance,
-    /// How fast it is, m/s.
-    Speed,
-    /// The yaw of its head, degrees.
-    HeadYaw,
-    /// The pitch of its head, degrees.
-    HeadPitch,
-    /// What its left sonar measures, m.
-    LeftSonar,
-    /// What its right sonar measures, m.
-    RightSonar,
-}
-
-impl Number {
-    /// All of them.
-    pub const ALL: [Number; 8] = [
-        Number::OwnPlaceError,
-        Number::BallError,
-        Number::BallDistance,
-        Number::Speed,
-        Number::HeadYaw,
-        Number::HeadPitch,
-        Number::LeftSonar,
-        Number::RightSonar,
-    ];
-
-    /// Its name and unit, for people.
-    pub fn name(self) -> &'static str {
-        match self {
-            Number::OwnPlaceError => "error of its own place, m",
-            Number::BallError => "error of the ball, m",
-            Number::BallDistance => "distance to the ball, m",
-            Number::Speed => "speed, m/s",
-            Number::HeadYaw => "head yaw, °",
-            Number::HeadPitch => "head pitch, °",
-            Number::LeftSonar => "left sonar, m",
-            Number::RightSonar => "right sonar, m",
-        }
-    }
-
-    fn of(self, robot: &RobotSample) -> Option<f32> {
-        match self {
-            Number::OwnPlaceError => Some(robot.error?.position_m),
-            Number::BallError => Some(robot.error?.ball?.position_m),
-            Number::BallDistance => robot.ball_m.filter(|_| !robot.penalised),
-            Number::Speed => Some(robot.speed_mps),
-            Number::HeadYaw => Some(crate::geometry::to_degrees(robot.head.yaw)),
-            Number::HeadPitch => Some(crate::geometry::to_degrees(robot.head.pitch)),
-            Number::LeftSonar => robot.sonar.left,
-            Number::RightSonar => robot.sonar.right,
-        }
-    }
 }
 
 /// Mistakes are gathered anew after so many cycles.
@@ -136,8 +70,6 @@ pub struct Tracks {
     words: Vec<String>,
     finder: Option<MistakeFinder>,
     mistakes: Vec<Mistake>,
-    /// What was true at the end of the last one.
-    before: Option<(u64, Sensed)>,
 }
 
 impl Tracks {
@@ -176,40 +108,12 @@ impl Tracks {
         self.robots.get(&id)
     }
 
-    /// A number of a robot over the cycles from one to another: cycle and value, at most about `most` of them. Where many fall
-    /// together, the smallest and the largest stay.
-    pub fn values(&self, id: RobotId, number: Number, [first, last]: [u64; 2], most: usize) -> Vec<[f64; 2]> {
-        let Some(track) = self.robots.get(&id) else { return Vec::new() };
-        let [from, to] = [first, last + 1].map(|cycle| self.cycles.partition_point(|other| *other < cycle));
-        let values = &track.numbers[number as usize];
-        let present = (from..to).filter_map(|index| {
-            let value = values.get(index).copied().filter(|value| !value.is_nan())?;
-            Some([self.cycles[index] as f64, f64::from(value)])
-        });
-        let present: Vec<[f64; 2]> = present.collect();
-        let group = (2 * present.len()).div_ceil(most.max(2)).max(1);
-        if group < 3 {
-            return present;
-        }
-        let extremes = |points: &[[f64; 2]]| {
-            let by_value = |one: &&[f64; 2], other: &&[f64; 2]| one[1].total_cmp(&other[1]);
-            let ends = [points.iter().min_by(by_value), points.iter().max_by(by_value)];
-            let mut ends: Vec<[f64; 2]> = ends.into_iter().flatten().copied().collect();
-            ends.sort_by(|one, other| one[0].total_cmp(&other[0]));
-            ends
-        };
-        present.chunks(group).flat_map(extremes).collect()
-    }
-
     /// Takes in the record of a cycle that is after all others.
     pub fn note(&mut self, record: &CycleRecord) {
         let cycle = record.cycle;
         if self.last_cycle().is_some_and(|last| last >= cycle) {
             return;
         }
-        let sensed = self.before.take().filter(|(before, _)| before + 1 == cycle).map(|(_, sensed)| sensed);
-        let sample = CycleSample::of(record, sensed.as_ref());
-        self.before = Some((cycle, Sensed::of(record)));
         self.cycles.push(cycle);
         if let Some(finder) = &mut self.finder {
             finder.look(record);
@@ -225,13 +129,6 @@ impl Tracks {
             extend(&mut track.intentions, cycle, word);
             extend(&mut track.ball, cycle, ball_source(robot));
             extend(&mut track.conditions, cycle, condition(robot));
-            if let Some(sample) = sample.robots.get(&robot.id) {
-                for (number, values) in Number::ALL.into_iter().zip(&mut track.numbers) {
-                    // A robot that came later has none of before.
-                    values.resize(self.cycles.len() - 1, f32::NAN);
-                    values.push(number.of(sample).unwrap_or(f32::NAN));
-                }
-            }
         }
         for event in &record.events {
             if let MatchEvent::Kick { robot, result, reason, .. } = event
@@ -310,18 +207,5 @@ mod tests {
         // What is known already is not taken in again.
         tracks.note(&record(20, "support", 0.1));
         assert_eq!(tracks.last_cycle(), Some(30));
-    }
-
-    #[test]
-    fn of_many_values_the_smallest_and_the_largest_stay() {
-        let mut tracks = Tracks::default();
-        for cycle in 0..10_000 {
-            tracks.note(&record(cycle, "", if cycle == 5_003 { 9.0 } else { 0.1 }));
-        }
-        let values = tracks.values(BLUE, Number::Speed, [0, 20_000], 200);
-        assert!(values.len() <= 202, "{}", values.len());
-        assert!(values.contains(&[5_003.0, 9.0]));
-        assert_eq!(tracks.values(BLUE, Number::Speed, [10, 12], 200).len(), 3);
-        assert!(tracks.values(BLUE, Number::LeftSonar, [0, 20_000], 200).is_empty());
     }
 }

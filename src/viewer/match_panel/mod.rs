@@ -14,6 +14,7 @@ use super::drive::{self, PlayedFile};
 use super::layout::LayoutSystems;
 use super::memory::ViewerMemory;
 use super::shared::{Playback, ViewerCommand};
+use super::teach::bookmark_file::OpenedTrace;
 use super::timeline;
 use crate::record::history::ReadTrace;
 use crate::scenario::{Scenario, ScenarioFile, TeamsSpec};
@@ -165,6 +166,7 @@ fn open_trace(world: &mut World, path: &Path) -> Result<(), String> {
     timeline::start_replay(world, trace).map_err(|fault| format!("{}:1: {fault}", path.display()))?;
     world.insert_resource(WatchedScenarioFile::default());
     world.insert_resource(PlayedFile::default());
+    world.insert_resource(OpenedTrace(Some(path.to_owned())));
     note_opened(world, path);
     Ok(())
 }

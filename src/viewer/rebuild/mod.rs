@@ -13,6 +13,8 @@ use std::thread;
 
 mod worker;
 
+pub(super) use worker::is_same;
+
 use super::behaviour_state::{BehaviourState, state_of};
 use super::display_settings::DisplaySettings;
 use super::keyframes::{Keyframes, Simulator};
@@ -94,6 +96,11 @@ impl Rebuilt {
     pub fn moment(&self, cycle: u64, keyframes: &Keyframes) -> Option<&RebuiltMoment> {
         let moment = self.latest.as_ref()?;
         (moment.cycle == cycle && moment.keyframes.is_same(keyframes)).then_some(moment)
+    }
+
+    /// What behaviours kept in mind at the moment that was rebuilt last.
+    pub fn latest_states(&self) -> impl Iterator<Item = &BehaviourState> {
+        self.latest.iter().flat_map(|moment| moment.states.values())
     }
 }
 

@@ -132,7 +132,7 @@ fn is_from_outside(behaviour: &BehaviourSpec) -> bool {
 }
 
 /// Whether the match is where a record says; what it leaves out cannot differ.
-fn is_same(app: &mut App, record: &CycleRecord, fields: &Fields) -> bool {
+pub(in crate::viewer) fn is_same(app: &mut App, record: &CycleRecord, fields: &Fields) -> bool {
     let is_near = |here: Vec2, there: Vec2| here.distance(there) < SAME_M;
     let mut same = !fields.has("robots.pose")
         || record

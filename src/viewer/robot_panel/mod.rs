@@ -6,7 +6,7 @@ use bevy_egui::egui::{self, CollapsingHeader, Grid};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 mod pictures;
-mod plots;
+mod pins;
 mod wall;
 mod wording;
 
@@ -14,6 +14,9 @@ use super::cycle_samples::CycleSamples;
 use super::display_settings::{DisplaySettings, Switch};
 use super::eyes::{EyesSystems, Watched};
 use super::layout::{Dock, Edge, LayoutSystems, PanelSizes};
+use super::plots::catalogue::FieldList;
+use super::plots::wording::component as component_words;
+use super::plots::{PlotCommand, Plots};
 use super::rebuild::ShownState;
 use super::shared::{Action, Choice, Selection, ViewPreset};
 use super::theme::{band, bright, dim, text_size};
@@ -35,6 +38,7 @@ use crate::sensing::sonar::SonarReading;
 use crate::sensing::vision::Percepts;
 use crate::team::RobotId;
 use pictures::Pictures;
+use pins::Pins;
 
 /// The panel.
 const DOCK: Dock = Dock { name: "robot", edge: Edge::Left, size: 350.0, least: 220.0, most_share: 0.4 };
@@ -120,6 +124,7 @@ fn show_robot(
     mut opened: ResMut<Opened>,
     mut sizes: ResMut<PanelSizes>,
     mut actions: MessageWriter<Action>,
+    (plots, fields, mut commands): (Res<Plots>, Res<FieldList>, MessageWriter<PlotCommand>),
 ) -> Result {
     let Some(id) = selection.0 else { return Ok(()) };
     let Some(robot) = roster.get(id).and_then(|robot| robots.get(robot).ok()) else { return Ok(()) };
@@ -134,6 +139,7 @@ fn show_robot(
             Err(_) => scenario.as_deref().and_then(|scenario| behaviour_in(scenario, id)),
         };
         show_head(ui, id, &robot, (behaviour, intention), &clock, &mut actions);
+        let mut pins = Pins { robot: id, plots: &plots, fields: &fields, commands: &mut commands };
         egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             ui.set_max_width(width);
             let cameras = section(ui, "Cameras", true, |ui| {
@@ -153,17 +159,17 @@ fn show_robot(
                 ui.label(dim(wording::percepts(robot.percepts)).size(text_size::SMALL));
             });
             opened.set_if_neq(Opened { cameras });
-            section(ui, "Senses", true, |ui| show_senses(ui, &robot, record));
+            section(ui, "Senses", true, |ui| show_senses(ui, &robot, record, &mut pins));
             let sample = samples.robot(clock.cycle, id);
             let command = record.and_then(|record| record.command.as_ref());
             section(ui, "Commands", true, |ui| match command {
-                Some(command) => lines(ui, "commands", wording::commands(command, clock.period())),
+                Some(command) => lines(ui, "commands", wording::commands(command, clock.period()), &mut pins),
                 None => drop(ui.label(dim("Not known of this cycle."))),
             });
             section(ui, "Belief", true, |ui| match robot.belief {
                 Some(belief) => {
                     let error = sample.and_then(|sample| sample.error.as_ref());
-                    lines(ui, "belief", wording::belief(belief, error, game.own_end(id.team)));
+                    lines(ui, "belief", wording::belief(belief, error, game.own_end(id.team)), &mut pins);
                 }
                 None => drop(ui.label(dim("It keeps none."))),
             });
@@ -172,8 +178,9 @@ fn show_robot(
                 let said = command.and_then(|command| command.say.as_ref());
                 show_messages(ui, said, &robot.inbox.0, clock.cycle);
             });
-            section(ui, "Behaviour", false, |ui| show_state(ui, &state));
-            section(ui, "Plots", false, |ui| plots::show(ui, &samples, id, clock.cycle, clock.period_s));
+            section(ui, "Behaviour", false, |ui| show_state(ui, &state, &mut pins));
+            let hint = "Plots: a click on a value plots it over the match, Q shows them";
+            ui.add(egui::Label::new(dim(hint).size(text_size::SMALL)).wrap());
         });
     });
     Ok(())
@@ -186,12 +193,15 @@ fn section(ui: &mut egui::Ui, name: &str, open: bool, show: impl FnOnce(&mut egu
 }
 
 /// Lines of a name and a value.
-fn lines(ui: &mut egui::Ui, name: &str, lines: Vec<(String, String)>) {
+fn lines(ui: &mut egui::Ui, name: &str, lines: Vec<(String, String)>, pins: &mut Pins) {
     Grid::new(name).num_columns(2).spacing([10.0, 2.0]).show(ui, |ui| {
-        for (name, value) in lines {
-            ui.label(dim(name).size(text_size::ENTRY));
-            ui.add(egui::Label::new(egui::RichText::new(value).size(text_size::ENTRY)).wrap());
+        let mut before: Option<String> = None;
+        for (line, value) in lines {
+            ui.label(dim(&line).size(text_size::ENTRY));
+            let shown = ui.add(egui::Label::new(egui::RichText::new(value).size(text_size::ENTRY)).wrap());
+            pins.offer(shown, name, &line, before.as_deref());
             ui.end_row();
+            before = Some(line);
         }
     });
 }
@@ -227,7 +237,7 @@ fn show_head(
     ui.label(dim(format!("{}   {}", wording::pose(*robot.pose), condition)).size(text_size::ENTRY));
 }
 
-fn show_senses(ui: &mut egui::Ui, robot: &ShownRobotItem, record: Option<&RobotRecord>) {
+fn show_senses(ui: &mut egui::Ui, robot: &ShownRobotItem, record: Option<&RobotRecord>, pins: &mut Pins) {
     let mut senses = vec![
         ("Sonar", wording::sonar(*robot.sonar)),
         ("Head", wording::head(robot.head.yaw, robot.head.pitch)),
@@ -236,7 +246,7 @@ fn show_senses(ui: &mut egui::Ui, robot: &ShownRobotItem, record: Option<&RobotR
     ];
     senses.extend(record.and_then(|record| record.body).map(|body| ("Body", wording::body(body))));
     senses.extend(record.and_then(|record| record.game.as_ref()).map(|told| ("Is told", wording::told(told))));
-    lines(ui, "senses", senses.into_iter().map(|(name, value)| (name.to_owned(), value)).collect());
+    lines(ui, "senses", senses.into_iter().map(|(name, value)| (name.to_owned(), value)).collect(), pins);
 }
 
 fn show_messages(
@@ -304,7 +314,7 @@ fn bar_length(value: f32, all: &[f32]) -> f32 {
     ((value - from) / (most - from)).clamp(0.0, 1.0)
 }
 
-fn show_state(ui: &mut egui::Ui, state: &ShownState) {
+fn show_state(ui: &mut egui::Ui, state: &ShownState, pins: &mut Pins) {
     let state = match &state.0 {
         Ok(state) => state,
         Err(why) => {
@@ -316,8 +326,17 @@ fn show_state(ui: &mut egui::Ui, state: &ShownState) {
         ui.label(dim("It keeps nothing in mind."));
     }
     for component in &state.components {
-        ui.label(bright(&component.name).size(text_size::ENTRY));
-        lines(ui, &component.name, component.fields.clone());
+        ui.label(bright(component_words(&component.name)).size(text_size::ENTRY));
+        Grid::new(&component.name).num_columns(2).spacing([10.0, 2.0]).show(ui, |ui| {
+            for (name, value) in &component.fields {
+                ui.label(dim(name).size(text_size::ENTRY));
+                let shown = ui.add(egui::Label::new(egui::RichText::new(value).size(text_size::ENTRY)).wrap());
+                if let Some(type_id) = component.type_id {
+                    pins.offer_field(shown, type_id, name);
+                }
+                ui.end_row();
+            }
+        });
     }
 }
 

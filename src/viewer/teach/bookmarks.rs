@@ -4,6 +4,7 @@ use bevy::prelude::*;
 use bevy_egui::egui::{self, Align2, FontId, TextEdit, WidgetInfo, WidgetType};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
+use super::bookmark_file::{self, BookmarkFile, OpenedTrace};
 use super::pen::{Mark, Pen};
 use crate::cycle::CycleClock;
 use crate::team::RobotId;
@@ -28,7 +29,9 @@ pub struct BookmarksPlugin;
 
 impl Plugin for BookmarksPlugin {
     fn build(&self, app: &mut App) {
-        app.add_systems(Update, (forget, obey).chain().after(KeysSystems).before(CameraSystems))
+        app.init_resource::<OpenedTrace>()
+            .init_resource::<BookmarkFile>()
+            .add_systems(Update, (forget, obey, bookmark_file::keep).chain().after(KeysSystems).before(CameraSystems))
             .add_systems(EguiPrimaryContextPass, show_caption.run_if(is_teaching).in_set(LayoutSystems::Floating));
     }
 }
@@ -40,10 +43,14 @@ pub struct Bookmark {
     pub cycle: u64,
     /// What is said about it.
     pub caption: String,
-    marks: Vec<Mark>,
-    selected: Option<RobotId>,
-    robots_world: bool,
-    camera: ViewerCamera,
+    /// What was drawn.
+    pub(super) marks: Vec<Mark>,
+    /// The selected robot.
+    pub(super) selected: Option<RobotId>,
+    /// Whether only the world of that one was seen.
+    pub(super) robots_world: bool,
+    /// Where it was seen from.
+    pub(super) camera: ViewerCamera,
 }
 
 /// The moments that are stepped through, in their order in the match.
@@ -65,6 +72,11 @@ impl Bookmarks {
     /// The one that is shown, and how many there are.
     pub fn shown(&self) -> Option<usize> {
         self.shown
+    }
+
+    /// Takes in those that were kept of a match.
+    pub(super) fn take_in(&mut self, list: Vec<Bookmark>, of: &Keyframes) {
+        *self = Bookmarks { list, shown: None, of: of.clone() };
     }
 
     /// Adds one; in place of one of the same moment.

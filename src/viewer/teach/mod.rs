@@ -4,6 +4,7 @@
 use bevy::prelude::*;
 use bevy_egui::EguiPostUpdateSet;
 
+pub mod bookmark_file;
 pub mod bookmarks;
 pub mod pen;
 mod robots_world;

@@ -4,6 +4,7 @@ use bevy::prelude::*;
 use bevy_egui::egui::{self, Align2, Color32, FontId, Grid, Sense};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 use std::io;
+use std::path::Path;
 use std::sync::mpsc::{self, Receiver, TryRecvError};
 use std::sync::{Mutex, PoisonError};
 use std::thread;
@@ -14,14 +15,16 @@ use crate::cycle::CycleClock;
 use crate::game::Game;
 use crate::record::history::History;
 use crate::record::match_summary::{CELLS_ALONG, HeatMap, MatchSummary};
-use crate::record::summary_page::{penalty_count, team_rows};
+use crate::record::summary_page::{penalty_count, png, team_rows};
+use crate::record::summary_picture::picture;
 use crate::scenario::Scenario;
 use crate::team::{PerTeam, Team};
 use crate::viewer::display_settings::is_watching;
 use crate::viewer::keyframes::Keyframes;
 use crate::viewer::layout::{self, LayoutSystems};
+use crate::viewer::new_file::{stem, write_new};
 use crate::viewer::palette;
-use crate::viewer::shared::{Playback, is_over};
+use crate::viewer::shared::{Notice, Playback, is_over};
 use crate::viewer::theme::{card, dim, minutes, team_colour};
 use crate::viewer::timeline::Timeline;
 
@@ -104,14 +107,14 @@ fn read_by_thread(scenario: Scenario, mut history: History) -> io::Result<Receiv
     Ok(receiver)
 }
 
-fn show_summary(mut contexts: EguiContexts, mut shown: ResMut<FinalSummary>) -> Result {
+fn show_summary(mut contexts: EguiContexts, mut shown: ResMut<FinalSummary>, mut notice: ResMut<Notice>) -> Result {
     if !shown.is_shown() {
         return Ok(());
     }
     let Some(summary) = &shown.summary else { return Ok(()) };
     let context = contexts.ctx_mut()?;
     let letters = 0.4 * large_letters(context);
-    let mut is_closed = false;
+    let (mut is_closed, mut is_saved) = (false, false);
     layout::floating(context, "summary", Align2::CENTER_CENTER).show(context, |ui| {
         card(ui).fill(ui.visuals().panel_fill.gamma_multiply(0.96)).show(ui, |ui| {
             let text = |words: String| egui::RichText::new(words).font(FontId::proportional(letters));
@@ -150,9 +153,21 @@ fn show_summary(mut contexts: EguiContexts, mut shown: ResMut<FinalSummary>) -> 
                     });
                 }
             });
-            is_closed = ui.button("Close").clicked();
+            ui.horizontal(|ui| {
+                is_closed = ui.button("Close").clicked();
+                let hint = "The match in numbers as a picture, in the current folder";
+                is_saved = ui.button("Save as PNG").on_hover_text(hint).clicked();
+            });
         });
     });
+    if is_saved {
+        let name = format!("{}-seed{}-summary", stem(&summary.name), summary.seed);
+        let written = png(&picture(summary)).and_then(|bytes| write_new(Path::new(""), &name, "png", &bytes));
+        notice.tell(match written {
+            Ok(path) => format!("Saved as {}", path.display()),
+            Err(error) => format!("The summary is not saved: {error}"),
+        });
+    }
     if is_closed {
         shown.is_closed = true;
     }

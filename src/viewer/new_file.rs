@@ -1,0 +1,58 @@
+//! Files that the window writes when somebody presses a button: under a name that tells what is in them, and never over another.
+
+use std::fs::OpenOptions;
+use std::io::{self, Write as _};
+use std::path::{Path, PathBuf};
+
+/// So many files of one name are kept beside each other.
+const MOST_OF_ONE_NAME: u32 = 1000;
+/// Names are cut after so many letters.
+const LONGEST_NAME: usize = 60;
+
+/// A name without what file systems object to.
+pub fn stem(name: &str) -> String {
+    let letters = name.chars().map(|letter| if letter.is_alphanumeric() || letter == '-' { letter } else { '_' });
+    let mut stem: String = letters.take(LONGEST_NAME).collect();
+    while stem.contains("__") {
+        stem = stem.replace("__", "_");
+    }
+    stem
+}
+
+/// Writes a file that was not there before: `NAME.ENDING`, or `NAME-2.ENDING` and so on.
+///
+/// # Errors
+/// Those of the file system.
+pub fn write_new(folder: &Path, name: &str, ending: &str, bytes: &[u8]) -> io::Result<PathBuf> {
+    for attempt in 1..=MOST_OF_ONE_NAME {
+        let suffix = if attempt == 1 { String::new() } else { format!("-{attempt}") };
+        let path = folder.join(format!("{name}{suffix}.{ending}"));
+        match OpenOptions::new().write(true).create_new(true).open(&path) {
+            Ok(mut file) => return file.write_all(bytes).map(|()| path),
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
+            Err(error) => return Err(error),
+        }
+    }
+    Err(io::Error::new(io::ErrorKind::AlreadyExists, format!("there are {MOST_OF_ONE_NAME} files `{name}` already")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_is_overwritten() {
+        let folder = tempfile::tempdir().unwrap();
+        let first = write_new(folder.path(), "match3v3-000012", "json", b"one").unwrap();
+        let second = write_new(folder.path(), "match3v3-000012", "json", b"two").unwrap();
+        assert_eq!(second, folder.path().join("match3v3-000012-2.json"));
+        assert_eq!([first, second].map(|path| std::fs::read_to_string(path).unwrap()), ["one", "two"]);
+    }
+
+    #[test]
+    fn names_become_names_of_files() {
+        assert_eq!(stem("right foot/2"), "right_foot_2");
+        assert_eq!(stem("ball, place x"), "ball_place_x");
+        assert_eq!(stem(&"a".repeat(500)).len(), LONGEST_NAME);
+    }
+}

@@ -1,0 +1,86 @@
+//! Where the cycles of a match are across a panel: the same part of the match in lanes and plots.
+
+use bevy::math::ops;
+use bevy::prelude::*;
+use bevy_egui::egui::{self, Rect as Area, Stroke};
+
+/// The least part of the match that is shown, cycles.
+const LEAST_PART: f64 = 30.0;
+
+/// The part of the match that is looked at: its first and its last cycle; the whole match without.
+#[derive(Resource, Clone, Copy, PartialEq, Debug, Default)]
+pub struct ShownPart(pub Option<[f64; 2]>);
+
+/// Where cycles are.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Axis {
+    /// The first and the last cycle.
+    pub part: [f64; 2],
+    /// Its left end, logical pixels.
+    pub left: f32,
+    /// Its width, logical pixels.
+    pub width: f32,
+}
+
+impl Axis {
+    /// Where a cycle is, logical pixels.
+    pub fn x(&self, cycle: f64) -> f32 {
+        let [first, last] = self.part;
+        self.left + ((cycle - first) / (last - first)) as f32 * self.width
+    }
+
+    /// The cycle at a place.
+    pub fn cycle(&self, x: f32) -> f64 {
+        let [first, last] = self.part;
+        first + f64::from((x - self.left) / self.width) * (last - first)
+    }
+
+    /// The part after zooming in by a factor about a cycle, and moving by some cycles, within the whole match.
+    fn moved(&self, whole: [f64; 2], about: f64, factor: f64, by: f64) -> [f64; 2] {
+        let length =
+            ((self.part[1] - self.part[0]) / factor).clamp(LEAST_PART.min(whole[1] - whole[0]), whole[1] - whole[0]);
+        let share = ((about - self.part[0]) / (self.part[1] - self.part[0])).clamp(0.0, 1.0);
+        let first = (about - share * length + by).clamp(whole[0], whole[1] - length);
+        [first, first + length]
+    }
+
+    /// The part that is looked at after what the mouse did: the wheel comes closer, a drag moves, a double click shows all.
+    pub fn changed_part(&self, ui: &egui::Ui, response: &egui::Response, whole: [f64; 2]) -> Option<ShownPart> {
+        if response.double_clicked() {
+            return Some(ShownPart(None));
+        }
+        let wheel = if response.hovered() { ui.input(|input| input.smooth_scroll_delta.y) } else { 0.0 };
+        let drag = if response.dragged() { response.drag_delta().x } else { 0.0 };
+        if wheel == 0.0 && drag == 0.0 {
+            return None;
+        }
+        let about = response.hover_pos().map_or(self.part[0], |at| self.cycle(at.x));
+        let factor = f64::from(ops::exp(wheel / 150.0));
+        let by = -f64::from(drag / self.width) * (self.part[1] - self.part[0]);
+        Some(ShownPart(Some(self.moved(whole, about, factor, by))))
+    }
+}
+
+/// A line from above downwards, where it is within an area.
+pub fn upright(ui: &egui::Ui, x: f32, area: Area, stroke: Stroke) {
+    if area.x_range().contains(x) {
+        ui.painter().vline(x, area.y_range(), stroke);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_cycle_under_the_mouse_stays_there_when_one_comes_closer() {
+        let axis = Axis { part: [100.0, 300.0], left: 50.0, width: 400.0 };
+        assert_eq!((axis.x(200.0), axis.cycle(250.0)), (250.0, 200.0));
+        let part = axis.moved([0.0, 1000.0], 150.0, 2.0, 0.0);
+        let closer = Axis { part, ..axis };
+        assert!((closer.x(150.0) - axis.x(150.0)).abs() < 1e-3 && part[1] - part[0] == 100.0);
+        // Never beyond the match.
+        assert_eq!(axis.moved([0.0, 1000.0], 150.0, 1e-3, 0.0), [0.0, 1000.0]);
+        assert_eq!(axis.moved([0.0, 1000.0], 150.0, 1.0, 1e6), [800.0, 1000.0]);
+    }
+}
