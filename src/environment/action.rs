@@ -8,7 +8,7 @@ use crate::cycle::CycleClock;
 use crate::kick_geometry::KickType;
 use crate::robot::Roster;
 use crate::robot::head::{HeadCommand, HeadLimits};
-use crate::robot::kick::KickRequest;
+use crate::robot::kick::{KickRequest, KickSettings};
 use crate::robot::motion::{MotionLimits, WalkCommand};
 use crate::robot::posture::PostureRequest;
 use crate::sensing::camera::CameraSettings;
@@ -142,6 +142,14 @@ impl ActionKind {
     }
 }
 
+/// The kick that stands for one of the paper's four: for a straight one that the robot does not have, the kick that reaches furthest.
+fn had(kick_type: KickType, kicks: &KickSettings) -> KickType {
+    match kicks.get(kick_type) {
+        None if !kick_type.is_side_kick() => kicks.strongest().unwrap_or(kick_type),
+        _ => kick_type,
+    }
+}
+
 /// The command that an action, which was [checked](ActionKind::check), is for a robot.
 pub(super) fn command(kind: ActionKind, action: &[f32], world: &World, id: RobotId) -> RobotCommand {
     let robot = world.resource::<Roster>().get(id).and_then(|entity| world.get_entity(entity).ok());
@@ -157,7 +165,8 @@ pub(super) fn command(kind: ActionKind, action: &[f32], world: &World, id: Robot
         let [forward, left] = [forward, left].map(|share| share * limits.max_linear_mps);
         Some(WalkCommand::at_velocity(forward, left, turn * limits.max_angular, clock))
     };
-    let kick = |kick_type, speed| Some(KickRequest::new(kick_type, speed));
+    let kicks = robot.get::<KickSettings>().copied().unwrap_or_default();
+    let kick = |kick_type, speed| Some(KickRequest::new(had(kick_type, &kicks), speed));
     let choice = |index: usize| action.get(index).map_or(0, |value| *value as usize);
     match kind {
         ActionKind::Continuous => {

@@ -110,8 +110,9 @@ pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
         remark(&mut canvas, &what_came_of_it(result, direction, &path), Vec2::new(left - 34.0, 60.0));
         draw_path(&mut canvas, &played, &path, furthest_m, Vec2::new(left, 766.0), column == 0);
     }
+    let has_two = alone.robot::<CameraSettings>(BLUE).mounts.as_slice().len() > 1;
     for (words, y) in [
-        ("The robot's lower camera", 88.0),
+        (if has_two { "The robot's lower camera" } else { "The robot's camera" }, 88.0),
         ("The ball and the kick's rectangle", 382.0),
         ("The way of the ball, a dot every half a second", 756.0),
     ] {

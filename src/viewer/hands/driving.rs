@@ -3,6 +3,7 @@
 //! The keys are read once a frame, and once a cycle what they say takes the place of the behaviour's commands. Limits and
 //! errors of the legs, the time that a kick takes and the rules are those of every robot.
 
+use bevy::ecs::query::QueryData;
 use bevy::prelude::*;
 use bevy_egui::input::EguiWantsInput;
 
@@ -12,7 +13,7 @@ use crate::cycle::{Cycle, CycleClock, CycleSystems};
 use crate::kick_geometry::KickType;
 use crate::robot::Roster;
 use crate::robot::head::{HeadAngles, HeadCommand, HeadLimits};
-use crate::robot::kick::{KickCommand, KickRequest};
+use crate::robot::kick::{KickCommand, KickRequest, KickSettings};
 use crate::robot::motion::{MotionLimits, WalkCommand};
 use crate::team::RobotId;
 use crate::viewer::camera::ViewerCamera;
@@ -54,7 +55,7 @@ struct Wish {
     /// Look straight ahead.
     look_ahead: bool,
     /// The kick to begin, which lasts until a cycle has begun it.
-    kick: Option<KickType>,
+    kick: Option<DrivenKick>,
 }
 
 /// The keys that drive, and what they do, for the help.
@@ -65,20 +66,45 @@ pub const KEYS: &[(&str, &str)] = &[
     ("U", "Look ahead"),
     ("1 2", "Kick straight, left or right foot"),
     ("3 4", "Kick to the side"),
+    ("5 6 7", "A kick of the model's own, aimed by the head"),
     ("Tab", "Another robot"),
     ("Esc", "Leave"),
 ];
 
+/// A kick that a key stands for, whatever robot is driven.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum DrivenKick {
+    /// One of the paper's four.
+    OfPaper(KickType),
+    /// So many kicks of the robot's own come before it, in the order of their names.
+    Own(usize),
+}
+
+impl DrivenKick {
+    /// What that is of this robot, with the head turned so far to the left, radians; nothing for a kick that it does not have.
+    fn request(self, kicks: &KickSettings, yaw: f32) -> Option<KickRequest> {
+        let kick_type = match self {
+            DrivenKick::OfPaper(kick_type) => kick_type,
+            DrivenKick::Own(index) => KickType::Own(kicks.own.iter().nth(index)?.0),
+        };
+        let aims = kicks.geometry(kick_type).is_some_and(|geometry| geometry.aims_within() > 0.0);
+        Some(KickRequest { direction: if aims { yaw } else { 0.0 }, ..KickRequest::new(kick_type, 1.0) })
+    }
+}
+
 /// The keys of the kicks.
-const KICKS: [(KeyCode, KickType); 4] = [
-    (KeyCode::Digit1, KickType::LeftStraight),
-    (KeyCode::Digit2, KickType::RightStraight),
-    (KeyCode::Digit3, KickType::LeftSide),
-    (KeyCode::Digit4, KickType::RightSide),
+const KICKS: [(KeyCode, DrivenKick); 7] = [
+    (KeyCode::Digit1, DrivenKick::OfPaper(KickType::LeftStraight)),
+    (KeyCode::Digit2, DrivenKick::OfPaper(KickType::RightStraight)),
+    (KeyCode::Digit3, DrivenKick::OfPaper(KickType::LeftSide)),
+    (KeyCode::Digit4, DrivenKick::OfPaper(KickType::RightSide)),
+    (KeyCode::Digit5, DrivenKick::Own(0)),
+    (KeyCode::Digit6, DrivenKick::Own(1)),
+    (KeyCode::Digit7, DrivenKick::Own(2)),
 ];
 
 /// The keys that mean something else while a robot is driven.
-const TAKEN: [KeyCode; 15] = [
+const TAKEN: [KeyCode; 18] = [
     KeyCode::KeyW,
     KeyCode::KeyA,
     KeyCode::KeyS,
@@ -94,6 +120,9 @@ const TAKEN: [KeyCode; 15] = [
     KeyCode::Digit2,
     KeyCode::Digit3,
     KeyCode::Digit4,
+    KeyCode::Digit5,
+    KeyCode::Digit6,
+    KeyCode::Digit7,
 ];
 
 impl Driving {
@@ -166,22 +195,35 @@ fn wish(is_pressed: impl Fn(KeyCode) -> bool) -> Wish {
     }
 }
 
+/// A robot that is driven.
+#[derive(QueryData)]
+#[query_data(mutable)]
+struct Driven {
+    angles: &'static HeadAngles,
+    head: &'static HeadLimits,
+    motion: &'static MotionLimits,
+    kicks: &'static KickSettings,
+    walk: &'static mut WalkCommand,
+    look: &'static mut HeadCommand,
+    kick: &'static mut KickCommand,
+}
+
 /// Takes the place of what the behaviour wants.
 fn drive(
     clock: Res<CycleClock>,
     roster: Res<Roster>,
     keyframes: Res<Keyframes>,
     mut driving: ResMut<Driving>,
-    mut robots: Query<(&HeadAngles, &HeadLimits, &MotionLimits, &mut WalkCommand, &mut HeadCommand, &mut KickCommand)>,
+    mut robots: Query<Driven>,
 ) {
     let Some(entity) = driving.robot.and_then(|robot| roster.get(robot)) else { return };
-    let Ok((angles, head, motion, mut walk, mut look, mut kick)) = robots.get_mut(entity) else { return };
+    let Ok(mut robot) = robots.get_mut(entity) else { return };
     // Nobody drives when the match is played again.
     keyframes.note_change();
     let wish = driving.wish;
-    *walk = walk_command(wish.walk, motion, clock.period());
-    *look = head_command(&wish, *angles, head, clock.period());
-    kick.0 = wish.kick.map(|kick_type| KickRequest::new(kick_type, 1.0));
+    *robot.walk = walk_command(wish.walk, robot.motion, clock.period());
+    *robot.look = head_command(&wish, *robot.angles, robot.head, clock.period());
+    robot.kick.0 = wish.kick.and_then(|kick| kick.request(robot.kicks, robot.angles.yaw));
     driving.wish.kick = None;
 }
 
@@ -203,6 +245,7 @@ fn head_command(wish: &Wish, angles: HeadAngles, limits: &HeadLimits, period: f3
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
+    use crate::scenario::Scenario;
     use approx::assert_abs_diff_eq;
 
     /// Drives in an app that has no window.
@@ -229,6 +272,18 @@ pub(super) mod tests {
         assert_abs_diff_eq!(left.yaw, 0.56, epsilon = 1e-6);
         assert_eq!(left.pitch, 0.1);
         assert_eq!(head_command(&wish(|key| key == KeyCode::KeyU), angles, &limits, 0.1), HeadCommand::default());
+    }
+
+    #[test]
+    fn the_kicks_of_a_model_have_keys_and_go_where_the_robot_looks() {
+        let aimed = r#"{ "kicks": { "own": { "visual": { "region": { "x_m": [0.1, 0.3], "y_m": [-0.1, 0.1],
+            "foot_m": [0.1, 0], "best_m": [0.2, 0], "direction": { "chosen": { "most_deg": 45 } } } } } } }"#;
+        let kicks = Scenario::from_json(aimed).unwrap().kicks;
+        let visual = DrivenKick::Own(0).request(&kicks, -0.4).unwrap();
+        assert_eq!((visual.kick_type.name(), visual.direction), ("visual", -0.4));
+        let straight = DrivenKick::OfPaper(KickType::LeftStraight);
+        assert_eq!(straight.request(&kicks, -0.4), Some(KickRequest::new(KickType::LeftStraight, 1.0)));
+        assert_eq!(DrivenKick::Own(1).request(&kicks, 0.0), None);
     }
 
     #[test]
