@@ -7,9 +7,10 @@ use std::process::ExitCode;
 use super::report;
 use super::run_arguments::RunArguments;
 use crate::cycle::CycleClock;
+use crate::scenario::wording::one_of;
 use crate::scenario::{FieldPath, Format, Scenario, ScenarioFile, Setting};
 use crate::simulation::snapshot::EXTENSION;
-use crate::simulation::{MatchApp, Snapshot, change_settings};
+use crate::simulation::{CHANGEABLE, MatchApp, Snapshot, change_settings, is_changeable};
 use crate::team::Team;
 
 /// Whether a word of the command line is the path of a snapshot.
@@ -96,6 +97,14 @@ pub fn set_duration(scenario: &mut Scenario, duration_s: f32) -> Result<(), Exit
 /// # Errors
 /// The exit status of what is wrong, which is said already.
 pub fn change_match(app: &mut App, name: &str, settings: &[Setting]) -> Result<(), ExitCode> {
+    if let Some(setting) = settings.iter().find(|setting| !is_changeable(setting.path())) {
+        let message = format!(
+            "--set {setting}: `{}` cannot change in the middle of a match; expected {}, of all robots, of a team or of one; or a new match",
+            setting.path(),
+            one_of(CHANGEABLE)
+        );
+        return Err(report::usage_error(&message));
+    }
     let scenario = app.world().resource::<Scenario>();
     let text = scenario.resolved_json().map_err(|error| report::usage_error(&error.to_string()))?;
     let as_saved =

@@ -8,6 +8,7 @@ use std::process::ExitCode;
 use super::agents::AgentArguments;
 use super::check_program::check_program;
 use super::expect::{play_many, print_verdicts, write_junit};
+use super::robot::blindness;
 use super::teams::TeamArguments;
 use super::terminal::Printer;
 use super::{Program, report};
@@ -46,8 +47,11 @@ pub fn check(program: Program, arguments: &CheckArguments) -> ExitCode {
             continue;
         }
         let model = RobotModel::check(file);
-        if let Some(Ok(_)) = &model {
+        if let Some(Ok(model)) = &model {
             printer.print(format_args!("{file}: ok, the model of a robot\n"));
+            if let Some(words) = blindness(model) {
+                printer.print(format_args!("{file}: note: {words}\n"));
+            }
         }
         let is_scenario = model.is_none();
         let errors = match model {

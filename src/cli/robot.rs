@@ -13,7 +13,9 @@ use super::report;
 use super::terminal::Printer;
 use crate::figures::model_sheet;
 use crate::record::encoder::{Layer, write_png};
-use crate::scenario::RobotModel;
+use crate::scenario::{RobotModel, Scenario};
+use crate::sensing::camera::CameraSettings;
+use crate::sensing::camera::ball_in_view::{nearest_ball_seen_m, sees_ball};
 
 /// Arguments of `naoisis robot`.
 #[derive(Args, Debug, Clone)]
@@ -60,6 +62,9 @@ pub fn robot(arguments: &RobotArguments) -> ExitCode {
     }
     let mut printer = Printer::default();
     printer.print(format_args!("{}", figures_of(&model)));
+    if let Some(words) = blindness(&model) {
+        printer.print(format_args!("\nnote: {words}\n"));
+    }
     if let Some(path) = &sheet {
         let image = match model_sheet::draw(&model, 1.0) {
             Ok(image) => image,
@@ -71,6 +76,28 @@ pub fn robot(arguments: &RobotArguments) -> ExitCode {
         printer.print(format_args!("\n{}\n", path.display()));
     }
     printer.finish(ExitCode::SUCCESS)
+}
+
+/// What is to be said of a robot whose cameras do not show it the ball that it is about to kick.
+pub(super) fn blindness(model: &RobotModel) -> Option<String> {
+    let Scenario { body, cameras, head, kicks, ball, .. } = model.scenario().ok()?;
+    if cameras.mounts.as_slice().is_empty() {
+        return Some("it has no cameras: it sees no ball".to_owned());
+    }
+    let cameras = CameraSettings { neck_m: body.neck_m, ..cameras };
+    let radius_m = ball.unwrap_or_default().radius_m;
+    let mut places = kicks.types().filter_map(|kick| kicks.geometry(kick)).map(|region| region.best_m).peekable();
+    places.peek()?;
+    if places.any(|place| sees_ball(&cameras, &head, place, radius_m)) {
+        return None;
+    }
+    let nearest = match nearest_ball_seen_m(&cameras, &head, radius_m) {
+        Some(distance_m) => format!("the nearest ball that it sees straight ahead is {distance_m:.2} m away"),
+        None => "it sees no ball straight ahead at all".to_owned(),
+    };
+    Some(format!(
+        "no camera shows it the ball where it kicks from: {nearest}; built-in teams kick by what they saw last, other players may not"
+    ))
 }
 
 /// The model's figures, a line each, with their sources.
@@ -121,6 +148,15 @@ mod tests {
     fn a_sheet_lies_in_its_folder_whatever_the_model_is_called() {
         let names = ["booster_k1", "../../evil", "/etc/x", ""].map(sheet_name);
         assert_eq!(names, ["booster_k1.png", "______evil.png", "_etc_x.png", "robot.png"]);
+    }
+
+    #[test]
+    fn who_sees_no_ball_at_its_feet_is_pointed_out() {
+        let words = |name: &str| blindness(&RobotModel::named(name).unwrap());
+        assert_eq!([words("nao"), words("nao_v6"), words("booster_k1"), words("booster_t1")], [const { None }; 4]);
+        // Its mast looks ahead.
+        let rover = words("rover").unwrap();
+        assert!(rover.contains("the nearest ball that it sees straight ahead is 0.2"), "{rover}");
     }
 
     #[test]

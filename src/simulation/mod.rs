@@ -31,7 +31,7 @@ mod spawn;
 
 pub use rules::{RuleApp, RuleRegistry};
 pub use sensors::{SensorApp, SensorRegistry};
-pub use settings::change_settings;
+pub use settings::{CHANGEABLE, change_settings, is_changeable};
 pub use situation::situation;
 pub use snapshot::{Snapshot, SnapshotError};
 pub use spawn::{MatchEntity, give_belief, resolved, start as start_match};

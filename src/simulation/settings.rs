@@ -11,7 +11,7 @@ use crate::robot::falls::Balance;
 use crate::robot::head::HeadLimits;
 use crate::robot::kick::KickSettings;
 use crate::robot::motion::MotionLimits;
-use crate::scenario::{FieldPath, RobotSpec, Scenario, ScenarioFault};
+use crate::scenario::{FieldPath, RobotSpec, Scenario, ScenarioFault, Segment};
 use crate::sensing::camera::CameraSettings;
 use crate::sensing::fidelity::SensorFidelity;
 use crate::sensing::latency::Latency;
@@ -19,6 +19,39 @@ use crate::sensing::odometry::OdometrySettings;
 use crate::sensing::sonar::SonarSettings;
 use crate::sensing::vision::VisionSettings;
 use crate::team::RobotId;
+
+/// What of a scenario can change in the middle of its match.
+pub const CHANGEABLE: [&str; 16] = [
+    "messages",
+    "rules",
+    "motion",
+    "kicks",
+    "falls",
+    "head",
+    "sonar",
+    "cameras",
+    "vision",
+    "odometry",
+    "latency",
+    "fidelity",
+    "sensors",
+    "ball.rolling",
+    "ball.restitution",
+    "duration_s",
+];
+
+/// Whether what is at a path of a scenario can change in the middle of its match: one of the [`CHANGEABLE`], of all robots, of a
+/// team's or of one.
+pub fn is_changeable(path: &FieldPath) -> bool {
+    let is_within = |path: &[Segment], field: &str| path.starts_with(FieldPath::from(field).segments());
+    let path = match path.segments() {
+        [Segment::Field(list), Segment::Index(_), own @ ..] if list == "robots" => own,
+        [Segment::Field(teams), Segment::Field(_), own @ ..] if teams == "teams" => own,
+        whole => return CHANGEABLE.iter().any(|field| is_within(whole, field)),
+    };
+    let of_the_match = ["messages", "rules", "ball.rolling", "ball.restitution", "duration_s"];
+    CHANGEABLE.iter().any(|field| !of_the_match.contains(field) && is_within(path, field))
+}
 
 /// The settings of one robot: its own, and the scenario's for the rest.
 #[derive(Bundle, Clone, PartialEq, Debug)]
@@ -67,7 +100,7 @@ pub fn change_settings(world: &mut World, scenario: &Scenario) -> Result<(), Sce
     let fixed = [
         ("cycle_s", old.cycle_s == scenario.cycle_s),
         ("field", old.field == scenario.field),
-        ("teams", old.teams == scenario.teams),
+        ("teams", team_names(&old) == team_names(scenario)),
         ("robots", same_robots(&old, scenario)),
         ("ball", old.ball.is_some() == scenario.ball.is_some()),
         ("posts", old.posts == scenario.posts),
@@ -77,6 +110,17 @@ pub fn change_settings(world: &mut World, scenario: &Scenario) -> Result<(), Sce
         let message = format!("`{field}` cannot change in the middle of a match");
         let expected = "the same as at the start; or a new match";
         return Err(ScenarioFault::new(FieldPath::from(*field), message, expected));
+    }
+    for (id, _) in world.resource::<Roster>().iter() {
+        if [&old, scenario].map(|scenario| scenario.body_of(&scenario.robot(id))).windows(2).any(|two| two[0] != two[1])
+        {
+            let message = format!("the body of {id} cannot change in the middle of a match");
+            return Err(ScenarioFault::new(
+                FieldPath::from("body"),
+                message,
+                "the same as at the start; or a new match",
+            ));
+        }
     }
     if let Some(fault) = names::unknown(world, scenario).into_iter().next() {
         return Err(fault);
@@ -123,6 +167,10 @@ fn change<C: Component + PartialEq>(robot: &mut EntityWorldMut, before: C, after
     }
 }
 
+fn team_names(scenario: &Scenario) -> Option<[&str; 2]> {
+    scenario.teams.as_ref().map(|teams| [teams.blue.as_str(), &teams.pink])
+}
+
 /// Whether two scenarios list the same robots with the same behaviours.
 fn same_robots(one: &Scenario, other: &Scenario) -> bool {
     one.robots.len() == other.robots.len()
@@ -130,4 +178,43 @@ fn same_robots(one: &Scenario, other: &Scenario) -> bool {
             .robots
             .iter()
             .all(|robot| other.robots.iter().any(|same| same.id() == robot.id() && same.behaviour == robot.behaviour))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_match_begins_with_does_not_change_and_how_it_goes_on_does() {
+        let changes = |path: &str| is_changeable(&FieldPath::from(path));
+        for path in [
+            "messages.loss",
+            "rules",
+            "ball.rolling.exponential_per_s",
+            "robots[1].motion",
+            "teams.blue.kicks.speed_sd",
+        ] {
+            assert!(changes(path), "{path}");
+        }
+        for path in [
+            "model",
+            "realism",
+            "realism.kicks",
+            "league",
+            "seed",
+            "body.height_m",
+            "ball",
+            "ball.radius_m",
+            "robots[1].model",
+            "robots",
+            "robots[0].pose",
+            "teams.blue",
+            "teams.blue.model",
+            "teams.pink.team",
+            "robots[0].rules",
+            "localisation",
+        ] {
+            assert!(!changes(path), "{path}");
+        }
+    }
 }

@@ -24,6 +24,10 @@ const AT_BALL_M: f32 = 0.5;
 const PREPARATION_S: f32 = 4.0;
 /// The ball must have been seen within this time for a kick, s.
 const FRESH_BALL_S: f32 = 0.4;
+/// Where its cameras cannot show it the ball, it will do if it was seen within this time, s.
+const BLIND_BALL_S: f32 = 5.0;
+/// Who cannot see the ball kicks it from so near to where it means to, m: what it believes of it errs.
+const BLIND_EXACTNESS_M: f32 = 0.05;
 /// A ball faster than this is not lined up for but met, m/s.
 const ROLLING_BALL_MPS: f32 = 0.15;
 /// Of a rolling ball it is reckoned where it will be after this time, s.
@@ -51,6 +55,10 @@ pub fn go_for(
 ) -> Decision {
     if player.kick_is_on_its_way(memory) {
         return Decision { intention: "kick", ..default() };
+    }
+    if has_kicked_blindly(player, memory, ball) {
+        memory.ready_since_s = None;
+        return step_back(player);
     }
     let ready = kick_if_ready(player, memory, ball, aim);
     if ready.is_some() && !has_looked(player, memory) {
@@ -92,11 +100,58 @@ pub fn choose_aim(player: &Player, memory: &mut PlayerMemory, ball: Vec2) -> Aim
     aim
 }
 
+/// Whether the ball lies so near before the player that none of its cameras shows it, whatever its head does.
+fn is_out_of_sight(player: &Player, ball: &BallBelief) -> bool {
+    let place = player.in_robot(ball.position_m);
+    let at_ball_m = AT_BALL_M + player.longer_than_nao_m();
+    place.x > 0.0 && place.length_squared() < at_ball_m * at_ball_m && !player.head.can_see(place)
+}
+
+/// Whether the player has kicked since it saw the ball last, which it cannot see where it is. If the ball has left, it knows when it has a
+/// look; if not, it may have missed it.
+fn has_kicked_blindly(player: &Player, memory: &PlayerMemory, ball: &BallBelief) -> bool {
+    let since_kick_s = memory.kicked_at_s.map(|then| player.status.time_s - then);
+    ball.age_s > FRESH_BALL_S
+        && since_kick_s.is_some_and(|since_s| (0.0..ball.age_s).contains(&since_s))
+        && is_out_of_sight(player, ball)
+}
+
+/// Whether the player stands where it means to kick from, exactly.
+fn stands_where_it_kicks(player: &Player, memory: &PlayerMemory, ball: &BallBelief, aim: &Aim) -> bool {
+    let (abilities, obstacles) = ((player.kicks, player.limits), player.obstacles());
+    let plan = KickPlan::choose(ball.position_m, aim, player.pose(), &obstacles, abilities, memory.kick);
+    plan.is_some_and(|plan| plan.position.distance_squared(player.position()) < BLIND_EXACTNESS_M * BLIND_EXACTNESS_M)
+}
+
+/// A step back from where the ball should lie, so that it comes into view.
+fn step_back(player: &Player) -> Decision {
+    let place = player.position() - player.forward;
+    let walk = player.walk_to(place, player.forward, &player.obstacles());
+    Decision { walk, target: Some(place), intention: "attack", ..default() }
+}
+
+/// Whether the player has lost a ball before its feet, where its cameras show it none, and has kicked at it of late.
+fn may_have_missed(player: &Player, memory: &PlayerMemory) -> bool {
+    /// So long after a kick it thinks of that, s: as long as it takes to lose the ball, and to get away from it.
+    const LATE_S: f32 = 10.0;
+    /// Before the feet, m.
+    const AT_FEET_M: f32 = 0.1;
+    let since_kick_s = memory.kicked_at_s.map(|then| player.status.time_s - then);
+    let at_feet = Vec2::new(player.own_body.base.x_m[1] + player.ball_radius_m + AT_FEET_M, 0.0);
+    since_kick_s.is_some_and(|since_s| (0.0..LATE_S).contains(&since_s)) && !player.head.can_see(at_feet)
+}
+
 /// The kick to make now, if the ball lies right for one. An opponent at the ball, or a long time there, makes do with
 /// less.
 fn kick_if_ready(player: &Player, memory: &PlayerMemory, ball: &BallBelief, aim: &Aim) -> Option<KickRequest> {
-    if !player.body.is_free() || ball.age_s > FRESH_BALL_S || ball.heard_from.is_some() {
+    if !player.body.is_free() || ball.heard_from.is_some() {
         return None;
+    }
+    if ball.age_s > FRESH_BALL_S {
+        let may_be_there = ball.age_s <= BLIND_BALL_S && is_out_of_sight(player, ball);
+        if !may_be_there || !stands_where_it_kicks(player, memory, ball, aim) {
+            return None;
+        }
     }
     let waited_s = memory.at_ball_since_s.map_or(0.0, |since| player.status.time_s - since);
     let hurried = waited_s > PREPARATION_S || player.nearest_opponent(ball.position_m) < PRESSURE_DISTANCE_M;
@@ -166,6 +221,9 @@ pub fn search(player: &Player, memory: &mut PlayerMemory) -> Decision {
     let head = Some(player.head.search(now - since));
     let turn = if memory.lost_left { 1.0 } else { -1.0 };
     let searched_s = now - since;
+    if may_have_missed(player, memory) {
+        return Decision { head, intention: "search", ..step_back(player) };
+    }
     if searched_s < TURN_S {
         let walk = WalkCommand::new(0.0, 0.0, turn * TURN_SHARE * player.limits.max_angular * player.period);
         return Decision { walk, head, intention: "search", ..default() };

@@ -52,6 +52,14 @@ impl Head {
         self.within_limits(angle_of(place), pitch)
     }
 
+    /// Whether the head nods so far that a camera shows a place on the ground, m, robot frame, before the robot.
+    pub fn can_see(&self, place: Vec2) -> bool {
+        /// Half the height of a NAO's image, radians.
+        const HALF_IMAGE: f32 = 0.321;
+        let (pitch, depression) = (self.look_at(place).pitch, self.view.depression(place.length()));
+        self.view.cameras().any(|(axis, height)| (depression - axis - pitch).abs() < HALF_IMAGE * height)
+    }
+
     /// Looks everywhere, in turn: where at this time, s.
     pub fn search(&self, time_s: f32) -> HeadCommand {
         let phase = (time_s / SEARCH_PERIOD_S).rem_euclid(1.0);
@@ -121,6 +129,15 @@ mod tests {
             let aside = Pose::new(0.0, 0.0, 1.2).transform_point(place);
             assert!(sees(look_at(aside), aside), "{aside}");
         }
+    }
+
+    #[test]
+    fn a_head_that_does_not_nod_sees_no_ball_at_its_feet() {
+        let level = HeadLimits { pitch: [0.0; 2], ..HeadLimits::default() };
+        // The image of the lower camera reaches 58.4° down: to 0.36 m ahead.
+        let head = Head::new(&level, FieldOfView::default());
+        assert!(!head.can_see(Vec2::new(0.2, 0.05)) && head.can_see(Vec2::new(0.45, 0.0)));
+        assert!(Head::default().can_see(Vec2::new(0.12, 0.05)));
     }
 
     #[test]

@@ -7,6 +7,8 @@ use serde_json::{Value, json};
 use std::fs;
 use std::path::Path;
 
+use crate::support::{naoisis, text};
+
 /// A model's file of a robot that somebody might build, from numbers between 0 and 1.
 fn model_within_sense(random: [f64; 8]) -> Value {
     let [height, width, hip, neck, camera, speed, slowest, nod] = random;
@@ -29,8 +31,9 @@ fn model_within_sense(random: [f64; 8]) -> Value {
                 "arms": { "shoulder_m": [0.0, half_width_m, neck_m], "length_m": 0.3 * height_m },
             },
             "head": { "yaw_deg": [-90, 90], "pitch_deg": pitch_deg, "pitch_at_yaw_deg": [[0, -90, pitch_deg[1]]] },
-            "cameras": { "mounts": [{ "name": "head", "position_m": [0.05, 0.0, between(camera, 0.5, 1.2) * height_m], "tilt_deg": 20 }] },
+            "cameras": { "mounts": [{ "name": "head", "position_m": [0.05, 0.0, between(camera, 0.5, 1.2) * height_m], "tilt_deg": 40 }] },
             "sonar": { "height_m": 0.5 * height_m },
+            "kicks": { "left_straight": { "max_distance_m": 4 } },
             "motion": { "max_linear_mps": fastest_mps },
         },
         "realistic": { "motion": { "gait": { "least_mps": slowest.min(0.99) * fastest_mps.min(1.0) } }, "ball": "spl2025" },
@@ -202,4 +205,35 @@ fn what_a_robot_with_a_trunk_of_its_own_does_not_name_it_lacks() {
         (Scenario::default().sonar, Scenario::default().head, Scenario::default().cameras)
     );
     assert!(tall.body.legs.is_some());
+}
+
+#[cfg(unix)]
+#[test]
+fn nobody_waits_for_a_pipe() {
+    let folder = tempfile::tempdir().unwrap();
+    let pipe = folder.path().join("pipe.ron");
+    assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    for command in [&["robot", "show", "pipe.ron"][..], &["check", "pipe.ron"], &["run", "pipe.ron"]] {
+        let output = naoisis(folder.path(), command);
+        assert_eq!(output.status.code(), Some(2));
+        assert!(text(&output.stderr).contains("it is no ordinary file"), "{}", text(&output.stderr));
+    }
+}
+
+#[test]
+fn a_check_tells_models_from_scenarios_and_says_who_does_not_see_the_ball() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut model = model_within_sense([0.5; 8]);
+    check(folder.path(), &model).unwrap();
+    let output = naoisis(folder.path(), &["check", "random.ron"]);
+    assert_eq!(text(&output.stdout), "random.ron: ok, the model of a robot\n");
+    model["settings"]["head"] = json!({ "yaw_deg": [0, 0], "pitch_deg": [0, 0] });
+    model["settings"]["cameras"]["mounts"][0]["tilt_deg"] = json!(0);
+    check(folder.path(), &model).unwrap();
+    for command in [&["check", "random.ron"][..], &["robot", "show", "random.ron"]] {
+        let output = naoisis(folder.path(), command);
+        let words =
+            "note: no camera shows it the ball where it kicks from: the nearest ball that it sees straight ahead is ";
+        assert!(output.status.success() && text(&output.stdout).contains(words), "{}", text(&output.stdout));
+    }
 }

@@ -3,12 +3,19 @@
 use bevy::prelude::*;
 use naoisis::camera_model::{CameraMount, CameraMounts};
 use naoisis::events::KickResult;
+use naoisis::geometry::Pose;
 use naoisis::kick_geometry::{KickDirection, KickGeometry};
 use naoisis::prelude::*;
 use naoisis::robot::body::{Arms, Body, BodyBox, Legs, Look, Waistband};
+use naoisis::robot::falls::Balance;
+use naoisis::robot::gait::Gait;
+use naoisis::robot::head::HeadLimits;
 use naoisis::robot::kick::{KickModel, KickSettings, OwnKicks};
-use naoisis::scenario::{LEAGUES, MODELS, RobotModel};
+use naoisis::robot::motion::MotionLimits;
+use naoisis::scenario::{BehaviourSpec, LEAGUES, MODELS, RobotModel, RobotSpec};
 use naoisis::sensing::camera::CameraSettings;
+use naoisis::sensing::latency::Latency;
+use naoisis::sensing::sonar::SonarSettings;
 use naoisis::sensing::vision::{VisionSettings, VisionSource};
 use proptest::prelude::*;
 
@@ -211,6 +218,164 @@ fn a_model_of_ones_own_is_a_file_and_a_robot_changes_its_own() {
     assert_eq!(Scenario::from_json(&scenario.resolved_json().unwrap()).unwrap(), scenario);
     let model = RobotModel::find(&path.to_string_lossy()).unwrap_err().to_string();
     assert!(model.contains("cannot be read"), "{model}");
+}
+
+/// What a robot has in and on its body: from numbers between 0 and 1.
+#[derive(Clone, Debug)]
+struct Equipment {
+    head: HeadLimits,
+    cameras: CameraSettings,
+    motion: MotionLimits,
+    sonar: SonarSettings,
+    latency: Latency,
+    falls: Balance,
+}
+
+fn equipped(body: &Body, random: [f32; 12]) -> Equipment {
+    let [joints, nod, count, tilt, fov, own, speed, gait, walk, sonar, late, fall] = random;
+    let between = |share: f32, least: f32, most: f32| least + share * (most - least);
+    // A third of the robots has no joints in the neck, a third nods, a third nods and turns.
+    let pitch = if joints < 1.0 / 3.0 { [0.0; 2] } else { [-0.3, between(nod, 0.3, 1.0)] };
+    let yaw = if joints < 2.0 / 3.0 { [0.0; 2] } else { [-1.5, 1.5] };
+    let top = between(0.5, body.neck_m.z, body.height_m);
+    let names = ["head", "chin", "chest"];
+    let first = between(tilt, 0.1, 0.5);
+    let mounts: Vec<CameraMount> = names[..1 + (2.99 * count) as usize]
+        .iter()
+        .enumerate()
+        .map(|(index, name)| {
+            let lens = Vec3::new(0.05, if own > 0.7 { 0.03 } else { 0.0 }, top - 0.02 * index as f32);
+            let mut mount = CameraMount::new(name.parse().unwrap(), lens, first + 0.5 * index as f32);
+            mount.size = (own > 0.5).then_some([480, 300]);
+            mount.diagonal_fov = (own > 0.3 && index == 1).then_some(1.4);
+            mount.distortion = (own > 0.6).then_some([-0.1, 0.01]);
+            mount.every_cycles = (own > 0.8 && index > 0).then_some(2);
+            mount
+        })
+        .collect();
+    let max_linear_mps = between(speed, 0.15, 0.9);
+    let gait = (gait > 0.3).then(|| Gait {
+        step_s: between(walk, 0.1, 0.4),
+        backward_mps: 0.6 * max_linear_mps,
+        sideways_mps: 0.5 * max_linear_mps,
+        acceleration_mps2: between(walk, 0.3, 1.0),
+        least_mps: between(walk, 0.005, 0.04),
+        ..default()
+    });
+    Equipment {
+        head: HeadLimits { yaw, pitch, max_speed: between(nod, 1.5, 6.0), ..default() },
+        cameras: CameraSettings {
+            mounts: CameraMounts::new(&mounts).unwrap(),
+            diagonal_fov: between(fov, 1.3, 1.8),
+            ..default()
+        },
+        motion: MotionLimits { max_linear_mps, max_angular: between(speed, 1.2, 2.5), gait, ..default() },
+        sonar: SonarSettings {
+            fitted: sonar > 0.4,
+            height_m: 0.5 * body.height_m,
+            max_m: between(sonar, 0.5, 1.5),
+            ..default()
+        },
+        latency: Latency { vision_s: 0.1 * late, walk_s: 0.06 * late, kick_s: 0.06 * late },
+        falls: if fall < 0.5 {
+            Balance::default()
+        } else {
+            Balance { falls_per_min: fall - 0.5, kick_probability: 0.02, get_up_s: Some(4.0), ..default() }
+        },
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(models()) })]
+
+    /// Robots of random measures with random heads, cameras, gaits, sonars, delays and falls play alone: each finds the ball and kicks it.
+    #[test]
+    fn a_robot_of_random_parts_finds_the_ball_and_kicks_it(
+        measures in proptest::array::uniform10(0.0_f32..1.0), parts in proptest::array::uniform12(0.0_f32..1.0), seed in 1_u64..1000,
+    ) {
+        let (body, _, kicks) = built(measures);
+        let Equipment { head, cameras, motion, sonar, latency, falls } = equipped(&body, parts);
+        let text = r#"{ "rules": "free", "ball": { "position_m": [1.2, 0.6] },
+                        "robots": [{ "number": 1, "pose": [-1, 0, 0], "behaviour": "chaser" }] }"#;
+        let of_text = Scenario::from_json(text).unwrap();
+        let scenario = Scenario { seed, body, kicks, head, cameras, motion, sonar, latency, falls, ..of_text };
+        prop_assert_eq!(scenario.validate(), Ok(()));
+        let mut app = headless_app();
+        app.start_match(&scenario).unwrap();
+        let mut broken = None;
+        let has_kicked = |app: &App| {
+            let events = app.events();
+            broken = broken.take().or_else(|| events.iter().find(|event| matches!(event, MatchEvent::InvariantBroken { .. })).cloned());
+            events.iter().any(|event| matches!(event, MatchEvent::Kick { result: KickResult::Kicked, .. }))
+        };
+        prop_assert!(app.run_until(30 * 240, has_kicked), "{:?} {:?} {:?}", body, (head, cameras.mounts, motion), app.robot_pose(blue(1)));
+        prop_assert_eq!(broken, None);
+    }
+
+    /// Six robots of six random models meet, and nothing breaks that must hold.
+    #[test]
+    fn robots_of_mixed_random_models_play(
+        measures in proptest::array::uniform6(proptest::array::uniform10(0.0_f32..1.0)),
+        parts in proptest::array::uniform6(proptest::array::uniform12(0.0_f32..1.0)),
+        seed in 1_u64..1000,
+    ) {
+        let behaviours = ["keeper", "striker", "supporter"];
+        let robots = measures.into_iter().zip(parts).enumerate().map(|(index, (measures, parts))| {
+            let (body, _, kicks) = built(measures);
+            let Equipment { head, cameras, motion, sonar, latency, falls } = equipped(&body, parts);
+            let (team, side) = if index < 3 { (Team::Blue, -1.0) } else { (Team::Pink, 1.0) };
+            let place = Vec2::new([2.6, 0.9, 1.4][index % 3], [0.0, 0.8, -0.9][index % 3]);
+            RobotSpec {
+                team,
+                number: 1 + index as u8 % 3,
+                pose: Pose { position: side * place, heading: if index < 3 { 0.0 } else { core::f32::consts::PI } },
+                behaviour: BehaviourSpec::Named(behaviours[index % 3].to_owned()),
+                body: Some(body),
+                kicks: Some(kicks),
+                head_limits: Some(head),
+                cameras: Some(cameras),
+                motion: Some(motion),
+                sonar: Some(sonar),
+                latency: Some(latency),
+                falls: Some(falls),
+                ..default()
+            }
+        });
+        let scenario = Scenario { seed, robots: robots.collect(), ..default() };
+        prop_assert_eq!(scenario.validate(), Ok(()));
+        let mut app = headless_app();
+        app.start_match(&scenario).unwrap();
+        for _ in 0..30 * 30 {
+            app.run_cycles(1);
+            let broken = app.events().iter().find(|event| matches!(event, MatchEvent::InvariantBroken { .. }));
+            prop_assert_eq!(broken, None);
+        }
+    }
+}
+
+#[test]
+fn who_does_not_see_the_ball_at_its_feet_kicks_it_where_it_saw_it_last() {
+    for (name, own) in [
+        ("a head that does not nod", r#""head": { "pitch_deg": [0, 0] }"#),
+        (
+            "a camera that looks straight ahead",
+            r#""head": { "yaw_deg": [0, 0], "pitch_deg": [0, 0] }, "cameras": { "mounts": [{ "name": "head", "position_m": [0.06, 0, 0.84] }] }"#,
+        ),
+    ] {
+        for realism in ["paper", "realistic"] {
+            let text = format!(
+                r#"{{ "model": {{ "preset": "booster_k1", {own} }}, "realism": "{realism}", "field": "hsl2026_middle", "rules": "free",
+                      "ball": {{ "position_m": [0.8, -0.7] }},
+                      "robots": [{{ "number": 1, "pose": [-1, 0.5, 90], "behaviour": "chaser" }}] }}"#
+            );
+            let mut app = headless_app();
+            app.start_match(&Scenario::from_json(&text).unwrap()).unwrap();
+            let has_kicked = |app: &App| {
+                app.events().iter().any(|event| matches!(event, MatchEvent::Kick { result: KickResult::Kicked, .. }))
+            };
+            assert!(app.run_until(30 * 120, has_kicked), "{name}, {realism}: {:?}", app.robot_pose(blue(1)));
+        }
+    }
 }
 
 /// How many robots are tried: more where that is asked for.

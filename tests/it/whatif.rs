@@ -57,6 +57,32 @@ fn a_saved_moment_and_the_same_moment_of_a_trace_have_the_same_futures() {
 }
 
 #[test]
+fn what_cannot_change_in_the_middle_of_a_match_is_refused_by_name() {
+    let folder = tempfile::tempdir().unwrap();
+    played(folder.path());
+    for setting in [
+        "model=booster_k1",
+        "realism=ideal",
+        "league=spl2025",
+        "seed=3",
+        "ball.radius_m=0.1",
+        "teams.blue.model=nao_v6",
+        "teams.blue=chasers",
+    ] {
+        let output = naoisis(folder.path(), &["whatif", "m.naoisis", "--times", "1", "--until", "1", "--set", setting]);
+        let (path, _) = setting.split_once('=').unwrap();
+        let words = format!("--set {setting}: `{path}` cannot change in the middle of a match; expected `messages`");
+        assert!(output.status.code() == Some(2) && text(&output.stderr).contains(&words), "{}", text(&output.stderr));
+    }
+    // A team's own speed can, and its body cannot.
+    let few = ["--times", "2", "--until", "20"];
+    let before = outcomes(folder.path(), &[&["m.naoisis"], &few[..]].concat());
+    let slow =
+        outcomes(folder.path(), &[&["m.naoisis", "--set", "teams.blue.motion.max_linear_mps=0.05"], &few[..]].concat());
+    assert_ne!(before["branches"], slow["branches"]);
+}
+
+#[test]
 fn what_is_no_moment_is_refused_with_what_would_be() {
     let folder = tempfile::tempdir().unwrap();
     played(folder.path());

@@ -29,6 +29,7 @@ use crate::pitch::Pitch;
 use crate::robot::body::Body;
 use crate::robot::head::HeadAngles;
 
+pub mod ball_in_view;
 pub mod field_of_view;
 #[cfg(feature = "gpu")]
 pub mod gpu;
