@@ -1,5 +1,6 @@
 //! `naoisis robot show`: a model's sheet, and its figures with their sources.
 
+use bevy::math::Vec2;
 use clap::{Args, Subcommand};
 use core::fmt::Write;
 use serde_json::Value;
@@ -12,6 +13,7 @@ use super::realism::no_model;
 use super::report;
 use super::terminal::Printer;
 use crate::figures::model_sheet;
+use crate::kick_geometry::KickGeometry;
 use crate::record::encoder::{Layer, write_png};
 use crate::scenario::{RobotModel, Scenario};
 use crate::sensing::camera::CameraSettings;
@@ -80,18 +82,25 @@ pub fn robot(arguments: &RobotArguments) -> ExitCode {
 
 /// What is to be said of a robot whose cameras do not show it the ball that it is about to kick.
 pub(super) fn blindness(model: &RobotModel) -> Option<String> {
-    let Scenario { body, cameras, head, kicks, ball, .. } = model.scenario().ok()?;
+    blindness_in(&model.scenario().ok()?)
+}
+
+/// The same of a scenario's robots.
+fn blindness_in(scenario: &Scenario) -> Option<String> {
+    let Scenario { body, cameras, head, kicks, ball, .. } = scenario;
     if cameras.mounts.as_slice().is_empty() {
         return Some("it has no cameras: it sees no ball".to_owned());
     }
-    let cameras = CameraSettings { neck_m: body.neck_m, ..cameras };
+    let cameras = CameraSettings { neck_m: body.neck_m, ..*cameras };
     let radius_m = ball.unwrap_or_default().radius_m;
-    let mut places = kicks.types().filter_map(|kick| kicks.geometry(kick)).map(|region| region.best_m).peekable();
+    // Where the ball lies best, and as far away as it may.
+    let places = |region: KickGeometry| [region.best_m, Vec2::new(region.x_m[1], region.best_m.y)];
+    let mut places = kicks.types().filter_map(|kick| kicks.geometry(kick)).flat_map(places).peekable();
     places.peek()?;
-    if places.any(|place| sees_ball(&cameras, &head, place, radius_m)) {
+    if places.any(|place| sees_ball(&cameras, head, place, radius_m)) {
         return None;
     }
-    let nearest = match nearest_ball_seen_m(&cameras, &head, radius_m) {
+    let nearest = match nearest_ball_seen_m(&cameras, head, radius_m) {
         Some(distance_m) => format!("the nearest ball that it sees straight ahead is {distance_m:.2} m away"),
         None => "it sees no ball straight ahead at all".to_owned(),
     };
@@ -143,6 +152,7 @@ fn sheet_name(model: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scenario::MODELS;
 
     #[test]
     fn a_sheet_lies_in_its_folder_whatever_the_model_is_called() {
@@ -152,11 +162,19 @@ mod tests {
 
     #[test]
     fn who_sees_no_ball_at_its_feet_is_pointed_out() {
-        let words = |name: &str| blindness(&RobotModel::named(name).unwrap());
-        assert_eq!([words("nao"), words("nao_v6"), words("booster_k1"), words("booster_t1")], [const { None }; 4]);
-        // Its mast looks ahead.
-        let rover = words("rover").unwrap();
-        assert!(rover.contains("the nearest ball that it sees straight ahead is 0.2"), "{rover}");
+        for preset in MODELS {
+            assert_eq!(blindness(&RobotModel::named(preset.name).unwrap()), None, "{}", preset.name);
+        }
+        let words = |own: &str| {
+            let text = format!(r#"{{ "model": {{ "preset": "booster_k1", {own} }}, "realism": "realistic" }}"#);
+            blindness_in(&Scenario::from_json(&text).unwrap())
+        };
+        let level = words(r#""head": { "pitch_deg": [0, 0] }"#).unwrap();
+        assert!(level.contains("the nearest ball that it sees straight ahead is 0.7"), "{level}");
+        let up = words(r#""head": { "pitch_deg": [-80, -80] }"#).unwrap();
+        assert!(up.contains("it sees no ball straight ahead at all"), "{up}");
+        let blind = words(r#""cameras": { "mounts": [] }"#).unwrap();
+        assert!(blind.contains("it has no cameras"), "{blind}");
     }
 
     #[test]

@@ -57,13 +57,24 @@ impl RobotModel {
         Self::named(name_or_path).ok_or_else(|| ModelError::Unknown(name_or_path.to_owned()))
     }
 
-    /// The model of a file, or all that is wrong with it; none where it is no model's file: it cannot be read, is not RON, or is something else.
+    /// The model of a file, or all that is wrong with it; none where it is no model's file: it cannot be read, or is something else.
     pub fn check(path: &str) -> Option<Result<RobotModel, Vec<ScenarioError>>> {
         let text = text_of(path).ok()?;
         let format = Format::of_path(Path::new(path))?;
         let value = read(&text, format).ok()?;
         let source = ScenarioSource::of_file(path, format, &text);
-        is_model(&value).then(|| read_model(&source, value).map(|model| model.named_by(path)))
+        if !is_model(&value) {
+            return None;
+        }
+        if !is_file(path) {
+            let message = "this is the model of a robot, which no scenario can name";
+            return Some(Err(vec![source.error(&ScenarioFault::new(
+                FieldPath::default(),
+                message,
+                "a name that ends in `.ron`",
+            ))]));
+        }
+        Some(read_model(&source, value).map(|model| model.named_by(path)))
     }
 
     fn load(path: &str) -> Result<RobotModel, ModelError> {

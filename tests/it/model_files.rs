@@ -227,6 +227,10 @@ fn a_check_tells_models_from_scenarios_and_says_who_does_not_see_the_ball() {
     check(folder.path(), &model).unwrap();
     let output = naoisis(folder.path(), &["check", "random.ron"]);
     assert_eq!(text(&output.stdout), "random.ron: ok, the model of a robot\n");
+    fs::copy(folder.path().join("random.ron"), folder.path().join("random.json")).unwrap();
+    let output = naoisis(folder.path(), &["check", "random.json"]);
+    let words = "random.json:1:1: this is the model of a robot, which no scenario can name; expected a name that ends in `.ron`";
+    assert!(output.status.code() == Some(2) && text(&output.stderr).contains(words), "{}", text(&output.stderr));
     model["settings"]["head"] = json!({ "yaw_deg": [0, 0], "pitch_deg": [0, 0] });
     model["settings"]["cameras"]["mounts"][0]["tilt_deg"] = json!(0);
     check(folder.path(), &model).unwrap();
