@@ -103,6 +103,20 @@ impl Chart {
         Ticks { range, at: at.collect() }
     }
 
+    /// By how much the curve at a place in the legend is drawn higher: what stands for words would lie on top of each other.
+    pub fn shift(&self, index: usize) -> f64 {
+        /// From one curve to the next, and from the first to the last at most.
+        const EACH: f64 = 0.035;
+        const ALL: f64 = 0.28;
+        let count = self.lines.len();
+        if !self.unit.is_words() || count < 2 {
+            return 0.0;
+        }
+        let each = EACH.min(ALL / (count - 1) as f64);
+        // The first one of the legend is the highest.
+        each * ((count - 1) as f64 / 2.0 - index as f64)
+    }
+
     /// A value in words.
     pub fn value_words(&self, value: f32) -> String {
         match self.unit.word(f64::from(value)) {
@@ -200,6 +214,19 @@ mod tests {
         let chart = chart(&[0.0, 2.0, 1.0], plans);
         assert_eq!(words(&chart.value_ticks(4)), ["wait", "go", "kick"]);
         assert_eq!((chart.value_words(2.0), chart.heading()), ("kick".to_owned(), "speed".to_owned()));
+    }
+
+    #[test]
+    fn curves_that_stand_for_words_lie_beside_each_other_and_others_where_they_are() {
+        let one = chart(&[0.0, 1.0], Unit::YesNo);
+        assert_eq!(one.shift(0), 0.0);
+        let many = Chart { lines: vec![one.lines[0].clone(); 14], ..one };
+        let shifts: Vec<f64> = (0..14).map(|index| many.shift(index)).collect();
+        assert!(
+            shifts.windows(2).all(|pair| pair[0] > pair[1]) && shifts[0] < 0.15 && shifts[13] > -0.15,
+            "{shifts:?}"
+        );
+        assert_eq!(Chart { unit: Unit::In("m"), ..many }.shift(3), 0.0);
     }
 
     #[test]

@@ -209,7 +209,7 @@ fn draw(chart: &Chart, pen: &mut impl Pen) {
         let (colour, is_dashed) = ink(index, false);
         for piece in &line.pieces {
             let places: Vec<Vec2> = clipped(piece, chart.cycles)
-                .map(|[cycle, value]| Vec2::new(x(cycle * chart.period_s), y(value)))
+                .map(|[cycle, value]| Vec2::new(x(cycle * chart.period_s), y(value + chart.shift(index))))
                 .collect();
             pen.line(&places, colour, 1.6, is_dashed);
         }

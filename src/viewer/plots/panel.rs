@@ -240,7 +240,7 @@ impl Plot<'_> {
             let stroke = Stroke::new(1.4, rgb(colour));
             for piece in &line.pieces {
                 let points: Vec<Pos2> = clipped(piece, self.axis.part)
-                    .map(|[cycle, value]| Pos2::new(self.axis.x(cycle), y(value)))
+                    .map(|[cycle, value]| Pos2::new(self.axis.x(cycle), y(value + chart.shift(index))))
                     .collect();
                 match points.as_slice() {
                     [point] => drop(painter.circle_filled(*point, 1.5, stroke.color)),
