@@ -94,6 +94,10 @@ pub(super) fn show(
                 if let Some(changed) = axis.changed_part(ui, &response, whole) {
                     *part = changed;
                 }
+                if response.hovered() {
+                    // On curves the wheel comes closer; beside them it goes from plot to plot.
+                    ui.input_mut(|input| input.smooth_scroll_delta.y = 0.0);
+                }
                 if let Some(at) = response.interact_pointer_pos().filter(|_| response.clicked()) {
                     moments.write(TimelineCommand::GoTo(axis.cycle(at.x).round().max(0.0) as u64));
                 }
