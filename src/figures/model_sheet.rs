@@ -173,15 +173,10 @@ fn draw_kicks(canvas: &mut Canvas, body: &Body, kicks: &KickSettings, at: Vec2) 
         }
         canvas.disc(place(from), 4.0, colours::BALL, 1.0);
     }
-    let lines: Vec<String> = kicks
-        .models()
-        .map(|(kick, model)| match model.max_distance_m {
-            distance_m if distance_m > 0.0 => format!("{kick}: {distance_m} m"),
-            _ => format!("{kick}: none"),
-        })
-        .collect();
-    for (row, pair) in lines.chunks(2).enumerate() {
-        remark(canvas, &pair.join(", "), at + Vec2::new(0.0, size.y + 78.0 + 24.0 * row as f32));
+    let lines: Vec<String> = kicks.types().map(|kick| format!("{kick}: {} m", kicks.max_distance_m(kick))).collect();
+    // There is room for two rows.
+    for (row, kicks) in lines.chunks(lines.len().div_ceil(2).max(2)).enumerate() {
+        remark(canvas, &kicks.join(", "), at + Vec2::new(0.0, size.y + 78.0 + 24.0 * row as f32));
     }
 }
 
