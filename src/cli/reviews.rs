@@ -8,7 +8,7 @@ use super::outputs::{Output, STANDARD_OUTPUT};
 use super::recording::Recording;
 use crate::record::mistake_recorder::MistakeRecorder;
 use crate::record::recorder::Recorder;
-use crate::record::summary_page::SummaryRecorder;
+use crate::record::summary_recorder::SummaryRecorder;
 
 /// The arguments for mistakes and the summary.
 #[derive(Args, Debug, Clone, Default)]

@@ -35,6 +35,7 @@ mod scaling;
 pub mod sheet;
 pub mod summary_page;
 pub mod summary_picture;
+pub mod summary_recorder;
 pub mod trace;
 pub mod trace_fields;
 pub mod video;

@@ -1,20 +1,11 @@
-//! The [summary](MatchSummary) of a match as a page in HTML, which needs nothing else, or as a picture.
+//! The [summary](MatchSummary) of a match as a page in HTML, which needs nothing else.
 
 use bevy::prelude::*;
 use core::fmt::Write as _;
-use std::io::{self, Write};
-use std::path::Path;
 
-use super::cycle_record::CycleRecord;
 use super::match_summary::{CELLS_ALONG, HeatMap, MatchSummary};
 use super::mistakes::MistakeKind;
-use super::output_file::OutputFile;
-use super::png_file::{Layer, encode_png};
-use super::recorder::{MatchEnd, RecordError, Recorder};
-use super::summary_picture::picture;
 use crate::pitch::Pitch;
-use crate::scenario::Scenario;
-use crate::sensing::camera::image::Image;
 use crate::team::{PerTeam, Team};
 
 const STYLE: &str = "body{font-family:system-ui,sans-serif;margin:2em auto;max-width:70em;padding:0 1em;color:#202226}\
@@ -24,60 +15,6 @@ th{color:#666}td:first-child,th:first-child{text-align:left}.maps{display:flex;f
 figure{margin:0}figcaption{color:#666;margin-top:.3em}.blue{color:#2458b8}.pink{color:#c02f78}";
 /// Pixels to a metre of a map of the pitch that is this long; others are as large.
 const MAP_WIDTH: f32 = 340.0;
-
-/// A page, or a picture, that is being made.
-pub struct SummaryRecorder {
-    output: OutputFile,
-    is_picture: bool,
-    summary: Option<MatchSummary>,
-}
-
-impl SummaryRecorder {
-    /// A file, which replaces any that is there when the match is over: a picture where its name ends in `.png`, or else a page.
-    ///
-    /// # Errors
-    /// When the file cannot be written.
-    pub fn create(path: &Path) -> Result<Self, RecordError> {
-        let is_picture = path.extension().is_some_and(|extension| extension == "png");
-        Ok(Self { output: OutputFile::create(path)?, is_picture, summary: None })
-    }
-}
-
-impl Recorder for SummaryRecorder {
-    fn start(&mut self, scenario: &Scenario, record: &CycleRecord, _: &mut World) {
-        let mut summary = MatchSummary::new(scenario);
-        summary.look(record);
-        self.summary = Some(summary);
-    }
-
-    fn record(&mut self, record: &CycleRecord, _: &mut World) {
-        if let Some(summary) = &mut self.summary {
-            summary.look(record);
-        }
-    }
-
-    fn finish(self: Box<Self>, _: &MatchEnd, _: &CycleRecord) -> Result<Option<String>, RecordError> {
-        let bytes = match &self.summary {
-            Some(summary) if self.is_picture => png(&picture(summary)),
-            Some(summary) => Ok(page(summary).into_bytes()),
-            None => Ok(Vec::new()),
-        };
-        let mut file = self.output.writer()?;
-        let written = bytes.and_then(|bytes| file.write_all(&bytes));
-        self.output.close(written)?;
-        Ok(None)
-    }
-}
-
-/// A picture as a PNG file has it.
-///
-/// # Errors
-/// None but of memory.
-pub fn png(picture: &Image) -> io::Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    encode_png(&mut bytes, Layer::Colours, picture)?;
-    Ok(bytes)
-}
 
 /// The page of a match.
 pub fn page(summary: &MatchSummary) -> String {
@@ -262,7 +199,7 @@ fn escaped(words: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenario::TeamsSpec;
+    use crate::scenario::{Scenario, TeamsSpec};
 
     #[test]
     fn a_page_says_who_played_and_is_no_ones_to_write_into() {
