@@ -6,10 +6,8 @@ use bevy_egui::egui::{self, PopupCloseBehavior, RichText, WidgetInfo, WidgetType
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::event_log::{EventLog, LogEntry, LogKind};
-use super::lanes::{EventKind, Lanes, mistake_words};
 use super::shared::FindEvent;
 use super::theme::{dim, team_colour, text_size};
-use crate::record::mistakes::Mistake;
 use crate::robot::Roster;
 use crate::team::{RobotId, Team};
 
@@ -18,7 +16,10 @@ pub struct EventFilterPlugin;
 
 impl Plugin for EventFilterPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<EventFilter>().init_resource::<ListedEvents>().add_systems(PreUpdate, list_events);
+        app.init_resource::<EventFilter>()
+            .init_resource::<FoundMistakes>()
+            .init_resource::<ListedEvents>()
+            .add_systems(PreUpdate, list_events);
     }
 }
 
@@ -55,6 +56,10 @@ impl EventFilter {
     }
 }
 
+/// What went wrong, as entries of the list, as far as somebody has found it.
+#[derive(Resource, Clone, PartialEq, Debug, Default)]
+pub struct FoundMistakes(pub Vec<LogEntry>);
+
 /// The events that the list has, oldest first, and how many it leaves out.
 #[derive(Resource, Clone, PartialEq, Debug, Default)]
 pub struct ListedEvents {
@@ -70,10 +75,9 @@ pub struct ListedEvents {
 
 impl ListedEvents {
     /// Of what happened and what went wrong.
-    fn of(filter: &EventFilter, log: &[LogEntry], mistakes: &[Mistake]) -> Self {
+    fn of(filter: &EventFilter, log: &[LogEntry], mistakes: &[LogEntry]) -> Self {
         let mut listed = Self::default();
-        let mistakes = mistakes.iter().map(entry_of_mistake);
-        for entry in log.iter().cloned().chain(mistakes) {
+        for entry in log.iter().chain(mistakes).cloned() {
             *listed.counts.entry(entry.kind).or_default() += 1;
             if filter.has(&entry) {
                 listed.entries.push(entry);
@@ -86,26 +90,14 @@ impl ListedEvents {
     }
 }
 
-fn entry_of_mistake(mistake: &Mistake) -> LogEntry {
-    LogEntry {
-        time_s: mistake.from_s,
-        team: Some(mistake.robot.team),
-        text: mistake_words(mistake),
-        robot: Some(mistake.robot),
-        place: Some(mistake.position_m),
-        kind: LogKind::Mistake,
-        ..default()
-    }
-}
-
 /// Makes the list again where something is new: not in each frame.
 fn list_events(
     filter: Res<EventFilter>,
     log: Res<EventLog>,
-    lanes: Option<Res<Lanes>>,
+    found: Res<FoundMistakes>,
     mut listed: ResMut<ListedEvents>,
 ) {
-    let mistakes = lanes.as_ref().filter(|_| filter.has_mistakes()).map_or(&[][..], |lanes| lanes.tracks.mistakes());
+    let mistakes = if filter.has_mistakes() { &found.0[..] } else { &[] };
     let log = log.until(f64::INFINITY);
     let is_same = listed.of.as_ref().is_some_and(|(of, count, last, wrong)| {
         *of == *filter && *count == log.len() && last.as_ref() == log.last() && *wrong == mistakes.len()
@@ -122,9 +114,9 @@ pub(super) fn show(
     filter: &mut EventFilter,
     listed: &ListedEvents,
     roster: &Roster,
-    mut lanes: Option<&mut Lanes>,
     events: &mut MessageWriter<FindEvent>,
-) {
+) -> bool {
+    let mut is_used = false;
     ui.horizontal_wrapped(|ui| {
         let steps = [
             ("<", "Previous listed event", "The one before (,)", FindEvent::Previous),
@@ -134,9 +126,7 @@ pub(super) fn show(
             let button = ui.small_button(text);
             button.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, name));
             if button.on_hover_text(hint).clicked() {
-                if let Some(lanes) = &mut lanes {
-                    lanes.kind = EventKind::Listed;
-                }
+                is_used = true;
                 events.write(event);
             }
         }
@@ -145,11 +135,7 @@ pub(super) fn show(
         let words = RichText::new("Filter").size(text_size::SMALL);
         let (button, _) = MenuButton::new(words).config(stays).ui(ui, |ui| choose(ui, filter, listed, roster));
         button.on_hover_text("Which events are listed; , and . go from one to the next");
-        if *filter != before
-            && let Some(lanes) = &mut lanes
-        {
-            lanes.kind = EventKind::Listed;
-        }
+        is_used |= *filter != before;
         if listed.hidden > 0 {
             let count = format!("{} hidden", listed.hidden);
             let all = ui.small_button(RichText::new(&count).size(text_size::SMALL));
@@ -159,6 +145,7 @@ pub(super) fn show(
             }
         }
     });
+    is_used
 }
 
 impl EventFilter {
@@ -212,7 +199,6 @@ fn choose(ui: &mut egui::Ui, filter: &mut EventFilter, listed: &ListedEvents, ro
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::record::mistakes::MistakeKind;
 
     const BLUE: RobotId = RobotId::new(Team::Blue, 1);
     const PINK: RobotId = RobotId::new(Team::Pink, 1);
@@ -233,7 +219,7 @@ mod tests {
         ]
     }
 
-    fn times(filter: &EventFilter, mistakes: &[Mistake]) -> (Vec<f64>, usize) {
+    fn times(filter: &EventFilter, mistakes: &[LogEntry]) -> (Vec<f64>, usize) {
         let listed = ListedEvents::of(filter, &log(), mistakes);
         (listed.entries.iter().map(|entry| entry.time_s).collect(), listed.hidden)
     }
@@ -250,15 +236,7 @@ mod tests {
 
     #[test]
     fn mistakes_stand_among_the_events_of_their_time() {
-        let mistake = Mistake {
-            kind: MistakeKind::KickMissed,
-            robot: BLUE,
-            other: None,
-            from_s: 2.5,
-            until_s: 2.5,
-            position_m: Vec2::ZERO,
-            worst: None,
-        };
+        let mistake = LogEntry { time_s: 2.5, kind: LogKind::Mistake, ..default() };
         let (times, hidden) = times(&EventFilter::everything(), &[mistake]);
         assert_eq!((times, hidden), (vec![1.0, 2.0, 2.5, 3.0, 4.0], 0));
     }

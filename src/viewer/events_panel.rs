@@ -9,7 +9,7 @@ use super::camera::LookAt;
 use super::display_settings::DisplaySettings;
 use super::event_filter::{self, EventFilter, ListedEvents};
 use super::event_log::{EventLog, LogEntry};
-use super::lanes::Lanes;
+use super::lanes::{EventKind, Lanes};
 use super::layout::{Dock, Edge, LayoutSystems, PanelSizes};
 use super::overlays::{Brush, OverlaySystems};
 use super::palette;
@@ -152,7 +152,10 @@ fn show_events(
         let height = (ui.available_height() - rest(ui)).max(LEAST_HEIGHT);
         let top = ui.cursor().top();
         let mut wanted = filter.clone();
-        event_filter::show(ui, &mut wanted, &listed, &roster, lanes.as_deref_mut(), &mut events);
+        let is_used = event_filter::show(ui, &mut wanted, &listed, &roster, &mut events);
+        if let Some(lanes) = lanes.as_mut().filter(|_| is_used) {
+            lanes.kind = EventKind::Listed;
+        }
         filter.set_if_neq(wanted);
         if log.is_empty() {
             let nothing = if listed.hidden > 0 { "Nothing that is listed." } else { "Nothing has happened yet." };

@@ -41,6 +41,7 @@
 //! | [`lanes`] | the whole match at a glance, a lane for each robot; events of a kind |
 //! | [`plots`] | any number of robots and the ball as a curve, over the whole match |
 //! | `time_axis` | where cycles are on lanes and plots, and the part of the match that is looked at |
+//! | `pen_marks` | what the pen draws |
 //! | `new_file` | files that a button writes, never over another |
 //! | [`workspace`] | what the window is used for: to watch, to debug, to teach |
 //! | [`watch`] | a large score, goals again in slow motion, a summary at the end |
@@ -102,6 +103,7 @@ pub mod overlays;
 mod palette;
 mod panels;
 mod part_mesh;
+mod pen_marks;
 pub mod plots;
 pub mod rebuild;
 pub mod report_state;

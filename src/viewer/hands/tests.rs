@@ -104,7 +104,7 @@ fn what_the_match_has_not_carried_out_yet_is_left_out_of_it() {
 
 #[test]
 fn strokes_of_the_pen_are_taken_back_and_drawn_again() {
-    use crate::viewer::teach::pen::{Mark, Pen};
+    use crate::viewer::pen_marks::{Mark, Pen};
     let mut app = app();
     app.init_resource::<Pen>().add_systems(Update, undo::note_marks.before(obey));
     app.update();

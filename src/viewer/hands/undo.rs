@@ -13,8 +13,8 @@ use crate::geometry::Pose;
 use crate::robot::Roster;
 use crate::team::RobotId;
 use crate::viewer::keyframes::Keyframes;
+use crate::viewer::pen_marks::{Mark, Pen};
 use crate::viewer::shared::Notice;
-use crate::viewer::teach::pen::{Mark, Pen};
 use crate::viewer::timeline::Timeline;
 
 /// More is not remembered.

@@ -13,8 +13,8 @@ mod panel;
 pub mod tracks;
 
 use super::display_settings::DisplaySettings;
-use super::event_filter::{EventFilter, ListedEvents};
-use super::event_log::LogEntry;
+use super::event_filter::{EventFilter, FoundMistakes, ListedEvents};
+use super::event_log::{LogEntry, LogKind};
 use super::keyframes::Keyframes;
 use super::layout::LayoutSystems;
 use super::shared::{FindEvent, Notice, Playback, Selection, TimelineCommand};
@@ -42,7 +42,7 @@ impl Plugin for LanesPlugin {
             .init_resource::<ShownPart>()
             .add_message::<FindEvent>()
             .add_systems(Cycle, note_cycle.in_set(RecordSystems::Keep))
-            .add_systems(Update, (read_records, find_event).chain())
+            .add_systems(Update, (read_records, tell_mistakes, find_event).chain())
             .add_systems(EguiPrimaryContextPass, panel::show.run_if(is_open).in_set(LayoutSystems::Lanes));
     }
 }
@@ -219,6 +219,26 @@ fn find_event(
     }
 }
 
+/// The list of events has what was found, too.
+fn tell_mistakes(lanes: Res<Lanes>, found: Option<ResMut<FoundMistakes>>) {
+    let mistakes = lanes.tracks.mistakes();
+    if let Some(mut found) = found.filter(|found| found.0.len() != mistakes.len()) {
+        found.0 = mistakes.iter().map(entry_of_mistake).collect();
+    }
+}
+
+fn entry_of_mistake(mistake: &Mistake) -> LogEntry {
+    LogEntry {
+        time_s: mistake.from_s,
+        team: Some(mistake.robot.team),
+        text: mistake_words(mistake),
+        robot: Some(mistake.robot),
+        place: Some(mistake.position_m),
+        kind: LogKind::Mistake,
+        ..default()
+    }
+}
+
 fn side_of(wanted: FindEvent) -> &'static str {
     if wanted == FindEvent::Next { "after" } else { "before" }
 }
@@ -269,7 +289,7 @@ fn cycle_of(mistake: &Mistake, period_s: f64) -> u64 {
 }
 
 /// What went wrong, in a line.
-pub(super) fn mistake_words(mistake: &Mistake) -> String {
+fn mistake_words(mistake: &Mistake) -> String {
     let other = mistake.other.map_or_else(String::new, |other| format!(" with {other}"));
     let worst = mistake.worst.map_or_else(String::new, |worst| format!(", {worst:.2} {}", mistake.unit()));
     let length_s = mistake.until_s - mistake.from_s;

@@ -5,6 +5,7 @@ use core::any::TypeId;
 use std::collections::BTreeSet;
 
 use super::field::{self, Field, KnownField, Source};
+use super::wording::Unit;
 use super::{Plots, measured};
 use crate::ball::Ball;
 use crate::robot::Roster;
@@ -90,6 +91,18 @@ pub(super) fn list_fields(world: &mut World, mut last_s: Local<Option<f32>>) {
         groups.sort_by(|one, other| one[0].group.cmp(&other[0].group));
         groups.into_iter().flatten()
     });
-    let fields = measured::fields().chain(of_components).collect();
+    let fields = measured_fields().chain(of_components).collect();
     *world.resource_mut::<FieldList>() = FieldList { fields, components: list };
+}
+
+/// All that is measured, as fields.
+pub(super) fn measured_fields() -> impl Iterator<Item = KnownField> {
+    measured::ALL.into_iter().map(|measured| KnownField {
+        field: Field(measured.key.to_owned()),
+        of_ball: measured.is_of_ball(),
+        group: "measured".to_owned(),
+        name: measured.name.to_owned(),
+        unit: Unit::In(measured.unit),
+        source: Source::Measured(measured),
+    })
 }

@@ -8,9 +8,9 @@ use core::any::TypeId;
 use serde::{Deserialize, Serialize};
 
 use super::measured::Measured;
+pub use super::subject::Subject;
 use super::wording::{self, Unit};
 use crate::knowledge::Knowledge;
-use crate::team::RobotId;
 
 /// Values within values are looked into so deep.
 const DEEPEST: usize = 6;
@@ -21,25 +21,6 @@ const LONGEST_ARRAY: usize = 4;
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Field(pub String);
-
-/// What a number is of.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
-pub enum Subject {
-    /// A robot.
-    Robot(RobotId),
-    /// The ball.
-    Ball,
-}
-
-impl Subject {
-    /// Its name, for people.
-    pub fn name(self) -> String {
-        match self {
-            Subject::Robot(id) => id.to_string(),
-            Subject::Ball => "ball".to_owned(),
-        }
-    }
-}
 
 /// A field with all that is needed to read it and to talk about it.
 #[derive(Clone, PartialEq, Debug)]

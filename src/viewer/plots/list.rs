@@ -104,13 +104,13 @@ fn is_meant(field: &KnownField, wanted: &str) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::super::measured;
+    use super::super::catalogue::measured_fields;
     use super::*;
 
     #[test]
     fn fields_are_found_by_parts_of_their_names_in_any_order() {
         let found = |wanted: &str| -> Vec<String> {
-            measured::fields().filter(|field| is_meant(field, wanted)).map(|field| field.name).collect()
+            measured_fields().filter(|field| is_meant(field, wanted)).map(|field| field.name).collect()
         };
         assert_eq!(found("BALL err"), ["error of the ball"]);
         assert_eq!(found("sonar left measured"), ["left sonar"]);

@@ -2,8 +2,7 @@
 
 use bevy::math::Vec2;
 
-use super::field::{Field, KnownField, Source, Subject};
-use super::wording::Unit;
+use super::subject::Subject;
 use crate::geometry::to_degrees;
 use crate::viewer::cycle_samples::{CycleSample, RobotSample};
 
@@ -11,10 +10,10 @@ use crate::viewer::cycle_samples::{CycleSample, RobotSample};
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Measured {
     /// As it is remembered.
-    key: &'static str,
+    pub(super) key: &'static str,
     /// For people.
-    name: &'static str,
-    unit: &'static str,
+    pub(super) name: &'static str,
+    pub(super) unit: &'static str,
     of: Of,
 }
 
@@ -46,7 +45,7 @@ const fn of_ball(key: &'static str, name: &'static str, unit: &'static str, of: 
 }
 
 /// All of them.
-const ALL: [Measured; 19] = [
+pub(super) const ALL: [Measured; 19] = [
     of_robot("own_place_error", "error of its own place", "m", |robot, _| Some(robot.error?.position_m)),
     of_robot("own_heading_error", "error of its own heading", "°", |robot, _| Some(to_degrees(robot.error?.heading))),
     of_robot("ball_error", "error of the ball", "m", |robot, _| Some(robot.error?.ball?.position_m)),
@@ -76,19 +75,12 @@ const ALL: [Measured; 19] = [
     of_ball("ball_y", "ball, place y", "m", |ball| ball.y),
 ];
 
-/// All of them, as fields.
-pub(super) fn fields() -> impl Iterator<Item = KnownField> {
-    ALL.into_iter().map(|measured| KnownField {
-        field: Field(measured.key.to_owned()),
-        of_ball: matches!(measured.of, Of::Ball(_)),
-        group: "measured".to_owned(),
-        name: measured.name.to_owned(),
-        unit: Unit::In(measured.unit),
-        source: Source::Measured(measured),
-    })
-}
-
 impl Measured {
+    /// Whether it is the ball's.
+    pub(super) fn is_of_ball(self) -> bool {
+        matches!(self.of, Of::Ball(_))
+    }
+
     /// What it is of everybody in a cycle of this duration, s.
     pub(super) fn values(self, sample: &CycleSample, period_s: f64) -> Vec<(Subject, f32)> {
         match self.of {

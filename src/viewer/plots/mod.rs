@@ -19,6 +19,7 @@ pub mod list;
 mod measured;
 mod panel;
 pub mod series;
+pub mod subject;
 pub mod wording;
 mod worker;
 

@@ -4,7 +4,6 @@ use bevy::prelude::*;
 use bevy_egui::egui::{self, Align2, FontId, TextEdit, WidgetInfo, WidgetType};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
-use super::bookmark_file::{self, BookmarkFile, OpenedTrace};
 use super::pen::{Mark, Pen};
 use crate::cycle::CycleClock;
 use crate::team::RobotId;
@@ -29,9 +28,7 @@ pub struct BookmarksPlugin;
 
 impl Plugin for BookmarksPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<OpenedTrace>()
-            .init_resource::<BookmarkFile>()
-            .add_systems(Update, (forget, obey, bookmark_file::keep).chain().after(KeysSystems).before(CameraSystems))
+        app.add_systems(Update, (forget, obey).chain().after(KeysSystems).before(CameraSystems))
             .add_systems(EguiPrimaryContextPass, show_caption.run_if(is_teaching).in_set(LayoutSystems::Floating));
     }
 }

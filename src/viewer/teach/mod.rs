@@ -23,7 +23,10 @@ impl Plugin for TeachPlugin {
             .init_resource::<Bookmarks>()
             .init_resource::<RobotsWorld>()
             .add_message::<TeachAction>()
+            .init_resource::<bookmark_file::OpenedTrace>()
+            .init_resource::<bookmark_file::BookmarkFile>()
             .add_plugins(bookmarks::BookmarksPlugin)
+            .add_systems(Update, bookmark_file::keep)
             .add_systems(
                 Update,
                 (pen::obey, robots_world::obey, pen::draw).chain().after(KeysSystems).before(CameraSystems),

@@ -7,63 +7,15 @@ use crate::viewer::camera::ViewerCamera;
 use crate::viewer::layout::{MouseTaken, OverPanel, mouse_is_over_match};
 use crate::viewer::overlays::Brush;
 use crate::viewer::palette;
+pub use crate::viewer::pen_marks::{Mark, Pen};
 use crate::viewer::shared::{Notice, TeachAction};
 use crate::viewer::stage::pitch_from_world;
 use bevy_egui::input::EguiWantsInput;
 
-/// What is shorter was no drag, m.
-const SHORTEST_M: f32 = 0.05;
 /// Lines of the pen are as thick as three, this far from each other, m.
 const APART_M: f32 = 0.012;
 /// A zone is hatched, with lines so far from each other, m.
 const HATCHING_M: f32 = 0.12;
-
-/// Something that was drawn, m, pitch frame.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub enum Mark {
-    /// From here to there.
-    Arrow(Vec2, Vec2),
-    /// A circle with this centre, through that place.
-    Zone(Vec2, Vec2),
-}
-
-/// The pen, and what was drawn with it.
-#[derive(Resource, Clone, PartialEq, Debug, Default)]
-pub struct Pen {
-    /// Whether the mouse draws.
-    pub is_on: bool,
-    /// What was drawn, oldest first.
-    pub marks: Vec<Mark>,
-    /// Where the mark that is being drawn begins.
-    begun: Option<Vec2>,
-    /// That mark.
-    under_way: Option<Mark>,
-}
-
-impl Pen {
-    /// Whether something is being drawn.
-    pub fn is_drawing(&self) -> bool {
-        self.begun.is_some()
-    }
-
-    /// The mouse is pressed at a place.
-    fn press(&mut self, at: Vec2) {
-        self.begun = Some(at);
-    }
-
-    /// It is at a place of the pitch, with Shift or without.
-    fn move_to(&mut self, at: Vec2, shift: bool) {
-        let Some(begun) = self.begun else { return };
-        let is_drag = begun.distance(at) >= SHORTEST_M;
-        self.under_way = is_drag.then_some(if shift { Mark::Zone(begun, at) } else { Mark::Arrow(begun, at) });
-    }
-
-    /// It is let go.
-    fn release(&mut self) {
-        self.begun = None;
-        self.marks.extend(self.under_way.take());
-    }
-}
 
 pub(super) fn obey(
     mut actions: MessageReader<TeachAction>,
@@ -119,7 +71,7 @@ fn on_pitch((camera, from): (&Camera, &GlobalTransform), cursor: Vec2) -> Option
 }
 
 pub(super) fn show(pen: Res<Pen>, mut brush: Brush) {
-    for mark in pen.marks.iter().copied().chain(pen.under_way) {
+    for mark in pen.marks.iter().copied().chain(pen.under_way()) {
         match mark {
             Mark::Arrow(start, end) => {
                 let aside = APART_M * (end - start).normalize_or_zero().perp();
