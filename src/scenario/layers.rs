@@ -3,9 +3,21 @@
 use serde_json::Value;
 
 use super::field_path::{FieldPath, Segment};
+use crate::kick_geometry::KickType;
 
 /// Fields whose value is a choice with contents, as object and field: another choice replaces it as a whole.
 const CHOICES: [(&str, &str); 2] = [("sonar", "noise"), ("ball", "rolling")];
+
+/// What all kicks of a robot have in common.
+const COMMON_TO_KICKS: [&str; 5] =
+    ["wrong_side_speed_factor", "wind_up_s", "recovery_s", "direction_sd_deg", "speed_sd"];
+
+/// Whether kicks say all that kicks have, as the header of a trace does. They are no changes of a model's, then: a robot that has none of
+/// the model's own gets none.
+fn says_all_of_kicks(kicks: &Value) -> bool {
+    let says_region = |kick: KickType| kicks.get(kick.name()).is_some_and(|kick| kick.get("region").is_some());
+    COMMON_TO_KICKS.iter().all(|field| kicks.get(field).is_some()) && KickType::ALL.into_iter().all(says_region)
+}
 
 /// The field of an object for which a word stands that is there in its place: `rules: "spl2010"` is `rules: (preset: "spl2010")`.
 pub fn field_of_word(path: &FieldPath) -> &'static str {
@@ -19,6 +31,7 @@ pub fn field_of_word(path: &FieldPath) -> &'static str {
 /// Lays `own` over `base`: objects field by field, everything else as a whole. `field` is the name of both.
 pub fn lay_over(base: &mut Value, own: Value, field: &str) {
     match (base, own) {
+        (base, own) if field == "kicks" && says_all_of_kicks(&own) => *base = own,
         (Value::Object(base), Value::Object(own)) => {
             for (name, own) in own {
                 match base.get_mut(&name) {
@@ -30,5 +43,25 @@ pub fn lay_over(base: &mut Value, own: Value, field: &str) {
             }
         }
         (base, own) => *base = own,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::robot::kick::KickSettings;
+    use serde_json::json;
+
+    #[test]
+    fn kicks_that_say_all_are_no_changes_of_others_and_kicks_that_say_some_are() {
+        let others = json!({ "kicks": { "wind_up_s": 0.5, "own": { "visual": { "max_distance_m": 6 } } } });
+        let all = serde_json::to_value(KickSettings::default()).unwrap();
+        let mut whole = others.clone();
+        lay_over(&mut whole, json!({ "kicks": all }), "");
+        assert_eq!(whole["kicks"], all);
+        let mut changed = others.clone();
+        lay_over(&mut changed, json!({ "kicks": { "wind_up_s": 0.7, "own": { "heel": {} } } }), "");
+        assert_eq!(changed["kicks"]["wind_up_s"], 0.7);
+        assert_eq!(changed["kicks"]["own"].as_object().map(|own| own.len()), Some(2));
     }
 }
