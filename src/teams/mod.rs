@@ -28,6 +28,7 @@ pub mod striker;
 pub mod supporter;
 pub mod talking;
 pub mod walking;
+pub mod watching;
 
 pub use looking::{Head, look_at, search};
 pub use player::{Decision, Player, PlayerMemory};
@@ -262,7 +263,7 @@ fn play<R: Role>(
             **reasons = if decides { R::reasons(&player, before, &decision) } else { Reasons::default() };
         }
         *robot.walk = decision.walk;
-        *robot.head = decision.head.unwrap_or_else(|| attack::watch(&player, memory, &decision.walk));
+        *robot.head = decision.head.unwrap_or_else(|| watching::watch(&player, memory, &decision.walk));
         robot.kick.0 = decision.kick;
         robot.posture.0 = decision.posture.or_else(|| obeying::posture(&player));
         draw(&mut robot.drawings, &player, memory, &decision);

@@ -145,7 +145,7 @@ fn a_saved_match_goes_on_as_if_it_had_never_stopped_or_branches_off() {
 
     for (arguments, words) in [
         (&["half.naoisis", "--seed", "3"][..], "--seed: a saved match"),
-        (&["half.naoisis", "--set", "field.length_m=7"], "--set field.length_m=7: `field` cannot change"),
+        (&["half.naoisis", "--set", "field.length_m=7"], "--set field.length_m=7: `field.length_m` cannot change"),
         (&["half.naoisis", "--set", "messages.loss=2"], "--set messages.loss=2: `loss` is 2"),
         (&["half.naoisis", "--duration", "2"], "half.naoisis: the match is over, all of its 2.0 s are played"),
         (&["nowhere.naoisis"], "nowhere.naoisis: "),

@@ -1,5 +1,6 @@
 //! What types cannot say: that numbers are finite and within their ranges, and that nothing overlaps.
 
+mod commands;
 mod numbers;
 mod placement;
 mod robots;
@@ -15,13 +16,9 @@ use core::ops::RangeInclusive;
 use super::expectation::Quantity;
 use super::fault::{ScenarioFault, WrongPlace};
 use super::field_path::FieldPath;
-use super::robot_spec::{BehaviourSpec, RobotSpec};
+use super::robot_spec::RobotSpec;
 use super::types::Scenario;
-use super::wording::{did_you_mean, one_of};
-use crate::behaviour::script::ScriptEntry;
-use crate::game::{Intervention, TimedIntervention};
 use crate::geometry::to_degrees;
-use crate::robot::kick::UnknownKick;
 use crate::robot::motion::MotionLimits;
 use crate::sensing::camera::CameraRendering;
 use crate::sensing::fidelity::Fidelity;
@@ -315,105 +312,7 @@ impl Checks {
                 );
             }
         }
-        match &robot.behaviour {
-            BehaviourSpec::Named(name) if name.trim().is_empty() => {
-                let expected = "`idle`, the name of a behaviour, or a script";
-                self.value_fault(path.field("behaviour"), "`behaviour` has no name", expected);
-            }
-            BehaviourSpec::Named(_) => {}
-            BehaviourSpec::Program(words) => {
-                if words.first().is_none_or(|word| word.trim().is_empty())
-                    || words.iter().any(|word| word.contains('\0'))
-                {
-                    let expected = "the words of a command line, such as [\"python3\", \"my_team.py\"]";
-                    self.value_fault(path.field("behaviour.program"), "`program` names no program", expected);
-                }
-            }
-            BehaviourSpec::Script(entries) => {
-                let kicks = robot.kicks.as_ref().unwrap_or(&scenario.kicks);
-                for (index, entry) in entries.iter().enumerate() {
-                    let path = path.field("behaviour.script").index(index);
-                    self.script_entry(&path, entry);
-                    if let Some(Err(UnknownKick { wanted, known })) = entry.kick.map(|kick| kicks.check(kick.kick_type))
-                    {
-                        let known = || known.iter().map(String::as_str);
-                        let message = format!("there is no kick `{wanted}`{}", did_you_mean(&wanted, known()));
-                        self.value_fault(path.field("kick.type"), message, one_of(known()));
-                    }
-                    self.text(&path, entry, scenario.messages.max_text_bytes);
-                }
-            }
-        }
-    }
-
-    /// How far it commands is left to the run: what is too much is refused there.
-    fn script_entry(&mut self, path: &FieldPath, entry: &ScriptEntry) {
-        if entry.from_s < 0.0 {
-            self.value_fault(path.field("from_s"), format!("`from_s` is {}", entry.from_s), "0 s or later");
-        }
-        if let Some(until) = entry.until_s
-            && until <= entry.from_s
-        {
-            let message = format!("`until_s` is {until}, and `from_s` {}", entry.from_s);
-            let expected = "an end after the start, or none for a single cycle";
-            let fault = ScenarioFault::new(path.field("until_s"), message, expected);
-            self.push(fault.judged_with([path.field("from_s")]));
-        }
-        let acts = entry.walk.is_some() || entry.kick.is_some() || entry.head.is_some() || entry.posture.is_some();
-        if !acts && entry.say.is_none() {
-            let expected = "`walk`, `kick`, `head_deg`, `posture` or `say`";
-            self.fault(path.clone(), "this entry of a script does nothing", expected);
-        }
-    }
-
-    /// That an intervention is one that could be carried out when its time comes.
-    fn intervention(&mut self, path: &FieldPath, timed: &TimedIntervention, scenario: &Scenario) {
-        if timed.at_s < 0.0 {
-            self.value_fault(path.field("at_s"), format!("`at_s` is {}", timed.at_s), "0 s or later");
-        }
-        let path = path.field("do");
-        let carpet = scenario.field.carpet_half_extents();
-        let (robot, place) = match timed.intervention {
-            Intervention::PlaceBall { position_m, velocity_mps } => {
-                self.ball_speed(path.field("place_ball.velocity_mps"), velocity_mps);
-                (None, Some(("place_ball.position_m", position_m)))
-            }
-            Intervention::DropBall { position_m } => (None, Some(("drop_ball.position_m", position_m))),
-            Intervention::PlaceRobot { robot, pose } => {
-                (Some(("place_robot.robot", robot)), Some(("place_robot.pose", pose.position)))
-            }
-            Intervention::Penalise { robot, duration_s, .. } => {
-                let duration = path.field("penalise.duration_s");
-                self.range(duration, duration_s.unwrap_or(0.0), 0.0..=1e5, " s");
-                (Some(("penalise.robot", robot)), None)
-            }
-            Intervention::Return { robot } => (Some(("return.robot", robot)), None),
-            Intervention::SetScore { .. } | Intervention::Whistle | Intervention::KickOff { .. } => (None, None),
-        };
-        if let Some((field, robot)) = robot
-            && !scenario.has_robot(robot)
-        {
-            let message = format!("there is no robot {robot}");
-            let fault = ScenarioFault::new(path.field(field), message, "a robot of this scenario");
-            self.push(fault.judged_with(["robots", "teams", "rules"].map(|field| FieldPath::default().field(field))));
-        }
-        if let Some((field, place)) = place
-            && !place.abs().cmple(carpet).all()
-        {
-            let message = format!("({}, {}) is outside the carpet", place.x, place.y);
-            let expected = format!("within ±{} m and ±{} m", carpet.x, carpet.y);
-            let fault = ScenarioFault::new(path.field(field), message, expected);
-            self.push(fault.judged_with([FieldPath::default().field("field")]));
-        }
-    }
-
-    /// That what it says may be sent.
-    fn text(&mut self, path: &FieldPath, entry: &ScriptEntry, most_bytes: u32) {
-        let Some(say) = &entry.say else { return };
-        if say.text_bytes() > most_bytes as usize {
-            let message = format!("the texts of this message have {} bytes", say.text_bytes());
-            self.fault(path.field("say"), message, format!("at most {most_bytes} bytes, `messages.max_text_bytes`"));
-        }
+        self.behaviour(path, robot, scenario);
     }
 
     /// That within a cycle a robot can turn by less than half a turn to either side.
