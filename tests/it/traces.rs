@@ -357,7 +357,7 @@ fn the_guide_describes_every_field_of_a_trace() {
     let mut app = headless_app();
     app.add_sensor::<Clock, Time, _>("clock", || {});
     let commanding = r#"{ "rules": { "preset": "extended", "clock": false }, "robots": [{ "behaviour": { "script": [
-        { "from_s": 0, "walk": [0.01, 0, 1], "head_deg": [10, 20], "kick": { "type": "left_side", "speed": 0.5 },
+        { "from_s": 0, "walk": [0.01, 0, 1], "head_deg": [10, 20], "kick": { "type": "left_side", "speed": 0.5, "direction_deg": 20 },
           "posture": { "dive": "left" }, "say": { "intention": "dive" } }] } }] }"#;
     app.start_match(&Scenario::from_json(commanding).unwrap()).unwrap();
     let bytes = begin_trace(&mut app);
