@@ -10,7 +10,7 @@
 //!
 //! let model = RobotModel::named("nao").unwrap();
 //! let speed = trials::walking::measure(&model, 3)?.remove(0);
-//! assert_eq!((speed.name, speed.unit), ("speed forward", "m/s"));
+//! assert_eq!((speed.name.as_str(), speed.unit), ("speed forward", "m/s"));
 //! assert!(speed.difference().abs() < 0.15);
 //! # Ok::<(), naoisis::trials::TrialError>(())
 //! ```
