@@ -230,6 +230,17 @@ pub fn width_of_words(words: &str, height: f32) -> f32 {
     words.chars().map(|letter| font.h_advance(font.glyph_id(letter))).sum()
 }
 
+/// Words of this height that are no wider than that: cut, and then with an ellipsis, where they are.
+pub fn shortened(words: &str, height: f32, widest: f32) -> String {
+    let mut short = words.to_owned();
+    while width_of_words(&short, height) > widest && short.pop().is_some() {}
+    if short.len() < words.len() {
+        short.pop();
+        short.push('…');
+    }
+    short
+}
+
 /// The corners of an ellipse by its centre and its half axes.
 pub fn ellipse(centre: Vec2, one: Vec2, other: Vec2) -> Vec<Vec2> {
     const CORNERS: usize = 72;

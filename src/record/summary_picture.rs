@@ -2,7 +2,7 @@
 
 use bevy::prelude::*;
 
-use super::canvas::{Anchor, Canvas, GREY, INK, PAPER, ellipse, width_of_words};
+use super::canvas::{Anchor, Canvas, GREY, INK, PAPER, ellipse, shortened, width_of_words};
 use super::match_summary::{CELLS_ALONG, HeatMap, MatchSummary};
 use super::mistakes::{Mistake, MistakeKind};
 use super::summary_page::{minutes, robot_rows, team_rows};
@@ -120,23 +120,12 @@ fn draw_table(canvas: &mut Canvas, table: &Table, top: f32) {
         for (column, (words, x)) in row.iter().zip(&table.columns).enumerate() {
             let anchor = if column == 0 { Anchor::Left } else { Anchor::Right };
             let room = x - table.columns[column.saturating_sub(1)] - 10.0;
-            let words = if column == 0 { words.clone() } else { shortened(words, room) };
+            let words = if column == 0 { words.clone() } else { shortened(words, LETTERS, room) };
             canvas.words(&words, Vec2::new(*x, y), LETTERS, anchor, if index == 0 { GREY } else { INK });
         }
         let below = y + 0.3 * ROW;
         canvas.line(&[Vec2::new(left, below), Vec2::new(right, below)], LINE, 1.0);
     }
-}
-
-/// Words that are no wider than so many points.
-fn shortened(words: &str, widest: f32) -> String {
-    let mut short = words.to_owned();
-    while width_of_words(&short, LETTERS) > widest && short.pop().is_some() {}
-    if short.len() < words.len() {
-        short.pop();
-        short.push('…');
-    }
-    short
 }
 
 /// A heat map on a plan of the pitch, +y up.
@@ -208,8 +197,8 @@ mod tests {
 
     #[test]
     fn long_words_are_cut_to_their_column() {
-        let cut = shortened("leaving the field, pushing, and more of it", 100.0);
+        let cut = shortened("leaving the field, pushing, and more of it", LETTERS, 100.0);
         assert!(cut.ends_with('…') && width_of_words(&cut, LETTERS) <= 110.0, "{cut}");
-        assert_eq!(shortened("3", 100.0), "3");
+        assert_eq!(shortened("3", LETTERS, 100.0), "3");
     }
 }

@@ -181,28 +181,27 @@ fn line_up(
         memory.at_ball_since_s = Some(player.status.time_s);
     }
     let mut obstacles = player.obstacles();
-    let Some(plan) =
-        KickPlan::choose(meeting_place, aim, player.pose(), &obstacles, (player.kicks, player.limits), memory.kick)
-    else {
-        // Who has no kick pushes the ball.
-        memory.kick = None;
-        let place = meeting_place + aim.direction * player.ball_clearance_m();
-        return (player.walk_to(place, aim.direction, &obstacles), place);
-    };
-    memory.kick = Some(plan.kick_type);
-    let (place, last_stretch) = approach(player.position(), player.forward, plan.position, plan.facing);
+    let plan =
+        KickPlan::choose(meeting_place, aim, player.pose(), &obstacles, (player.kicks, player.limits), memory.kick);
+    memory.kick = plan.map(|plan| plan.kick_type);
+    // Who has no kick stands with its toes at the ball, and walks on.
+    let toes_m = player.own_body.base.x_m[1] + player.ball_radius_m;
+    let (position, facing) =
+        plan.map_or((meeting_place - toes_m * aim.direction, aim.direction), |plan| (plan.position, plan.facing));
+    let (place, last_stretch) = approach(player.position(), player.forward, position, facing);
     if last_stretch {
-        return (player.walk_to(place, plan.facing, &obstacles), plan.position);
+        let place = if plan.is_some() { place } else { meeting_place + aim.direction };
+        return (player.walk_to(place, facing, &obstacles), position);
     }
     obstacles.add(ball.position_m, player.ball_clearance_m());
     // Far away it is enough to face where the ball is; near it, where it shall go.
     let face_ball_m = FACE_BALL_M + player.longer_than_nao_m();
     let facing = if distance_squared > face_ball_m * face_ball_m {
-        (ball.position_m - player.position()).normalize_or(plan.facing)
+        (ball.position_m - player.position()).normalize_or(facing)
     } else {
-        plan.facing
+        facing
     };
-    (player.walk_to(place, facing, &obstacles), plan.position)
+    (player.walk_to(place, facing, &obstacles), position)
 }
 
 /// Looks for the ball: turns around towards where it was lost, then walks from place to place.

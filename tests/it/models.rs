@@ -382,3 +382,14 @@ fn who_does_not_see_the_ball_at_its_feet_kicks_it_where_it_saw_it_last() {
 fn models() -> u32 {
     std::env::var("PROPTEST_CASES").ok().and_then(|count| count.parse().ok()).unwrap_or(12)
 }
+
+#[test]
+fn who_has_no_kick_pushes_the_ball_towards_the_goal() {
+    let text = r#"{ "model": "booster_k1", "realism": "paper", "field": "hsl2026_middle", "rules": "free",
+        "kicks": { "left_straight": { "max_distance_m": 0 }, "right_straight": { "max_distance_m": 0 }, "own": { "visual": { "max_distance_m": 0 } } },
+        "ball": { "position_m": [0.8, -0.7] }, "robots": [{ "number": 1, "pose": [2, 0.5, 90], "behaviour": "chaser" }] }"#;
+    let mut app = headless_app();
+    app.start_match(&Scenario::from_json(text).unwrap()).unwrap();
+    let is_nearer = |app: &App| app.ball().is_some_and(|ball| ball.position.x > 2.3);
+    assert!(app.run_until(30 * 120, is_nearer), "{:?}, {:?}", app.ball(), app.robot_pose(blue(1)));
+}

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use super::chart::{Chart, ink};
 use super::series::Series;
 use crate::appearance::colours::Colour;
-use crate::record::canvas::{Anchor, Canvas, GREY, INK, PAPER, width_of_words};
+use crate::record::canvas::{Anchor, Canvas, GREY, INK, PAPER, shortened};
 use crate::record::png_file::{Layer, encode_png};
 use crate::viewer::new_file::{stem, write_new};
 
@@ -201,7 +201,7 @@ fn draw(chart: &Chart, pen: &mut impl Pen) {
     }
     for (value, words) in &values.at {
         pen.line(&[Vec2::new(low.x, y(*value)), Vec2::new(high.x, y(*value))], GRID, 1.0, false);
-        pen.words(&shortened(words, LEFT - 10.0), Vec2::new(low.x - 8.0, y(*value) + 5.0), Anchor::Right, INK);
+        pen.words(&shortened(words, LETTERS, LEFT - 10.0), Vec2::new(low.x - 8.0, y(*value) + 5.0), Anchor::Right, INK);
     }
     pen.words(&chart.heading(), Vec2::new(low.x, high.y - 14.0), Anchor::Left, INK);
     pen.words("time, min:s", Vec2::new((low.x + high.x) / 2.0, low.y + 42.0), Anchor::Middle, INK);
@@ -238,17 +238,6 @@ pub fn clipped(piece: &[[f64; 2]], [first, last]: [f64; 2]) -> impl Iterator<Ite
         let inside = (first..=last).contains(&point[0]).then_some(*point);
         [crossing(first), crossing(last), inside].into_iter().flatten()
     })
-}
-
-/// Words that are no wider than so many points.
-fn shortened(words: &str, widest: f32) -> String {
-    let mut short = words.to_owned();
-    while width_of_words(&short, LETTERS) > widest && short.pop().is_some() {}
-    if short.len() < words.len() {
-        short.pop();
-        short.push('…');
-    }
-    short
 }
 
 #[cfg(test)]
