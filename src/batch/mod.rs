@@ -33,13 +33,16 @@ use std::thread;
 
 mod csv_lines;
 pub mod merge;
+pub mod mistakes;
 pub mod observer;
 pub mod pairs;
 pub mod summary;
 pub mod sweep;
 pub mod table;
+mod table_error;
 pub mod variants;
 
+use mistakes::MistakesAreFound;
 use observer::MatchObserver;
 pub use observer::{MatchOutcome, MatchRow};
 pub use variants::Variants;
@@ -47,6 +50,8 @@ pub use variants::Variants;
 use crate::agents::{self, AgentSettings};
 use crate::cycle::{CycleClock, run_cycle};
 use crate::game::{Game, GameState};
+use crate::record::gather::{CurrentRecord, gather_start};
+use crate::record::mistakes::MistakeFinder;
 use crate::scenario::Scenario;
 use crate::sensing::jobs::SensingThreads;
 use crate::simulation::MatchApp;
@@ -176,20 +181,28 @@ fn play_to_the_end(world: &mut World, scenario: &Scenario) -> MatchRow {
         return MatchRow::failed(scenario.seed, MatchOutcome::Refused, error.to_string());
     }
     let mut observer = MatchObserver::default();
+    let mut finder = world.contains_resource::<MistakesAreFound>().then(|| {
+        gather_start(world);
+        MistakeFinder::new(scenario)
+    });
     let last_cycle = scenario.last_cycle();
-    loop {
+    let (outcome, farewell) = loop {
+        if let Some(finder) = &mut finder {
+            finder.look(&world.resource::<CurrentRecord>().record);
+        }
         if world.resource::<Game>().state == GameState::Finished {
-            agents::dismiss(world, "final whistle");
-            return observer.row(world, scenario.seed, MatchOutcome::FinalWhistle);
+            break (MatchOutcome::FinalWhistle, "final whistle");
         }
         let cycle = world.resource::<CycleClock>().cycle;
         if last_cycle.is_some_and(|last| cycle >= last) {
-            agents::dismiss(world, "end");
-            return observer.row(world, scenario.seed, MatchOutcome::Duration);
+            break (MatchOutcome::Duration, "end");
         }
         run_cycle(world);
         observer.observe(world);
-    }
+    };
+    agents::dismiss(world, farewell);
+    let mistakes = finder.map(|finder| finder.mistakes()).unwrap_or_default();
+    MatchRow { mistakes, ..observer.row(world, scenario.seed, outcome) }
 }
 
 #[cfg(test)]

@@ -11,6 +11,7 @@ use crate::events::{CollisionPartner, CycleEvents, KickResult, MatchEvent};
 use crate::game::{Game, GameState, Penalty};
 use crate::geometry::Pose;
 use crate::pitch::End;
+use crate::record::mistakes::Mistake;
 use crate::referee::RefereeMemory;
 use crate::statistics::median;
 use crate::team::{PerTeam, RobotId, Team};
@@ -81,6 +82,8 @@ pub struct MatchRow {
     pub belief_error_m: PerTeam<Option<f64>>,
     /// What went wrong.
     pub note: String,
+    /// What robots did wrong, where [that is looked for](super::mistakes::FindMistakes). It stands in a table of its own.
+    pub mistakes: Vec<Mistake>,
 }
 
 impl MatchRow {
@@ -104,6 +107,7 @@ impl MatchRow {
             messages_lost: None,
             belief_error_m: PerTeam::default(),
             note,
+            mistakes: Vec::new(),
         }
     }
 }

@@ -7,11 +7,12 @@
 
 use core::ops::Range;
 use std::fs::{self, File, OpenOptions, TryLockError};
-use std::io::{self, BufReader, Seek, SeekFrom, Write};
+use std::io::{BufReader, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use super::csv_lines::{Line, Lines, as_text, cells_of, line_of};
 use super::observer::{MatchOutcome, MatchRow};
+pub use super::table_error::TableError;
 use super::variants::fingerprint;
 use super::{Batch, Variants};
 use crate::scenario::Scenario;
@@ -52,60 +53,6 @@ const SCENARIO: &str = "scenario";
 
 /// What is said of a file that is something else.
 const NO_TABLE: &str = "this is no table of matches";
-
-/// Why a table cannot be written or gone on with.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum TableError {
-    /// It cannot be read or written.
-    #[error("{path}: the table cannot be read or written: {error}")]
-    Io {
-        /// The table's file.
-        path: PathBuf,
-        /// What the system says.
-        error: io::Error,
-    },
-    /// It was opened, and a line of it cannot be written, as on a full disk.
-    #[error("{path}: the table cannot be written: {error}")]
-    NotWritten {
-        /// The table's file.
-        path: PathBuf,
-        /// What the system says.
-        error: io::Error,
-    },
-    /// It is a folder or a device.
-    #[error("{path}: this is no ordinary file; expected one, or a name that there is no file of yet")]
-    NotAFile {
-        /// The path that was given for the table.
-        path: PathBuf,
-    },
-    /// Another program is writing it.
-    #[error("{path}: another batch is writing this table; expected another file, or some patience")]
-    InUse {
-        /// The table's file.
-        path: PathBuf,
-    },
-    /// It holds something else than a beginning of this batch.
-    #[error("{path}:{line}: {message}; expected {expected}, or a file that does not exist yet")]
-    Foreign {
-        /// The table's file.
-        path: PathBuf,
-        /// The line, from 1.
-        line: usize,
-        /// What is wrong with it.
-        message: String,
-        /// What would be right.
-        expected: String,
-    },
-}
-
-impl TableError {
-    /// That a line is of another table.
-    pub(super) fn foreign(path: &Path, line: usize, message: String) -> TableError {
-        let expected = "the table of an earlier batch with the same scenario, settings and first seed".to_owned();
-        TableError::Foreign { path: path.to_owned(), line, message, expected }
-    }
-}
 
 /// The table of a batch, as a file or in memory only.
 pub struct Table {
@@ -275,6 +222,7 @@ impl Table {
             messages_lost: share(17)?,
             belief_error_m: PerTeam { blue: share(18)?, pink: share(19)? },
             note: cell(20)?.to_owned(),
+            mistakes: Vec::new(),
         })
     }
 }

@@ -1,25 +1,28 @@
 //! `naoisis batch`: many seeded matches, on all cores, as a table and a summary.
 
 use clap::Args;
+use core::ops::Range;
 use core::str::FromStr;
 use indicatif::{ProgressBar, ProgressStyle};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use super::agents::AgentArguments;
+use super::batch_summary::{print_summaries, what_was_played};
 use super::interrupt::Interrupt;
+use super::outputs::{Output, check_files};
 use super::teams::TeamArguments;
 use super::terminal::Printer;
 use super::{Program, report};
 use crate::agents::AgentSettings;
 use crate::batch::merge::merge;
+use crate::batch::mistakes::{FindMistakes, MistakeTable};
 use crate::batch::pairs::Pairs;
-use crate::batch::summary::Summary;
 use crate::batch::sweep::Sweep;
 use crate::batch::table::{Table, TableError};
-use crate::batch::{Batch, MatchRow, Variants, run_part};
+use crate::batch::{Batch, MatchOutcome, MatchRow, Variants, run_part};
 use crate::behaviour::BehaviourRegistry;
 use crate::scenario::wording::one_of;
 use crate::scenario::{FieldPath, Realism, ScenarioError, Setting};
@@ -52,6 +55,10 @@ pub struct BatchArguments {
     /// Write a row a match; a file of the same batch that is there already is gone on with
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
+    /// Find what robots did wrong, and write a row a mistake: match, kind, robot, when, where; and count them in the summary. It goes
+    /// on along with --csv
+    #[arg(long, value_name = "FILE", conflicts_with = "merge")]
+    pub mistakes: Option<PathBuf>,
     /// Play only this part of the matches: I of N, from 1/N to N/N; --merge makes one table of the parts
     #[arg(long, value_name = "I/N")]
     pub shard: Option<Shard>,
@@ -124,14 +131,9 @@ pub fn batch(program: Program, arguments: &BatchArguments) -> ExitCode {
         return merge_parts(&batch, arguments);
     }
     let part = arguments.shard.map_or(0..batch.len(), |shard| batch.part(shard.part, shard.parts));
-    let opened = match &arguments.csv {
-        Some(path) => Table::open_part(path, &batch, part.clone()),
-        None => Ok((Table::unwritten(), Vec::new())),
-    };
-    let (mut table, mut rows) = match opened {
+    let (mut table, mut rows, mut mistakes) = match open_tables(arguments, &batch, part.clone()) {
         Ok(opened) => opened,
-        Err(error @ TableError::NotWritten { .. }) => return report::failure(&error.to_string()),
-        Err(error) => return report::usage_error(&error.to_string()),
+        Err(status) => return status,
     };
     let watched = Interrupt::watch(|| report::note("finishing the matches under way; interrupt again to leave them"));
     let interrupt = match watched {
@@ -148,18 +150,22 @@ pub fn batch(program: Program, arguments: &BatchArguments) -> ExitCode {
         &batch,
         part.start + earlier..part.end,
         || {
-            let mut app = program.simulator();
+            let finds_mistakes = arguments.mistakes.is_some();
+            let mut app = if finds_mistakes { program.simulator_with(FindMistakes) } else { program.simulator() };
             app.insert_resource(agents.clone());
             app
         },
         interrupt.stop(),
-        |row| {
+        |mut row| {
             if !row.outcome.is_valid() {
                 progress.suspend(|| report::note(&failure(&row)));
             } else if !row.note.is_empty() {
                 progress.suspend(|| report::note(&format!("match {}, seed {}: {}", row.index + 1, row.seed, row.note)));
             }
-            if let Err(error) = table.write(&batch, &row) {
+            // The mistakes first: a batch that goes on plays matches again of which there is no row.
+            let written = mistakes.as_mut().map_or(Ok(()), |mistakes| mistakes.write(&batch, &row));
+            row.mistakes = Vec::new();
+            if let Err(error) = written.and_then(|()| table.write(&batch, &row)) {
                 interrupt.stop().store(true, Ordering::SeqCst);
                 failed_to_write.get_or_insert(error);
             }
@@ -176,7 +182,7 @@ pub fn batch(program: Program, arguments: &BatchArguments) -> ExitCode {
     let mut printer = Printer::default();
     if !arguments.quiet {
         let what_was_played = what_was_played(&batch, &rows, earlier, wall_s);
-        print_summaries(&mut printer, &batch.variants, &mut rows);
+        print_summaries(&mut printer, &batch.variants, &mut rows, mistakes.as_ref());
         printer.print(what_was_played);
         if rows.len() > 1 {
             printer.print("Intervals are those of 95 % confidence.\n");
@@ -188,6 +194,45 @@ pub fn batch(program: Program, arguments: &BatchArguments) -> ExitCode {
     let all_valid = rows.iter().all(|row| row.outcome.is_valid());
     let status = printer.finish(if all_valid { ExitCode::SUCCESS } else { ExitCode::FAILURE });
     if is_interrupted { interrupt.finish(status) } else { status }
+}
+
+/// Opens the tables of matches and of mistakes, and reads what was played earlier.
+///
+/// # Errors
+/// The exit status of what is wrong, which is said already.
+fn open_tables(
+    arguments: &BatchArguments,
+    batch: &Batch<Sweep>,
+    part: Range<usize>,
+) -> Result<(Table, Vec<MatchRow>, Option<MistakeTable>), ExitCode> {
+    let told = |option: &str, error: TableError| match error {
+        TableError::NotWritten { .. } => report::failure(&format!("{option}{error}")),
+        _ => report::usage_error(&format!("{option}{error}")),
+    };
+    if let Some(path) = &arguments.mistakes {
+        let outputs: Vec<Output> = [("--csv", arguments.csv.as_ref()), ("--mistakes", Some(path))]
+            .into_iter()
+            .filter_map(|(option, path)| Some(Output { option, path: path?.clone() }))
+            .collect();
+        check_files(Path::new(&arguments.scenario), &outputs, true).map_err(|message| report::usage_error(&message))?;
+        if arguments.csv.is_none() && path.metadata().is_ok_and(|there| there.is_file()) {
+            let path = path.display();
+            return Err(report::usage_error(&format!(
+                "--mistakes: {path}: there is such a file already; expected another name, or --csv with the table to go on with"
+            )));
+        }
+    }
+    let (table, rows) = match &arguments.csv {
+        Some(path) => Table::open_part(path, batch, part.clone()).map_err(|error| told("", error))?,
+        None => (Table::unwritten(), Vec::new()),
+    };
+    let mistakes = arguments
+        .mistakes
+        .as_ref()
+        .map(|path| MistakeTable::open(path, batch, part.start, part.start + rows.len()))
+        .transpose()
+        .map_err(|error| told("--mistakes: ", error))?;
+    Ok((table, rows, mistakes))
 }
 
 /// How programs are treated. The teams of --pairs and --set are the command line's.
@@ -218,7 +263,7 @@ fn merge_parts(batch: &Batch<Sweep>, arguments: &BatchArguments) -> ExitCode {
     }
     let mut printer = Printer::default();
     if !arguments.quiet {
-        print_summaries(&mut printer, &batch.variants, &mut rows);
+        print_summaries(&mut printer, &batch.variants, &mut rows, None);
         let tables = if arguments.merge.len() == 1 { "1 table" } else { &format!("{} tables", arguments.merge.len()) };
         printer.print(format_args!("{} matches of {tables}\n", rows.len()));
         printer.print("Intervals are those of 95 % confidence.\n");
@@ -311,8 +356,8 @@ fn silence_panics() {
 
 fn failure(row: &MatchRow) -> String {
     let what = match row.outcome {
-        crate::batch::MatchOutcome::Panicked => "panicked",
-        crate::batch::MatchOutcome::InvariantBroken => "broke what must always hold",
+        MatchOutcome::Panicked => "panicked",
+        MatchOutcome::InvariantBroken => "broke what must always hold",
         _ => "could not be started",
     };
     format!("match {} with seed {} {what}: {}", row.index + 1, row.seed, row.note)
@@ -329,58 +374,4 @@ pub(super) fn progress_bar(matches: usize, earlier: usize, quiet: bool) -> Progr
     }
     progress.reset_eta();
     progress
-}
-
-/// Prints what came of each combination of settings that has been played. The rows are sorted by their variants.
-fn print_summaries(printer: &mut Printer, sweep: &Sweep, rows: &mut [MatchRow]) {
-    let combination = |row: &MatchRow| row.variant / sweep.variants_of_combination();
-    rows.sort_by_key(|row| (row.variant, row.index));
-    for rows in rows.chunk_by(|one, other| combination(one) == combination(other)) {
-        let settings = rows.first().map(|row| sweep.words(row.variant)).unwrap_or_default();
-        // Whoever prints a result says how real it is.
-        let realism = rows.first().map(|row| sweep.realism(row.variant)).unwrap_or_default();
-        let settings = if settings.is_empty() { settings } else { format!("{settings}; ") };
-        printer.print(format_args!("{settings}realism {realism}\n"));
-        match sweep.pairs() {
-            Some(pairs) => {
-                let rows = rows.iter().filter_map(|row| Some((row, sweep.pairing(row.variant)?)));
-                printer.print(pairs.table(rows));
-            }
-            None => printer.print(summary_text(&Summary::of(rows.iter()))),
-        }
-        if printer.is_closed() {
-            break;
-        }
-    }
-}
-
-/// How many matches there are, and how fast those were that were played now.
-fn what_was_played(batch: &Batch<Sweep>, rows: &[MatchRow], earlier: usize, wall_s: f64) -> String {
-    let of_all = format!("{} of {} matches", rows.len(), batch.len());
-    let played = &rows[earlier.min(rows.len())..];
-    if played.is_empty() {
-        return match earlier {
-            0 => format!("{of_all}\n"),
-            _ => format!("{of_all}, all of them earlier\n"),
-        };
-    }
-    let simulated_s: f64 = played.iter().map(|row| row.duration_s).sum();
-    let wall_s = wall_s.max(1e-9);
-    format!(
-        "{of_all}{} in {wall_s:.1} s on {} thread{}: {:.1} matches/s, {:.0} times real time\n",
-        if earlier > 0 { format!(", {earlier} of them earlier,") } else { String::new() },
-        batch.threads,
-        if batch.threads == 1 { "" } else { "s" },
-        played.len() as f64 / wall_s,
-        simulated_s / wall_s,
-    )
-}
-
-fn summary_text(summary: &Summary) -> String {
-    let failed = if summary.failed > 0 { format!(", {} failed", summary.failed) } else { String::new() };
-    let mut text = format!("{:>24}  {}{failed}\n", "matches", summary.matches);
-    for (name, value) in summary.lines() {
-        text += &format!("{name:>24}  {value}\n");
-    }
-    text
 }

@@ -39,6 +39,7 @@ use crate::simulation::NaoisisPlugins;
 
 mod agents;
 mod batch;
+mod batch_summary;
 mod begin;
 mod beliefs;
 mod calibrate;

@@ -218,6 +218,43 @@ fn a_batch_goes_on_where_it_was_and_reports_what_fails() {
 }
 
 #[test]
+fn a_batch_finds_the_mistakes_of_all_its_matches_and_goes_on_with_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let batch = |more: &[&str]| {
+        let arguments = ["batch", "match3v3", "--duration", "20", "--pairs", "chasers,roles"];
+        naoisis(folder.path(), &[&arguments, more].concat())
+    };
+    let read = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
+    let whole = batch(&["--matches", "4", "--mistakes", "whole.csv"]);
+    assert!(whole.status.success(), "{}", text(&whole.stderr));
+    assert!(read("whole.csv").starts_with("match,seed,teams.blue,teams.pink,kind,robot,other,from_s,until_s,x_m,"));
+    // What stands in the table is what `run` finds.
+    let first = "run match3v3 --duration 20 --seed 1 --blue chasers --pink roles --quiet --mistakes run.json";
+    assert!(naoisis(folder.path(), &first.split(' ').collect::<Vec<_>>()).status.success());
+    let run: serde_json::Value = serde_json::from_str(&read("run.json")).unwrap();
+    let of_first = read("whole.csv").lines().filter(|line| line.starts_with("1,")).count();
+    assert_eq!(run["mistakes"].as_array().unwrap().len(), of_first);
+    assert!(of_first > 0);
+    // In two goes it is the same, and so is what is said of it.
+    let files = ["--csv", "table.csv", "--mistakes", "mistakes.csv"];
+    assert!(batch(&[&files[..], &["--matches", "2"]].concat()).status.success());
+    let again = batch(&[&files[..], &["--matches", "4"]].concat());
+    assert_eq!(read("mistakes.csv"), read("whole.csv"));
+    let counts = |output: &Output| text(&output.stdout).split("mistakes a match").nth(1).unwrap()[..60].to_owned();
+    assert_eq!(counts(&again), counts(&whole));
+    for (arguments, words) in [
+        (&["--mistakes", "whole.csv"][..], "whole.csv: there is such a file already"),
+        (&["--csv", "table.csv", "--mistakes", "new.csv"], "new.csv: there is no such file, and 4 of the matches"),
+        (&["--csv", "same.csv", "--mistakes", "same.csv"], "same.csv: --csv writes this file already"),
+        (&["--csv", "other.csv", "--mistakes", "table.csv"], "table.csv:1: this is no table of this batch's mistakes"),
+    ] {
+        let output = batch(&[arguments, &["--matches", "4"]].concat());
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        assert!(text(&output.stderr).contains(words), "{}", text(&output.stderr));
+    }
+}
+
+#[test]
 fn all_pairs_of_teams_play_in_both_colours_and_go_on_where_they_were() {
     let folder = tempfile::tempdir().unwrap();
     let pairs = |teams: &str, matches: &str| {

@@ -93,6 +93,11 @@ impl MistakeKind {
         }
     }
 
+    /// Its name in files, such as `ball_misplaced`.
+    pub fn key(self) -> String {
+        self.words().replace([' ', '-'], "_")
+    }
+
     /// How long it must last to be one, s; none of what happens in an instant.
     fn least_s(self) -> Option<f64> {
         match self {
