@@ -12,7 +12,7 @@
 //! **Size.** Texts and datagrams of more than `max_text_bytes`, by default 128 as for messages as a whole in 2025 (512 in the
 //! Humanoid Soccer League of 2026), are refused at the sender; so is a message with a number that is not finite, or with a place more than a kilometre away. A scenario may give a
 //! team a budget of messages and of bytes for the match, beyond which nothing is sent: what a message counts for is
-//! [`TeamMessage::size_bytes`]. A league's budget is another matter: what is beyond is sent, and
+//! [`TeamMessage::size_bytes`]. A model, a team or a robot may have smaller limits of its own ([`MessageLimits`]). A league's budget is another matter: what is beyond is sent, and
 //! [the rules](crate::game::Rules::message_budget) say what follows. Those of 2010 have none (500 Kbit/s for everything that a
 //! team sends), those of 2025 have 1200 messages.
 //!
@@ -26,12 +26,14 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 mod datagram;
+mod limits;
 mod message;
 mod status_report;
 #[cfg(test)]
 mod tests;
 
 pub use datagram::Datagram;
+pub use limits::MessageLimits;
 pub use message::TeamMessage;
 pub use status_report::StatusReport;
 
@@ -50,6 +52,7 @@ impl Plugin for CommunicationPlugin {
     fn build(&self, app: &mut App) {
         app.register_type::<Outbox>()
             .register_type::<Inbox>()
+            .register_type::<MessageLimits>()
             .register_type::<MessageSettings>()
             .register_type::<MessagesInFlight>()
             .register_type::<MessageStatistics>()
@@ -105,6 +108,9 @@ pub struct MessageSettings {
     pub max_messages: Option<u32>,
     /// Bytes that a team may send in a match; none for any number.
     pub max_bytes: Option<u64>,
+    /// What robots that say nothing of their own send at most: what their model says.
+    #[serde(skip_serializing_if = "MessageLimits::is_unset")]
+    pub robots: MessageLimits,
 }
 
 impl Default for MessageSettings {
@@ -117,6 +123,7 @@ impl Default for MessageSettings {
             max_text_bytes: 128,
             max_messages: None,
             max_bytes: None,
+            robots: MessageLimits::default(),
         }
     }
 }
@@ -135,21 +142,6 @@ impl MessageSettings {
             most => ((stream.uniform() * (most as f32 + 1.0)) as u32).min(most),
         };
         Delivery::AfterCycles(self.delay_cycles.max(1) + jitter)
-    }
-
-    /// Why a team that has sent so much may not send this message, if it may not.
-    pub fn refusal(&self, message: &TeamMessage, sent: &TeamMessageStatistics) -> Option<Refusal> {
-        if !message.is_finite() {
-            Some(Refusal::NotFinite)
-        } else if !message.is_in_range() || message.text_bytes() > self.max_text_bytes as usize {
-            Some(Refusal::TooLarge)
-        } else if self.max_messages.is_some_and(|most| sent.sent >= most)
-            || self.max_bytes.is_some_and(|most| sent.sent_bytes + message.size_bytes() as u64 > most)
-        {
-            Some(Refusal::BudgetSpent)
-        } else {
-            None
-        }
     }
 }
 
@@ -241,19 +233,20 @@ fn send_messages(
     mut in_flight: ResMut<MessagesInFlight>,
     mut statistics: ResMut<MessageStatistics>,
     mut events: ResMut<CycleEvents>,
-    mut outboxes: Query<&mut Outbox>,
+    mut outboxes: Query<(&mut Outbox, Option<&MessageLimits>)>,
     mut recipients: Query<(&Pose, &mut RandomStreams), With<Inbox>>,
     poses: Query<&Pose>,
 ) {
     for (from, sender) in roster.iter() {
-        let Ok(mut outbox) = outboxes.get_mut(sender) else { continue };
+        let Ok((mut outbox, own_limits)) = outboxes.get_mut(sender) else { continue };
         // Not touching what is empty keeps change detection useful.
         if outbox.0.is_none() {
             continue;
         }
         let Some(say) = outbox.0.take() else { continue };
         let team = &mut statistics[from.team];
-        if let Some(reason) = settings.refusal(&say, team) {
+        let limits = settings.limits_with(own_limits.unwrap_or(&settings.robots));
+        if let Some(reason) = limits.refusal(&say, team) {
             let count = if reason == Refusal::BudgetSpent { &mut team.over_budget } else { &mut team.refused };
             *count += 1;
             // A team that is over its budget would fill the record with one and the same refusal.

@@ -187,3 +187,26 @@ fn a_team_that_has_spent_its_budget_falls_silent() {
         assert_eq!(events, 2);
     }
 }
+
+#[test]
+fn each_team_has_its_own_limits() {
+    let (mut app, robots) = talking_app(MessageSettings { max_text_bytes: 20, ..default() });
+    let blue = MessageLimits { max_text_bytes: Some(4), max_messages: Some(3), ..default() };
+    // More than the match allows.
+    let pink = MessageLimits { max_text_bytes: Some(99), ..default() };
+    for (robot, limits) in robots.into_iter().zip([blue, blue, blue, pink]) {
+        app.world_mut().entity_mut(robot).insert(limits);
+    }
+    for length in [4, 5, 20, 21, 1, 1, 1, 1] {
+        for robot in [0, 3] {
+            say(&mut app, robots[robot], word(&"a".repeat(length)));
+        }
+        run_cycle(app.world_mut());
+    }
+    let statistics = app.world().resource::<MessageStatistics>();
+    let counts = |team: Team| {
+        let TeamMessageStatistics { sent, refused, over_budget, .. } = statistics[team];
+        (sent, refused, over_budget)
+    };
+    assert_eq!((counts(Team::Blue), counts(Team::Pink)), ((3, 3, 2), (7, 1, 0)));
+}

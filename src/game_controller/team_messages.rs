@@ -21,8 +21,8 @@ const FIRST_PORT: u16 = 10_000;
 pub const HERE: Ipv4Addr = Ipv4Addr::LOCALHOST;
 /// So many datagrams of a team are taken in a cycle: who sends more waits.
 const MOST_DATAGRAMS: usize = 256;
-/// What is read of a datagram, bytes: longer ones are cut, and are too long for any league.
-const MOST_BYTES: usize = 2048;
+/// The largest datagram of UDP, bytes.
+const MOST_BYTES: usize = 65_507;
 
 /// Carries the teams' messages over UDP.
 #[derive(Resource, Debug)]

@@ -12,7 +12,7 @@ use super::status::{GameStatus, SetPlayStatus};
 use super::touch::touches_of_cycle;
 use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity};
 use crate::collision::Contacts;
-use crate::communication::{MessageSettings, MessageStatistics};
+use crate::communication::{MessageLimits, MessageSettings, MessageStatistics};
 use crate::cycle::CycleClock;
 use crate::events::{CycleEvents, MatchEvent};
 use crate::game::{
@@ -199,17 +199,17 @@ pub(super) fn tell_status(
     memory: Res<RefereeMemory>,
     radio: Res<MessageSettings>,
     messages: Res<MessageStatistics>,
-    mut robots: Query<(&RobotId, &Penalty, &mut GameStatus)>,
+    mut robots: Query<(&RobotId, &Penalty, Option<&MessageLimits>, &mut GameStatus)>,
 ) {
     let told = memory.announcement.told(&game);
     let set_play = told.set_play.map(|set_play| SetPlayStatus::told_of(&set_play, &rules, &clock));
-    let messages_left = |team: Team| {
+    let messages_left = |team: Team, own: Option<&MessageLimits>| {
         let by_the_rules = game.messages_left.map(|left| left[team]);
-        let by_radio = radio.max_messages.map(|most| most.saturating_sub(messages[team].sent));
+        let by_radio = radio.limits_with(own.unwrap_or(&radio.robots)).messages_left(messages[team].sent);
         by_the_rules.into_iter().chain(by_radio).min()
     };
     let secondary = told.secondary_cycles_left(&rules, &clock);
-    for (id, penalty, mut status) in &mut robots {
+    for (id, penalty, own_limits, mut status) in &mut robots {
         let record = memory.record(*id);
         *status = GameStatus {
             state: told.state,
@@ -222,7 +222,7 @@ pub(super) fn tell_status(
             kick_off_team: told.kick_off_team,
             drop_ball: told.drop_ball,
             set_play,
-            messages_left: messages_left(id.team),
+            messages_left: messages_left(id.team, own_limits),
             shoot_out: told.shoot_out.map(|shoot_out| shoot_out.team),
             penalised: penalty.is_active(),
             penalty: penalty.0.map(|penalty| penalty.reason),

@@ -6,6 +6,7 @@ use serde_json::{Map, Value};
 use super::fault::ScenarioFault;
 use super::field_path::FieldPath;
 use super::layers::lay_over;
+use super::message_limits;
 use super::models::expected_model;
 use super::wording::{did_you_mean, one_of, quoted};
 use crate::team::Team;
@@ -13,6 +14,9 @@ use crate::team::Team;
 /// Takes apart the models that are objects: of the scenario, of teams, and of robots. `settings` are those that a model has.
 pub(super) fn take_apart(root: &mut Map<String, Value>, settings: &[&str], faults: &mut Vec<ScenarioFault>) {
     let path = FieldPath::default();
+    if let Some(Value::Object(model)) = root.get_mut("model") {
+        message_limits::make_of_robots(model);
+    }
     take_apart_of(root, &path, settings, faults);
     for team in Team::BOTH {
         if let Some(Value::Object(team_fields)) = root.get_mut("teams").and_then(|teams| teams.get_mut(team.name())) {

@@ -23,6 +23,7 @@ mod layers;
 mod leagues;
 mod library;
 mod load;
+mod message_limits;
 mod model_file;
 mod models;
 mod outline;

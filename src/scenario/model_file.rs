@@ -22,10 +22,8 @@ use super::wording::{did_you_mean, one_of, quoted};
 const FIELDS: [&str; 5] = ["name", "description", "settings", "realistic", "sources"];
 /// Those of them that no scenario has.
 const OF_MODELS_ONLY: [&str; 3] = ["settings", "realistic", "sources"];
-/// What a model may say besides a robot's own settings: how messages travel.
-const ALWAYS_BESIDES: [&str; 1] = ["messages"];
-/// The same of what is realistic: the ball that its league plays with, too.
-const REALISTIC_BESIDES: [&str; 2] = ["ball", "messages"];
+/// What a model may say of what is realistic besides a robot's own settings: the ball that its league plays with.
+const REALISTIC_BESIDES: [&str; 1] = ["ball"];
 
 /// Whether the values of a file are meant as a model rather than a scenario.
 pub fn is_model(value: &Value) -> bool {
@@ -108,7 +106,7 @@ fn read_model(source: &ScenarioSource, value: Value) -> Result<RobotModel, Vec<S
     let name: String = take(&mut fields, "name", &mut findings);
     let description: String = take(&mut fields, "description", &mut findings);
     fields.entry("settings").or_insert_with(|| json!({}));
-    let settings = take_settings(&mut fields, "settings", &ALWAYS_BESIDES, &mut findings);
+    let settings = take_settings(&mut fields, "settings", &[], &mut findings);
     let realistic = take_settings(&mut fields, "realistic", &REALISTIC_BESIDES, &mut findings);
     let sources: BTreeMap<String, String> = take(&mut fields, "sources", &mut findings);
     for name in fields.keys() {

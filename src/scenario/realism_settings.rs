@@ -7,6 +7,7 @@ use std::sync::LazyLock;
 use super::fault::ScenarioFault;
 use super::field_path::FieldPath;
 use super::layers::lay_over;
+use super::message_limits;
 use super::models::{ModelError, RobotModel, expected_model, is_file};
 use super::realism::{Realism, Realisms};
 use super::types::Scenario;
@@ -31,10 +32,12 @@ pub fn settings_of(root: &mut Map<String, Value>, faults: &mut Vec<ScenarioFault
         },
     };
     let Some(realisms) = realisms else { return Map::new() };
-    match model {
+    let mut settings = match model {
         Some(model) => settings_of_model(&model, realisms),
         None => by_parts(realisms, &Map::new()),
-    }
+    };
+    message_limits::make_of_robots(&mut settings);
+    settings
 }
 
 /// The words of a scenario for its realism. What is wrong with them is found when the types are read.
@@ -84,7 +87,8 @@ pub fn model_of(
     match find(reference) {
         Ok(model) => Some(model),
         Err(_)
-            if reference.as_str().is_some_and(is_file) && settings.iter().all(|field| robot.contains_key(*field)) =>
+            if reference.as_str().is_some_and(is_file)
+                && settings.iter().all(|field| *field == "messages" || robot.contains_key(*field)) =>
         {
             None
         }

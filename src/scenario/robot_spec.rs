@@ -8,6 +8,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::behaviour::script::ScriptEntry;
 use crate::belief::localisation_method::LocalisationMethod;
+use crate::communication::MessageLimits;
 use crate::geometry::{Pose, file_units};
 use crate::named_values::NamedValues;
 use crate::robot::body::Body;
@@ -78,6 +79,9 @@ pub struct RobotSpec {
     /// How exactly it knows its steps.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub odometry: Option<OdometrySettings>,
+    /// How much it sends at most.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub messages: Option<MessageLimits>,
     /// Its own settings of sensors that the program has registered.
     #[serde(skip_serializing_if = "NamedValues::is_empty")]
     pub sensors: NamedValues,

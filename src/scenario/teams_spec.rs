@@ -8,6 +8,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::robot_spec::RobotSpec;
 use crate::belief::localisation_method::LocalisationMethod;
+use crate::communication::MessageLimits;
 use crate::named_values::NamedValues;
 use crate::robot::body::Body;
 use crate::robot::falls::Balance;
@@ -131,6 +132,8 @@ entry_fields! {
     localisation as "localisation": Option<LocalisationMethod>,
     #[serde(skip_serializing_if = "Option::is_none")]
     odometry as "odometry": Option<OdometrySettings>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    messages as "messages": Option<MessageLimits>,
     #[serde(skip_serializing_if = "NamedValues::is_empty")]
     sensors as "sensors": NamedValues,
 }

@@ -9,7 +9,7 @@ use super::robot_spec::RobotSpec;
 use super::teams_spec::TeamsSpec;
 use crate::ball::Rolling;
 use crate::belief::localisation_method::LocalisationMethod;
-use crate::communication::MessageSettings;
+use crate::communication::{MessageLimits, MessageSettings};
 use crate::game::{Rules, TimedIntervention};
 use crate::knowledge::Knowledge;
 use crate::named_values::NamedValues;
@@ -162,6 +162,11 @@ impl Scenario {
     /// The body of a robot: its own, or else that which all have.
     pub fn body_of(&self, robot: &RobotSpec) -> Body {
         robot.body.unwrap_or(self.body)
+    }
+
+    /// How much a robot may send at most: what it says itself, and else what all robots do; no more than the match allows.
+    pub fn message_limits_of(&self, robot: &RobotSpec) -> MessageLimits {
+        self.messages.limits_with(&robot.messages.unwrap_or(self.messages.robots))
     }
 
     /// How true a robot's sensors are: as it says itself, and else as the scenario says for all.

@@ -5,6 +5,7 @@ use bevy::prelude::*;
 use super::names;
 use super::sensors::SensorRegistry;
 use crate::ball::BallPhysics;
+use crate::communication::MessageLimits;
 use crate::robot::Roster;
 use crate::robot::body::Body;
 use crate::robot::falls::Balance;
@@ -49,7 +50,7 @@ pub fn is_changeable(path: &FieldPath) -> bool {
         [Segment::Field(teams), Segment::Field(_), own @ ..] if teams == "teams" => own,
         whole => return CHANGEABLE.iter().any(|field| is_within(whole, field)),
     };
-    let of_the_match = ["messages", "rules", "ball.rolling", "ball.restitution", "duration_s"];
+    let of_the_match = ["rules", "ball.rolling", "ball.restitution", "duration_s"];
     CHANGEABLE.iter().any(|field| !of_the_match.contains(field) && is_within(path, field))
 }
 
@@ -66,6 +67,7 @@ pub(super) struct RobotSettings {
     pub vision: VisionSettings,
     pub odometry: OdometrySettings,
     pub latency: Latency,
+    pub messages: MessageLimits,
 }
 
 impl RobotSettings {
@@ -85,6 +87,7 @@ impl RobotSettings {
             vision: robot.vision.as_ref().unwrap_or(&scenario.vision).clone().with_fidelity(fidelity.vision),
             odometry: robot.odometry.unwrap_or(scenario.odometry).with_fidelity(fidelity.odometry),
             latency: robot.latency.unwrap_or(scenario.latency),
+            messages: robot.messages.unwrap_or(scenario.messages.robots),
         }
     }
 }
@@ -149,6 +152,7 @@ pub fn change_settings(world: &mut World, scenario: &Scenario) -> Result<(), Sce
         change(&mut robot, before.vision, after.vision);
         change(&mut robot, before.odometry, after.odometry);
         change(&mut robot, before.latency, after.latency);
+        change(&mut robot, before.messages, after.messages);
     }
     if let (Some(before), Some(after)) = (&old.ball, &scenario.ball)
         && (before.rolling, before.restitution) != (after.rolling, after.restitution)

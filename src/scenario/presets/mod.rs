@@ -9,6 +9,7 @@ use super::field_path::FieldPath;
 use super::inline_models;
 use super::layers::lay_over;
 use super::leagues;
+use super::message_limits;
 use super::preset::Preset;
 use super::realism::Realisms;
 use super::realism_settings;
@@ -114,8 +115,10 @@ pub fn resolve(root: &mut Map<String, Value>) -> Vec<ScenarioFault> {
             Some(_) => {}
         }
     }
+    let of_all =
+        |field: &str| if field == "messages" { message_limits::common(root) } else { root.get(field).cloned() };
     let common: Map<String, Value> =
-        OWN_SETTINGS.iter().filter_map(|&field| Some((field.to_owned(), root.get(field)?.clone()))).collect();
+        OWN_SETTINGS.iter().filter_map(|&field| Some((field.to_owned(), of_all(field)?))).collect();
     let realisms = realism_settings::realisms_of(root);
     for team in Team::BOTH {
         if let Some(Value::Object(robots)) = root.get_mut("teams").and_then(|teams| teams.get_mut(team.name())) {
@@ -133,8 +136,10 @@ pub fn resolve(root: &mut Map<String, Value>) -> Vec<ScenarioFault> {
 }
 
 /// Settings that a robot may have of its own.
-const OWN_SETTINGS: [&str; 11] =
-    ["sensors", "body", "motion", "kicks", "falls", "head", "sonar", "cameras", "vision", "odometry", "latency"];
+const OWN_SETTINGS: [&str; 12] = [
+    "sensors", "body", "motion", "kicks", "falls", "head", "sonar", "cameras", "vision", "odometry", "latency",
+    "messages",
+];
 
 /// Those that a model has: all but what only the program knows.
 pub(super) fn of_models() -> &'static [&'static str] {
@@ -154,9 +159,14 @@ fn resolve_robot(
     let of_model = own_model.map(|(model, realisms)| {
         let mut settings = realism_settings::settings_of_model(&model, realisms);
         settings.retain(|field, _| of_models().contains(&field.as_str()));
+        message_limits::keep_only(&mut settings);
         fill_in_noises(&mut settings, path, &Map::new(), faults);
         // What the model does not say is as in the paper, whatever the scenario's other robots have.
         for &field in of_models() {
+            // Limits that nobody has are not worth saying.
+            if field == "messages" && !settings.contains_key(field) && !common.contains_key(field) {
+                continue;
+            }
             let mut base = of_the_match(field, common.get(field));
             if let Some(own) = settings.remove(field) {
                 lay_over(&mut base, own, field);

@@ -37,7 +37,7 @@ impl Checks {
                         let message = format!("there is no kick `{wanted}`{}", did_you_mean(&wanted, known()));
                         self.value_fault(path.field("kick.type"), message, one_of(known()));
                     }
-                    self.text(&path, entry, scenario.messages.max_text_bytes);
+                    self.text(&path, entry, scenario.message_limits_of(robot).max_text_bytes);
                 }
             }
         }
@@ -105,8 +105,8 @@ impl Checks {
     }
 
     /// That what it says may be sent.
-    fn text(&mut self, path: &FieldPath, entry: &ScriptEntry, most_bytes: u32) {
-        let Some(say) = &entry.say else { return };
+    fn text(&mut self, path: &FieldPath, entry: &ScriptEntry, most_bytes: Option<u32>) {
+        let (Some(say), Some(most_bytes)) = (&entry.say, most_bytes) else { return };
         if say.text_bytes() > most_bytes as usize {
             let message = format!("the texts of this message have {} bytes", say.text_bytes());
             self.fault(path.field("say"), message, format!("at most {most_bytes} bytes, `messages.max_text_bytes`"));

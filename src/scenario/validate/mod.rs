@@ -297,6 +297,9 @@ impl Checks {
         if let Some(vision) = &robot.vision {
             self.vision(&path.field("vision"), vision);
         }
+        if let Some(limits) = &robot.messages {
+            self.message_limits(&path.field("messages"), limits);
+        }
         let limits = robot.head_limits.as_ref().unwrap_or(&scenario.head);
         for (index, (angle, limit)) in
             robot.head.into_iter().zip([limits.yaw, limits.pitch_at(robot.head[0])]).enumerate()

@@ -4,7 +4,7 @@ use bevy::math::Vec2;
 
 use super::{Checks, ScenarioFault};
 use crate::ball::{FASTEST_MPS, Rolling};
-use crate::communication::MessageSettings;
+use crate::communication::{MessageLimits, MessageSettings};
 use crate::game::Rules;
 use crate::geometry::to_degrees;
 use crate::kick_geometry::KickType;
@@ -21,6 +21,9 @@ use crate::sensing::latency::Latency;
 use crate::sensing::odometry::OdometrySettings;
 use crate::sensing::sonar::{SonarNoise, SonarSettings};
 use crate::sensing::vision::VisionSettings;
+
+/// The largest datagram of UDP, bytes.
+const LARGEST_DATAGRAM_BYTES: u32 = 65_507;
 
 impl Checks {
     pub(super) fn rules(&mut self, path: &FieldPath, rules: &Rules) {
@@ -290,5 +293,12 @@ impl Checks {
         if let Some(range) = messages.range_m {
             self.range(path.field("range_m"), range, 0.0..=1000.0, " m");
         }
+        self.range(path.field("max_text_bytes"), messages.max_text_bytes, 0..=LARGEST_DATAGRAM_BYTES, " bytes");
+        self.message_limits(&path.field("robots"), &messages.robots);
+    }
+
+    pub(super) fn message_limits(&mut self, path: &FieldPath, limits: &MessageLimits) {
+        let most = limits.max_text_bytes.unwrap_or_default();
+        self.range(path.field("max_text_bytes"), most, 0..=LARGEST_DATAGRAM_BYTES, " bytes");
     }
 }

@@ -14,7 +14,7 @@ use super::{EntityState, Snapshot, SnapshotError, is_of_the_program};
 use crate::ball::{Ball, BallPath, BallPhysics, BallVelocity};
 use crate::behaviour::script::Script;
 use crate::collision::Contacts;
-use crate::communication::{MessageSettings, MessageStatistics, MessagesInFlight};
+use crate::communication::{MessageLimits, MessageSettings, MessageStatistics, MessagesInFlight};
 use crate::cycle::CycleClock;
 use crate::game::{Game, Interventions, Penalty, Rules};
 use crate::geometry::Pose;
@@ -145,6 +145,7 @@ fn check_robot(
             sonar: parts.get::<SonarSettings>().copied(),
             vision: parts.get::<VisionSettings>().cloned(),
             odometry: parts.get::<OdometrySettings>().copied(),
+            messages: parts.get::<MessageLimits>().copied(),
             ..RobotSpec::default()
         }],
         ..settings.clone()

@@ -1,0 +1,91 @@
+//! How much a robot, and its team, may send: the match's limits, and those of the robot's model or team.
+
+use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::{MessageSettings, TeamMessage, TeamMessageStatistics};
+use crate::events::Refusal;
+use crate::knowledge::Knowledge;
+
+/// How much a robot may send at most, as its model, its team or it itself says. The match has [limits](MessageSettings) that hold for
+/// all: the smaller one counts.
+#[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[reflect(Component, @Knowledge::Public)]
+#[serde(default, deny_unknown_fields)]
+pub struct MessageLimits {
+    /// Greatest length of the texts and the datagram in a message together, bytes; none for the match's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_text_bytes: Option<u32>,
+    /// Messages of its team in a match, beyond which it sends none; none for the match's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_messages: Option<u32>,
+    /// Bytes of its team in a match, beyond which it sends none; none for the match's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_bytes: Option<u64>,
+}
+
+impl MessageLimits {
+    /// The fields of files.
+    pub const FIELDS: [&'static str; 3] = ["max_text_bytes", "max_messages", "max_bytes"];
+
+    /// Whether it limits nothing.
+    pub fn is_unset(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// How many messages are left to a team that has sent so many; none where they are not limited.
+    pub fn messages_left(&self, sent: u32) -> Option<u32> {
+        self.max_messages.map(|most| most.saturating_sub(sent))
+    }
+
+    /// Why a robot whose team has sent so much may not send this message, if it may not.
+    pub fn refusal(&self, message: &TeamMessage, sent: &TeamMessageStatistics) -> Option<Refusal> {
+        let is_too_long = self.max_text_bytes.is_some_and(|most| message.text_bytes() > most as usize);
+        let size = message.size_bytes() as u64;
+        if !message.is_finite() {
+            Some(Refusal::NotFinite)
+        } else if !message.is_in_range() || is_too_long {
+            Some(Refusal::TooLarge)
+        } else if self.max_messages.is_some_and(|most| sent.sent >= most)
+            || self.max_bytes.is_some_and(|most| sent.sent_bytes + size > most)
+        {
+            Some(Refusal::BudgetSpent)
+        } else {
+            None
+        }
+    }
+}
+
+impl MessageSettings {
+    /// The limits of a robot that has these of its own: of each the smaller of the two.
+    pub fn limits_with(&self, own: &MessageLimits) -> MessageLimits {
+        MessageLimits {
+            max_text_bytes: smaller(Some(self.max_text_bytes), own.max_text_bytes),
+            max_messages: smaller(self.max_messages, own.max_messages),
+            max_bytes: smaller(self.max_bytes, own.max_bytes),
+        }
+    }
+}
+
+fn smaller<T: Ord>(one: Option<T>, other: Option<T>) -> Option<T> {
+    one.into_iter().chain(other).min()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_the_matchs_limits_and_a_robots_own_the_smaller_count() {
+        let settings = MessageSettings { max_text_bytes: 128, max_messages: Some(10), ..default() };
+        let limits = |own: MessageLimits| {
+            let MessageLimits { max_text_bytes, max_messages, max_bytes } = settings.limits_with(&own);
+            (max_text_bytes, max_messages, max_bytes)
+        };
+        assert_eq!(limits(MessageLimits::default()), (Some(128), Some(10), None));
+        let more = MessageLimits { max_text_bytes: Some(512), max_messages: Some(100), max_bytes: Some(9) };
+        assert_eq!(limits(more), (Some(128), Some(10), Some(9)));
+        let less = MessageLimits { max_text_bytes: Some(64), max_messages: Some(0), max_bytes: None };
+        assert_eq!(limits(less), (Some(64), Some(0), None));
+    }
+}
