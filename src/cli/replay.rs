@@ -1,6 +1,8 @@
 //! `naoisis replay`: a match that a trace was written of, in a window.
 
 use clap::Args;
+use core::ops::ControlFlow;
+use indicatif::{ProgressBar, ProgressStyle};
 use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -29,7 +31,17 @@ const BROKEN_OFF: &str = "the trace is broken off: what it has until there is sh
 /// Runs the command. Without a display the trace is read, and summed up.
 #[cfg_attr(not(feature = "viewer"), expect(unused_variables, reason = "only a window has the program's own in it"))]
 pub fn replay(program: Program<'static>, arguments: &ReplayArguments) -> ExitCode {
-    let trace = match ReadTrace::open(&arguments.trace) {
+    // A long one takes a while.
+    let progress = ProgressBar::new_spinner().with_message(format!("reading {}", arguments.trace.display()));
+    if let Ok(style) = ProgressStyle::with_template("{msg}: {pos} s of the match") {
+        progress.set_style(style);
+    }
+    let trace = ReadTrace::open_told(&arguments.trace, |time_s| {
+        progress.set_position(time_s as u64);
+        ControlFlow::Continue(())
+    });
+    progress.finish_and_clear();
+    let trace = match trace {
         Ok(trace) => trace,
         Err(error) => return report::usage_error(&error.to_string()),
     };

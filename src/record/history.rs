@@ -4,6 +4,7 @@
 //! read from a file. Records are kept compressed in blocks; one block at a time is unpacked to be looked at.
 
 use bevy::prelude::*;
+use core::ops::ControlFlow;
 use std::collections::VecDeque;
 use std::io;
 use std::ops::{Range, RangeInclusive};
@@ -54,6 +55,14 @@ impl ReadTrace {
     /// # Errors
     /// What is wrong with it, and where.
     pub fn open(path: &Path) -> Result<ReadTrace, TraceError> {
+        Self::open_told(path, |_| ControlFlow::Continue(()))
+    }
+
+    /// Reads a trace to its end, and tells after each cycle until when, in s, it is read: whoever is told may break it off there.
+    ///
+    /// # Errors
+    /// What is wrong with it, and where.
+    pub fn open_told(path: &Path, mut told: impl FnMut(f64) -> ControlFlow<()>) -> Result<ReadTrace, TraceError> {
         let mut reader = TraceReader::open(path)?;
         let mut read = ReadTrace {
             scenario: reader.scenario().clone(),
@@ -81,7 +90,11 @@ impl ReadTrace {
                 ));
                 return Err(TraceError::Io { path: path.to_owned(), error });
             }
+            let time_s = record.time_s;
             read.last = Some(record);
+            if told(time_s).is_break() {
+                return Ok(read);
+            }
         }
         read.ending = reader.ending();
         Ok(read)

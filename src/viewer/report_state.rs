@@ -47,7 +47,7 @@ use std::path::Path;
 
 use super::branches::Branches;
 use super::camera::ViewerCamera;
-use super::display_settings::DisplaySettings;
+use super::display_settings::{DisplaySettings, Workspace};
 use super::event_filter::ListedEvents;
 use super::events_panel::ShownEvent;
 use super::film::Filming;
@@ -206,7 +206,7 @@ impl Reported<'_, '_> {
             "driven": self.driving.robot,
             "shown": *self.display,
             "filming": self.filming.is_on(),
-            "overlays": self.overlays.of_robots.values().map(switches_of).sum::<usize>(),
+            "overlays": self.overlays.of_robots.values().map(|shows| switches_of(shows, self.display.workspace)).sum::<usize>(),
             "problem": self.playback.problem,
             "notice": (self.notice.left_s > 0.0).then_some(&self.notice.text),
             "costs": self.display.statistics.then(|| costs(&self.statistics)),
@@ -254,8 +254,8 @@ fn costs(statistics: &FrameStatistics) -> Value {
 }
 
 /// How many switches of an overlay are on.
-fn switches_of(shows: &Shows) -> usize {
-    usize::from(shows.all) + usize::from(shows.selected) + shows.robots.len()
+fn switches_of(shows: &Shows, workspace: Workspace) -> usize {
+    usize::from(shows.all) + usize::from(shows.of_selected(workspace)) + shows.robots.len()
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@ use std::time::SystemTime;
 
 pub mod choice;
 mod panel;
+pub mod trace_reading;
 
 use super::display_settings::DisplaySettings;
 use super::drive::{self, PlayedFile};
@@ -20,6 +21,7 @@ use crate::record::history::ReadTrace;
 use crate::scenario::{Scenario, ScenarioFile, TeamsSpec};
 use crate::simulation;
 use choice::Choice;
+use trace_reading::{TraceReading, is_reading};
 
 /// How often a scenario's file is looked at, s.
 const LOOK_EVERY_S: f32 = 0.5;
@@ -33,7 +35,8 @@ impl Plugin for MatchPanelPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<WatchedScenarioFile>()
             .add_message::<MatchCommand>()
-            .add_systems(First, (forget_file, obey).chain())
+            .init_resource::<TraceReading>()
+            .add_systems(First, (forget_file, obey, trace_reading::show_when_read.run_if(is_reading)).chain())
             .add_systems(Update, watch_file)
             .add_systems(
                 EguiPrimaryContextPass,
@@ -84,9 +87,14 @@ fn modified(file: &Path) -> Option<SystemTime> {
 }
 
 /// A built-in scenario has no file.
-fn forget_file(mut commands: MessageReader<ViewerCommand>, mut source: ResMut<WatchedScenarioFile>) {
+fn forget_file(
+    mut commands: MessageReader<ViewerCommand>,
+    mut source: ResMut<WatchedScenarioFile>,
+    mut reading: ResMut<TraceReading>,
+) {
     if commands.read().any(|command| matches!(command, ViewerCommand::Load(_))) {
         *source = WatchedScenarioFile::default();
+        reading.give_up();
     }
 }
 
@@ -116,6 +124,9 @@ fn obey(world: &mut World) {
     let commands: Vec<MatchCommand> = world.resource_mut::<Messages<MatchCommand>>().drain().collect();
     for command in commands {
         let is_start = !matches!(command, MatchCommand::Change(_));
+        if is_start {
+            world.resource_mut::<TraceReading>().give_up();
+        }
         let result = match command {
             MatchCommand::Teams(teams) => play_teams(world, *teams),
             MatchCommand::Open(path) => open(world, &path),
@@ -143,7 +154,8 @@ fn play_teams(world: &mut World, teams: TeamsSpec) -> Result<(), String> {
 fn open(world: &mut World, path: &Path) -> Result<(), String> {
     let name = path.to_string_lossy();
     if [".jsonl", ".jsonl.zst"].iter().any(|ending| name.ends_with(ending)) {
-        return open_trace(world, path);
+        let begun = world.resource_mut::<TraceReading>().begin(path);
+        return begun.map_err(|error| format!("{}: cannot be read: {error}", path.display()));
     }
     // Whatever is wrong with it, the file is watched: it may be right the next time.
     if path.exists() {
@@ -158,8 +170,8 @@ fn open(world: &mut World, path: &Path) -> Result<(), String> {
     Ok(())
 }
 
-fn open_trace(world: &mut World, path: &Path) -> Result<(), String> {
-    let trace = ReadTrace::open(path).map_err(|error| error.to_string())?;
+/// Shows a trace that was read.
+fn show_trace(world: &mut World, path: &Path, trace: ReadTrace) -> Result<(), String> {
     if trace.last.is_none() {
         return Err(format!("{}: there is nothing after the header; expected a cycle", path.display()));
     }

@@ -147,8 +147,10 @@ impl Overlay {
 pub struct Shows {
     /// Of all robots.
     pub all: bool,
-    /// Of the selected one.
+    /// Of the selected one, while panels are shown.
     pub selected: bool,
+    /// Of the selected one, while the match is shown to others: whoever selects a robot for them has switched it on there.
+    pub selected_in_teaching: bool,
     /// Of these robots, whether they are selected or not.
     pub robots: BTreeSet<RobotId>,
 }
@@ -184,19 +186,27 @@ impl Default for Overlays {
     }
 }
 
+impl Shows {
+    /// Whether it is drawn of whoever is selected.
+    pub fn of_selected(&self, workspace: Workspace) -> bool {
+        if workspace == Workspace::Teach { self.selected_in_teaching } else { self.selected }
+    }
+}
+
 impl Overlays {
     /// Whether a kind is drawn of a robot.
-    pub fn shows(&self, overlay: Overlay, robot: RobotId, selection: &Selection) -> bool {
+    pub fn shows(&self, overlay: Overlay, robot: RobotId, selection: &Selection, workspace: Workspace) -> bool {
         self.of_robots.get(&overlay).is_some_and(|shows| {
-            shows.all || (shows.selected && selection.0 == Some(robot)) || shows.robots.contains(&robot)
+            let is_selected = selection.0 == Some(robot);
+            shows.all || (is_selected && shows.of_selected(workspace)) || shows.robots.contains(&robot)
         })
     }
 
     /// Whether a kind is drawn of anyone.
-    pub fn shows_any(&self, overlay: Overlay, selection: &Selection) -> bool {
-        self.of_robots
-            .get(&overlay)
-            .is_some_and(|shows| shows.all || (shows.selected && selection.0.is_some()) || !shows.robots.is_empty())
+    pub fn shows_any(&self, overlay: Overlay, selection: &Selection, workspace: Workspace) -> bool {
+        self.of_robots.get(&overlay).is_some_and(|shows| {
+            shows.all || (selection.0.is_some() && shows.of_selected(workspace)) || !shows.robots.is_empty()
+        })
     }
 }
 
@@ -219,18 +229,26 @@ pub enum OverlayCommand {
     Reset,
 }
 
-fn obey_overlay_commands(mut commands: MessageReader<OverlayCommand>, mut overlays: ResMut<Overlays>) {
+fn obey_overlay_commands(
+    mut commands: MessageReader<OverlayCommand>,
+    mut overlays: ResMut<Overlays>,
+    display: Res<DisplaySettings>,
+) {
     for command in commands.read() {
-        overlays.obey(*command);
+        overlays.obey(*command, display.workspace);
     }
 }
 
 impl Overlays {
-    fn obey(&mut self, command: OverlayCommand) {
+    fn obey(&mut self, command: OverlayCommand, workspace: Workspace) {
         let flip = |switch: &mut bool| *switch = !*switch;
         match command {
             OverlayCommand::ToggleAll(overlay) => flip(&mut self.of_robots.entry(overlay).or_default().all),
-            OverlayCommand::ToggleSelected(overlay) => flip(&mut self.of_robots.entry(overlay).or_default().selected),
+            OverlayCommand::ToggleSelected(overlay) => {
+                let shows = self.of_robots.entry(overlay).or_default();
+                let is_teaching = workspace == Workspace::Teach;
+                flip(if is_teaching { &mut shows.selected_in_teaching } else { &mut shows.selected });
+            }
             OverlayCommand::Toggle(overlay, robot) => {
                 let robots = &mut self.of_robots.entry(overlay).or_default().robots;
                 if !robots.remove(&robot) {
@@ -263,12 +281,14 @@ impl Showing<'_> {
     fn any(&self, overlay: Overlay) -> bool {
         // Who watches wants to see the match; in one robot's world there are no others.
         let shows_truth = self.world.as_ref().is_none_or(|world| !world.0);
-        shows_truth && self.display.workspace != Workspace::Watch && self.overlays.shows_any(overlay, &self.selection)
+        let workspace = self.display.workspace;
+        shows_truth && workspace != Workspace::Watch && self.overlays.shows_any(overlay, &self.selection, workspace)
     }
 
     /// Whether a kind is drawn of a robot; nothing is of those that are off the pitch.
     fn shows(&self, overlay: Overlay, robot: RobotId, penalty: &Penalty) -> bool {
-        self.any(overlay) && !penalty.is_off_pitch() && self.overlays.shows(overlay, robot, &self.selection)
+        let shows = || self.overlays.shows(overlay, robot, &self.selection, self.display.workspace);
+        self.any(overlay) && !penalty.is_off_pitch() && shows()
     }
 
     /// Where something is shown, pitch frame.
@@ -282,30 +302,51 @@ mod tests {
     use super::*;
     use crate::team::Team;
 
+    const DEBUG: Workspace = Workspace::Debug;
+
     #[test]
     fn a_kind_is_shown_of_all_of_the_selected_or_of_some() {
         let (one, other) = (RobotId::new(Team::Blue, 1), RobotId::new(Team::Pink, 2));
         let (nobody, selected) = (Selection(None), Selection(Some(one)));
         let mut overlays = Overlays::default();
-        assert!(overlays.shows(Overlay::Beliefs, one, &selected));
-        assert!(!overlays.shows(Overlay::Beliefs, other, &selected));
-        assert!(!overlays.shows_any(Overlay::Beliefs, &nobody));
-        overlays.obey(OverlayCommand::Toggle(Overlay::Beliefs, other));
-        assert!(overlays.shows(Overlay::Beliefs, other, &nobody) && overlays.shows_any(Overlay::Beliefs, &nobody));
-        overlays.obey(OverlayCommand::ToggleAll(Overlay::Trails));
-        assert!(overlays.shows(Overlay::Trails, one, &nobody) && overlays.shows(Overlay::Trails, other, &nobody));
-        overlays.obey(OverlayCommand::ToggleAll(Overlay::Trails));
-        assert!(!overlays.shows(Overlay::Trails, one, &selected));
-        overlays.obey(OverlayCommand::Clear);
-        assert!(Overlay::ALL.into_iter().all(|overlay| !overlays.shows(overlay, one, &selected)));
-        overlays.obey(OverlayCommand::Reset);
+        assert!(overlays.shows(Overlay::Beliefs, one, &selected, DEBUG));
+        assert!(!overlays.shows(Overlay::Beliefs, other, &selected, DEBUG));
+        assert!(!overlays.shows_any(Overlay::Beliefs, &nobody, DEBUG));
+        overlays.obey(OverlayCommand::Toggle(Overlay::Beliefs, other), DEBUG);
+        assert!(
+            overlays.shows(Overlay::Beliefs, other, &nobody, DEBUG)
+                && overlays.shows_any(Overlay::Beliefs, &nobody, DEBUG)
+        );
+        overlays.obey(OverlayCommand::ToggleAll(Overlay::Trails), DEBUG);
+        assert!(
+            overlays.shows(Overlay::Trails, one, &nobody, DEBUG)
+                && overlays.shows(Overlay::Trails, other, &nobody, DEBUG)
+        );
+        overlays.obey(OverlayCommand::ToggleAll(Overlay::Trails), DEBUG);
+        assert!(!overlays.shows(Overlay::Trails, one, &selected, DEBUG));
+        overlays.obey(OverlayCommand::Clear, DEBUG);
+        assert!(Overlay::ALL.into_iter().all(|overlay| !overlays.shows(overlay, one, &selected, DEBUG)));
+        overlays.obey(OverlayCommand::Reset, DEBUG);
         assert_eq!(overlays, Overlays::default());
+    }
+
+    #[test]
+    fn who_is_selected_for_others_has_nothing_around_it_until_it_is_asked_for() {
+        let one = RobotId::new(Team::Blue, 1);
+        let selected = Selection(Some(one));
+        let mut overlays = Overlays::default();
+        assert!(Overlay::ALL.into_iter().all(|overlay| !overlays.shows_any(overlay, &selected, Workspace::Teach)));
+        overlays.obey(OverlayCommand::ToggleSelected(Overlay::Beliefs), Workspace::Teach);
+        assert!(overlays.shows(Overlay::Beliefs, one, &selected, Workspace::Teach));
+        overlays.obey(OverlayCommand::ToggleSelected(Overlay::Beliefs), DEBUG);
+        assert!(!overlays.shows(Overlay::Beliefs, one, &selected, DEBUG));
+        assert!(overlays.shows(Overlay::Beliefs, one, &selected, Workspace::Teach));
     }
 
     #[test]
     fn what_is_shown_can_be_kept_in_a_file() {
         let mut overlays = Overlays::default();
-        overlays.obey(OverlayCommand::Toggle(Overlay::Bounds, RobotId::new(Team::Pink, 2)));
+        overlays.obey(OverlayCommand::Toggle(Overlay::Bounds, RobotId::new(Team::Pink, 2)), DEBUG);
         let text = ron::to_string(&overlays).unwrap();
         assert_eq!(ron::from_str::<Overlays>(&text).unwrap(), overlays);
     }

@@ -4,10 +4,10 @@ use bevy::prelude::*;
 use bevy_egui::egui::{self, RichText, WidgetInfo, WidgetType};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
-use super::{Overlay, OverlayCommand, Overlays};
+use super::{Overlay, OverlayCommand, Overlays, Shows};
 use crate::robot::Roster;
 use crate::team::RobotId;
-use crate::viewer::display_settings::{DisplaySettings, Switch};
+use crate::viewer::display_settings::{DisplaySettings, Switch, Workspace};
 use crate::viewer::layout::{Dock, Edge, LayoutSystems, PanelSizes, title};
 use crate::viewer::shared::{Action, Selection};
 use crate::viewer::theme::{dim, team_colour, text_size};
@@ -35,7 +35,7 @@ fn show_switches(
     mut contexts: EguiContexts,
     overlays: Res<Overlays>,
     roster: Res<Roster>,
-    selection: Res<Selection>,
+    (selection, display): (Res<Selection>, Res<DisplaySettings>),
     mut sizes: ResMut<PanelSizes>,
     mut actions: MessageWriter<Action>,
     mut commands: MessageWriter<OverlayCommand>,
@@ -52,7 +52,8 @@ fn show_switches(
             egui::Grid::new("overlays").num_columns(3 + robots.len()).spacing([9.0, 3.0]).show(ui, |ui| {
                 show_heads(ui, &robots, &selection);
                 for overlay in Overlay::ALL {
-                    show_line(ui, overlay, &overlays, &robots, &mut commands);
+                    let shows = overlays.of_robots.get(&overlay).cloned().unwrap_or_default();
+                    show_line(ui, overlay, (&shows, display.workspace), &robots, &mut commands);
                 }
             });
             // In a narrow panel a scroll bar is there.
@@ -94,11 +95,10 @@ fn show_heads(ui: &mut egui::Ui, robots: &[RobotId], selection: &Selection) {
 fn show_line(
     ui: &mut egui::Ui,
     overlay: Overlay,
-    overlays: &Overlays,
+    (shows, workspace): (&Shows, Workspace),
     robots: &[RobotId],
     commands: &mut MessageWriter<OverlayCommand>,
 ) {
-    let shows = overlays.of_robots.get(&overlay).cloned().unwrap_or_default();
     ui.label(overlay.name()).on_hover_text(overlay.description());
     let mut switch = |ui: &mut egui::Ui, on: bool, whose: &str, command: OverlayCommand| {
         let response = ui.checkbox(&mut on.clone(), "");
@@ -109,7 +109,7 @@ fn show_line(
         }
     };
     switch(ui, shows.all, "all robots", OverlayCommand::ToggleAll(overlay));
-    switch(ui, shows.selected, "the selected robot", OverlayCommand::ToggleSelected(overlay));
+    switch(ui, shows.of_selected(workspace), "the selected robot", OverlayCommand::ToggleSelected(overlay));
     for id in robots {
         switch(ui, shows.robots.contains(id), &id.to_string(), OverlayCommand::Toggle(overlay, *id));
     }

@@ -16,6 +16,7 @@ use crate::sensing::vision::{LandmarkKind, Percepts};
 use crate::team::{RobotId, Team};
 use crate::viewer::camera::eyes::image_in;
 use crate::viewer::camera::{ViewerCamera, mount_of};
+use crate::viewer::display_settings::DisplaySettings;
 use crate::viewer::eyes::{EyeImages, Watched};
 use crate::viewer::layout::FreeArea;
 use crate::viewer::overlays::{Overlay, Overlays, junction_letter};
@@ -78,11 +79,11 @@ pub(super) fn draw_in_window(
     overlays: Res<Overlays>,
     roster: Res<Roster>,
     robots: Query<(&Percepts, &CameraSettings)>,
-    (window, free): (Single<&Window>, Res<FreeArea>),
+    (window, free, display): (Single<&Window>, Res<FreeArea>, Res<DisplaySettings>),
 ) -> Result {
     let Some((id, side)) = camera.eyes(&selection) else { return Ok(()) };
     let Some((percepts, settings)) = roster.get(id).and_then(|robot| robots.get(robot).ok()) else { return Ok(()) };
-    if !overlays.shows(Overlay::Percepts, id, &selection) {
+    if !overlays.shows(Overlay::Percepts, id, &selection, display.workspace) {
         return Ok(());
     }
     let context = contexts.ctx_mut()?;
