@@ -69,7 +69,7 @@ fn score(world: &World) -> PerTeam<u32> {
 /// What came of a moment, once.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 #[non_exhaustive]
-pub struct Branch {
+pub struct Continuation {
     /// Its number, from 0.
     pub index: usize,
     /// The seed of the chance that it was played with.
@@ -86,14 +86,14 @@ pub struct Branch {
 
 /// How often, how far and by how much a moment is played on.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Branches {
-    /// Branches to play.
+pub struct Continuations {
+    /// Continuations to play.
     pub times: usize,
     /// How long after the moment they end, s; at the final whistle at the latest.
     pub for_s: f64,
     /// The seed of the first; the next has the next.
     pub first_seed: u64,
-    /// Branches that are played at the same time, at least 1.
+    /// Continuations that are played at the same time, at least 1.
     pub threads: usize,
 }
 
@@ -104,10 +104,10 @@ pub struct Branches {
 /// When the moment cannot be put into an app that `simulator` makes.
 pub fn play_branches(
     moment: &Moment,
-    branches: &Branches,
+    branches: &Continuations,
     simulator: impl Fn() -> App + Sync,
     stop: &AtomicBool,
-    mut finished: impl FnMut(Branch),
+    mut finished: impl FnMut(Continuation),
 ) -> Result<(), String> {
     let next = AtomicUsize::new(0);
     let (sender, receiver) = mpsc::channel();
@@ -147,7 +147,7 @@ pub fn play_branches(
     })
 }
 
-fn play(app: &mut App, moment: &Moment, for_s: f64, index: usize, seed: u64) -> Result<Branch, String> {
+fn play(app: &mut App, moment: &Moment, for_s: f64, index: usize, seed: u64) -> Result<Continuation, String> {
     moment.restore(app.world_mut(), seed)?;
     let world = app.world_mut();
     let mut first_goal = None;
@@ -167,14 +167,14 @@ fn play(app: &mut App, moment: &Moment, for_s: f64, index: usize, seed: u64) -> 
     let goals = goals(world);
     let end_s = world.resource::<CycleClock>().end_time_s();
     let ball_m = app.ball().map(|ball| ball.position);
-    Ok(Branch { index, seed, goals, first_goal, ball_m, end_s })
+    Ok(Continuation { index, seed, goals, first_goal, ball_m, end_s })
 }
 
 /// How often what came of a moment, with intervals of 95 % confidence.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 #[non_exhaustive]
 pub struct Outcomes {
-    /// Branches that were played.
+    /// Continuations that were played.
     pub times: usize,
     /// The share in which each team scores.
     pub scores: PerTeam<Option<Estimate>>,
@@ -192,15 +192,15 @@ pub struct Outcomes {
 
 impl Outcomes {
     /// Those of some branches.
-    pub fn of(branches: &[Branch]) -> Self {
-        let share = |holds: &dyn Fn(&Branch) -> bool| {
+    pub fn of(branches: &[Continuation]) -> Self {
+        let share = |holds: &dyn Fn(&Continuation) -> bool| {
             statistics::share(branches.iter().filter(|branch| holds(branch)).count(), branches.len())
         };
-        let per_team = |holds: fn(&Branch, Team) -> bool| {
+        let per_team = |holds: fn(&Continuation, Team) -> bool| {
             let of = |team| share(&|branch| holds(branch, team));
             PerTeam { blue: of(Team::Blue), pink: of(Team::Pink) }
         };
-        let mean = |value: &dyn Fn(&Branch) -> Option<f64>| {
+        let mean = |value: &dyn Fn(&Continuation) -> Option<f64>| {
             statistics::mean(&branches.iter().filter_map(value).collect::<Vec<f64>>())
         };
         let ball = |axis: usize| mean(&|branch| branch.ball_m.map(|ball| f64::from(ball[axis])));
@@ -242,8 +242,8 @@ mod tests {
         Moment::of(app.world_mut()).unwrap()
     }
 
-    fn played(moment: &Moment, threads: usize) -> Vec<Branch> {
-        let branches = Branches { times: 4, for_s: 3.0, first_seed: 7, threads };
+    fn played(moment: &Moment, threads: usize) -> Vec<Continuation> {
+        let branches = Continuations { times: 4, for_s: 3.0, first_seed: 7, threads };
         let mut rows = Vec::new();
         play_branches(moment, &branches, simulator, &AtomicBool::new(false), |branch| rows.push(branch)).unwrap();
         rows
@@ -273,7 +273,7 @@ mod tests {
 
     #[test]
     fn outcomes_are_shares_of_the_branches() {
-        let branch = |index: usize, blue: u32, pink: u32, first: Option<(Team, f64)>| Branch {
+        let branch = |index: usize, blue: u32, pink: u32, first: Option<(Team, f64)>| Continuation {
             index,
             seed: 1,
             goals: PerTeam { blue, pink },

@@ -284,13 +284,13 @@ impl Environments {
 
     /// The numbers that an agent observes: name, least and greatest value, and what it says.
     fn entries(&self, py: Python<'_>) -> PyResult<Vec<(String, f32, f32, &'static str)>> {
-        let entries = |entry: &environment::Entry| (entry.to_string(), entry.low, entry.high, entry.says);
+        let entries = |entry: &environment::ObservationEntry| (entry.to_string(), entry.low, entry.high, entry.says);
         self.with(py, |worlds| Ok(worlds.entries().iter().map(entries).collect()))
     }
 
     /// The numbers of a world's state.
     fn state_entries(&self, py: Python<'_>) -> PyResult<Vec<(String, f32, f32, &'static str)>> {
-        let entries = |entry: &environment::Entry| (entry.to_string(), entry.low, entry.high, entry.says);
+        let entries = |entry: &environment::ObservationEntry| (entry.to_string(), entry.low, entry.high, entry.says);
         self.with(py, |worlds| Ok(worlds.state_entries().iter().map(entries).collect()))
     }
 

@@ -48,8 +48,8 @@ mod settings;
 
 pub use crate::record::vocabulary::{Perception, RobotCommand};
 pub use command::CommandError;
-pub use player::Player;
-pub use plugin::{AgentsPlugin, StartError, dismiss, start_programs};
+pub use player::AgentPlayer;
+pub use plugin::{AgentsPlugin, ProgramStartError, dismiss, start_programs};
 pub use remote::{AgentError, belief, believe, command, perception, remote_robots, with_remote_robots};
 pub use server::Server;
 pub use settings::{AgentSettings, ErrorLines};

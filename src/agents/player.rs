@@ -27,9 +27,9 @@ pub(super) const FAREWELL: Duration = Duration::from_secs(1);
 
 /// A robot is played by a program, or was.
 #[derive(Component, Debug)]
-pub struct Player(pub(super) Option<Agent>);
+pub struct AgentPlayer(pub(super) Option<Agent>);
 
-impl Player {
+impl AgentPlayer {
     /// What the program has said of itself, if it plays.
     pub fn hello(&self) -> Option<&Hello> {
         self.0.as_ref()?.hello.as_ref()

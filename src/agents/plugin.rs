@@ -4,7 +4,7 @@ use bevy::prelude::*;
 use std::time::Instant;
 
 use super::connection::{Connection, Loss};
-use super::player::{Agent, FAREWELL, Player};
+use super::player::{Agent, AgentPlayer, FAREWELL};
 use super::process::Process;
 use super::protocol::Hello;
 use super::remote::{ObeyingRobot, believe};
@@ -27,8 +27,8 @@ pub struct AgentsPlugin;
 
 impl Plugin for AgentsPlugin {
     fn build(&self, app: &mut App) {
-        let programs_wait = |waiting: Query<(), (With<Program>, Without<Player>)>| !waiting.is_empty();
-        let somebody_plays = |players: Query<(), With<Player>>| !players.is_empty();
+        let programs_wait = |waiting: Query<(), (With<Program>, Without<AgentPlayer>)>| !waiting.is_empty();
+        let somebody_plays = |players: Query<(), With<AgentPlayer>>| !players.is_empty();
         app.init_resource::<AgentSettings>().init_resource::<LostAgents>().add_systems(
             Cycle,
             (start_waiting.run_if(programs_wait), ask.run_if(somebody_plays)).chain().in_set(DecideSystems::Ask),
@@ -43,7 +43,7 @@ pub(super) struct LostAgents(pub Vec<(RobotId, Loss)>);
 /// A program that cannot be started.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[error("{robot}: {message}")]
-pub struct StartError {
+pub struct ProgramStartError {
     /// The robot that it should play.
     pub robot: RobotId,
     /// Why it cannot be started.
@@ -57,9 +57,9 @@ pub struct StartError {
 ///
 /// # Errors
 /// The first that cannot be started; none are running then.
-pub fn start_programs(world: &mut World) -> Result<(), StartError> {
+pub fn start_programs(world: &mut World) -> Result<(), ProgramStartError> {
     let settings = world.resource::<AgentSettings>().clone();
-    let mut waiting = world.query_filtered::<(Entity, &RobotId, &Program), Without<Player>>();
+    let mut waiting = world.query_filtered::<(Entity, &RobotId, &Program), Without<AgentPlayer>>();
     let mut programs: Vec<(Entity, RobotId, Vec<String>)> =
         waiting.iter(world).map(|(entity, id, program)| (entity, *id, program.0.clone())).collect();
     programs.sort_by_key(|(_, id, _)| *id);
@@ -67,7 +67,7 @@ pub fn start_programs(world: &mut World) -> Result<(), StartError> {
     for (entity, robot, words) in programs {
         let folder = settings.folders[robot.team].as_deref();
         let (process, stream) = Process::start(&words, folder, robot, settings.error_lines.clone())
-            .map_err(|message| StartError { robot, message })?;
+            .map_err(|message| ProgramStartError { robot, message })?;
         let connection = Connection::new(stream, settings.longest_message);
         agents.push((entity, robot, Agent::new(connection, Some(process))));
     }
@@ -76,13 +76,13 @@ pub fn start_programs(world: &mut World) -> Result<(), StartError> {
     for (entity, robot, mut agent) in agents {
         let begun = agent.hello(deadline).and_then(|hello| begin(world, robot, &mut agent, &hello, deadline));
         let player = match begun {
-            Ok(()) => Player(Some(agent)),
+            Ok(()) => AgentPlayer(Some(agent)),
             Err(loss) => {
                 if loss.reason == AgentLoss::Refused {
                     agent.wait_for_end(Instant::now() + FAREWELL);
                 }
                 world.resource_mut::<LostAgents>().0.push((robot, loss));
-                Player(None)
+                AgentPlayer(None)
             }
         };
         world.entity_mut(entity).insert(player);
@@ -116,12 +116,12 @@ pub(super) fn begin(
 
 /// Starts programs in the middle of a match: after a restart, or in one that was saved.
 fn start_waiting(world: &mut World) {
-    if let Err(StartError { robot, message }) = start_programs(world) {
+    if let Err(ProgramStartError { robot, message }) = start_programs(world) {
         world.resource_mut::<LostAgents>().0.push((robot, Loss::new(AgentLoss::Refused, message)));
-        let mut waiting = world.query_filtered::<Entity, (With<Program>, Without<Player>)>();
+        let mut waiting = world.query_filtered::<Entity, (With<Program>, Without<AgentPlayer>)>();
         let waiting: Vec<Entity> = waiting.iter(world).collect();
         for entity in waiting {
-            world.entity_mut(entity).insert(Player(None));
+            world.entity_mut(entity).insert(AgentPlayer(None));
         }
     }
 }
@@ -131,7 +131,7 @@ fn ask(
     settings: Res<AgentSettings>,
     mut lost: ResMut<LostAgents>,
     mut events: ResMut<CycleEvents>,
-    mut robots: Query<(&RobotId, &mut Player, Perceived, Option<&Belief>, Option<&CameraImages>, ObeyingRobot)>,
+    mut robots: Query<(&RobotId, &mut AgentPlayer, Perceived, Option<&Belief>, Option<&CameraImages>, ObeyingRobot)>,
 ) {
     let mut players: Vec<_> = robots.iter_mut().collect();
     players.sort_by_key(|(id, ..)| **id);
@@ -165,7 +165,7 @@ fn ask(
 /// Tells all programs that the match is over, and why in words, and lets them end. The robots whose programs had to be ended.
 pub fn dismiss(world: &mut World, reason: &str) -> Vec<RobotId> {
     let Some(score) = world.get_resource::<Game>().map(|game| game.score) else { return Vec::new() };
-    let mut players = world.query::<(&RobotId, &mut Player)>();
+    let mut players = world.query::<(&RobotId, &mut AgentPlayer)>();
     let taken = players.iter_mut(world).filter_map(|(id, mut player)| player.0.take().map(|agent| (*id, agent)));
     let mut agents: Vec<(RobotId, Agent)> = taken.collect();
     agents.sort_by_key(|(id, _)| *id);

@@ -13,7 +13,7 @@ use std::thread;
 use std::time::Instant;
 
 use super::connection::{Connection, Loss, Stream};
-use super::player::{Agent, Player};
+use super::player::{Agent, AgentPlayer};
 use super::plugin::begin;
 use super::protocol::Hello;
 use super::remote::remote_robots;
@@ -154,7 +154,7 @@ pub fn free_robots(world: &World) -> Vec<RobotId> {
     let roster = world.resource::<Roster>();
     let is_free = |id: &RobotId| {
         let robot = roster.get(*id).map(|entity| world.entity(entity));
-        robot.is_some_and(|robot| !robot.contains::<Player>() && !robot.contains::<Program>())
+        robot.is_some_and(|robot| !robot.contains::<AgentPlayer>() && !robot.contains::<Program>())
     };
     remote_robots(world).into_iter().filter(is_free).collect()
 }
@@ -176,7 +176,7 @@ fn introduce(world: &mut World, stream: Stream) -> Result<(RobotId, String), Los
     };
     begin(world, robot, &mut agent, &hello, deadline)?;
     if let Some(entity) = world.resource::<Roster>().get(robot) {
-        world.entity_mut(entity).insert(Player(Some(agent)));
+        world.entity_mut(entity).insert(AgentPlayer(Some(agent)));
     }
     let name = if hello.name.is_empty() { "a program without a name".to_owned() } else { format!("`{}`", hello.name) };
     Ok((robot, name))

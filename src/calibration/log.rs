@@ -101,7 +101,7 @@ pub enum Motion {
 
 /// Something in view, seen or not.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Sighting {
+pub struct LoggedSighting {
     /// Which robot: its place among the log's.
     pub robot: usize,
     /// What is in view.
@@ -121,13 +121,13 @@ pub struct Sighting {
 /// What a robot did.
 #[derive(Clone, PartialEq, Debug, Default)]
 #[non_exhaustive]
-pub struct Log {
+pub struct RobotLog {
     /// Its walks.
     pub walks: Vec<Walk>,
     /// Its kicks.
     pub kicks: Vec<Kick>,
     /// What was in view.
-    pub sightings: Vec<Sighting>,
+    pub sightings: Vec<LoggedSighting>,
     /// The robots by name, in the order in which they come.
     pub robots: Vec<String>,
 }
@@ -167,7 +167,7 @@ pub enum LogErrorKind {
     },
 }
 
-impl Log {
+impl RobotLog {
     /// Adds the rows of a table. Its first line names the [columns](COLUMNS).
     ///
     /// # Errors
@@ -221,7 +221,7 @@ struct Row<'a> {
 }
 
 impl Row<'_> {
-    fn add_to(&self, log: &mut Log, kind: Option<&str>) -> Result<(), LogError> {
+    fn add_to(&self, log: &mut RobotLog, kind: Option<&str>) -> Result<(), LogError> {
         let robot = log.robot(self.cell("robot").unwrap_or_default());
         match kind.or_else(|| self.cell("kind")) {
             Some("walk") => log.walks.push(self.walk(robot)?),
@@ -258,7 +258,7 @@ impl Row<'_> {
         Ok(Kick { robot, kick_type, start: self.place("start")?, rest: self.place("rest")?, speed })
     }
 
-    fn sighting(&self, robot: usize) -> Result<Sighting, LogError> {
+    fn sighting(&self, robot: usize) -> Result<LoggedSighting, LogError> {
         let name = self.cell("thing").ok_or_else(|| self.missing("thing"))?;
         let thing = Thing::NAMES.into_iter().find(|(_, word, _)| *word == name);
         let (thing, ..) = thing.ok_or_else(|| {
@@ -279,7 +279,7 @@ impl Row<'_> {
             return Err(self.wrong("lens_height_m", &lens_height_m.to_string(), "a height above the ground, m"));
         }
         let (real, time_s) = (self.place("true")?, self.optional("time_s")?);
-        Ok(Sighting { robot, thing, real, seen, motion, time_s, lens_height_m })
+        Ok(LoggedSighting { robot, thing, real, seen, motion, time_s, lens_height_m })
     }
 
     fn place(&self, of: &str) -> Result<Place, LogError> {
@@ -320,7 +320,7 @@ mod tests {
 
     #[test]
     fn rows_of_all_kinds_stand_in_one_table_or_in_one_each() {
-        let mut log = Log::default();
+        let mut log = RobotLog::default();
         log.read(
             "kind,robot,kick,start_forward_m,start_left_m,rest_forward_m,rest_left_m,thing,true_forward_m,true_left_m,seen_forward_m,seen_left_m,motion\n\
              kick,anna,left_side,0.16,0.02,0.2,-1.3,,,,,,\n\
@@ -343,7 +343,7 @@ mod tests {
 
     #[test]
     fn what_is_wrong_is_told_by_line_and_column() {
-        let error = |text: &str| Log::default().read(text.as_bytes()).unwrap_err().to_string();
+        let error = |text: &str| RobotLog::default().read(text.as_bytes()).unwrap_err().to_string();
         let header = "kick,start_forward_m,start_left_m,rest_forward_m,rest_left_m\n";
         let words = error(&format!("{header}left_straight,0.1,0,x,0\n"));
         assert_eq!(words, "line 2, column `rest_forward_m`: `x` is not what was expected: a number");

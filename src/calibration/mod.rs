@@ -1,6 +1,6 @@
 //! Calibration: the figures of a real robot, from tables of what it did.
 //!
-//! A [`Log`] has walks, kicks and sightings, as somebody measured them with a camera over the pitch or a tape measure. From it
+//! A [`RobotLog`] has walks, kicks and sightings, as somebody measured them with a camera over the pitch or a tape measure. From it
 //! [`calibrate`] finds the figures of a [model](crate::scenario::RobotModel) that belong to them, each with an interval, and
 //! says what it lacked. `naoisis calibrate` writes them into a model of one's own.
 //!
@@ -15,13 +15,13 @@ mod model_file;
 mod sightings;
 mod walks;
 
-pub use log::{COLUMNS, Kick, Log, LogError, LogErrorKind, Motion, Sighting, Thing, Walk};
+pub use log::{COLUMNS, Kick, LogError, LogErrorKind, LoggedSighting, Motion, RobotLog, Thing, Walk};
 pub use model_file::model_file;
 
 /// A figure of a model, as a log has it.
 #[derive(Clone, PartialEq, Debug)]
 #[non_exhaustive]
-pub struct Figure {
+pub struct FittedFigure {
     /// Its path in the model's `realistic` part, such as `motion.gait.slip.scale`.
     pub path: String,
     /// The figure, in the units of that path.
@@ -35,14 +35,14 @@ pub struct Figure {
 #[non_exhaustive]
 pub struct Calibration {
     /// The figures that were found.
-    pub figures: Vec<Figure>,
+    pub figures: Vec<FittedFigure>,
     /// What could not be found, and which column or how many rows it would have needed.
     pub lacking: Vec<String>,
 }
 
 impl Calibration {
     /// The figure of this path.
-    pub fn figure(&self, path: &str) -> Option<&Figure> {
+    pub fn figure(&self, path: &str) -> Option<&FittedFigure> {
         self.figures.iter().find(|figure| figure.path == path)
     }
 
@@ -50,7 +50,7 @@ impl Calibration {
     fn add(&mut self, path: &str, estimate: Option<Estimate>, basis: &str, needs: &str) {
         match estimate.filter(|estimate| estimate.value.is_finite() && estimate.margin().is_finite()) {
             Some(estimate) => {
-                self.figures.push(Figure { path: path.to_owned(), estimate, basis: basis.to_owned() });
+                self.figures.push(FittedFigure { path: path.to_owned(), estimate, basis: basis.to_owned() });
             }
             None => self.lacking.push(format!("{path}: {needs}")),
         }
@@ -58,7 +58,7 @@ impl Calibration {
 }
 
 /// What a log says of a robot of which `model` has the rest.
-pub fn calibrate(log: &Log, model: &RobotModel) -> Calibration {
+pub fn calibrate(log: &RobotLog, model: &RobotModel) -> Calibration {
     let mut calibration = Calibration::default();
     walks::fit(&log.walks, &mut calibration);
     kicks::fit(&log.kicks, model, &mut calibration);

@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
-use super::{Calibration, Figure};
+use super::{Calibration, FittedFigure};
 use crate::scenario::RobotModel;
 
 /// The file of a model of this name: that of `model` with the figures that were found in place of its own, and where they are from.
@@ -10,7 +10,7 @@ pub fn model_file(model: &RobotModel, name: &str, log: &str, calibration: &Calib
     let mut realistic = model.realistic.clone();
     let settings = &model.settings;
     let mut sources = model.sources.clone();
-    for Figure { path, estimate, basis } in &calibration.figures {
+    for FittedFigure { path, estimate, basis } in &calibration.figures {
         let digits = rounded(estimate.value, estimate.margin());
         set(&mut realistic, path, json!(digits));
         // What was said of the group is not said of this figure any more.

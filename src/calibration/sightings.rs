@@ -2,7 +2,7 @@
 
 use bevy::math::{DMat3, DVec3};
 
-use super::log::{Motion, Sighting, Thing};
+use super::log::{LoggedSighting, Motion, Thing};
 use super::{Calibration, basis, between_robots, groups, mean, variance, wrap_degrees};
 use crate::scenario::{RobotModel, Scenario};
 use crate::sensing::camera::CameraSettings;
@@ -27,7 +27,7 @@ struct Off {
 }
 
 /// Finds what sightings tell.
-pub(super) fn fit(sightings: &[Sighting], model: &RobotModel, into: &mut Calibration) {
+pub(super) fn fit(sightings: &[LoggedSighting], model: &RobotModel, into: &mut Calibration) {
     if sightings.is_empty() {
         into.lacking.push("vision.noise: no sightings".to_owned());
         return;
@@ -36,7 +36,8 @@ pub(super) fn fit(sightings: &[Sighting], model: &RobotModel, into: &mut Calibra
     let offs: Vec<Off> = sightings.iter().filter_map(|sighting| off(sighting, &scenario)).collect();
     gaze(&offs, into);
     for (thing, word, class) in Thing::NAMES {
-        let of_thing: Vec<Sighting> = sightings.iter().copied().filter(|sighting| sighting.thing == thing).collect();
+        let of_thing: Vec<LoggedSighting> =
+            sightings.iter().copied().filter(|sighting| sighting.thing == thing).collect();
         if !of_thing.is_empty() {
             detection(&of_thing, word, class, into);
         }
@@ -44,7 +45,7 @@ pub(super) fn fit(sightings: &[Sighting], model: &RobotModel, into: &mut Calibra
 }
 
 /// By how much the cameras were off when something was seen.
-fn off(sighting: &Sighting, scenario: &Scenario) -> Option<Off> {
+fn off(sighting: &LoggedSighting, scenario: &Scenario) -> Option<Off> {
     let seen = sighting.seen?;
     let bearing = |[x, y]: [f64; 2]| libm::atan2(y, x);
     let depression = |[x, y]: [f64; 2]| libm::atan2(sighting.lens_height_m, libm::hypot(x, y));
@@ -160,9 +161,9 @@ fn correlation_s(offs: &[Off]) -> Option<f64> {
 }
 
 /// Misses and fall-off of a thing: the parameters that make what was seen and what was not the likeliest.
-fn detection(sightings: &[Sighting], word: &str, class: &str, into: &mut Calibration) {
+fn detection(sightings: &[LoggedSighting], word: &str, class: &str, into: &mut Calibration) {
     let path = |name: &str| format!("vision.noise.{class}.{name}");
-    let robot = |sighting: &Sighting| sighting.robot;
+    let robot = |sighting: &LoggedSighting| sighting.robot;
     let missed = sightings.iter().filter(|sighting| sighting.seen.is_none()).count();
     let paths = [path("miss_probability"), path("falloff.half_distance_m"), path("falloff.exponent")];
     if sightings.len() < FOR_A_CURVE || missed == 0 {
@@ -212,7 +213,7 @@ impl Curve {
     }
 
     /// The likeliest, by Fisher's scoring: steps along the slope of the likelihood, as long as its information says.
-    fn fitted(sightings: &[Sighting], start: Curve) -> Curve {
+    fn fitted(sightings: &[LoggedSighting], start: Curve) -> Curve {
         /// No parameter changes by more in a step.
         const LONGEST_STEP: f64 = 0.5;
         let mut curve = start;

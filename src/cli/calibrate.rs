@@ -10,7 +10,7 @@ use std::process::ExitCode;
 use super::realism::no_model;
 use super::report;
 use super::terminal::Printer;
-use crate::calibration::{COLUMNS, Calibration, Log, calibrate as find_figures, model_file};
+use crate::calibration::{COLUMNS, Calibration, RobotLog, calibrate as find_figures, model_file};
 use crate::scenario::RobotModel;
 
 /// Arguments of `naoisis calibrate`.
@@ -34,7 +34,7 @@ pub fn calibrate(arguments: &CalibrateArguments) -> ExitCode {
         Ok(model) => model,
         Err(error) => return no_model("--robot: ", &error),
     };
-    let mut log = Log::default();
+    let mut log = RobotLog::default();
     for path in &arguments.logs {
         let name = path.display();
         let file = match File::open(path) {

@@ -12,7 +12,7 @@ use super::outputs::{Output, check_files};
 use super::terminal::Printer;
 use super::{Program, report};
 use crate::environment::Challenge;
-use crate::environment::attempts::{Attempt, Attempts, Player, play_attempts, success_rate};
+use crate::environment::attempts::{Attempt, Attempts, ChallengePlayer, play_attempts, success_rate};
 use crate::replace_file::replace_file;
 
 /// Arguments of `naoisis challenge`.
@@ -70,7 +70,7 @@ pub fn challenge(program: Program, arguments: &ChallengeArguments) -> ExitCode {
         first_seed: arguments.seed,
         threads: arguments.threads.map_or(cores, usize::from),
     };
-    let mut played: Vec<(Player, Vec<Attempt>)> = Vec::new();
+    let mut played: Vec<(ChallengePlayer, Vec<Attempt>)> = Vec::new();
     for player in players(&challenge, arguments) {
         let progress = progress_bar(attempts.episodes, 0, arguments.quiet);
         let mut rows = Vec::new();
@@ -109,19 +109,19 @@ pub fn challenge(program: Program, arguments: &ChallengeArguments) -> ExitCode {
 }
 
 /// Who is to play: whoever was asked for, or else all whose rates the challenge has.
-fn players(challenge: &Challenge, arguments: &ChallengeArguments) -> Vec<Player> {
+fn players(challenge: &Challenge, arguments: &ChallengeArguments) -> Vec<ChallengePlayer> {
     let player = |word: &str| {
         let Ok(player) = word.parse();
         player
     };
     match (&arguments.behaviour, &arguments.team) {
         (Some(behaviour), _) => vec![player(behaviour)],
-        (None, Some(team)) => vec![Player::Team(team.clone())],
+        (None, Some(team)) => vec![ChallengePlayer::Team(team.clone())],
         (None, None) => challenge.success_rates.keys().map(|word| player(word)).collect(),
     }
 }
 
-fn as_json(challenge: &Challenge, played: &[(Player, Vec<Attempt>)]) -> Value {
+fn as_json(challenge: &Challenge, played: &[(ChallengePlayer, Vec<Attempt>)]) -> Value {
     let rates = played.iter().map(|(player, rows)| (player.to_string(), json!(success_rate(rows))));
     let episodes = played.iter().map(|(player, rows)| (player.to_string(), json!(rows)));
     json!({
@@ -131,7 +131,7 @@ fn as_json(challenge: &Challenge, played: &[(Player, Vec<Attempt>)]) -> Value {
 }
 
 /// How often each succeeds.
-fn in_words(challenge: &Challenge, played: &[(Player, Vec<Attempt>)]) -> String {
+fn in_words(challenge: &Challenge, played: &[(ChallengePlayer, Vec<Attempt>)]) -> String {
     let mut text = format!("{}-v{}: {}\n", challenge.name, challenge.version, challenge.description);
     for (player, rows) in played {
         let rate = success_rate(rows);

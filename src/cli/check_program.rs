@@ -8,7 +8,7 @@ use super::Program;
 use super::agents::AgentArguments;
 use super::teams::TeamArguments;
 use super::terminal::Printer;
-use crate::agents::{self, Player};
+use crate::agents::{self, AgentPlayer};
 use crate::events::MatchEvent;
 use crate::record::RecordPlugin;
 use crate::record::gather::{CurrentRecord, gather_start};
@@ -81,7 +81,7 @@ pub fn check_program(program: Program, team: &str, arguments: &AgentArguments, p
 /// What the program says of itself, if it was let in.
 fn hello_of(app: &App) -> Option<String> {
     let entity = app.world().resource::<Roster>().get(ROBOT)?;
-    let hello = app.world().get::<Player>(entity)?.hello()?;
+    let hello = app.world().get::<AgentPlayer>(entity)?.hello()?;
     let name = if hello.name.is_empty() { "without a name" } else { &hello.name };
     Some(format!("{name}, protocol {}", hello.protocol))
 }

@@ -8,7 +8,7 @@ use super::interrupt::Interrupt;
 use super::report;
 use super::terminal::Printer;
 use crate::scenario::{MODELS, ModelError, RobotModel};
-use crate::trials::{self, Quantity};
+use crate::trials::{self, MeasuredQuantity};
 
 /// A measured figure that is farther from the real one is pointed at, as a share of it.
 const FAR: f64 = 0.15;
@@ -59,7 +59,7 @@ pub(super) fn no_model(argument: &str, error: &ModelError) -> ExitCode {
 }
 
 /// The table of a model. What is far off is marked by `!`, what no source gives by `?`.
-fn table(model: &RobotModel, quantities: &[Quantity]) -> String {
+fn table(model: &RobotModel, quantities: &[MeasuredQuantity]) -> String {
     let names: Vec<String> = quantities
         .iter()
         .map(|quantity| match quantity.unit {

@@ -22,7 +22,7 @@ use crate::scenario::{Scenario, Setting};
 use crate::simulation::{MatchApp, Snapshot};
 use crate::statistics::Estimate;
 use crate::team::Team;
-use crate::whatif::{Branch, Branches, Moment, Outcomes, play_branches};
+use crate::whatif::{Continuation, Continuations, Moment, Outcomes, play_branches};
 
 /// Poses and places that differ by less are the same in a trace, m: numbers there have the digits that mean something.
 const SAME_M: f32 = 2e-3;
@@ -84,14 +84,14 @@ pub fn whatif(program: Program, arguments: &WhatIfArguments) -> ExitCode {
         Err(message) => return report::failure(&message),
     };
     let cores = thread_count(arguments.threads);
-    let branches = Branches {
+    let branches = Continuations {
         times: arguments.times as usize,
         for_s: f64::from(arguments.until),
         first_seed: arguments.seed,
         threads: cores,
     };
     let progress = progress_bar(branches.times, 0, arguments.quiet);
-    let mut rows: Vec<Branch> = Vec::new();
+    let mut rows: Vec<Continuation> = Vec::new();
     let played = play_branches(
         &moment,
         &branches,

@@ -28,7 +28,7 @@ use crate::robot::{PreviousPose, Roster, Velocity};
 use crate::team::RobotId;
 use ball::{BallContact, roll_ball};
 use ball_obstacle::BallObstacle;
-use robots::{Cylinder, RobotBody, RobotContact, Touched, Workspace, hold_back_from_end, resolve_robots};
+use robots::{Cylinder, RobotBody, RobotContact, SeparationWorkspace, Touched, hold_back_from_end, resolve_robots};
 
 /// Collisions of robots, posts and ball, in [`CycleSystems::Collide`].
 pub struct CollisionPlugin;
@@ -96,7 +96,7 @@ struct Scratch {
     bodies: Vec<RobotBody>,
     cylinders: Vec<Cylinder>,
     obstacles: Vec<BallObstacle>,
-    workspace: Workspace,
+    workspace: SeparationWorkspace,
     robot_contacts: Vec<RobotContact>,
     ball_contacts: Vec<BallContact>,
     held: Vec<bool>,

@@ -40,7 +40,7 @@ pub struct RobotContact {
 
 /// Room that [`resolve_robots`] works in, kept between calls so that a steady match allocates nothing.
 #[derive(Default, Debug)]
-pub struct Workspace {
+pub struct SeparationWorkspace {
     current: Vec<Pose>,
     wanted: Vec<Pose>,
     push: Vec<Vec2>,
@@ -55,7 +55,7 @@ pub struct Workspace {
 pub fn resolve_robots(
     robots: &mut [RobotBody],
     cylinders: &[Cylinder],
-    workspace: &mut Workspace,
+    workspace: &mut SeparationWorkspace,
     contacts: &mut Vec<RobotContact>,
 ) {
     contacts.clear();
@@ -119,11 +119,11 @@ fn most_way(robot: &RobotBody, share: f32) -> f32 {
 fn push_apart(
     robots: &[RobotBody],
     cylinders: &[Cylinder],
-    workspace: &mut Workspace,
+    workspace: &mut SeparationWorkspace,
     contacts: &mut Vec<RobotContact>,
     share: f32,
 ) {
-    let Workspace { current, wanted, push, spent, .. } = workspace;
+    let SeparationWorkspace { current, wanted, push, spent, .. } = workspace;
     spent.clear();
     spent.resize(robots.len(), false);
     for _ in 0..PUSH_ROUNDS {
@@ -198,8 +198,8 @@ fn shares(first: &RobotBody, second: &RobotBody, normal: Vec2, share: f32) -> (f
 }
 
 /// Whoever still overlaps stays where it was; and so on, until nobody overlaps.
-fn hold_back(robots: &[RobotBody], cylinders: &[Cylinder], workspace: &mut Workspace) {
-    let Workspace { current, wanted, held, .. } = workspace;
+fn hold_back(robots: &[RobotBody], cylinders: &[Cylinder], workspace: &mut SeparationWorkspace) {
+    let SeparationWorkspace { current, wanted, held, .. } = workspace;
     held.clear();
     held.resize(robots.len(), false);
     while hold_overlapping(robots, cylinders, wanted, held) {
@@ -257,7 +257,7 @@ mod tests {
 
     fn resolve(robots: &mut [RobotBody], cylinders: &[Cylinder]) -> Vec<RobotContact> {
         let mut contacts = Vec::new();
-        resolve_robots(robots, cylinders, &mut Workspace::default(), &mut contacts);
+        resolve_robots(robots, cylinders, &mut SeparationWorkspace::default(), &mut contacts);
         contacts
     }
 

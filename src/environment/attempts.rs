@@ -4,7 +4,7 @@
 //! use core::sync::atomic::AtomicBool;
 //! use bevy::prelude::*;
 //! use naoisis::environment::Challenge;
-//! use naoisis::environment::attempts::{Attempts, Player, play_attempts};
+//! use naoisis::environment::attempts::{Attempts, ChallengePlayer, play_attempts};
 //! use naoisis::prelude::*;
 //!
 //! let simulator = || {
@@ -14,7 +14,7 @@
 //! };
 //! let attempts = Attempts { episodes: 4, first_seed: 1, threads: 1 };
 //! let mut successes = 0;
-//! let idle = Player::Behaviour("idle".to_owned());
+//! let idle = ChallengePlayer::Behaviour("idle".to_owned());
 //! play_attempts(&Challenge::named("ScoreEmptyGoal")?, &idle, &attempts, simulator, &AtomicBool::new(false), |attempt| {
 //!     successes += usize::from(attempt.is_success);
 //! })?;
@@ -50,7 +50,7 @@ use crate::statistics;
 /// Who plays the robots of a challenge.
 #[derive(Clone, PartialEq, Eq, Debug)]
 #[non_exhaustive]
-pub enum Player {
+pub enum ChallengePlayer {
     /// Nobody: each of their actions is anything.
     Random,
     /// All of them have the behaviour of this name.
@@ -59,25 +59,25 @@ pub enum Player {
     Team(String),
 }
 
-impl FromStr for Player {
+impl FromStr for ChallengePlayer {
     type Err = Infallible;
 
     /// `random`, a behaviour's name, or `team` and a team's name.
     fn from_str(word: &str) -> Result<Self, Infallible> {
         Ok(match (word, word.strip_prefix("team ")) {
-            ("random", _) => Player::Random,
-            (_, Some(team)) => Player::Team(team.to_owned()),
-            _ => Player::Behaviour(word.to_owned()),
+            ("random", _) => ChallengePlayer::Random,
+            (_, Some(team)) => ChallengePlayer::Team(team.to_owned()),
+            _ => ChallengePlayer::Behaviour(word.to_owned()),
         })
     }
 }
 
-impl fmt::Display for Player {
+impl fmt::Display for ChallengePlayer {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Player::Random => formatter.write_str("random"),
-            Player::Behaviour(name) => formatter.write_str(name),
-            Player::Team(name) => write!(formatter, "team {name}"),
+            ChallengePlayer::Random => formatter.write_str("random"),
+            ChallengePlayer::Behaviour(name) => formatter.write_str(name),
+            ChallengePlayer::Team(name) => write!(formatter, "team {name}"),
         }
     }
 }
@@ -139,7 +139,7 @@ pub enum AttemptError {
 /// When an episode cannot begin.
 pub fn play_attempts(
     challenge: &Challenge,
-    player: &Player,
+    player: &ChallengePlayer,
     attempts: &Attempts,
     simulator: impl Fn() -> App + Sync,
     stop: &AtomicBool,
@@ -184,7 +184,11 @@ pub fn play_attempts(
     })
 }
 
-fn settings(challenge: &Challenge, player: &Player, world: &World) -> Result<EnvironmentSettings, AttemptError> {
+fn settings(
+    challenge: &Challenge,
+    player: &ChallengePlayer,
+    world: &World,
+) -> Result<EnvironmentSettings, AttemptError> {
     let scenario = challenge.scenario().map_err(ChallengeError::from)?.scenario;
     Ok(EnvironmentSettings {
         start: Arc::new(Start::Scenarios {
@@ -204,19 +208,19 @@ fn settings(challenge: &Challenge, player: &Player, world: &World) -> Result<Env
 
 /// The scenario with its controlled robots played so.
 fn played_by(
-    player: &Player,
+    player: &ChallengePlayer,
     scenario: &Scenario,
     challenge: &Challenge,
     world: &World,
 ) -> Result<Scenario, AttemptError> {
     let registry = world.resource::<BehaviourRegistry>();
     let team = match player {
-        Player::Random => {
+        ChallengePlayer::Random => {
             let scenario = with_remote_robots(world, scenario, &challenge.control);
             return Ok(scenario.map_err(StartError::from)?);
         }
-        Player::Behaviour(_) => None,
-        Player::Team(name) => Some(registry.team(name).ok_or_else(|| {
+        ChallengePlayer::Behaviour(_) => None,
+        ChallengePlayer::Team(name) => Some(registry.team(name).ok_or_else(|| {
             let known: Vec<&str> = registry.teams().map(|(name, _)| name).collect();
             AttemptError::NoTeam { name: name.clone(), known: known.join(", ") }
         })?),
@@ -235,16 +239,16 @@ fn played_by(
 fn play(
     episode: &mut Episode,
     settings: &EnvironmentSettings,
-    player: &Player,
+    player: &ChallengePlayer,
     seed: u64,
 ) -> Result<Attempt, AttemptError> {
     episode.seed(seed);
     episode.begin(settings)?;
     let mut chance = RandomStream::for_match(seed, "random actions");
     let numbers = match player {
-        Player::Random => settings.control.len() * settings.action.len(),
+        ChallengePlayer::Random => settings.control.len() * settings.action.len(),
         // They decide for themselves.
-        Player::Behaviour(_) | Player::Team(_) => 0,
+        ChallengePlayer::Behaviour(_) | ChallengePlayer::Team(_) => 0,
     };
     let mut actions = vec![0.0; numbers];
     let mut rewards = vec![0.0; settings.control.len()];
@@ -314,7 +318,7 @@ mod tests {
     #[test]
     fn a_player_is_a_word() {
         for word in ["random", "striker", "team roles"] {
-            let Ok(player) = word.parse::<Player>();
+            let Ok(player) = word.parse::<ChallengePlayer>();
             assert_eq!(player.to_string(), word);
         }
     }

@@ -43,7 +43,7 @@ pub struct Challenge {
     pub cycles_per_step: u32,
     /// What is rewarded.
     pub reward: RewardWeights,
-    /// How often it succeeds with some [players](super::attempts::Player), as `naoisis challenge` measured it.
+    /// How often it succeeds with some [players](super::attempts::ChallengePlayer), as `naoisis challenge` measured it.
     pub success_rates: BTreeMap<String, SuccessRate>,
 }
 
@@ -110,7 +110,7 @@ pub struct Situation {
     /// The ball's place, pitch frame.
     pub ball: Option<Area>,
     /// The robots' places.
-    pub robots: BTreeMap<RobotId, Place>,
+    pub robots: BTreeMap<RobotId, StartArea>,
 }
 
 /// Where something may be, pitch frame.
@@ -126,7 +126,7 @@ pub struct Area {
 /// Where a robot may stand, pitch frame.
 #[derive(Clone, Copy, PartialEq, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Place {
+pub struct StartArea {
     /// Along the pitch, m.
     x_m: Range,
     /// Across it, m.

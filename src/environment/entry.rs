@@ -5,7 +5,7 @@ use core::fmt;
 
 /// A number of an observation.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Entry {
+pub struct ObservationEntry {
     /// What it belongs to, such as `ball`; empty for what belongs to the robot itself.
     pub group: &'static str,
     /// Which of several such, from 1; 0 where there is one.
@@ -20,7 +20,7 @@ pub struct Entry {
     pub says: &'static str,
 }
 
-impl fmt::Display for Entry {
+impl fmt::Display for ObservationEntry {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match (self.group, self.number) {
             ("", _) => formatter.write_str(self.name),
@@ -33,15 +33,15 @@ impl fmt::Display for Entry {
 /// Where the numbers of an observation go, one after the other.
 pub(super) trait Sink {
     /// Takes the next number.
-    fn put(&mut self, entry: Entry, value: f32);
+    fn put(&mut self, entry: ObservationEntry, value: f32);
 }
 
 /// Keeps the entries.
 #[derive(Default)]
-pub(super) struct Entries(pub Vec<Entry>);
+pub(super) struct Entries(pub Vec<ObservationEntry>);
 
 impl Sink for Entries {
-    fn put(&mut self, entry: Entry, _: f32) {
+    fn put(&mut self, entry: ObservationEntry, _: f32) {
         self.0.push(entry);
     }
 }
@@ -53,7 +53,7 @@ pub(super) struct Values<'a> {
 }
 
 impl Sink for Values<'_> {
-    fn put(&mut self, entry: Entry, value: f32) {
+    fn put(&mut self, entry: ObservationEntry, value: f32) {
         if let Some(place) = self.array.get_mut(self.filled) {
             *place = if value.is_nan() { 0.0 } else { value.clamp(entry.low, entry.high) };
             self.filled += 1;
@@ -75,7 +75,7 @@ impl<'a, S: Sink> Group<'a, S> {
 
     /// A number within a range.
     pub fn put(&mut self, name: &'static str, [low, high]: [f32; 2], says: &'static str, value: f32) -> &mut Self {
-        self.sink.put(Entry { group: self.group, number: self.number, name, low, high, says }, value);
+        self.sink.put(ObservationEntry { group: self.group, number: self.number, name, low, high, says }, value);
         self
     }
 

@@ -76,7 +76,7 @@ pub struct EnvironmentSettings {
 
 /// How an episode goes on after a step.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub struct Progress {
+pub struct EpisodeProgress {
     /// It is over, and what comes after it is worth nothing.
     pub terminated: bool,
     /// Its time is over.
@@ -85,7 +85,7 @@ pub struct Progress {
     pub is_success: bool,
 }
 
-impl Progress {
+impl EpisodeProgress {
     /// Whether the episode is over.
     pub fn is_over(self) -> bool {
         self.terminated || self.truncated
@@ -102,13 +102,13 @@ pub struct Episode {
     memories: Vec<Memory>,
     standings: Vec<Standing>,
     /// How the last step left the episode.
-    pub progress: Progress,
+    pub progress: EpisodeProgress,
 }
 
 impl Episode {
     /// An episode that has not begun, in a simulator without a match.
     pub fn new(world: World, seed: u64) -> Self {
-        let (memories, standings, progress) = (Vec::new(), Vec::new(), Progress::default());
+        let (memories, standings, progress) = (Vec::new(), Vec::new(), EpisodeProgress::default());
         Self { world, start: None, seeds: seeds(seed), memories, standings, progress }
     }
 
@@ -140,7 +140,7 @@ impl Episode {
             }
         }
         perceive(&mut self.world);
-        self.progress = Progress::default();
+        self.progress = EpisodeProgress::default();
         self.memories.clear();
         let odometry_of =
             |id: &RobotId| self.world.resource::<Roster>().get(*id).map(|robot| odometry(&self.world, robot));
@@ -161,7 +161,7 @@ impl Episode {
             .zip(actions.chunks(length))
             .map(|(id, action)| command(settings.action, action, world, *id))
             .collect();
-        let mut progress = Progress::default();
+        let mut progress = EpisodeProgress::default();
         let mut cycles = 0;
         while cycles < settings.cycles_per_step.max(1) && !progress.is_over() {
             for (id, command) in settings.control.iter().zip(&mut commands) {
@@ -226,23 +226,23 @@ fn seeds(seed: u64) -> RandomStream {
 }
 
 /// Whether the last cycle ended the episode.
-fn progress_of(world: &World, settings: &EnvironmentSettings) -> Progress {
+fn progress_of(world: &World, settings: &EnvironmentSettings) -> EpisodeProgress {
     if let Some(is_success) = settings.end.of_events(world.resource::<CycleEvents>().iter()) {
-        return Progress { terminated: true, truncated: false, is_success };
+        return EpisodeProgress { terminated: true, truncated: false, is_success };
     }
     let sees_ball = |id: &RobotId| {
         let entity = world.resource::<Roster>().get(*id);
         entity.and_then(|entity| world.get::<Percepts>(entity)).is_some_and(|percepts| percepts.ball.is_some())
     };
     if settings.end.ball_seen && settings.control.first().is_some_and(sees_ball) {
-        return Progress { terminated: true, truncated: false, is_success: true };
+        return EpisodeProgress { terminated: true, truncated: false, is_success: true };
     }
     let cycle = world.resource::<CycleClock>().cycle;
     let last_cycle = world.get_resource::<Scenario>().and_then(Scenario::last_cycle);
     let game = world.resource::<Game>();
     let terminated = game.state == GameState::Finished;
     let has_won = |team: Team| game.score[team] > game.score[team.opponent()];
-    Progress {
+    EpisodeProgress {
         terminated,
         truncated: last_cycle.is_some_and(|last| cycle >= last),
         is_success: terminated && settings.end.win_for.is_some_and(has_won),

@@ -15,8 +15,8 @@ mod vector;
 
 pub use action::ActionKind;
 pub use challenge::Challenge;
-pub use entry::Entry;
-pub use episode::{EnvironmentSettings, Episode, Progress, Start, StartError};
+pub use entry::ObservationEntry;
+pub use episode::{EnvironmentSettings, Episode, EpisodeProgress, Start, StartError};
 pub use observation::ObservationKind;
 pub use reward::RewardWeights;
 pub use vector::{Arrays, AutoReset, EnvironmentError, Environments};

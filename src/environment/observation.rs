@@ -12,7 +12,7 @@ use bevy::prelude::*;
 use core::f32::consts::PI;
 use serde::{Deserialize, Serialize};
 
-use super::entry::{Entries, Entry, Group, Sink, Values};
+use super::entry::{Entries, Group, ObservationEntry, Sink, Values};
 use crate::ball::{Ball, BallVelocity};
 use crate::belief::{Belief, RobotBelief, point_team_from_pitch, team_from_pitch};
 use crate::game::{Game, GameState, Penalty};
@@ -81,7 +81,7 @@ const UNIT: [f32; 2] = [-1.0, 1.0];
 const AGE: [f32; 2] = [0.0, OLDEST_S];
 
 /// The entries of what a robot of the match in the world observes.
-pub fn entries(kind: ObservationKind, world: &World, id: RobotId) -> Vec<Entry> {
+pub fn entries(kind: ObservationKind, world: &World, id: RobotId) -> Vec<ObservationEntry> {
     let mut entries = Entries::default();
     observe_into(&mut entries, kind, world, id, &Memory::default());
     entries.0
@@ -355,7 +355,7 @@ fn put_game(sink: &mut impl Sink, status: &GameStatus, body: BodyStatus, team: T
 }
 
 /// The entries of the state that a critic may know.
-pub fn state_entries(world: &World) -> Vec<Entry> {
+pub fn state_entries(world: &World) -> Vec<ObservationEntry> {
     let mut entries = Entries::default();
     state_into(&mut entries, world);
     entries.0

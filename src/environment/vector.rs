@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::thread;
 
 use super::action::NotAnAction;
-use super::entry::Entry;
+use super::entry::ObservationEntry;
 use super::episode::{EnvironmentSettings, Episode, Start, StartError};
 use super::observation::{entries, state, state_entries};
 use crate::agents::remote_robots;
@@ -86,8 +86,8 @@ pub struct Environments {
     has_begun: Vec<bool>,
     auto_reset: AutoReset,
     threads: usize,
-    entries: Vec<Entry>,
-    state_entries: Vec<Entry>,
+    entries: Vec<ObservationEntry>,
+    state_entries: Vec<ObservationEntry>,
     image_bytes: usize,
 }
 
@@ -140,12 +140,12 @@ impl Environments {
     }
 
     /// The numbers that an agent observes.
-    pub fn entries(&self) -> &[Entry] {
+    pub fn entries(&self) -> &[ObservationEntry] {
         &self.entries
     }
 
     /// The numbers of the state of a world.
-    pub fn state_entries(&self) -> &[Entry] {
+    pub fn state_entries(&self) -> &[ObservationEntry] {
         &self.state_entries
     }
 
@@ -236,8 +236,8 @@ fn image_bytes(world: &World) -> usize {
 fn check_same(
     settings: &EnvironmentSettings,
     world: &World,
-    expected: &[Entry],
-    expected_state: &[Entry],
+    expected: &[ObservationEntry],
+    expected_state: &[ObservationEntry],
     expected_bytes: usize,
 ) -> Result<(), StartError> {
     let remote = remote_robots(world);

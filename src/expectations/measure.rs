@@ -16,7 +16,7 @@ use crate::team::{PerTeam, RobotId};
 
 /// What was measured of a match so far.
 #[derive(Clone, PartialEq, Debug, Default)]
-pub struct Measurement {
+pub struct MatchMeasurement {
     teams: PerTeam<OfTeam>,
     robots: BTreeMap<RobotId, OfRobot>,
     /// Who struck the ball, while nobody else has touched it.
@@ -48,7 +48,7 @@ struct OfRobot {
     pose_error_cycles: u64,
 }
 
-impl Measurement {
+impl MatchMeasurement {
     /// Measures the cycle that has just ended.
     pub fn observe(&mut self, world: &World) {
         for event in world.resource::<CycleEvents>().iter() {
@@ -191,7 +191,7 @@ mod tests {
         };
         let [one, two, other] =
             [(Team::Blue, 1), (Team::Blue, 2), (Team::Pink, 1)].map(|(team, id)| RobotId::new(team, id));
-        let mut measurement = Measurement::default();
+        let mut measurement = MatchMeasurement::default();
         for robot in [one, one, two, other, one, two] {
             measurement.count(&kick(robot));
         }

@@ -6,7 +6,7 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use std::sync::Mutex;
 use std::thread;
 
-use super::measure::Measurement;
+use super::measure::MatchMeasurement;
 use crate::agents;
 use crate::cycle::{CycleClock, run_cycle};
 use crate::game::{Game, GameState};
@@ -34,7 +34,7 @@ impl fmt::Display for Verdict {
 /// What is to be judged of a match that is being played: what was measured of it when the time of each expectation was over.
 #[derive(Clone, Debug, Default)]
 pub struct Watch {
-    measurement: Measurement,
+    measurement: MatchMeasurement,
     /// What each expectation came to, once its time was over.
     values: Vec<Option<Option<f64>>>,
 }

@@ -38,7 +38,7 @@ const ROLLS_FOR_S: f32 = 1.0;
 
 /// Something that can be drawn over pictures of the field.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Overlay {
+pub enum FilmOverlay {
     /// Fields of view, what is seen in them, and what sonars hear.
     Senses,
     /// Where robots think that they, the ball and other robots are, and how sure they are of it.
@@ -47,17 +47,17 @@ pub enum Overlay {
     Drawings,
 }
 
-impl Overlay {
+impl FilmOverlay {
     /// All of them, the one that is drawn first before others.
-    pub const ALL: [Overlay; 3] = [Overlay::Senses, Overlay::Beliefs, Overlay::Drawings];
+    pub const ALL: [FilmOverlay; 3] = [FilmOverlay::Senses, FilmOverlay::Beliefs, FilmOverlay::Drawings];
 }
 
-impl fmt::Display for Overlay {
+impl fmt::Display for FilmOverlay {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.write_str(match self {
-            Overlay::Senses => "senses",
-            Overlay::Beliefs => "beliefs",
-            Overlay::Drawings => "drawings",
+            FilmOverlay::Senses => "senses",
+            FilmOverlay::Beliefs => "beliefs",
+            FilmOverlay::Drawings => "drawings",
         })
     }
 }
@@ -69,11 +69,11 @@ impl fmt::Display for Overlay {
 )]
 pub struct NoOverlay(String);
 
-impl FromStr for Overlay {
+impl FromStr for FilmOverlay {
     type Err = NoOverlay;
 
     fn from_str(word: &str) -> Result<Self, Self::Err> {
-        let found = Overlay::ALL.into_iter().find(|overlay| overlay.to_string() == word);
+        let found = FilmOverlay::ALL.into_iter().find(|overlay| overlay.to_string() == word);
         found.ok_or_else(|| NoOverlay(word.to_owned()))
     }
 }
@@ -82,7 +82,7 @@ impl FromStr for Overlay {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct OverlayOf {
     /// What.
-    pub overlay: Overlay,
+    pub overlay: FilmOverlay,
     /// Of this robot; none for all.
     pub robot: Option<RobotId>,
 }
@@ -110,21 +110,21 @@ impl fmt::Display for OverlayOf {
 pub fn draw_over(world: &World, picture: &Image, view: &View, overlays: &[OverlayOf]) -> Image {
     let mut brush = Brush::on(picture, view);
     let robots = || world.resource::<Roster>().iter().filter(|(_, robot)| is_on_pitch(world, *robot));
-    let is_wanted = |overlay: Overlay, id: RobotId| {
+    let is_wanted = |overlay: FilmOverlay, id: RobotId| {
         overlays.iter().any(|wanted| wanted.overlay == overlay && wanted.robot.is_none_or(|robot| robot == id))
     };
-    for overlay in Overlay::ALL {
+    for overlay in FilmOverlay::ALL {
         for (id, robot) in robots().filter(|(id, _)| is_wanted(overlay, *id)) {
             let Some(pose) = world.get::<Pose>(robot).copied() else { continue };
             let own_end = world.resource::<Game>().own_end(id.team);
             match overlay {
-                Overlay::Senses => draw_senses(world, robot, pose, &mut brush),
-                Overlay::Beliefs => {
+                FilmOverlay::Senses => draw_senses(world, robot, pose, &mut brush),
+                FilmOverlay::Beliefs => {
                     if let Some(belief) = world.get::<Belief>(robot) {
                         draw_belief(id, pose, belief, own_end, &mut brush);
                     }
                 }
-                Overlay::Drawings => {
+                FilmOverlay::Drawings => {
                     for drawing in world.get::<Drawings>(robot).into_iter().flat_map(Drawings::iter) {
                         draw_drawing(pose, drawing, own_end, &mut brush);
                     }

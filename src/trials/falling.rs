@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::{Laboratory, Quantity, TrialError, mean_of};
+use super::{Laboratory, MeasuredQuantity, TrialError, mean_of};
 use crate::events::{FallCause, MatchEvent};
 use crate::scenario::RobotModel;
 use crate::sensing::status::BodyStatus;
@@ -76,7 +76,7 @@ fn fall(
 ///
 /// # Errors
 /// When the model makes no scenario.
-pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<Quantity>, TrialError> {
+pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuantity>, TrialError> {
     let mut laboratory = Laboratory::new(model);
     let real = laboratory.scenario(json!({}))?.falls;
     let cycles = TIME_S * repetitions.max(2);

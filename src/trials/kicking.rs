@@ -3,7 +3,7 @@
 use bevy::math::Vec2;
 use serde_json::json;
 
-use super::{Laboratory, Quantity, TRIED, TrialError, deviation_of, mean_of};
+use super::{Laboratory, MeasuredQuantity, TRIED, TrialError, deviation_of, mean_of};
 use crate::ball::Rolling;
 use crate::cycle::CycleClock;
 use crate::events::MatchEvent;
@@ -70,7 +70,7 @@ fn kick(laboratory: &mut Laboratory, kick_type: KickType, place: Vec2, repetitio
 ///
 /// # Errors
 /// When the model makes no scenario.
-pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<Quantity>, TrialError> {
+pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuantity>, TrialError> {
     let mut laboratory = Laboratory::new(model);
     let real = laboratory.scenario(json!({}))?;
     let mut of_type = |kick_type: KickType| match real.kicks.geometry(kick_type) {

@@ -32,7 +32,7 @@ pub mod walking;
 /// A quantity of a robot, measured and real.
 #[derive(Clone, PartialEq, Debug)]
 #[non_exhaustive]
-pub struct Quantity {
+pub struct MeasuredQuantity {
     /// What it is, in a few words.
     pub name: String,
     /// Its unit, as it is printed.
@@ -45,7 +45,7 @@ pub struct Quantity {
     pub source: String,
 }
 
-impl Quantity {
+impl MeasuredQuantity {
     /// How far the measured value is from the real one, as a share of the real one.
     pub fn difference(&self) -> f64 {
         if self.real == 0.0 { self.measured } else { self.measured / self.real - 1.0 }
@@ -73,7 +73,7 @@ pub enum TrialError {
 ///
 /// # Errors
 /// When the model makes no scenario.
-pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<Quantity>, TrialError> {
+pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuantity>, TrialError> {
     let mut quantities = walking::measure(model, repetitions)?;
     quantities.extend(kicking::measure(model, repetitions)?);
     quantities.extend(falling::measure(model, repetitions)?);
@@ -136,9 +136,9 @@ impl<'a> Laboratory<'a> {
         self.app.robot::<C>(TRIED).cloned().unwrap_or_default()
     }
 
-    fn quantity(&self, name: &str, unit: &'static str, measured: f64, real: f64, path: &str) -> Quantity {
+    fn quantity(&self, name: &str, unit: &'static str, measured: f64, real: f64, path: &str) -> MeasuredQuantity {
         let source = self.model.source(path).unwrap_or("guess: the paper's").to_owned();
-        Quantity { name: name.to_owned(), unit, measured, real, source }
+        MeasuredQuantity { name: name.to_owned(), unit, measured, real, source }
     }
 }
 

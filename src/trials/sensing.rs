@@ -3,7 +3,7 @@
 use bevy::math::{Vec2, Vec3, ops};
 use serde_json::{Value, json};
 
-use super::{Laboratory, Quantity, TrialError, deviation_of, mean_of};
+use super::{Laboratory, MeasuredQuantity, TrialError, deviation_of, mean_of};
 use crate::camera_model::{CameraIntrinsics, CameraMount};
 use crate::communication::MessageStatistics;
 use crate::cycle::CycleClock;
@@ -213,7 +213,7 @@ fn farthest<E>(
 }
 
 /// Ranges, errors and misses of the sonars.
-fn measure_sonars(model: &RobotModel, real: &Scenario, cycles: u32) -> Result<Vec<Quantity>, TrialError> {
+fn measure_sonars(model: &RobotModel, real: &Scenario, cycles: u32) -> Result<Vec<MeasuredQuantity>, TrialError> {
     /// Well within the range of every sonar.
     const SONAR_M: f32 = 0.5;
 
@@ -283,7 +283,7 @@ fn measure_sonars(model: &RobotModel, real: &Scenario, cycles: u32) -> Result<Ve
 ///
 /// # Errors
 /// When the model makes no scenario.
-pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<Quantity>, TrialError> {
+pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuantity>, TrialError> {
     /// In view of a camera that looks straight ahead, and near.
     const BALL_M: f32 = 2.0;
     /// Cycles in which some hundred places look like a ball, for each repetition.
@@ -381,7 +381,7 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<Quantity>, Tr
         ),
     ];
     let has_gap = has_gap(&real.cameras);
-    let has = |quantity: &Quantity| has_gap || !quantity.name.starts_with("robot without feet");
+    let has = |quantity: &MeasuredQuantity| has_gap || !quantity.name.starts_with("robot without feet");
     let sonars = if real.sonar.fitted { measure_sonars(model, &real, cycles)? } else { Vec::new() };
     Ok(sonars.into_iter().chain(quantities.into_iter().filter(has)).collect())
 }

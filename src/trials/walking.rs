@@ -3,7 +3,7 @@
 use bevy::math::{Vec2, Vec3, ops};
 use serde_json::{Value, json};
 
-use super::{Laboratory, Quantity, TrialError, deviation_of, mean_of};
+use super::{Laboratory, MeasuredQuantity, TrialError, deviation_of, mean_of};
 use crate::geometry::{to_degrees, wrap_angle};
 use crate::robot::gait::Gait;
 use crate::robot::motion::ExecutedStep;
@@ -82,7 +82,7 @@ fn walk(laboratory: &mut Laboratory, step: [f32; 3], seed: u32) -> Result<Walk, 
 ///
 /// # Errors
 /// When the model makes no scenario.
-pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<Quantity>, TrialError> {
+pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuantity>, TrialError> {
     let mut laboratory = Laboratory::new(model);
     let mut walks = |step: [f32; 3], repetitions: u32| -> Result<Vec<Walk>, TrialError> {
         (1..=repetitions.max(2)).map(|seed| walk(&mut laboratory, step, seed)).collect()

@@ -10,8 +10,8 @@ use super::branches::BranchCommand;
 use super::display_settings::{DisplaySettings, Switch};
 use super::hands::driving::Driving;
 use super::shared::{
-    Action, CameraSystems, Choice, FindEvent, HandAction, KeysSystems, SelectionSystems, TeachAction, TimelineCommand,
-    ToggleFilm, ViewPreset, ViewerCommand,
+    Action, CameraSystems, FindEvent, HandAction, KeysSystems, SelectionCommand, SelectionSystems, TeachAction,
+    TimelineCommand, ToggleFilm, ViewPreset, ViewerCommand,
 };
 use crate::camera_model::CameraName;
 use crate::cycle::CycleClock;
@@ -94,9 +94,9 @@ pub const BINDINGS: &[Binding] = &[
     binding(KeyCode::F5, "F5", "Through its first camera", Action::View(ViewPreset::Eyes(CameraName::TOP))),
     binding(KeyCode::F6, "F6", "Through its last camera", Action::View(ViewPreset::Eyes(CameraName::BOTTOM))),
     binding(KeyCode::F7, "F7", "Fly with the mouse", Action::View(ViewPreset::Fly)),
-    binding(KeyCode::Tab, "Tab", "Next robot", Action::Select(Choice::Next)),
-    with_shift(binding(KeyCode::Tab, "Shift Tab", "Previous robot", Action::Select(Choice::Previous))),
-    binding(KeyCode::Escape, "Esc", "No robot", Action::Select(Choice::Nobody)),
+    binding(KeyCode::Tab, "Tab", "Next robot", Action::Select(SelectionCommand::Next)),
+    with_shift(binding(KeyCode::Tab, "Shift Tab", "Previous robot", Action::Select(SelectionCommand::Previous))),
+    binding(KeyCode::Escape, "Esc", "No robot", Action::Select(SelectionCommand::Nobody)),
     binding(KeyCode::KeyV, "V", "Watch, debug, teach", Action::NextWorkspace(1)),
     with_shift(binding(KeyCode::KeyV, "Shift V", "The one before", Action::NextWorkspace(-1))),
     binding(KeyCode::KeyI, "I", "The selected robot", Action::Toggle(Switch::Robot)),
@@ -222,7 +222,7 @@ fn read_keys(keys: Res<ButtonInput<KeyCode>>, driving: Res<Driving>, mut actions
     }
     let team = if shift { Team::Pink } else { Team::Blue };
     let numbers = NUMBERS.iter().zip(1..).filter(|(key, _)| keys.just_pressed(**key) && !driving.takes(**key));
-    actions.write_batch(numbers.map(|(_, number)| Action::Select(Choice::Number(team, number))));
+    actions.write_batch(numbers.map(|(_, number)| Action::Select(SelectionCommand::Number(team, number))));
 }
 
 fn carry_out(
@@ -231,7 +231,7 @@ fn carry_out(
     (mut moments, mut events): (MessageWriter<TimelineCommand>, MessageWriter<FindEvent>),
     mut ways: MessageWriter<BranchCommand>,
     mut views: MessageWriter<ViewPreset>,
-    mut choices: MessageWriter<Choice>,
+    mut choices: MessageWriter<SelectionCommand>,
     mut films: MessageWriter<ToggleFilm>,
     (mut hand_actions, mut teach_actions): (MessageWriter<HandAction>, MessageWriter<TeachAction>),
     mut display: ResMut<DisplaySettings>,

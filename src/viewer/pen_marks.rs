@@ -7,7 +7,7 @@ const SHORTEST_M: f32 = 0.05;
 
 /// Something that was drawn, m, pitch frame.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub enum Mark {
+pub enum PenMark {
     /// From here to there.
     Arrow(Vec2, Vec2),
     /// A circle with this centre, through that place.
@@ -20,11 +20,11 @@ pub struct Pen {
     /// Whether the mouse draws.
     pub is_on: bool,
     /// What was drawn, oldest first.
-    pub marks: Vec<Mark>,
+    pub marks: Vec<PenMark>,
     /// Where the mark that is being drawn begins.
     begun: Option<Vec2>,
     /// That mark.
-    under_way: Option<Mark>,
+    under_way: Option<PenMark>,
 }
 
 impl Pen {
@@ -34,7 +34,7 @@ impl Pen {
     }
 
     /// The mark that is being drawn, if one is.
-    pub fn under_way(&self) -> Option<Mark> {
+    pub fn under_way(&self) -> Option<PenMark> {
         self.under_way
     }
 
@@ -47,7 +47,7 @@ impl Pen {
     pub fn move_to(&mut self, at: Vec2, shift: bool) {
         let Some(begun) = self.begun else { return };
         let is_drag = begun.distance(at) >= SHORTEST_M;
-        self.under_way = is_drag.then_some(if shift { Mark::Zone(begun, at) } else { Mark::Arrow(begun, at) });
+        self.under_way = is_drag.then_some(if shift { PenMark::Zone(begun, at) } else { PenMark::Arrow(begun, at) });
     }
 
     /// It is let go.

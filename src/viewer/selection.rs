@@ -4,7 +4,7 @@ use bevy::prelude::*;
 
 use super::camera::ViewerCamera;
 use super::layout::mouse_is_for_match;
-use super::shared::{Choice, Selection, SelectionSystems};
+use super::shared::{Selection, SelectionCommand, SelectionSystems};
 use super::stage::pitch_from_world;
 use crate::game::Penalty;
 use crate::robot::Roster;
@@ -22,12 +22,12 @@ pub struct SelectionPlugin;
 impl Plugin for SelectionPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Selection>()
-            .add_message::<Choice>()
+            .add_message::<SelectionCommand>()
             .add_systems(Update, (click_on_robots.run_if(mouse_is_for_match), choose).chain().in_set(SelectionSystems));
     }
 }
 
-fn choose(mut choices: MessageReader<Choice>, roster: Res<Roster>, mut selection: ResMut<Selection>) {
+fn choose(mut choices: MessageReader<SelectionCommand>, roster: Res<Roster>, mut selection: ResMut<Selection>) {
     let ids: Vec<RobotId> = roster.iter().map(|(id, _)| id).collect();
     for choice in choices.read() {
         selection.0 = chosen(*choice, selection.0, &ids);
@@ -39,14 +39,16 @@ fn choose(mut choices: MessageReader<Choice>, roster: Res<Roster>, mut selection
 }
 
 /// The robot that is selected after a choice among `ids`.
-fn chosen(choice: Choice, selected: Option<RobotId>, ids: &[RobotId]) -> Option<RobotId> {
+fn chosen(choice: SelectionCommand, selected: Option<RobotId>, ids: &[RobotId]) -> Option<RobotId> {
     let place = selected.and_then(|id| ids.iter().position(|other| *other == id));
     let wanted = match choice {
-        Choice::Nobody => None,
-        Choice::Robot(id) => Some(id),
-        Choice::Number(team, number) => Some(RobotId { team, number }),
-        Choice::Next => ids.get(place.map_or(0, |place| (place + 1) % ids.len().max(1))).copied(),
-        Choice::Previous => ids.get(place.map_or(0, |place| (place + ids.len() - 1) % ids.len().max(1))).copied(),
+        SelectionCommand::Nobody => None,
+        SelectionCommand::Robot(id) => Some(id),
+        SelectionCommand::Number(team, number) => Some(RobotId { team, number }),
+        SelectionCommand::Next => ids.get(place.map_or(0, |place| (place + 1) % ids.len().max(1))).copied(),
+        SelectionCommand::Previous => {
+            ids.get(place.map_or(0, |place| (place + ids.len() - 1) % ids.len().max(1))).copied()
+        }
     };
     wanted.filter(|id| ids.contains(id))
 }
@@ -63,7 +65,7 @@ fn click_on_robots(
     window: Single<&Window>,
     camera: Single<(&Camera, &GlobalTransform), With<ViewerCamera>>,
     robots: Query<(&RobotId, &Transform, &Penalty, &Body)>,
-    mut choices: MessageWriter<Choice>,
+    mut choices: MessageWriter<SelectionCommand>,
 ) {
     let Some(cursor) = window.cursor_position() else { return };
     if buttons.just_pressed(MouseButton::Left) {
@@ -81,14 +83,14 @@ fn click_on_robots(
     let places = robots
         .iter()
         .filter(|(_, _, penalty, _)| !penalty.is_off_pitch())
-        .map(|(id, transform, _, body)| (*id, Target::of(body, transform.translation.truncate())));
+        .map(|(id, transform, _, body)| (*id, PickTarget::of(body, transform.translation.truncate())));
     let hit = pointed_at(to_pitch * ray.origin, to_pitch * *ray.direction, places);
-    choices.write(hit.map_or(Choice::Nobody, Choice::Robot));
+    choices.write(hit.map_or(SelectionCommand::Nobody, SelectionCommand::Robot));
 }
 
 /// What the mouse can meet of a robot: an upright cylinder on the ground.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Target {
+pub struct PickTarget {
     /// Where its axis is, m, pitch frame.
     pub place: Vec2,
     /// Its radius, m.
@@ -97,7 +99,7 @@ pub struct Target {
     pub height_m: f32,
 }
 
-impl Target {
+impl PickTarget {
     /// That of a robot with this body at a place.
     pub fn of(body: &Body, place: Vec2) -> Self {
         Self { place, reach_m: body.torso.half_width_m + MISS_M, height_m: body.height_m }
@@ -108,7 +110,7 @@ impl Target {
 pub fn pointed_at(
     origin: Vec3,
     direction: Vec3,
-    robots: impl IntoIterator<Item = (RobotId, Target)>,
+    robots: impl IntoIterator<Item = (RobotId, PickTarget)>,
 ) -> Option<RobotId> {
     robots
         .into_iter()
@@ -118,7 +120,7 @@ pub fn pointed_at(
 }
 
 /// How far along a ray it meets a robot, if it does.
-fn along_ray(origin: Vec3, direction: Vec3, Target { place, reach_m, height_m }: Target) -> Option<f32> {
+fn along_ray(origin: Vec3, direction: Vec3, PickTarget { place, reach_m, height_m }: PickTarget) -> Option<f32> {
     // Of the points of the ray within reach of the robot's axis seen from above, the nearest that is neither above the
     // robot nor below the ground; of a ray straight down all are as near to the axis.
     let offset = place - origin.truncate();
@@ -154,7 +156,7 @@ mod tests {
 
     #[test]
     fn a_click_hits_the_nearer_of_two_robots_behind_each_other() {
-        let at = |x, y| Target::of(&Body::default(), Vec2::new(x, y));
+        let at = |x, y| PickTarget::of(&Body::default(), Vec2::new(x, y));
         let robots = [(BLUE, at(2.0, 0.0)), (PINK, at(1.0, 0.05))];
         let eye = Vec3::new(-1.0, 0.0, 0.4);
         assert_eq!(pointed_at(eye, Vec3::X, robots), Some(PINK));
@@ -166,7 +168,7 @@ mod tests {
 
     #[test]
     fn from_straight_above_the_robot_under_the_mouse_is_meant() {
-        let at = |x, y| Target::of(&Body::default(), Vec2::new(x, y));
+        let at = |x, y| PickTarget::of(&Body::default(), Vec2::new(x, y));
         let robots = [(BLUE, at(0.0, 0.0)), (PINK, at(1.0, 0.0))];
         assert_eq!(pointed_at(Vec3::new(1.1, 0.0, 9.0), Vec3::NEG_Z, robots), Some(PINK));
         assert_eq!(pointed_at(Vec3::new(0.5, 0.0, 9.0), Vec3::NEG_Z, robots), None);
@@ -177,7 +179,7 @@ mod tests {
         let nao = Body::default();
         let large = Body { height_m: 1.4, torso: BodyBox { half_width_m: 0.25, ..nao.torso }, ..nao };
         let met = |body: &Body, y: f32, z: f32| {
-            pointed_at(Vec3::new(-1.0, y, z), Vec3::X, [(BLUE, Target::of(body, Vec2::ZERO))]).is_some()
+            pointed_at(Vec3::new(-1.0, y, z), Vec3::X, [(BLUE, PickTarget::of(body, Vec2::ZERO))]).is_some()
         };
         assert!(met(&large, 0.0, 1.3) && !met(&nao, 0.0, 1.3));
         assert!(met(&large, 0.24, 0.3) && !met(&nao, 0.24, 0.3));
@@ -186,12 +188,12 @@ mod tests {
     #[test]
     fn choices_go_round_and_who_is_not_there_is_not_chosen() {
         let ids = [BLUE, PINK];
-        assert_eq!(chosen(Choice::Next, None, &ids), Some(BLUE));
-        assert_eq!(chosen(Choice::Next, Some(PINK), &ids), Some(BLUE));
-        assert_eq!(chosen(Choice::Previous, Some(BLUE), &ids), Some(PINK));
-        assert_eq!(chosen(Choice::Number(Team::Pink, 2), None, &ids), Some(PINK));
-        assert_eq!(chosen(Choice::Number(Team::Pink, 3), Some(BLUE), &ids), None);
-        assert_eq!(chosen(Choice::Next, None, &[]), None);
-        assert_eq!(chosen(Choice::Nobody, Some(BLUE), &ids), None);
+        assert_eq!(chosen(SelectionCommand::Next, None, &ids), Some(BLUE));
+        assert_eq!(chosen(SelectionCommand::Next, Some(PINK), &ids), Some(BLUE));
+        assert_eq!(chosen(SelectionCommand::Previous, Some(BLUE), &ids), Some(PINK));
+        assert_eq!(chosen(SelectionCommand::Number(Team::Pink, 2), None, &ids), Some(PINK));
+        assert_eq!(chosen(SelectionCommand::Number(Team::Pink, 3), Some(BLUE), &ids), None);
+        assert_eq!(chosen(SelectionCommand::Next, None, &[]), None);
+        assert_eq!(chosen(SelectionCommand::Nobody, Some(BLUE), &ids), None);
     }
 }

@@ -36,7 +36,7 @@ pub enum Action {
     /// Another view.
     View(ViewPreset),
     /// Another robot.
-    Select(Choice),
+    Select(SelectionCommand),
     /// Shows or hides something.
     Toggle(Switch),
     /// Uses the window for this.
@@ -119,7 +119,7 @@ pub enum ViewPreset {
 
 /// Another robot is to be selected.
 #[derive(Message, Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Choice {
+pub enum SelectionCommand {
     /// This one, if it is in the match.
     Robot(RobotId),
     /// Blue's or pink's robot of this number.

@@ -3,7 +3,7 @@
 use crate::support::{blue, match_of, naoisis, text};
 use bevy::prelude::*;
 use core::fmt::Write;
-use naoisis::calibration::{Log, calibrate};
+use naoisis::calibration::{RobotLog, calibrate};
 use naoisis::cycle::CycleClock;
 use naoisis::geometry::Pose;
 use naoisis::prelude::*;
@@ -137,7 +137,7 @@ fn sightings() -> String {
 #[test]
 fn the_figures_of_simulated_robots_come_back_within_their_intervals() {
     let model = RobotModel::named("nao_v6").unwrap();
-    let mut log = Log::default();
+    let mut log = RobotLog::default();
     for table in [walks(), kicks(), sightings()] {
         log.read(table.as_bytes()).unwrap();
     }
@@ -192,7 +192,7 @@ fn a_calibrated_model_is_a_file_that_matches_are_played_with() {
 
 #[test]
 fn kicks_of_which_there_are_too_few_say_nothing() {
-    let mut log = Log::default();
+    let mut log = RobotLog::default();
     log.read("kick,start_forward_m,start_left_m,rest_forward_m,rest_left_m\nleft_side,0.16,0.05,0.2,1.4\n".as_bytes())
         .unwrap();
     let calibration = calibrate(&log, &RobotModel::named("nao").unwrap());

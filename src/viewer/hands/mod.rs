@@ -18,7 +18,7 @@ use super::camera::{CameraMouse, ViewerCamera};
 use super::layout::mouse_is_for_match;
 use super::overlays::{Brush, OverlaySystems};
 use super::palette;
-use super::selection::{Target, pointed_at};
+use super::selection::{PickTarget, pointed_at};
 use super::shared::{CameraSystems, HandAction, KeysSystems, Notice, Selection, SelectionSystems};
 use super::stage::{pitch_from_world, pose_of, world_from_pitch};
 use super::timeline::Timeline;
@@ -129,7 +129,7 @@ fn take_hold(
     });
     let on_pitch = robots.iter().filter(|(_, _, penalty, _)| !penalty.is_off_pitch());
     let targets =
-        on_pitch.clone().map(|(id, transform, _, body)| (*id, Target::of(body, transform.translation.truncate())));
+        on_pitch.clone().map(|(id, transform, _, body)| (*id, PickTarget::of(body, transform.translation.truncate())));
     let robot = || {
         let id = pointed_at(sight.origin, sight.direction, targets)?;
         let (_, transform, _, body) = on_pitch.clone().find(|(other, ..)| **other == id)?;
@@ -244,7 +244,7 @@ fn draw_intentions(
         match *intention {
             Intervention::PlaceRobot { robot, pose } => {
                 let body = roster.get(robot).and_then(|robot| bodies.get(robot).ok()).copied().unwrap_or_default();
-                let radius = Target::of(&body, pose.position).reach_m;
+                let radius = PickTarget::of(&body, pose.position).reach_m;
                 brush.pose(pose, radius, palette::team(robot.team));
             }
             Intervention::PlaceBall { position_m, velocity_mps } if velocity_mps != Vec2::ZERO => {

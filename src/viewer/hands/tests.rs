@@ -5,7 +5,7 @@ use crate::simulation::{MatchApp, NaoisisPlugins};
 use crate::team::Team;
 use crate::viewer::drive::DrivePlugin;
 use crate::viewer::event_log::EventLogPlugin;
-use crate::viewer::shared::{Choice, TimelineCommand, ViewPreset};
+use crate::viewer::shared::{SelectionCommand, TimelineCommand, ViewPreset};
 use bevy::input::InputPlugin;
 use bevy::time::TimeUpdateStrategy;
 use core::time::Duration;
@@ -22,7 +22,7 @@ fn app() -> App {
         .init_resource::<undo::Undo>()
         .insert_resource(Selection(Some(BLUE2)))
         .add_message::<HandAction>()
-        .add_message::<Choice>()
+        .add_message::<SelectionCommand>()
         .add_message::<ViewPreset>()
         .add_systems(Update, obey);
     driving::tests::add_without_panels(&mut app);
@@ -104,12 +104,12 @@ fn what_the_match_has_not_carried_out_yet_is_left_out_of_it() {
 
 #[test]
 fn strokes_of_the_pen_are_taken_back_and_drawn_again() {
-    use crate::viewer::pen_marks::{Mark, Pen};
+    use crate::viewer::pen_marks::{Pen, PenMark};
     let mut app = app();
     app.init_resource::<Pen>().add_systems(Update, undo::note_marks.before(obey));
     app.update();
     let marks = |app: &App| app.world().resource::<Pen>().marks.len();
-    app.world_mut().resource_mut::<Pen>().marks.push(Mark::Arrow(Vec2::ZERO, Vec2::X));
+    app.world_mut().resource_mut::<Pen>().marks.push(PenMark::Arrow(Vec2::ZERO, Vec2::X));
     app.update();
     act(&mut app, HandAction::Undo);
     assert_eq!(marks(&app), 0);

@@ -13,7 +13,7 @@ use crate::geometry::Pose;
 use crate::robot::Roster;
 use crate::team::RobotId;
 use crate::viewer::keyframes::Keyframes;
-use crate::viewer::pen_marks::{Mark, Pen};
+use crate::viewer::pen_marks::{Pen, PenMark};
 use crate::viewer::shared::Notice;
 use crate::viewer::timeline::Timeline;
 
@@ -28,7 +28,7 @@ pub struct Undo {
     /// What was taken back, the last one last.
     undone: Vec<Step>,
     /// What the pen has drawn, as far as it is noted.
-    marks: Vec<Mark>,
+    marks: Vec<PenMark>,
     /// The match that it is of.
     of: Keyframes,
 }
@@ -39,17 +39,17 @@ enum Step {
     /// Something was done to the match, which these take back; none, of what cannot be.
     Hand { act: Intervention, back: Vec<Intervention> },
     /// A stroke of the pen.
-    Drawn(Mark),
+    Drawn(PenMark),
     /// A stroke was wiped away.
-    Erased(Mark),
+    Erased(PenMark),
 }
 
 impl Step {
     fn words(&self) -> String {
         match self {
             Step::Hand { act, .. } => act.to_string(),
-            Step::Drawn(Mark::Arrow(..)) => "an arrow is drawn".to_owned(),
-            Step::Drawn(Mark::Zone(..)) => "a zone is drawn".to_owned(),
+            Step::Drawn(PenMark::Arrow(..)) => "an arrow is drawn".to_owned(),
+            Step::Drawn(PenMark::Zone(..)) => "a zone is drawn".to_owned(),
             Step::Erased(_) => "a mark is wiped away".to_owned(),
         }
     }
@@ -208,7 +208,7 @@ fn forget_other_match(world: &mut World) {
 }
 
 /// Draws a mark, or wipes the last one away.
-fn change_marks(world: &mut World, drawn: Option<Mark>) {
+fn change_marks(world: &mut World, drawn: Option<PenMark>) {
     let Some(mut pen) = world.get_resource_mut::<Pen>() else { return };
     match drawn {
         Some(mark) => pen.marks.push(mark),

@@ -6,7 +6,7 @@ use bevy_egui::egui::{
     self, Align2, Color32, FontId, Pos2, Rect as Area, RichText, Sense, Stroke, WidgetInfo, WidgetType,
 };
 
-use super::tracks::{BallSource, Condition, RobotTrack, Span, Tracks};
+use super::tracks::{BallSource, Condition, LaneTrack, Span, Tracks};
 use super::{EventKind, Lanes, cycle_of, mistake_words};
 use crate::behaviour::drawings::Ink;
 use crate::cycle::CycleClock;
@@ -16,7 +16,7 @@ use crate::record::mistakes::Mistake;
 use crate::team::RobotId;
 use crate::viewer::layout::{Dock, Edge, PanelSizes};
 use crate::viewer::palette;
-use crate::viewer::shared::{Action, Choice, FindEvent, Selection, TimelineCommand};
+use crate::viewer::shared::{Action, FindEvent, Selection, SelectionCommand, TimelineCommand};
 use crate::viewer::theme::{bright, dim, minutes, problem_colour, team_colour, text_size};
 use crate::viewer::time_axis::{Axis, ShownPart, upright};
 use crate::viewer::timeline::Timeline;
@@ -140,7 +140,7 @@ fn show_head(ui: &mut egui::Ui, lanes: &mut Lanes, part: &mut ShownPart, events:
 
 fn show_lane(
     ui: &mut egui::Ui,
-    (id, track): (RobotId, &RobotTrack),
+    (id, track): (RobotId, &LaneTrack),
     words: &[String],
     axis: &Axis,
     selected: Option<RobotId>,
@@ -154,7 +154,7 @@ fn show_lane(
     let font = FontId::proportional(if selected == Some(id) { text_size::IMPORTANT } else { text_size::ENTRY });
     ui.painter().text(name_area.left_center(), Align2::LEFT_CENTER, id.to_string(), font, team_colour(ui, id.team));
     if name.clicked() {
-        actions.write(Action::Select(Choice::Robot(id)));
+        actions.write(Action::Select(SelectionCommand::Robot(id)));
     }
     let lane = Area::from_min_max(Pos2::new(area.left() + NAMES, area.top() + 1.0), area.max - egui::vec2(0.0, 1.0));
     let painter = ui.painter().with_clip_rect(lane.intersect(ui.clip_rect()));

@@ -47,7 +47,7 @@ pub struct Span<T> {
 
 /// A robot over the match.
 #[derive(Clone, PartialEq, Debug, Default)]
-pub struct RobotTrack {
+pub struct LaneTrack {
     /// What it said that it meant to do: which of the [words](Tracks::words).
     pub intentions: Vec<Span<usize>>,
     /// From what it knew of the ball.
@@ -66,7 +66,7 @@ const MISTAKES_EVERY: usize = 30;
 pub struct Tracks {
     /// The cycles that have been read.
     cycles: Vec<u64>,
-    robots: BTreeMap<RobotId, RobotTrack>,
+    robots: BTreeMap<RobotId, LaneTrack>,
     words: Vec<String>,
     finder: Option<MistakeFinder>,
     mistakes: Vec<Mistake>,
@@ -94,7 +94,7 @@ impl Tracks {
     }
 
     /// The robots, in the order of their ids.
-    pub fn robots(&self) -> impl Iterator<Item = (RobotId, &RobotTrack)> {
+    pub fn robots(&self) -> impl Iterator<Item = (RobotId, &LaneTrack)> {
         self.robots.iter().map(|(id, track)| (*id, track))
     }
 
@@ -104,7 +104,7 @@ impl Tracks {
     }
 
     /// A robot, if it is in the match.
-    pub fn robot(&self, id: RobotId) -> Option<&RobotTrack> {
+    pub fn robot(&self, id: RobotId) -> Option<&LaneTrack> {
         self.robots.get(&id)
     }
 

@@ -7,7 +7,7 @@ use super::ManyTimes;
 use crate::behaviour::drawings::Ink;
 use crate::viewer::overlays::Brush;
 use crate::viewer::palette;
-use crate::whatif::Branch;
+use crate::whatif::Continuation;
 
 /// Side of a cell, m.
 const CELL_M: f32 = 0.4;
@@ -27,7 +27,7 @@ pub(super) fn draw(many: Res<ManyTimes>, mut brush: Brush) {
 }
 
 /// The cells in which the ball ends, and how many lines each of them has: the more, the more often.
-fn hatching(rows: &[Branch]) -> Vec<(IVec2, usize)> {
+fn hatching(rows: &[Continuation]) -> Vec<(IVec2, usize)> {
     let mut counts: BTreeMap<[i32; 2], usize> = BTreeMap::new();
     for ball in rows.iter().filter_map(|row| row.ball_m) {
         *counts.entry((ball / CELL_M).floor().as_ivec2().to_array()).or_default() += 1;
@@ -44,7 +44,7 @@ mod tests {
     #[test]
     fn where_the_ball_ends_most_often_there_are_most_lines() {
         let at = |x: f32| row(None, Vec2::new(x, 0.1));
-        let rows: Vec<Branch> = [0.1, 0.2, 0.3, -0.1].map(at).into();
+        let rows: Vec<Continuation> = [0.1, 0.2, 0.3, -0.1].map(at).into();
         assert_eq!(hatching(&rows), [(IVec2::new(-1, 0), 2), (IVec2::ZERO, MOST_LINES)]);
         assert!(hatching(&[]).is_empty());
     }

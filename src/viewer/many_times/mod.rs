@@ -28,7 +28,7 @@ use crate::game::{Game, GameState};
 use crate::scenario::Scenario;
 use crate::simulation::situation;
 use crate::team::Team;
-use crate::whatif::{self, Branch, Branches, Moment};
+use crate::whatif::{self, Continuation, Continuations, Moment};
 
 /// Plays moments on, and shows what comes of them.
 pub struct ManyTimesPlugin;
@@ -83,7 +83,7 @@ impl Outcome {
         [Outcome::ScoresFirst(Team::Blue), Outcome::ScoresFirst(Team::Pink), Outcome::NobodyScores];
 
     /// Whether one of the times came out like this.
-    pub fn is_of(self, branch: &Branch) -> bool {
+    pub fn is_of(self, branch: &Continuation) -> bool {
         match self {
             Outcome::ScoresFirst(team) => branch.first_goal.is_some_and(|(scorer, _)| scorer == team),
             Outcome::NobodyScores => branch.first_goal.is_none(),
@@ -115,7 +115,7 @@ pub struct Run {
     /// The cycle that had just ended.
     pub cycle: u64,
     /// What came of it so far.
-    pub rows: Vec<Branch>,
+    pub rows: Vec<Continuation>,
     /// How often it is to be played on.
     pub times: usize,
     /// For how long, s.
@@ -133,7 +133,7 @@ pub struct Run {
 /// What the threads say.
 enum Said {
     /// One of the times is over.
-    Played(Branch),
+    Played(Continuation),
     /// All are, or they cannot be, and why.
     Over(Result<(), String>),
 }
@@ -151,7 +151,7 @@ impl Run {
         let stop = Arc::new(AtomicBool::new(false));
         let cores = thread::available_parallelism().map_or(1, usize::from);
         // One is left for the window.
-        let branches = Branches { times, for_s, first_seed: 1, threads: cores.saturating_sub(1).max(1) };
+        let branches = Continuations { times, for_s, first_seed: 1, threads: cores.saturating_sub(1).max(1) };
         let (of_thread, stopped) = (moment.clone(), stop.clone());
         thread::Builder::new().name("many times".to_owned()).spawn(move || {
             let played = |branch| drop(sender.send(Said::Played(branch)));

@@ -9,8 +9,8 @@ use crate::viewer::shared::{Selection, TimelineCommand, ViewerCommand};
 use bevy::time::TimeUpdateStrategy;
 use core::time::Duration;
 
-pub(super) fn row(first: Option<Team>, ball: Vec2) -> Branch {
-    Branch {
+pub(super) fn row(first: Option<Team>, ball: Vec2) -> Continuation {
+    Continuation {
         index: 0,
         seed: 1,
         goals: PerTeam { blue: 0, pink: 0 },

@@ -13,7 +13,7 @@ use crate::team::Team;
 
 /// What is chosen.
 #[derive(Clone, PartialEq, Eq, Debug)]
-pub enum Choice {
+pub enum MatchChoice {
     /// A league by its name: a new match of the present teams, with nothing else of the present one.
     League(String),
     /// Another realism of the same match.
@@ -22,7 +22,7 @@ pub enum Choice {
     Model(Team, Option<String>),
 }
 
-impl Choice {
+impl MatchChoice {
     /// The match that comes of it: of the present one, and the text that this is from, where there is one.
     ///
     /// # Errors
@@ -30,13 +30,13 @@ impl Choice {
     pub fn applied(&self, present: &Scenario, file: Option<&ScenarioFile>) -> Result<ScenarioFile, String> {
         let in_words = |error: ScenarioError| error.headline();
         let mut chosen = match self {
-            Choice::League(league) => {
+            MatchChoice::League(league) => {
                 let teams = present.teams.clone().unwrap_or_default();
                 let teams = json!({ "blue": teams.blue, "pink": teams.pink });
                 let text = json!({ "name": league, "league": league, "teams": teams }).to_string();
                 ScenarioFile::from_text(&text, Format::Json, league).map_err(in_words)?
             }
-            Choice::Realism(_) | Choice::Model(..) => {
+            MatchChoice::Realism(_) | MatchChoice::Model(..) => {
                 let file = match file {
                     Some(file) => file.clone(),
                     None => {
@@ -58,7 +58,7 @@ impl Choice {
             let setting = format!("{path}={value}").parse::<Setting>().map_err(|error| error.to_string());
             setting.map(|setting| settings.push(setting))
         };
-        if let Choice::Realism(realism) = self {
+        if let MatchChoice::Realism(realism) = self {
             set("realism", &json!(realism.name()))?;
         }
         let name = |teams: Option<&TeamsSpec>, team| teams.map(|teams| teams.name(team).to_owned());
@@ -66,7 +66,7 @@ impl Choice {
             let Some(teams) = &present.teams else { continue };
             let path = format!("teams.{}", team.name());
             match self {
-                Choice::Model(side, model) if *side == team => {
+                MatchChoice::Model(side, model) if *side == team => {
                     set(&path, &json!({ "team": teams.name(team), "model": model }))?;
                 }
                 _ if name(of_text.teams.as_ref(), team).as_deref() != Some(teams.name(team)) => {
@@ -113,12 +113,13 @@ mod tests {
         let present = Scenario::named("match3v3").unwrap();
         assert_eq!((leagues().len(), models().len()), (LEAGUES.len(), MODELS.len()));
         for (name, _) in leagues() {
-            let file = Choice::League(name.clone()).applied(&present, None).unwrap();
+            let file = MatchChoice::League(name.clone()).applied(&present, None).unwrap();
             assert_eq!(file.scenario.league.as_ref(), Some(name));
         }
         let file = ScenarioFile::named("spl2025").unwrap();
         for (name, _) in models() {
-            let chosen = Choice::Model(Team::Blue, Some(name.clone())).applied(&file.scenario, Some(&file)).unwrap();
+            let chosen =
+                MatchChoice::Model(Team::Blue, Some(name.clone())).applied(&file.scenario, Some(&file)).unwrap();
             let teams = chosen.scenario.teams.unwrap();
             assert_eq!((teams.robots.blue.model.as_ref(), &teams.robots.pink.model), (Some(name), &None));
         }
@@ -128,10 +129,11 @@ mod tests {
     fn what_was_chosen_before_stays() {
         let file = ScenarioFile::named("match3v3").unwrap();
         let present = Scenario { teams: Some(TeamsSpec::new("passers", "chasers")), seed: 42, ..file.scenario.clone() };
-        let real = Choice::Realism(Realism::Realistic).applied(&present, Some(&file)).unwrap();
+        let real = MatchChoice::Realism(Realism::Realistic).applied(&present, Some(&file)).unwrap();
         assert_eq!(real.scenario.realism_in_words(), "realistic");
         assert_eq!((real.scenario.seed, real.scenario.teams.as_ref().unwrap().blue.as_str()), (42, "passers"));
-        let k1 = Choice::Model(Team::Pink, Some("booster_k1".to_owned())).applied(&real.scenario, Some(&real)).unwrap();
+        let k1 =
+            MatchChoice::Model(Team::Pink, Some("booster_k1".to_owned())).applied(&real.scenario, Some(&real)).unwrap();
         assert_eq!(k1.scenario.realism_in_words(), real.scenario.realism_in_words());
         assert_eq!(k1.scenario.teams.unwrap().name(Team::Blue), "passers");
     }

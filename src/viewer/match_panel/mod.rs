@@ -20,7 +20,7 @@ use super::timeline;
 use crate::record::history::ReadTrace;
 use crate::scenario::{Scenario, ScenarioFile, TeamsSpec};
 use crate::simulation;
-use choice::Choice;
+use choice::MatchChoice;
 use trace_reading::{TraceReading, is_reading};
 
 /// How often a scenario's file is looked at, s.
@@ -53,7 +53,7 @@ pub enum MatchCommand {
     /// The scenario of this file, or built-in one, from the start; or the match of this trace.
     Open(PathBuf),
     /// The match with another league, realism or robot model, from the start.
-    Choose(Choice),
+    Choose(MatchChoice),
     /// This match goes on with the settings of this scenario.
     Change(Box<Scenario>),
 }
@@ -192,11 +192,11 @@ fn note_opened(world: &mut World, path: &Path) {
     }
 }
 
-fn choose(world: &mut World, choice: &Choice) -> Result<(), String> {
+fn choose(world: &mut World, choice: &MatchChoice) -> Result<(), String> {
     let Some(present) = world.get_resource::<Scenario>().cloned() else { return Ok(()) };
     let file = world.resource::<PlayedFile>().0.clone();
     let chosen = choice.applied(&present, file.as_ref())?;
-    if matches!(choice, Choice::League(_)) {
+    if matches!(choice, MatchChoice::League(_)) {
         world.insert_resource(WatchedScenarioFile::default());
     }
     drive::start_file(world, chosen)
@@ -264,18 +264,18 @@ mod tests {
     fn another_league_realism_or_model_begins_another_match() {
         let mut app = app();
         let scenario = |app: &App| app.world().resource::<Scenario>().clone();
-        send(&mut app, MatchCommand::Choose(Choice::League("spl2025".to_owned())));
+        send(&mut app, MatchCommand::Choose(MatchChoice::League("spl2025".to_owned())));
         assert_eq!((problem(&app), scenario(&app).league.as_deref()), (None, Some("spl2025")));
         assert_eq!(scenario(&app).teams.unwrap().blue, "roles");
-        send(&mut app, MatchCommand::Choose(Choice::Realism(Realism::Ideal)));
+        send(&mut app, MatchCommand::Choose(MatchChoice::Realism(Realism::Ideal)));
         assert_eq!((problem(&app), scenario(&app).realism), (None, Realisms::all(Realism::Ideal)));
         assert_eq!(scenario(&app).league.as_deref(), Some("spl2025"));
-        send(&mut app, MatchCommand::Choose(Choice::Model(Team::Pink, Some("booster_k1".to_owned()))));
+        send(&mut app, MatchCommand::Choose(MatchChoice::Model(Team::Pink, Some("booster_k1".to_owned()))));
         assert_eq!(problem(&app), None);
         let [nao, k1] = [Team::Blue, Team::Pink].map(|team| app.robot::<Body>(RobotId::new(team, 1)).unwrap().height_m);
         assert!(k1 > nao + 0.2, "{k1} {nao}");
         assert_eq!(scenario(&app).realism, Realisms::all(Realism::Ideal), "what was chosen before stays");
-        send(&mut app, MatchCommand::Choose(Choice::Model(Team::Pink, Some("gundam".to_owned()))));
+        send(&mut app, MatchCommand::Choose(MatchChoice::Model(Team::Pink, Some("gundam".to_owned()))));
         assert!(problem(&app).unwrap().contains("gundam"));
     }
 

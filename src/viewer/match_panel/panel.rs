@@ -4,7 +4,7 @@ use bevy::prelude::*;
 use bevy_egui::EguiContexts;
 use bevy_egui::egui::{self, ComboBox, Grid, Slider};
 
-use super::choice::{Choice, REALISMS, leagues, models};
+use super::choice::{MatchChoice, REALISMS, leagues, models};
 use super::{MatchCommand, WatchedScenarioFile};
 use crate::ball::Rolling;
 use crate::behaviour::BehaviourRegistry;
@@ -110,14 +110,14 @@ pub(super) fn show(
 }
 
 /// League, realism and models; what is chosen of them.
-fn show_choices(ui: &mut egui::Ui, scenario: &Scenario) -> Option<Choice> {
+fn show_choices(ui: &mut egui::Ui, scenario: &Scenario) -> Option<MatchChoice> {
     let mut chosen = None;
     let mut line = |ui: &mut egui::Ui,
                     name: &str,
                     hint: &str,
                     now: &str,
                     entries: &[(String, String)],
-                    choice: &dyn Fn(&str) -> Choice| {
+                    choice: &dyn Fn(&str) -> MatchChoice| {
         let label = ui.label(name).on_hover_text(hint).id;
         let list = ComboBox::from_id_salt(name).selected_text(now).height(LIST_HEIGHT);
         let shown = list.show_ui(ui, |ui| {
@@ -133,20 +133,20 @@ fn show_choices(ui: &mut egui::Ui, scenario: &Scenario) -> Option<Choice> {
     };
     let hint = "Pitch, ball, rules, robots and realism that belong together; two teams are lined up";
     let league = scenario.league.as_deref().unwrap_or(NOBODY);
-    line(ui, "League", hint, league, leagues(), &|name| Choice::League(name.to_owned()));
+    line(ui, "League", hint, league, leagues(), &|name| MatchChoice::League(name.to_owned()));
     let hint = "How much of a real robot there is in what the scenario does not say itself";
     let realism = scenario.realism_in_words();
     let words = REALISMS.map(|(word, about)| (word.name().to_owned(), about.to_owned()));
     let realism_of = |name: &str| {
         REALISMS.iter().find(|(word, _)| word.name() == name).map_or(Realism::default(), |(word, _)| *word)
     };
-    line(ui, "Realism", hint, &realism, &words, &|name| Choice::Realism(realism_of(name)));
+    line(ui, "Realism", hint, &realism, &words, &|name| MatchChoice::Realism(realism_of(name)));
     let Some(teams) = &scenario.teams else { return chosen };
     for team in Team::BOTH {
         let own = teams.robots[team].model.as_deref();
         let (title, now) = (format!("Robots of {team}"), own.unwrap_or(&scenario.model));
         let hint = "The robot model of this team";
-        line(ui, &title, hint, now, models(), &|name| Choice::Model(team, Some(name.to_owned())));
+        line(ui, &title, hint, now, models(), &|name| MatchChoice::Model(team, Some(name.to_owned())));
     }
     chosen
 }

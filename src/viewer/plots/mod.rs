@@ -27,7 +27,7 @@ use super::cycle_samples::CycleSamples;
 use super::display_settings::DisplaySettings;
 use super::keyframes::{Keyframes, Simulator};
 use super::layout::LayoutSystems;
-use super::rebuild::{Progress, Rebuilt};
+use super::rebuild::{RebuildProgress, Rebuilt};
 use super::shared::Selection;
 use super::timeline::Timeline;
 use crate::ball::Ball;
@@ -245,7 +245,7 @@ fn ask(
     let is_kept = keyframes.before(cycles[0]).is_some() || keyframes.fault().is_some() || simulator.is_none();
     if !is_kept {
         let failed = rebuilt.and_then(|rebuilt| match &rebuilt.progress {
-            Progress::Failed(message) => Some(message.clone()),
+            RebuildProgress::Failed(message) => Some(message.clone()),
             _ => None,
         });
         match failed {

@@ -50,7 +50,7 @@ pub struct RebuildSystems;
 
 /// How far a trace's match has been played again.
 #[derive(Clone, PartialEq, Debug, Default)]
-pub enum Progress {
+pub enum RebuildProgress {
     /// There is nothing to play.
     #[default]
     Nothing,
@@ -82,7 +82,7 @@ pub struct RebuiltMoment {
 #[derive(Resource, Default)]
 pub struct Rebuilt {
     /// How far a trace's match has been played again.
-    pub progress: Progress,
+    pub progress: RebuildProgress,
     latest: Option<RebuiltMoment>,
     thread: Option<Thread>,
     /// The match that this is known of, by what is kept of it.
@@ -111,8 +111,8 @@ impl Rebuilt {
             return Some(format!("Not known: {fault}."));
         }
         match &self.progress {
-            Progress::Failed(message) => Some(format!("Not known: {message}.")),
-            Progress::Differs(from) if cycle >= *from => Some(format!(
+            RebuildProgress::Failed(message) => Some(format!("Not known: {message}.")),
+            RebuildProgress::Differs(from) if cycle >= *from => Some(format!(
                 "Played again, the match is another one from cycle {from} on: its behaviours or the program have changed since, \
                  or something was done to it by hand. Shown is what the trace has."
             )),
@@ -190,13 +190,13 @@ impl Rebuilt {
         if self.thread.is_none() {
             match Thread::begin(simulator) {
                 Ok(thread) => self.thread = Some(thread),
-                Err(error) => self.progress = Progress::Failed(error.to_string()),
+                Err(error) => self.progress = RebuildProgress::Failed(error.to_string()),
             }
         }
         if let Some(thread) = &self.thread
             && thread.requests.send(request).is_err()
         {
-            self.progress = Progress::Failed("the match could not be played again".to_owned());
+            self.progress = RebuildProgress::Failed("the match could not be played again".to_owned());
         }
     }
 }
@@ -212,9 +212,9 @@ fn begin(
     let Some(simulator) = simulator.filter(|_| !rebuilt.of.is_same(&keyframes)) else { return };
     rebuilt.of = keyframes.clone();
     rebuilt.asked = None;
-    rebuilt.progress = Progress::Nothing;
+    rebuilt.progress = RebuildProgress::Nothing;
     if let Some(scenario) = timeline.trace_scenario() {
-        rebuilt.progress = Progress::Until(0);
+        rebuilt.progress = RebuildProgress::Until(0);
         let play = PlayAgain {
             scenario: scenario.clone(),
             records: history.clone(),
@@ -239,8 +239,8 @@ fn ask(
     let Some(simulator) = simulator.filter(|_| timeline.is_past()) else { return };
     let cycle = clock.cycle;
     let is_asked = rebuilt.asked == Some(cycle);
-    let is_beyond = matches!(rebuilt.progress, Progress::Differs(from) if cycle >= from);
-    if is_asked || is_beyond || keyframes.fault().is_some() || matches!(rebuilt.progress, Progress::Failed(_)) {
+    let is_beyond = matches!(rebuilt.progress, RebuildProgress::Differs(from) if cycle >= from);
+    if is_asked || is_beyond || keyframes.fault().is_some() || matches!(rebuilt.progress, RebuildProgress::Failed(_)) {
         return;
     }
     rebuilt.asked = Some(cycle);
@@ -254,9 +254,9 @@ fn listen(mut rebuilt: ResMut<Rebuilt>) {
     let replies: Vec<Reply> = thread.replies.lock().unwrap_or_else(PoisonError::into_inner).try_iter().collect();
     for reply in replies {
         match reply {
-            Reply::PlayedAgain(cycle) => rebuilt.progress = Progress::Until(cycle),
-            Reply::Differs(cycle) => rebuilt.progress = Progress::Differs(cycle),
-            Reply::Failed(message) => rebuilt.progress = Progress::Failed(message),
+            Reply::PlayedAgain(cycle) => rebuilt.progress = RebuildProgress::Until(cycle),
+            Reply::Differs(cycle) => rebuilt.progress = RebuildProgress::Differs(cycle),
+            Reply::Failed(message) => rebuilt.progress = RebuildProgress::Failed(message),
             Reply::Moment(moment) => rebuilt.latest = Some(*moment),
         }
     }
@@ -293,7 +293,9 @@ fn why_unknown(rebuilt: &Rebuilt, cycle: u64, keyframes: &Keyframes, can_play: b
         return "This program cannot play the match again.".to_owned();
     }
     rebuilt.why_not(cycle, keyframes).unwrap_or_else(|| match &rebuilt.progress {
-        Progress::Until(until) if cycle > *until => format!("The match is played again to here: at cycle {until}…"),
+        RebuildProgress::Until(until) if cycle > *until => {
+            format!("The match is played again to here: at cycle {until}…")
+        }
         _ => "This moment is played again…".to_owned(),
     })
 }

@@ -18,7 +18,7 @@ use super::plots::catalogue::FieldList;
 use super::plots::wording::component as component_words;
 use super::plots::{PlotCommand, Plots};
 use super::rebuild::ShownState;
-use super::shared::{Action, Choice, Selection, ViewPreset};
+use super::shared::{Action, Selection, SelectionCommand, ViewPreset};
 use super::theme::{band, bright, dim, text_size};
 use crate::belief::Belief;
 use crate::camera_model::CameraName;
@@ -226,7 +226,7 @@ fn show_head(
         ui.label(dim(words).size(text_size::IMPORTANT));
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             if ui.small_button("✖").on_hover_text("No robot (Esc)").clicked() {
-                actions.write(Action::Select(Choice::Nobody));
+                actions.write(Action::Select(SelectionCommand::Nobody));
             }
             if ui.small_button("Overlays").on_hover_text("What is drawn on the pitch (O)").clicked() {
                 actions.write(Action::Toggle(Switch::Overlays));

@@ -10,7 +10,7 @@ use crate::sensing::camera::CameraSettings;
 use crate::sensing::vision::Percepts;
 use crate::viewer::display_settings::Switch;
 use crate::viewer::layout::{Dock, Edge, PanelSizes, title};
-use crate::viewer::shared::{Action, Choice};
+use crate::viewer::shared::{Action, SelectionCommand};
 use crate::viewer::theme::{band, dim, text_size};
 
 /// The panel.
@@ -51,7 +51,7 @@ pub(super) fn show_wall(
                                 for camera in settings.mounts.names() {
                                     let image = pictures.show(ui, (*id, camera), Some(percepts), width);
                                     if image.on_hover_text("Select").clicked() {
-                                        actions.write(Action::Select(Choice::Robot(*id)));
+                                        actions.write(Action::Select(SelectionCommand::Robot(*id)));
                                     }
                                 }
                             });

@@ -7,7 +7,7 @@ use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
 use super::bookmarks::{Bookmark, Bookmarks};
-use super::pen::Mark;
+use super::pen::PenMark;
 use crate::geometry::{to_degrees, to_radians};
 use crate::read_file::read_file;
 use crate::replace_file::replace_file;
@@ -80,9 +80,9 @@ struct KeptView {
 impl From<&Bookmark> for KeptBookmark {
     fn from(bookmark: &Bookmark) -> Self {
         let view = bookmark.camera.wanted;
-        let mark = |mark: &Mark| match mark {
-            Mark::Arrow(from, to) => KeptMark::Arrow([from.to_array(), to.to_array()]),
-            Mark::Zone(centre, edge) => KeptMark::Zone([centre.to_array(), edge.to_array()]),
+        let mark = |mark: &PenMark| match mark {
+            PenMark::Arrow(from, to) => KeptMark::Arrow([from.to_array(), to.to_array()]),
+            PenMark::Zone(centre, edge) => KeptMark::Zone([centre.to_array(), edge.to_array()]),
         };
         Self {
             cycle: bookmark.cycle,
@@ -104,8 +104,8 @@ impl From<KeptBookmark> for Bookmark {
     fn from(kept: KeptBookmark) -> Self {
         let places = |[one, other]: [[f32; 2]; 2]| (Vec2::from(one), Vec2::from(other));
         let mark = |mark: &KeptMark| match *mark {
-            KeptMark::Arrow(ends) => Mark::Arrow(places(ends).0, places(ends).1),
-            KeptMark::Zone(ends) => Mark::Zone(places(ends).0, places(ends).1),
+            KeptMark::Arrow(ends) => PenMark::Arrow(places(ends).0, places(ends).1),
+            KeptMark::Zone(ends) => PenMark::Zone(places(ends).0, places(ends).1),
         };
         let view = Viewpoint {
             focus: kept.view.focus_m.into(),
@@ -212,7 +212,7 @@ mod tests {
         Bookmark {
             cycle,
             caption: "seen".to_owned(),
-            marks: vec![Mark::Arrow(Vec2::ZERO, Vec2::X), Mark::Zone(Vec2::Y, Vec2::ONE)],
+            marks: vec![PenMark::Arrow(Vec2::ZERO, Vec2::X), PenMark::Zone(Vec2::Y, Vec2::ONE)],
             selected: Some(RobotId::new(Team::Blue, 2)),
             robots_world: true,
             camera: ViewerCamera { current: view, wanted: view, mode: CameraMode::Orbit },

@@ -4,7 +4,7 @@ use bevy::prelude::*;
 use bevy_egui::egui::{self, Align2, FontId, TextEdit, WidgetInfo, WidgetType};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
-use super::pen::{Mark, Pen};
+use super::pen::{Pen, PenMark};
 use crate::cycle::CycleClock;
 use crate::team::RobotId;
 use crate::viewer::camera::{CameraMode, ViewerCamera};
@@ -41,7 +41,7 @@ pub struct Bookmark {
     /// What is said about it.
     pub caption: String,
     /// What was drawn.
-    pub(super) marks: Vec<Mark>,
+    pub(super) marks: Vec<PenMark>,
     /// The selected robot.
     pub(super) selected: Option<RobotId>,
     /// Whether only the world of that one was seen.

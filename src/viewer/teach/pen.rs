@@ -7,7 +7,7 @@ use crate::viewer::camera::ViewerCamera;
 use crate::viewer::layout::{MouseTaken, OverPanel, mouse_is_over_match};
 use crate::viewer::overlays::Brush;
 use crate::viewer::palette;
-pub use crate::viewer::pen_marks::{Mark, Pen};
+pub use crate::viewer::pen_marks::{Pen, PenMark};
 use crate::viewer::shared::{Notice, TeachAction};
 use crate::viewer::stage::pitch_from_world;
 use bevy_egui::input::EguiWantsInput;
@@ -73,13 +73,13 @@ fn on_pitch((camera, from): (&Camera, &GlobalTransform), cursor: Vec2) -> Option
 pub(super) fn show(pen: Res<Pen>, mut brush: Brush) {
     for mark in pen.marks.iter().copied().chain(pen.under_way()) {
         match mark {
-            Mark::Arrow(start, end) => {
+            PenMark::Arrow(start, end) => {
                 let aside = APART_M * (end - start).normalize_or_zero().perp();
                 for step in [-1.0, 0.0, 1.0] {
                     brush.arrow(start + step * aside, end + step * aside, palette::ink(Ink::Yellow));
                 }
             }
-            Mark::Zone(centre, edge) => {
+            PenMark::Zone(centre, edge) => {
                 let (radius, colour) = (centre.distance(edge), palette::ink(Ink::Sky));
                 for step in [-1.0, 0.0, 1.0] {
                     brush.circle(centre, radius + step * APART_M, colour);
@@ -116,7 +116,7 @@ mod tests {
             pen.move_to(end, shift);
             pen.release();
         }
-        assert_eq!(pen.marks, [Mark::Arrow(one, other), Mark::Zone(one, other)]);
+        assert_eq!(pen.marks, [PenMark::Arrow(one, other), PenMark::Zone(one, other)]);
         pen.move_to(other, false);
         pen.release();
         assert_eq!(pen.marks.len(), 2, "without a press nothing is drawn");

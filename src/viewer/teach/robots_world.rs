@@ -11,14 +11,14 @@ use crate::robot::body::Body;
 use crate::team::RobotId;
 use crate::viewer::overlays::{Brush, draw_world_of};
 use crate::viewer::palette;
-use crate::viewer::shared::{Choice, Notice, RobotsWorld, Selection, TeachAction};
+use crate::viewer::shared::{Notice, RobotsWorld, Selection, SelectionCommand, TeachAction};
 
 pub(super) fn obey(
     mut actions: MessageReader<TeachAction>,
     selection: Res<Selection>,
     roster: Res<Roster>,
     mut world: ResMut<RobotsWorld>,
-    mut choices: MessageWriter<Choice>,
+    mut choices: MessageWriter<SelectionCommand>,
     mut notice: ResMut<Notice>,
 ) {
     for _ in actions.read().filter(|action| **action == TeachAction::RobotsWorld) {
@@ -29,7 +29,7 @@ pub(super) fn obey(
             notice.tell("The truth");
             continue;
         };
-        choices.write(Choice::Robot(whose));
+        choices.write(SelectionCommand::Robot(whose));
         notice.tell(format!("The world as {whose} believes it to be; Y: the truth"));
     }
 }

@@ -7,7 +7,7 @@ pub const LEAST_PIXELS: usize = 30;
 
 /// A thing that was there to be seen in a look.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Sighting {
+pub struct SceneSighting {
     /// Where it is, m, robot frame.
     pub real: Vec2,
     /// Where it was seen, m, robot frame; none if it was not.
@@ -18,7 +18,7 @@ pub struct Sighting {
     pub is_in_view: bool,
 }
 
-impl Sighting {
+impl SceneSighting {
     /// How far away it is, m.
     pub fn distance_m(&self) -> f32 {
         self.real.length()
@@ -40,14 +40,14 @@ impl Sighting {
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct ClassAccuracy {
     /// Everything of it that was there, look by look.
-    pub sightings: Vec<Sighting>,
+    pub sightings: Vec<SceneSighting>,
     /// Things found where there are none, in all looks.
     pub false_detections: usize,
 }
 
 impl ClassAccuracy {
     /// Those that were visible and between two distances away, m.
-    pub fn visible(&self, [from_m, to_m]: [f32; 2]) -> impl Iterator<Item = &Sighting> {
+    pub fn visible(&self, [from_m, to_m]: [f32; 2]) -> impl Iterator<Item = &SceneSighting> {
         self.sightings
             .iter()
             .filter(move |sighting| sighting.is_visible && (from_m..to_m).contains(&sighting.distance_m()))
@@ -65,12 +65,12 @@ impl ClassAccuracy {
 
     /// The error of the distance that this share of those stays below that were found at some distances, m; as a share of it.
     pub fn range_error(&self, distances_m: [f32; 2], share: f32) -> f32 {
-        quantile(self.visible(distances_m).filter_map(Sighting::range_error), share)
+        quantile(self.visible(distances_m).filter_map(SceneSighting::range_error), share)
     }
 
     /// The same of the direction, radians.
     pub fn bearing_error(&self, distances_m: [f32; 2], share: f32) -> f32 {
-        quantile(self.visible(distances_m).filter_map(Sighting::bearing_error), share)
+        quantile(self.visible(distances_m).filter_map(SceneSighting::bearing_error), share)
     }
 
     /// Compares what was seen with what was there: a thing is found by what was seen nearest to it, if that is near. `all` are
@@ -79,7 +79,7 @@ impl ClassAccuracy {
         for &There { place, is_visible, is_in_view } in there {
             let near = seen.iter().filter(|seen| seen.distance(place) < tolerance_m(place.length()));
             let nearest = near.min_by(|one, other| one.distance(place).total_cmp(&other.distance(place)));
-            self.sightings.push(Sighting { real: place, seen: nearest.copied(), is_visible, is_in_view });
+            self.sightings.push(SceneSighting { real: place, seen: nearest.copied(), is_visible, is_in_view });
         }
         let is_false = |seen: &&Vec2| all.iter().all(|place| place.distance(**seen) >= tolerance_m(place.length()));
         self.false_detections += seen.iter().filter(is_false).count();

@@ -22,7 +22,7 @@ mod judging;
 mod scenes;
 mod table;
 
-pub use class::{ClassAccuracy, LEAST_PIXELS, Sighting};
+pub use class::{ClassAccuracy, LEAST_PIXELS, SceneSighting};
 pub use table::EVERYWHERE_M;
 
 use super::seeing::merge;
