@@ -11,15 +11,18 @@ use std::collections::BTreeMap;
 
 use crate::belief::Belief;
 use crate::camera_model::CameraName;
+use crate::communication::MessageLimits;
 use crate::game::{Rules, Score};
 use crate::pitch::Pitch;
 use crate::record::vocabulary::{Perception, RobotCommand};
+use crate::robot::body::Body;
 use crate::robot::head::HeadLimits;
 use crate::robot::kick::KickSettings;
 use crate::robot::motion::MotionLimits;
-use crate::scenario::Scenario;
+use crate::scenario::{RobotSpec, Scenario};
 use crate::sensing::camera::CameraSettings;
 use crate::sensing::camera::image::Image;
+use crate::sensing::latency::Latency;
 use crate::sensing::sonar::SonarSettings;
 use crate::team::RobotId;
 
@@ -120,16 +123,19 @@ pub struct Welcome<'a> {
     /// The rules that are played by.
     pub rules: &'a Rules,
     /// What the robot can do.
-    pub model: Model<'a>,
+    pub model: Model,
     /// How much of a real robot there is, in words.
     pub realism: String,
 }
 
 /// What a robot can do, in the words of scenarios.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
-pub struct Model<'a> {
+pub struct Model {
     /// What it is called.
-    pub name: &'a str,
+    pub name: String,
+    /// Its body: the boxes of trunk and base, its height, where its neck and feet are, limbs and colours.
+    #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
+    pub body: Body,
     /// How it walks.
     #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
     pub motion: MotionLimits,
@@ -145,12 +151,34 @@ pub struct Model<'a> {
     /// Its sonars.
     #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
     pub sonar: SonarSettings,
+    /// How late it is what it sees and does.
+    #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
+    pub latency: Latency,
+    /// How much it may send: `max_text_bytes`, and of its team in a match `max_messages` and `max_bytes` where they are limited.
+    #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
+    pub messages: MessageLimits,
+}
+
+impl Model {
+    /// What a robot of a scenario can do: what it, its team or its model says, and the scenario for the rest.
+    fn of(scenario: &Scenario, robot: &RobotSpec) -> Self {
+        Model {
+            name: robot.model.clone().unwrap_or_else(|| scenario.model.clone()),
+            body: scenario.body_of(robot),
+            motion: robot.motion.unwrap_or(scenario.motion),
+            head: robot.head_limits.unwrap_or(scenario.head),
+            kicks: robot.kicks.unwrap_or(scenario.kicks),
+            cameras: robot.cameras.unwrap_or(scenario.cameras),
+            sonar: robot.sonar.unwrap_or(scenario.sonar),
+            latency: robot.latency.unwrap_or(scenario.latency),
+            messages: scenario.message_limits_of(robot),
+        }
+    }
 }
 
 impl<'a> Welcome<'a> {
     /// What the robot with this id may know of a scenario.
     pub fn of(scenario: &'a Scenario, robot: RobotId) -> Self {
-        let listed = scenario.robots.iter().find(|spec| spec.id() == robot);
         let of_team = scenario.robots.iter().filter(|spec| spec.team == robot.team).count();
         let team_size = if of_team > 0 { of_team as u8 } else { scenario.rules.team_size };
         Welcome {
@@ -160,14 +188,7 @@ impl<'a> Welcome<'a> {
             team_size,
             field: &scenario.field,
             rules: &scenario.rules,
-            model: Model {
-                name: &scenario.model,
-                motion: listed.and_then(|spec| spec.motion).unwrap_or(scenario.motion),
-                head: listed.and_then(|spec| spec.head_limits).unwrap_or(scenario.head),
-                kicks: scenario.kicks,
-                cameras: scenario.cameras,
-                sonar: listed.and_then(|spec| spec.sonar).unwrap_or(scenario.sonar),
-            },
+            model: Model::of(scenario, &scenario.robot(robot)),
             realism: scenario.realism_in_words(),
         }
     }
@@ -221,3 +242,28 @@ fn bytes<S: Serializer>(bytes: &[u8], serializer: S) -> Result<S::Ok, S::Error> 
 
 /// The hello of a program, for messages about others.
 pub const EXAMPLE_HELLO: &str = r#"{"hello": {"protocol": 1, "name": "my team"}}"#;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::team::Team;
+
+    #[test]
+    fn a_robot_is_told_of_its_own_body_whoever_it_plays_with() {
+        let scenario = Scenario::from_json(
+            r#"{ "league": "spl2025", "teams": {
+                 "blue": { "team": "remote", "model": "booster_k1", "messages": { "max_text_bytes": 64 } }, "pink": "remote" } }"#,
+        )
+        .unwrap();
+        let told = |team: Team| serde_json::to_value(Welcome::of(&scenario, RobotId::new(team, 2))).unwrap();
+        let (k1, nao) = (told(Team::Blue), told(Team::Pink));
+        let of_k1 = &k1["model"];
+        assert_eq!((&of_k1["name"], &nao["model"]["name"]), (&"booster_k1".into(), &"nao_v6".into()));
+        let number = |value: &serde_json::Value| value.as_f64().unwrap();
+        assert!((number(&of_k1["body"]["height_m"]) - 0.95).abs() < 1e-6);
+        assert!((number(&nao["model"]["body"]["torso"]["half_width_m"]) - 0.15).abs() < 1e-6);
+        assert_eq!(of_k1["cameras"]["mounts"][0]["name"], "head");
+        assert!(of_k1["kicks"]["own"]["visual"].is_object() && nao["model"]["kicks"]["own"]["visual"].is_null());
+        assert_eq!([&of_k1["messages"], &nao["model"]["messages"]].map(|own| own["max_text_bytes"].as_u64()), [Some(64), Some(128)]);
+    }
+}

@@ -4,6 +4,7 @@
 //! the blue of the waistbands and the sky-blue of the goal differ in hue, so that a robot can tell them apart.
 
 use crate::pitch::GoalColour;
+use crate::robot::look::Look;
 use crate::team::Team;
 
 /// A colour: red, green and blue, sRGB.
@@ -23,13 +24,9 @@ pub const NET: Colour = Colour([228, 230, 232]);
 /// The ball: the orange of a street hockey ball (2010 rule book, section 1.4).
 pub const BALL: Colour = Colour([255, 112, 16]);
 /// The plastic of a NAO.
-pub const SHELL: Colour = Colour([228, 230, 234]);
-/// Dark shells.
-pub const DARK_SHELL: Colour = Colour([74, 78, 86]);
-/// The joints of a NAO, and the number on its chest.
-pub const JOINT: Colour = Colour([58, 61, 67]);
-/// Its eyes.
-pub const EYE: Colour = Colour([60, 205, 190]);
+pub const SHELL: Colour = Colour(Look::NAO.shell);
+/// Its joints.
+pub const JOINT: Colour = Colour(Look::NAO.joints);
 /// Posts that belong to no goal.
 pub const EXTRA_POST: Colour = Colour([140, 143, 153]);
 

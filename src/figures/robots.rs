@@ -10,7 +10,8 @@ use crate::appearance::robot::RobotDesign;
 use crate::appearance::scene::Scene;
 use crate::appearance::view::View;
 use crate::record::canvas::{Canvas, GREY, PAPER};
-use crate::robot::body::{Body, Look};
+use crate::robot::body::Body;
+use crate::robot::look::LookShape;
 use crate::scenario::RobotModel;
 use crate::sensing::camera::image::{Image, Layers};
 
@@ -36,7 +37,7 @@ pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
     let mut canvas = Canvas::scaled(SIZE, scale, PAPER);
     let first = robot("blue", -90.0)?;
     let body: Body = first.robot(BLUE);
-    let words = if body.look == Look::Nao { "Like a NAO" } else { "Of its measures" };
+    let words = if body.look.shape == LookShape::Nao { "Like a NAO" } else { "Of its measures" };
     let up = [HEIGHT_M[0], HEIGHT_M[1].max(1.08 * body.height_m)];
     let step = if body.height_m > 0.8 { 0.2 } else { 0.1 };
     let panels = [

@@ -8,6 +8,7 @@ use parry3d::math::Pose as Isometry;
 use parry3d::shape::Cuboid;
 use serde::{Deserialize, Serialize};
 
+use super::look::Look;
 use crate::geometry::Pose;
 use crate::knowledge::Knowledge;
 
@@ -96,7 +97,7 @@ pub struct Body {
     pub legs: Option<Legs>,
     /// Its arms, if it has any.
     pub arms: Option<Arms>,
-    /// What it looks like.
+    /// What it looks like: colours, and where its number is.
     pub look: Look,
 }
 
@@ -112,7 +113,7 @@ impl Default for Body {
             waistband: Waistband::default(),
             legs: Some(Legs::default()),
             arms: Some(Arms::default()),
-            look: Look::Nao,
+            look: Look::NAO,
         }
     }
 }
@@ -188,20 +189,6 @@ impl Default for Arms {
     fn default() -> Self {
         Self { shoulder_m: Vec3::new(0.0, 0.098, 0.4335), length_m: 0.19 }
     }
-}
-
-/// What a robot looks like.
-#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default, Reflect, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-#[non_exhaustive]
-pub enum Look {
-    /// The NAO, whatever the measures of the body.
-    Nao,
-    /// A robot of the body's measures: a trunk, a head, and such legs and arms as it has, with light shells.
-    #[default]
-    Light,
-    /// The same with dark shells.
-    Dark,
 }
 
 #[cfg(test)]

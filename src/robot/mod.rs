@@ -10,6 +10,7 @@ pub mod falls;
 pub mod gait;
 pub mod head;
 pub mod kick;
+pub mod look;
 pub mod motion;
 pub mod motion_limits;
 pub mod posture;

@@ -4,6 +4,7 @@ use serde_json::Value;
 
 use super::field_path::{FieldPath, Segment};
 use crate::kick_geometry::KickType;
+use crate::robot::look::Look;
 
 /// Fields whose value is a choice with contents, as object and field: another choice replaces it as a whole.
 const CHOICES: [(&str, &str); 2] = [("sonar", "noise"), ("ball", "rolling")];
@@ -32,6 +33,12 @@ pub fn field_of_word(path: &FieldPath) -> &'static str {
 pub fn lay_over(base: &mut Value, own: Value, field: &str) {
     match (base, own) {
         (base, own) if field == "kicks" && says_all_of_kicks(&own) => *base = own,
+        (base @ Value::String(_), own @ Value::Object(_)) if field == "look" => {
+            // The fields for which the word stands.
+            let look = base.as_str().and_then(Look::named).unwrap_or_default();
+            *base = serde_json::to_value(look.fields()).unwrap_or_default();
+            lay_over(base, own, field);
+        }
         (Value::Object(base), Value::Object(own)) => {
             for (name, own) in own {
                 match base.get_mut(&name) {

@@ -185,6 +185,9 @@ pub(super) fn leave_out_what_it_lacks(model: &mut RobotModel) {
                 lacks(&format!("body.{part}"), "the file says nothing of it");
             }
         }
+        if let Some(Value::Object(look)) = body.get_mut("look") {
+            look.entry("shape").or_insert_with(|| json!("measures"));
+        }
     }
 }
 

@@ -7,7 +7,7 @@ use super::part_mesh::{mesh_of_parts, part_material};
 use crate::appearance::posing::Limb;
 use crate::appearance::robot::{RobotDesign, RobotPart};
 use crate::robot::body::Body;
-use crate::team::RobotId;
+use crate::team::{RobotId, Team};
 
 /// Shows robots as they come into the match.
 pub struct RobotModelPlugin;
@@ -29,8 +29,8 @@ pub struct RobotLimbs {
 #[derive(Resource)]
 pub(super) struct RobotMeshes {
     material: Handle<StandardMaterial>,
-    /// Robots with the same body share those of their limbs.
-    limbs: Vec<(Body, [Handle<Mesh>; Limb::COUNT])>,
+    /// Robots of a team with the same body share those of their limbs.
+    limbs: Vec<(Team, Body, [Handle<Mesh>; Limb::COUNT])>,
     /// The trunk has the number and the team's colour.
     trunks: Vec<(RobotId, Body, Handle<Mesh>)>,
 }
@@ -49,7 +49,7 @@ impl RobotMeshes {
         let mut mesh_of_limb = |index: usize, parts: &[RobotPart]| {
             meshes.add(mesh_of_parts(parts.iter().filter(|part| part.frame as usize == index)))
         };
-        let known = limbs.iter().find(|(of, _)| of == body).map(|(_, handles)| handles.clone());
+        let known = limbs.iter().find(|(of, with, _)| *of == id.team && with == body).map(|(.., handles)| handles.clone());
         let trunk = trunks.iter().find(|(of, with, _)| *of == id && with == body).map(|(.., trunk)| trunk.clone());
         if let (Some(mut handles), Some(trunk)) = (known.clone(), trunk) {
             handles[Limb::Trunk as usize] = trunk;
@@ -58,7 +58,7 @@ impl RobotMeshes {
         let parts = RobotDesign::Nao.parts(id, body);
         let mut handles = known.unwrap_or_else(|| {
             let handles: [Handle<Mesh>; Limb::COUNT] = array::from_fn(|index| mesh_of_limb(index, &parts));
-            limbs.push((*body, handles.clone()));
+            limbs.push((id.team, *body, handles.clone()));
             handles
         });
         handles[Limb::Trunk as usize] = mesh_of_limb(Limb::Trunk as usize, &parts);

@@ -195,7 +195,7 @@ fn what_a_robot_with_a_trunk_of_its_own_does_not_name_it_lacks() {
     assert!(!scenario.sonar.fitted && scenario.cameras.mounts.as_slice().is_empty());
     assert_eq!((scenario.head.yaw, scenario.head.pitch), ([0.0; 2], [0.0; 2]));
     assert_eq!((scenario.body.legs, scenario.body.arms), (None, None));
-    assert_eq!(scenario.body.look, naoisis::robot::body::Look::Light);
+    assert_eq!(scenario.body.look, naoisis::robot::look::Look::LIGHT);
     // A NAO that is changed stays one.
     let tall = json!({ "name": "tall", "description": "", "settings": { "body": { "height_m": 0.6 } }, "realistic": {}, "sources": {} });
     check(folder.path(), &tall).unwrap();

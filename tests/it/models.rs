@@ -6,7 +6,8 @@ use naoisis::events::KickResult;
 use naoisis::geometry::Pose;
 use naoisis::kick_geometry::{KickDirection, KickGeometry};
 use naoisis::prelude::*;
-use naoisis::robot::body::{Arms, Body, BodyBox, Legs, Look, Waistband};
+use naoisis::robot::body::{Arms, Body, BodyBox, Legs, Waistband};
+use naoisis::robot::look::Look;
 use naoisis::robot::falls::Balance;
 use naoisis::robot::gait::Gait;
 use naoisis::robot::head::HeadLimits;
@@ -50,7 +51,7 @@ fn built(random: [f32; 10]) -> (Body, CameraSettings, KickSettings) {
         }),
         arms: (two > 0.5)
             .then_some(Arms { shoulder_m: Vec3::new(0.0, 0.7 * half_width, 0.95 * neck), length_m: 0.4 * hip }),
-        look: if two > 0.6 { Look::Dark } else { Look::Light },
+        look: if two > 0.6 { Look::DARK } else { Look::LIGHT },
     };
     let camera = |name: &str, tilt: f32| {
         CameraMount::new(name.parse().unwrap(), Vec3::new(0.05, 0.0, between(0.5, neck, height_m)), tilt)

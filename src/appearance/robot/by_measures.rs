@@ -5,10 +5,11 @@ use bevy::math::{Vec2, Vec3};
 
 use super::number::{self, Plates};
 use super::{PartList, RobotPart};
-use crate::appearance::colours::{self, Colour};
+use crate::appearance::colours::Colour;
 use crate::appearance::posing::{Limb, on_side};
 use crate::appearance::shapes::Shape;
-use crate::robot::body::{Arms, Body, Legs, Look};
+use crate::robot::body::{Arms, Body, Legs};
+use crate::robot::look::Top;
 use crate::team::{RobotId, Team};
 
 /// Where trunk and head of a body are.
@@ -52,14 +53,6 @@ impl Trunk {
     }
 }
 
-/// The colours of shells, and of what is between them.
-fn colours_of(body: &Body) -> [Colour; 2] {
-    match body.look {
-        Look::Dark => [colours::DARK_SHELL, colours::SHELL],
-        Look::Light | Look::Nao => [colours::SHELL, colours::JOINT],
-    }
-}
-
 /// The band about a trunk, which is a box.
 fn band(list: &mut PartList, team: Team, body: &Body) {
     let half_size = body.waistband.half_size_m.extend(body.waistband.height() / 2.0);
@@ -68,16 +61,20 @@ fn band(list: &mut PartList, team: Team, body: &Body) {
 
 /// A few boxes.
 pub(super) fn simple(id: RobotId, body: &Body) -> Vec<RobotPart> {
-    let [shell, joint] = colours_of(body);
     let trunk = Trunk::of(body);
-    let mut list = PartList::new(id, 16);
+    let mut list = PartList::new(id, body.look, 16);
+    let [shell, joint] = list.colours();
     list.cuboid(Limb::Trunk, shell, trunk.size(), trunk.middle());
     band(&mut list, id.team, body);
-    let head = 2.0 * trunk.half_head_m;
-    list.cuboid(Limb::Head, shell, head, Vec3::Z * trunk.head_z_m);
-    // The face is dark, or light on a dark head, so that front and back differ.
-    let face = Vec3::new(0.01, 0.75 * head.y, 0.4 * head.z);
-    list.cuboid(Limb::Head, joint, face, Vec3::new(trunk.half_head_m.x, 0.0, trunk.head_z_m));
+    if body.look.head == Top::Mast {
+        mast(&mut list, &trunk);
+    } else {
+        let head = 2.0 * trunk.half_head_m;
+        list.cuboid(Limb::Head, shell, head, Vec3::Z * trunk.head_z_m);
+        // The face is dark, or light on a dark head, so that front and back differ.
+        let face = Vec3::new(0.01, 0.75 * head.y, 0.4 * head.z);
+        list.cuboid(Limb::Head, joint, face, Vec3::new(trunk.half_head_m.x, 0.0, trunk.head_z_m));
+    }
     for side in 0..2 {
         if let Some(Arms { length_m, .. }) = body.arms {
             let thickness = 0.25 * length_m;
@@ -100,9 +97,10 @@ pub(super) fn simple(id: RobotId, body: &Body) -> Vec<RobotPart> {
 
 /// Rounded shells over the joints, and a number on chest and back.
 pub(super) fn detailed(id: RobotId, body: &Body) -> Vec<RobotPart> {
-    let [shell, joint] = colours_of(body);
     let trunk = Trunk::of(body);
-    let mut list = PartList::new(id, 64);
+    let look = body.look;
+    let mut list = PartList::new(id, look, 64);
+    let [shell, joint] = list.colours();
     let (size, middle) = (trunk.size(), trunk.middle());
     // Wider at the shoulders.
     list.cuboid(Limb::Trunk, joint, size * Vec3::new(0.8, 0.8, 0.4), middle - Vec3::Z * (0.3 * size.z));
@@ -115,20 +113,17 @@ pub(super) fn detailed(id: RobotId, body: &Body) -> Vec<RobotPart> {
     let plates =
         Plates { x_m: [trunk.x_m[1] + 0.004, trunk.x_m[0] - 0.004], z_m: chest.z + 0.08 * size.z, size: scale };
     let plate = Vec3::new(0.008, 0.088, 0.066) * Vec3::new(1.0, scale, scale);
-    for x in trunk.x_m {
-        list.cuboid(Limb::Trunk, colours::SHELL, plate, Vec3::new(x, 0.0, plates.z_m));
+    for (x, is_there) in trunk.x_m.into_iter().zip([look.number.back, look.number.chest]) {
+        if is_there {
+            list.cuboid(Limb::Trunk, Colour(look.plates), plate, Vec3::new(x, 0.0, plates.z_m));
+        }
     }
     number::write(&mut list, id.number, &plates);
 
-    let half = trunk.half_head_m;
-    let head = Vec3::Z * trunk.head_z_m;
-    list.ellipsoid(Limb::Head, shell, half, head);
-    // A visor with two eyes behind it.
-    let visor = Vec3::new(0.45, 0.72, 0.34) * half;
-    list.ellipsoid(Limb::Head, joint, visor, head + Vec3::new(0.62, 0.0, 0.1) * half);
-    for side in 0..2 {
-        let eye = on_side(Vec3::new(1.0, 0.32, 0.12) * half, side);
-        list.ball(Limb::Head, colours::EYE, 0.13 * half.y, head + eye * Vec3::new(0.98, 1.0, 1.0));
+    if look.head == Top::Mast {
+        mast(&mut list, &trunk);
+    } else {
+        face(&mut list, &trunk);
     }
     for side in 0..2 {
         if let Some(Arms { length_m, .. }) = body.arms {
@@ -169,6 +164,33 @@ pub(super) fn detailed(id: RobotId, body: &Body) -> Vec<RobotPart> {
     list.parts
 }
 
+/// A head with a visor, and two eyes behind it.
+fn face(list: &mut PartList, trunk: &Trunk) {
+    let ([shell, joint], eyes) = (list.colours(), Colour(list.look.eyes));
+    let half = trunk.half_head_m;
+    let head = Vec3::Z * trunk.head_z_m;
+    list.ellipsoid(Limb::Head, shell, half, head);
+    let visor = Vec3::new(0.45, 0.72, 0.34) * half;
+    list.ellipsoid(Limb::Head, joint, visor, head + Vec3::new(0.62, 0.0, 0.1) * half);
+    for side in 0..2 {
+        let eye = on_side(Vec3::new(1.0, 0.32, 0.12) * half, side);
+        list.ball(Limb::Head, eyes, 0.13 * half.y, head + eye * Vec3::new(0.98, 1.0, 1.0));
+    }
+}
+
+/// A mast in place of a head, with a camera that looks ahead.
+fn mast(list: &mut PartList, trunk: &Trunk) {
+    let [shell, joint] = list.colours();
+    let top_m = 2.0 * trunk.head_z_m;
+    let thickness = 0.12 * trunk.half_width_m;
+    let camera = Vec3::new(1.2, 2.4, 1.2) * thickness.min(top_m / 2.0);
+    list.cuboid(Limb::Head, joint, Vec3::new(thickness, thickness, top_m), Vec3::Z * (top_m / 2.0));
+    let middle = Vec3::new(thickness, 0.0, top_m - camera.z / 2.0);
+    list.cuboid(Limb::Head, shell, camera, middle);
+    // The lens.
+    list.cuboid(Limb::Head, joint, camera * Vec3::new(0.1, 0.4, 0.6), middle + Vec3::X * (0.55 * camera.x));
+}
+
 /// The size of a foot, and its middle in the foot's frame, m: as long as the base, and half as wide at most.
 fn foot(body: &Body, ankle_m: f32, side: usize) -> (Vec3, Vec3) {
     let [rear, front] = body.base.x_m;
@@ -187,7 +209,7 @@ fn chassis(list: &mut PartList, body: &Body, wheels: Colour) {
     let height = base.z_m[1] - radius / 2.0;
     let size = Vec3::new(base.x_m[1] - base.x_m[0], 1.6 * base.half_width_m, height);
     let middle = Vec3::new(base.centre_x(), 0.0, base.z_m[1] - height / 2.0);
-    list.cuboid(Limb::Trunk, colours::SHELL, size, middle);
+    list.cuboid(Limb::Trunk, Colour(list.look.shell), size, middle);
     for side in 0..2 {
         let wheel = on_side(Vec3::new(base.centre_x(), 0.9 * base.half_width_m, radius), side);
         list.ellipsoid(Limb::Trunk, wheels, Vec3::new(radius, 0.1 * base.half_width_m, radius), wheel);

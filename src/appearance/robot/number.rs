@@ -3,7 +3,7 @@
 use bevy::math::{Vec2, Vec3};
 
 use super::{Limb, PartList};
-use crate::appearance::colours;
+use crate::appearance::colours::Colour;
 
 /// Where the number's plates are.
 pub(super) struct Plates {
@@ -53,10 +53,11 @@ const SEGMENTS: [[u8; 7]; 10] = [
     [1, 1, 1, 1, 0, 1, 1],
 ];
 
-/// Writes a number on the plates of chest and back.
+/// Writes a number on the plates, where the robot's look has them.
 pub(super) fn write(body: &mut PartList, number: u8, plates: &Plates) {
     let digits = number.to_string();
     let Plates { x_m, z_m, size: scale } = *plates;
+    let (look, colour) = (body.look, Colour(body.look.number_colour));
     let spacing = scale * 0.036_f32.min(0.075 / digits.len() as f32);
     for (index, digit) in digits.bytes().enumerate() {
         let middle = (index as f32 - (digits.len() - 1) as f32 / 2.0) * spacing;
@@ -65,9 +66,12 @@ pub(super) fn write(body: &mut PartList, number: u8, plates: &Plates) {
             let size = scale * (if *lies { Vec2::new(2.0 * HALF.x, 0.0) } else { Vec2::new(0.0, HALF.y) } + STROKE);
             let right = middle + place.x * scale * HALF.x;
             // Whoever reads the chest has the robot's left, +y, on the right.
-            for (facing, surface) in [(1.0, x_m[0]), (-1.0, x_m[1])] {
+            for (facing, surface, is_there) in [(1.0, x_m[0], look.number.chest), (-1.0, x_m[1], look.number.back)] {
+                if !is_there {
+                    continue;
+                }
                 let centre = Vec3::new(surface + facing * 0.0005, facing * right, z_m + place.y * scale * HALF.y);
-                body.cuboid(Limb::Trunk, colours::JOINT, Vec3::new(0.002, size.x, size.y), centre);
+                body.cuboid(Limb::Trunk, colour, Vec3::new(0.002, size.x, size.y), centre);
             }
         }
     }

@@ -7,7 +7,7 @@
 //! |---|---|---|
 //! | ball | orange disc of the size that a ball has there | its centre, a ball's radius above the ground |
 //! | goal post | upright strip of a goal's colour | its foot where green is below; else its width |
-//! | robot | waistband in the team's colour, of the size that one has there | the band's lower edge; the upper where that is cut off |
+//! | robot | waistband in the team's colour, of the size that one of the team's kinds of robots has there | the band's lower edge; the upper where that is cut off |
 //! | line | white between green, about as wide as a line | stretches of at least 20 cm; where they meet at right angles, junctions; the centre circle by its curvature |
 //! | penalty cross | white spot on green, as large and as broad in all directions as a cross there | its centre |
 //!
@@ -47,7 +47,7 @@ use colour::ColourClass;
 const LOWEST_LENS_M: f32 = 0.1;
 
 /// What a robot knows of the things that it looks for.
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct Known {
     /// The ball's radius, m.
     pub ball_radius: f32,
@@ -55,8 +55,9 @@ pub struct Known {
     pub post_radius: f32,
     /// Their height, m.
     pub post_height: f32,
-    /// The waistbands of the teams' robots.
-    pub waistbands: PerTeam<Waistband>,
+    /// The waistbands of the teams' robots, each kind once: of those of a team whose robots differ, a band is taken for that whose size
+    /// fits best.
+    pub waistbands: PerTeam<Vec<Waistband>>,
     /// The colours of the two goals.
     pub goal_colours: [GoalColour; 2],
     /// Width of the lines, m.
@@ -80,7 +81,7 @@ impl Known {
             ball_radius,
             post_radius: pitch.goal.post_diameter_m / 2.0,
             post_height: pitch.goal.height_m,
-            waistbands: PerTeam::default(),
+            waistbands: PerTeam::new(|_| vec![Waistband::default()]),
             goal_colours: End::BOTH.map(|end| pitch.goal_colour(end)),
             line_width: pitch.line_width_m,
             penalty_mark_size: pitch.penalty_mark_size_m,
@@ -91,11 +92,23 @@ impl Known {
         }
     }
 
-    /// The same, with robots that have these bodies.
-    pub fn with_robots(self, bodies: &PerTeam<Body>) -> Self {
-        let reach = Team::BOTH.map(|team| reach_of(&bodies[team]));
-        let waistbands = PerTeam::new(|team| bodies[team].waistband);
-        Self { waistbands, robot_reach: reach[0].max(reach[1]), ..self }
+    /// The same, with robots that have these bodies; of a team of which there are none, NAOs.
+    pub fn with_robots<'a>(self, bodies: impl IntoIterator<Item = (Team, &'a Body)>) -> Self {
+        let mut waistbands = PerTeam::<Vec<Waistband>>::default();
+        let mut robot_reach = 0.0_f32;
+        for (team, body) in bodies {
+            robot_reach = robot_reach.max(reach_of(body));
+            if !waistbands[team].contains(&body.waistband) {
+                waistbands[team].push(body.waistband);
+            }
+        }
+        for team in Team::BOTH {
+            if waistbands[team].is_empty() {
+                robot_reach = robot_reach.max(reach_of(&Body::default()));
+                waistbands[team].push(Waistband::default());
+            }
+        }
+        Self { waistbands, robot_reach, ..self }
     }
 
     /// The radii of what is painted round, m; nought of what there is not.

@@ -1,6 +1,6 @@
 //! Robots: their waistbands.
 
-use bevy::math::Vec2;
+use bevy::math::{Vec2, ops};
 
 use super::Look;
 use super::blobs::Blob;
@@ -15,6 +15,14 @@ const LEAST_AREA: u32 = 8;
 /// Columns with a part of the band as high as this share of the highest are used for its edges.
 const HIGH_ENOUGH: f32 = 0.6;
 
+/// Where a robot may be.
+struct Sighted {
+    has_lower_edge: bool,
+    position_m: Vec2,
+    /// How far the size of its band is from what it would be there: a sum of logarithms.
+    misfit: f32,
+}
+
 impl Look<'_> {
     /// The robots, and whether the lower edges of their waistbands are seen.
     pub(super) fn find_robots(&self, edges: &mut Vec<[u16; 2]>, found: &mut Vec<(bool, RobotPercept)>) {
@@ -27,7 +35,13 @@ impl Look<'_> {
             if blob.area < LEAST_AREA {
                 continue;
             }
-            if let Some((has_lower_edge, position_m)) = self.robot(blob, &self.known.waistbands[team], edges) {
+            let ends = self.edges(blob, edges);
+            let bands = self.known.waistbands[team].iter();
+            // Of several kinds of robots, the one whose band would look most like this.
+            let best = bands.filter_map(|band| self.robot(blob, band, ends)).reduce(|best, other| {
+                if other.misfit < best.misfit { other } else { best }
+            });
+            if let Some(Sighted { has_lower_edge, position_m, .. }) = best {
                 let pixel = self.view.project_anywhere(position_m.extend(0.0));
                 let percept = RobotPercept { camera: self.side, team, pixel, position_m };
                 insert(found, blob.area, has_lower_edge, percept);
@@ -35,9 +49,8 @@ impl Look<'_> {
         }
     }
 
-    /// Where a robot is whose waistband a blob may be.
-    fn robot(&self, blob: &Blob, band: &Waistband, edges: &mut Vec<[u16; 2]>) -> Option<(bool, Vec2)> {
-        let [upper, lower] = self.edges(blob, edges);
+    /// Where a robot is whose waistband a blob with these upper and lower edges may be, if it has such a band.
+    fn robot(&self, blob: &Blob, band: &Waistband, [upper, lower]: [f32; 2]) -> Option<Sighted> {
         let (is_cut_above, is_cut_below) = (blob.top == 0, usize::from(blob.bottom) == self.height());
         let column = f32::from(blob.left + blob.right) / 2.0;
         let [low_z, high_z] = band.z_m;
@@ -57,15 +70,20 @@ impl Look<'_> {
         let across = focal_length * 2.0 * half_size.y / depth;
         let high = self.view.project(place.extend(low_z))?.y - self.view.project(place.extend(high_z))?.y;
         let (width, height) = (f32::from(blob.width()), lower - upper);
+        // How far from the size that it should have: what is cut off or hidden may be smaller.
+        let is_cut_aside = blob.left == 0 || usize::from(blob.right) == self.width();
+        let [wide, tall] = [(width, across), (height, high)].map(|(is, should)| ops::ln((is + 1.0) / (should + 1.0)));
+        let misfit = if is_cut_aside { wide.max(0.0) } else { wide.abs() }
+            + if is_cut_above || is_cut_below { tall.max(0.0) } else { tall.abs() };
         let is_no_wider = width < 1.5 * across + 2.0;
         let is_no_higher = height < 1.5 * high + 2.0;
         let is_high_enough = is_cut_above || is_cut_below || height > 0.45 * high - 1.0;
         if is_no_wider && is_no_higher && is_high_enough {
-            return Some((has_lower, place));
+            return Some(Sighted { has_lower_edge: has_lower, position_m: place, misfit });
         }
         // Its lower part may be hidden: then the upper edge tells.
         if !is_high_enough && !is_cut_above && width < 1.5 * across + 2.0 {
-            return by_upper().map(|place| (false, place));
+            return by_upper().map(|position_m| Sighted { has_lower_edge: false, position_m, misfit });
         }
         None
     }

@@ -13,7 +13,7 @@ use crate::sensing::camera::image::Image;
 use crate::sensing::camera::{CameraImages, CameraSettings};
 use crate::sensing::jobs::{self, SensingThreads};
 use crate::sensing::vision::{LandmarkKind, LandmarkPercept, Percepts, VisionSettings, VisionSource};
-use crate::team::{PerTeam, RobotId, Team};
+use crate::team::RobotId;
 
 /// Landmarks of one kind that are no further apart are one, m.
 const SAME_LANDMARK_M: f32 = 0.25;
@@ -62,11 +62,9 @@ pub fn look_through_images(
     // The size of the ball is known to everybody.
     let ball_radius = balls.iter().next().map_or(BallPhysics::default().radius_m, |ball| ball.radius_m);
     // So is what the robots of each team are like.
-    let body = |team: Team| {
-        let of_team = bodies.iter().filter(|(id, _)| id.team == team);
-        of_team.min_by_key(|(id, _)| **id).map_or_else(Body::default, |(_, body)| *body)
-    };
-    let known = Known::new(&pitch, ball_radius).with_robots(&PerTeam::new(body));
+    let mut of_teams: Vec<(RobotId, &Body)> = bodies.iter().map(|(id, body)| (*id, body)).collect();
+    of_teams.sort_unstable_by_key(|(id, _)| *id);
+    let known = Known::new(&pitch, ball_radius).with_robots(of_teams.iter().map(|(id, body)| (id.team, *body)));
     jobs::for_each(*threads, &mut buffers.workers, &mut buffers.jobs, |vision, job| {
         vision.recognise(&job.image, job.side, &job.view, &known, &mut job.findings);
     });

@@ -17,6 +17,17 @@ use crate::team::{RobotId, Team};
 /// What a robot at `[x m, y m, heading deg]`, looking straight ahead and `pitch_deg` down, finds in the image of one of its
 /// cameras. The scene is given in the pitch frame.
 fn look(scene: &Scene, [x, y, heading]: [f32; 3], pitch_deg: f32, side: CameraName) -> Findings {
+    look_knowing(scene, [x, y, heading], pitch_deg, side, &Known::new(&scene.pitch, 0.03))
+}
+
+/// The same of a robot that knows what there may be.
+fn look_knowing(
+    scene: &Scene,
+    [x, y, heading]: [f32; 3],
+    pitch_deg: f32,
+    side: CameraName,
+    known: &Known,
+) -> Findings {
     let pose = Pose::new(x, y, to_radians(heading));
     let head = HeadAngles { yaw: 0.0, pitch: to_radians(pitch_deg) };
     let camera = CameraSettings::default().view(side, head).unwrap();
@@ -27,7 +38,7 @@ fn look(scene: &Scene, [x, y, heading]: [f32; 3], pitch_deg: f32, side: CameraNa
     let view = View::of_robot(&camera, own.world_from_robot(), own.id);
     Renderer::default().draw(&prepared, &view, Layers::default(), &mut image);
     let mut findings = Findings::default();
-    ImageVision::default().recognise(&image, side, &camera, &Known::new(&scene.pitch, 0.03), &mut findings);
+    ImageVision::default().recognise(&image, side, &camera, known, &mut findings);
     findings
 }
 
@@ -105,6 +116,37 @@ fn robots_are_found_by_their_waistbands_with_team_and_distance() {
     for ((_, robot), place) in robots.iter().zip([Vec2::new(1.2, 0.2), Vec2::new(2.5, -0.6)]) {
         assert!(robot.position_m.distance(place) < 0.05 * place.length(), "{robot:?}");
     }
+}
+
+#[test]
+fn robots_of_a_mixed_team_are_each_located_by_a_band_of_their_own_kind() {
+    let k1 = crate::scenario::RobotModel::named("booster_k1").unwrap().scenario().unwrap().body;
+    let nao = Body::default();
+    // As long as it takes all for one kind, it is far off.
+    let of_both = Known::new(&Pitch::default(), 0.03).with_robots([(Team::Pink, &nao), (Team::Pink, &k1)]);
+    let (mut found, mut placed, mut placed_as_naos) = (0, 0, 0);
+    let mut looked = 0;
+    for distance in [1.3, 1.6, 2.0, 2.5, 3.0] {
+        for (body, aside, heading) in [(nao, 0.3, 2.0), (k1, -0.3, 0.5), (k1, 0.2, 2.8), (nao, -0.2, -1.0)] {
+            let place = Vec2::new(distance, aside);
+            let mut scene = pitch();
+            let id = RobotId::new(Team::Pink, 2);
+            scene.robots = vec![SceneRobot::standing(id, Pose::new(place.x, place.y, heading), body)];
+            // What of it is where it is, known as it may be of either kind, and as a NAO.
+            let near = |known: &Known| {
+                let findings = look_knowing(&scene, [0.0, 0.0, 0.0], -8.0, CameraName::TOP, known).robots;
+                assert!(findings.iter().all(|(_, robot)| robot.team == Team::Pink));
+                let is_near = |place_m: Vec2| place_m.distance(place) < 0.15 * place.length();
+                (!findings.is_empty(), findings.iter().any(|(_, robot)| is_near(robot.position_m)))
+            };
+            looked += 1;
+            let (is_found, is_near) = near(&of_both);
+            found += i32::from(is_found);
+            placed += i32::from(is_near);
+            placed_as_naos += i32::from(near(&Known::new(&Pitch::default(), 0.03)).1);
+        }
+    }
+    assert!((looked, found, placed) == (20, 20, 20) && placed_as_naos <= 10, "{found} {placed} {placed_as_naos}");
 }
 
 #[test]

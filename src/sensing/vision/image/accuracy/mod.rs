@@ -43,7 +43,7 @@ use crate::sensing::vision::gaze::GazeError;
 use crate::sensing::vision::geometric::Observer;
 use crate::sensing::vision::occlusion::Occluders;
 use crate::sensing::vision::{Percepts, VisionNoise, VisionSettings, VisionSource};
-use crate::team::PerTeam;
+use crate::team::{PerTeam, Team};
 
 /// Who looks at what.
 #[derive(Clone, PartialEq, Debug)]
@@ -79,7 +79,7 @@ impl Default for Conditions {
 impl Conditions {
     /// What the robot knows of what it looks for.
     fn known(&self) -> Known {
-        Known::new(&self.pitch, self.ball_radius_m).with_robots(&self.bodies)
+        Known::new(&self.pitch, self.ball_radius_m).with_robots(Team::BOTH.map(|team| (team, &self.bodies[team])))
     }
 }
 
