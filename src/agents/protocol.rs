@@ -264,6 +264,9 @@ mod tests {
         assert!((number(&nao["model"]["body"]["torso"]["half_width_m"]) - 0.15).abs() < 1e-6);
         assert_eq!(of_k1["cameras"]["mounts"][0]["name"], "head");
         assert!(of_k1["kicks"]["own"]["visual"].is_object() && nao["model"]["kicks"]["own"]["visual"].is_null());
-        assert_eq!([&of_k1["messages"], &nao["model"]["messages"]].map(|own| own["max_text_bytes"].as_u64()), [Some(64), Some(128)]);
+        assert_eq!(
+            [&of_k1["messages"], &nao["model"]["messages"]].map(|own| own["max_text_bytes"].as_u64()),
+            [Some(64), Some(128)]
+        );
     }
 }

@@ -144,13 +144,15 @@ fn nao(id: RobotId, measures: &Body) -> Vec<RobotPart> {
     let button = Affine3A::from_mat3_translation(along_x(), Vec3::new(0.058, 0.0, 0.427));
     let shape = Shape::cylinder(0.011, 0.012);
     body.parts.push(Part { frame: trunk, label, colour: joint, shape, frame_from_shape: button });
+    let mut plates = number::Plates::of_nao();
+    plates.z_m = look.number_z_m.unwrap_or(plates.z_m);
     for (facing, is_there) in [(1.0, look.number.chest), (-1.0, look.number.back)] {
         if is_there {
-            let middle = Vec3::new(facing * 0.057, 0.0, number::Plates::of_nao().z_m);
+            let middle = Vec3::new(facing * 0.057, 0.0, plates.z_m);
             body.cuboid(trunk, Colour(look.plates), Vec3::new(0.012, 0.088, 0.066), middle);
         }
     }
-    number::write(&mut body, id.number, &number::Plates::of_nao());
+    number::write(&mut body, id.number, &plates);
 
     // Head: skull with a brow, eyes, cameras in forehead and chin, ears.
     let head = Limb::Head;
@@ -313,7 +315,8 @@ mod tests {
                 let of = |look: Look| design.parts(RobotId::new(Team::Pink, 8), &Body { look, ..Body::default() });
                 let plain = Look { shape, ..Look::LIGHT };
                 let painted = of(Look { shell: red, ..plain });
-                let count = |parts: &[RobotPart], colour: Colour| parts.iter().filter(|part| part.colour == colour).count();
+                let count =
+                    |parts: &[RobotPart], colour: Colour| parts.iter().filter(|part| part.colour == colour).count();
                 assert!(count(&painted, Colour(red)) >= 8 && count(&of(plain), Colour(red)) == 0);
                 // Two arms, of which the shells have the team's colour besides the band.
                 let arms = of(Look { team_limbs: TeamLimbs { arms: true, ..TeamLimbs::default() }, ..plain });

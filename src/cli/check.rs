@@ -52,6 +52,9 @@ pub fn check(program: Program, arguments: &CheckArguments) -> ExitCode {
             if let Some(words) = blindness(model) {
                 printer.print(format_args!("{file}: note: {words}\n"));
             }
+            if let Some(words) = unsourced(model) {
+                printer.print(format_args!("{file}: note: {words}\n"));
+            }
         }
         let is_scenario = model.is_none();
         let errors = match model {
@@ -95,6 +98,20 @@ fn play(program: Program, file: &str, arguments: &CheckArguments) -> Result<Vec<
         app
     };
     play_many(simulator, &file.scenario, &file.scenario.expectations)
+}
+
+/// So many figures without a source are named.
+const MOST_NAMED: usize = 6;
+
+/// What is to be said of a model some of whose figures have no source.
+fn unsourced(model: &RobotModel) -> Option<String> {
+    let paths = model.without_source();
+    let (named, others) = paths.split_at(paths.len().min(MOST_NAMED));
+    if named.is_empty() {
+        return None;
+    }
+    let others = if others.is_empty() { String::new() } else { format!(" and {} more", others.len()) };
+    Some(format!("`sources` does not say where these are from: {}{others}", named.join(", ")))
 }
 
 /// What is wrong with a file: with its fields, with the names in it, and at last with starting its match.

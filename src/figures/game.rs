@@ -35,10 +35,11 @@ struct Sample {
 
 /// Draws it.
 pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
-    let Goal { samples, scorer, cameras } = first_goal(model)?;
-    let Some(camera) = cameras.mounts.names().next() else {
+    // Who sees nothing scores no goal that could be waited for.
+    let Some(camera) = model.scenario()?.cameras.mounts.names().next() else {
         return Err(FigureError::Lacking { figure: 8, what: "what a camera sees" });
     };
+    let Goal { samples, scorer, cameras } = first_goal(model)?;
     let mut canvas = Canvas::scaled(SIZE, scale, PAPER);
     let last = samples.len() - 1;
     let begin_s = samples[0].time_s;

@@ -1,5 +1,7 @@
 //! The paper's eight figures, drawn from the running system: with its robot, or with any other [model](RobotModel).
 //!
+//! What a robot does not have is in no figure of it: those that show it are left out ([`FigureError::Lacking`]).
+//!
 //! Each figure plays its own scenario with a fixed seed, looks at what happened, and draws it: nothing in them is made up.
 //! They are drawn in software, so that they are the same, bit by bit, on every run, and need neither display nor graphics
 //! card. Sizes in a figure are points; a point is as many pixels as [`draw`](Figure::draw) is told.

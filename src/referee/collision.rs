@@ -20,9 +20,9 @@ use crate::game::{Evidence, SideContacts};
 const EQUAL_SPEEDS_MPS: f32 = 1e-3;
 /// Two robots face each other when each has the other within 60 degrees of straight ahead: the cosine.
 const FACING_COSINE: f32 = 0.5;
-/// The ball is between two robots when it is no farther than this from the line between their origins, m: half the
-/// width of a robot and a hand's breadth.
-const BETWEEN_M: f32 = 0.25;
+/// The ball is between two robots when it is no farther from the line between their origins than half the width of the wider
+/// one and this, m: a hand's breadth.
+const HAND_M: f32 = 0.1;
 
 /// Who is responsible for a collision of the robots with these indices: neither, one, or both.
 pub fn responsible(snapshot: &MatchSnapshot, pair: [usize; 2]) -> [bool; 2] {
@@ -76,7 +76,8 @@ fn fight_for_ball(snapshot: &MatchSnapshot, a: &RobotSnapshot, b: &RobotSnapshot
     let (start, line) = (a.previous.position, b.previous.position - a.previous.position);
     let Some(direction) = line.try_normalize() else { return false };
     let along = (place - start).dot(direction).clamp(0.0, line.length());
-    face_each_other(a, b) && place.distance(start + direction * along) <= BETWEEN_M
+    let half_width = a.bounds.torso.half_width_m.max(b.bounds.torso.half_width_m);
+    face_each_other(a, b) && place.distance(start + direction * along) <= half_width + HAND_M
 }
 
 /// Whether each of two robots had the other ahead of itself at the start of the cycle.
@@ -165,6 +166,11 @@ mod tests {
         // The ball 24 and 26 cm beside the line between the two.
         assert_eq!(penalised(&walking.clone().ball_rolled([1.1, 0.24], [1.1, 0.24])), []);
         assert_eq!(penalised(&walking.clone().ball_rolled([1.1, 0.26], [1.1, 0.26])), [BLUE2]);
+        // Of wider robots, 26 cm are between them, and 31 cm are not.
+        let mut wide = walking.clone().ball_rolled([1.1, 0.26], [1.1, 0.26]);
+        wide.robot_mut(BLUE2).bounds.torso.half_width_m = 0.2;
+        assert_eq!(penalised(&wide), []);
+        assert_eq!(penalised(&wide.ball_rolled([1.1, 0.31], [1.1, 0.31])), [BLUE2]);
         // Pink turns its back: 180 degrees away.
         let from_behind = walking.robot_at(PINK2, Pose::new(1.2, 0.0, 0.0)).ball_rolled([1.1, 0.1], [1.1, 0.1]);
         assert_eq!(penalised(&from_behind), [BLUE2]);

@@ -6,10 +6,10 @@ use super::areas::{goes_to_ball, is_keeper_at_home};
 use super::snapshot::{MatchSnapshot, RobotSnapshot};
 use crate::game::Evidence;
 
-/// A robot this far ahead of an opponent, and this far beside its way to the ball, is in that way, m.
+/// A robot this far ahead of an opponent is in its way to the ball, m, if it is [beside](BESIDE_M) it by little.
 const AHEAD_M: f32 = 0.6;
-/// See [`AHEAD_M`].
-const BESIDE_M: f32 = 0.35;
+/// Less than half of both robots' widths and this, m.
+const BESIDE_M: f32 = 0.05;
 /// Who walks around somebody walks aside at least so fast, and who steps into its way as well, m/s.
 const ASIDE_MPS: f32 = 0.03;
 /// Who walks within 30 degrees of straight across an opponent's way steps into it, and does not just pass: the cosine.
@@ -26,7 +26,7 @@ pub fn steps_into_way(snapshot: &MatchSnapshot, robot: &RobotSnapshot, other: &R
     robot.id.team != other.id.team
         && other.is_present()
         && (0.0..AHEAD_M.min(way.length())).contains(&ahead)
-        && beside.abs() < BESIDE_M
+        && beside.abs() < robot.bounds.torso.half_width_m + other.bounds.torso.half_width_m + BESIDE_M
         && goes_to_ball(snapshot, other)
         && !goes_to_ball(snapshot, robot)
         && !is_keeper_at_home(snapshot, robot)

@@ -28,7 +28,7 @@ const PLACES_ON_RING: u32 = 16;
 const PLACE_DISTANCE: f32 = 0.15;
 /// Distance of the first place beside the carpet from its edge, m: no post on it reaches so far.
 const BESIDE_CARPET: f32 = 1.5;
-/// Distance between places beside the carpet, m: wider than a robot, and than most balls.
+/// Distance between places beside the carpet that are tried, m: wider than most balls.
 const BESIDE_DISTANCE: f32 = 0.4;
 /// Places beside the carpet that are tried, one behind the other: for more robots than there are numbers for.
 const PLACES_BESIDE: u32 = 4096;

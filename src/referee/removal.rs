@@ -14,7 +14,7 @@ use crate::robot::body::Body;
 
 /// Distance of a waiting robot from the side line, m (rule book of 2025).
 const WAITING_DISTANCE: f32 = 0.5;
-/// Distance between places along a side line, m: wider than a robot.
+/// Distance between places along a side line that are tried, m: wider robots take every second.
 const PLACE_DISTANCE: f32 = 0.35;
 /// Rows of places beyond each other where penalised robots wait: room for all that there are numbers for.
 const WAITING_ROWS: u32 = 64;

@@ -3,7 +3,7 @@
 use bevy::prelude::*;
 use core::fmt;
 use serde::de::value::MapAccessDeserializer;
-use serde::de::{Error, MapAccess, Unexpected, Visitor};
+use serde::de::{Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// A colour: red, green and blue, sRGB, from 0 to 255.
@@ -22,7 +22,7 @@ const EYE: Rgb = [60, 205, 190];
 /// [waistband](super::body::Waistband).
 ///
 /// In files one of the words `nao`, `light` and `dark`, or an object with the fields that differ from `light`.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Reflect)]
+#[derive(Clone, Copy, PartialEq, Debug, Reflect)]
 pub struct Look {
     /// By what it is drawn.
     pub shape: LookShape,
@@ -36,6 +36,8 @@ pub struct Look {
     pub eyes: Rgb,
     /// Where its number is.
     pub number: NumberPlaces,
+    /// How high above the ground the middle of its number is, m; none for as high as the trunk suggests.
+    pub number_z_m: Option<f32>,
     /// The colour of the number.
     pub number_colour: Rgb,
     /// The colour of the plates that carry the number.
@@ -53,6 +55,7 @@ impl Look {
         joints: JOINT,
         eyes: EYE,
         number: NumberPlaces { chest: true, back: true },
+        number_z_m: None,
         number_colour: JOINT,
         plates: LIGHT,
         team_limbs: TeamLimbs { head: false, arms: false, legs: false },
@@ -165,12 +168,12 @@ impl From<TeamLimbs> for Vec<TeamLimb> {
 }
 
 macro_rules! look_fields {
-    ($($field:ident: $type:ty,)*) => {
+    ($($(#[$attribute:meta])* $field:ident: $type:ty,)*) => {
         /// A [`Look`] that is an object.
         #[derive(Serialize, Deserialize)]
         #[serde(default, deny_unknown_fields)]
         struct LookFields {
-            $($field: $type,)*
+            $($(#[$attribute])* $field: $type,)*
         }
 
         impl From<LookFields> for Look {
@@ -194,6 +197,8 @@ look_fields! {
     joints: Rgb,
     eyes: Rgb,
     number: NumberPlaces,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    number_z_m: Option<f32>,
     number_colour: Rgb,
     plates: Rgb,
     team_limbs: TeamLimbs,
@@ -230,11 +235,13 @@ impl<'de> Deserialize<'de> for Look {
             type Value = Look;
 
             fn expecting(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
-                formatter.write_str("`nao`, `light`, `dark`, or an object such as { \"shell\": [200, 30, 30], \"number\": [\"back\"] }")
+                formatter.write_str(
+                    "`nao`, `light`, `dark`, or an object such as { \"shell\": [200, 30, 30], \"number\": [\"back\"] }",
+                )
             }
 
             fn visit_str<E: Error>(self, word: &str) -> Result<Look, E> {
-                Look::named(word).ok_or_else(|| E::invalid_value(Unexpected::Str(word), &self))
+                Look::named(word).ok_or_else(|| E::unknown_variant(word, &["nao", "light", "dark"]))
             }
 
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Look, A::Error> {
@@ -260,10 +267,15 @@ mod tests {
             assert_eq!(read(&serde_json::to_string(&look.fields()).unwrap()).unwrap(), look);
         }
         let own = read(r#"{ "shell": [200, 30, 30], "number": ["back"], "team_limbs": ["arms"] }"#).unwrap();
-        assert_eq!((own.shell, own.joints, own.number), ([200, 30, 30], JOINT, NumberPlaces { chest: false, back: true }));
+        assert_eq!(
+            (own.shell, own.joints, own.number),
+            ([200, 30, 30], JOINT, NumberPlaces { chest: false, back: true })
+        );
         assert!(own.team_limbs.arms && !own.team_limbs.legs);
         assert_eq!(read(&written(own)).unwrap(), own);
-        for wrong in [r#""drak""#, r#"{ "shel": [0, 0, 0] }"#, r#"{ "shell": [0, 0, 256] }"#, r#"{ "number": ["belly"] }"#] {
+        for wrong in
+            [r#""drak""#, r#"{ "shel": [0, 0, 0] }"#, r#"{ "shell": [0, 0, 256] }"#, r#"{ "number": ["belly"] }"#]
+        {
             assert!(read(wrong).is_err(), "{wrong}");
         }
     }

@@ -26,7 +26,7 @@ pub const MODELS: &[Preset] = &[
 
 /// Whether what a scenario calls its model is the path of a file.
 pub(super) fn is_file(reference: &str) -> bool {
-    Path::new(reference).extension().is_some_and(|extension| extension == "ron")
+    Path::new(reference).extension().is_some_and(|extension| extension.eq_ignore_ascii_case("ron"))
 }
 
 /// A robot as it really is, in the surroundings of its league.
@@ -137,6 +137,35 @@ impl RobotModel {
         Scenario::from_json(&json!({ "model": self.reference, "realism": "realistic" }).to_string())
     }
 
+    /// The figures, by path, that no source is given for. Where none of a group has one, the group is named alone.
+    pub fn without_source(&self) -> Vec<String> {
+        let mut paths = Vec::new();
+        self.collect_without_source("", &Value::Object(self.all_settings()), &mut paths);
+        paths
+    }
+
+    /// The same below a path. Whether nothing there has a source.
+    fn collect_without_source(&self, path: &str, value: &Value, paths: &mut Vec<String>) -> bool {
+        let Value::Object(fields) = value else {
+            let lacks = self.source(path).is_none();
+            if lacks {
+                paths.push(path.to_owned());
+            }
+            return lacks;
+        };
+        let before = paths.len();
+        let mut lacks = !fields.is_empty();
+        for (name, value) in fields {
+            let path = if path.is_empty() { name.clone() } else { format!("{path}.{name}") };
+            lacks &= self.collect_without_source(&path, value, paths);
+        }
+        if lacks && !path.is_empty() {
+            paths.truncate(before);
+            paths.push(path.to_owned());
+        }
+        lacks
+    }
+
     /// Where the figure at a path, such as `kicks.wind_up_s`, is from: its own source, or that of the group it belongs to.
     pub fn source(&self, path: &str) -> Option<&str> {
         let own = self.sources.get(path).map(String::as_str);
@@ -205,6 +234,17 @@ mod tests {
             }
             _ => into.push(path.to_owned()),
         }
+    }
+
+    #[test]
+    fn figures_without_a_source_are_named_by_groups() {
+        let mut model = RobotModel::named("rover").unwrap();
+        assert_eq!(model.without_source(), [""; 0]);
+        for source in ["sonar", "falls", "head"] {
+            model.sources.remove(source);
+        }
+        model.sources.insert("head.max_degps".to_owned(), "guess".to_owned());
+        assert_eq!(model.without_source(), ["falls", "head.pitch_deg", "head.yaw_deg", "sonar"]);
     }
 
     #[test]

@@ -10,6 +10,7 @@ use super::types::{BallSpec, Scenario};
 use crate::sensing::odometry::OdometrySettings;
 use crate::sensing::sonar::SonarSettings;
 use crate::sensing::vision::VisionSettings;
+use crate::team::Team;
 
 impl Scenario {
     /// The scenario with the settings that these words stand for, those of its model, in place of its own. A model that there is
@@ -42,14 +43,38 @@ impl Scenario {
         }
     }
 
+    /// A robot that has another model than the scenario's, and nothing of its own.
+    fn robot_of_model(&self, model: &str) -> RobotSpec {
+        let mut root = Map::new();
+        root.insert("realism".to_owned(), serde_json::to_value(self.realism).unwrap_or_default());
+        root.insert("cameras".to_owned(), serde_json::to_value(self.cameras).unwrap_or_default());
+        root.insert("vision".to_owned(), json!({ "source": self.vision.source }));
+        root.insert("robots".to_owned(), json!([{ "model": model }]));
+        presets::resolve(&mut root);
+        let scenario: Scenario = shape::read(&Value::Object(root)).unwrap_or_default();
+        scenario.robots.into_iter().next().unwrap_or_default()
+    }
+
     /// How much of a real robot there is, in words: `paper`, or `realistic but for kicks` where the scenario has settings of its
     /// own, whatever the word stands for.
     pub fn realism_in_words(&self) -> String {
         let real = self.clone().with_realism(self.realism);
-        let has_own = |robot: &RobotSpec| {
-            let settings = [robot.motion.is_some(), robot.sonar.is_some(), robot.vision.is_some()];
-            settings.contains(&true) || robot.odometry.is_some() || !robot.fidelity.is_unset()
+        // What a model of its own gives a robot is as real as the word says.
+        let mut models: Vec<(String, RobotSpec)> = Vec::new();
+        let mut has_own = |robot: &RobotSpec| {
+            let model = robot.model.clone().unwrap_or_default();
+            if !models.iter().any(|(name, _)| *name == model) {
+                let of_model = robot.model.as_ref().map_or_else(RobotSpec::default, |model| self.robot_of_model(model));
+                models.push((model.clone(), of_model));
+            }
+            let of_model = models.iter().find(|(name, _)| *name == model).map(|(_, of_model)| of_model);
+            of_model.is_some_and(|real| {
+                let settings = [robot.motion != real.motion, robot.sonar != real.sonar, robot.vision != real.vision];
+                settings.contains(&true) || robot.odometry != real.odometry || !robot.fidelity.is_unset()
+            })
         };
+        let mut of_teams = self.teams.iter().flat_map(|teams| Team::BOTH.map(|team| teams.robot(team, 1)));
+        let any_has_own = self.robots.iter().any(&mut has_own) || of_teams.any(|robot| has_own(&robot));
         let own = [
             ("motion", self.motion != real.motion),
             ("kicks", self.kicks != real.kicks),
@@ -61,7 +86,7 @@ impl Scenario {
             ("falls", self.falls != real.falls),
             ("latency", self.latency != real.latency),
             ("fidelity", !self.fidelity.is_unset()),
-            ("single robots", self.robots.iter().any(has_own)),
+            ("single robots", any_has_own),
         ];
         let own: Vec<&str> = own.into_iter().filter_map(|(part, is_own)| is_own.then_some(part)).collect();
         let words = self.realism.to_string();
@@ -133,6 +158,25 @@ mod tests {
         let own =
             read(json!({ "realism": "realistic", "kicks": { "speed_sd": 0.0 }, "robots": [{ "fidelity": "truth" }] }));
         assert_eq!(own.realism_in_words(), "realistic but for kicks, single robots");
+        // A model is no change, whoever has it; what a robot changes of it is one.
+        let of_two = |change: Value| {
+            let mut blue = json!({ "team": "roles", "model": "booster_k1" });
+            if let (Some(blue), Value::Object(change)) = (blue.as_object_mut(), change) {
+                blue.extend(change);
+            }
+            read(json!({ "league": "spl2025", "teams": { "blue": blue, "pink": "roles" } }))
+        };
+        let lined_up = |scenario: Scenario| {
+            let robots = Team::BOTH.map(|team| scenario.robot(crate::team::RobotId::new(team, 1)));
+            Scenario { teams: None, robots: robots.to_vec(), ..scenario }
+        };
+        for scenario in [of_two(json!({})), lined_up(of_two(json!({})))] {
+            assert!(!scenario.realism_in_words().contains("single robots"), "{}", scenario.realism_in_words());
+        }
+        let own = of_two(json!({ "motion": { "max_linear_mps": 0.1 } }));
+        for scenario in [own.clone(), lined_up(own)] {
+            assert!(scenario.realism_in_words().ends_with("single robots"), "{}", scenario.realism_in_words());
+        }
         // All that a trace's header says is its own: another word changes the name only.
         let header = real.resolved_json().unwrap();
         let file = ScenarioFile::from_text(&header, crate::scenario::Format::Json, "header").unwrap();

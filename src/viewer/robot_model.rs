@@ -49,7 +49,8 @@ impl RobotMeshes {
         let mut mesh_of_limb = |index: usize, parts: &[RobotPart]| {
             meshes.add(mesh_of_parts(parts.iter().filter(|part| part.frame as usize == index)))
         };
-        let known = limbs.iter().find(|(of, with, _)| *of == id.team && with == body).map(|(.., handles)| handles.clone());
+        let known =
+            limbs.iter().find(|(of, with, _)| *of == id.team && with == body).map(|(.., handles)| handles.clone());
         let trunk = trunks.iter().find(|(of, with, _)| *of == id && with == body).map(|(.., trunk)| trunk.clone());
         if let (Some(mut handles), Some(trunk)) = (known.clone(), trunk) {
             handles[Limb::Trunk as usize] = trunk;

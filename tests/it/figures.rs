@@ -49,6 +49,16 @@ fn figures_of_another_robot_show_what_it_has() {
     let output = draw(folder.path(), &["--out", "nao", "--only", "2"]);
     assert!(output.status.success());
     assert_ne!(files(&folder.path().join("nao"))["figure_2_robots.png"], own["figure_2_robots.png"]);
+    // Who sees nothing has the figures without cameras.
+    let blind = r#"(name: "blind", description: "sees nothing", settings: (cameras: (mounts: [])), realistic: (), sources: {})"#;
+    fs::write(folder.path().join("my_blind.ron"), blind).unwrap();
+    let output = draw(folder.path(), &["--robot", "my_blind.ron", "--out", "blind", "--only", "2,3,7,8"]);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{said}");
+    for figure in [3, 7, 8] {
+        assert!(said.contains(&format!("figure {figure} shows what a camera sees, and the robot has none")), "{said}");
+    }
+    assert_eq!(files(&folder.path().join("blind")).keys().collect::<Vec<_>>(), ["figure_2_robots.png"]);
     let output = draw(folder.path(), &["--robot", "boster_k1", "--out", "other"]);
     assert_eq!(output.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&output.stderr).contains("did you mean `booster_k1`?"));

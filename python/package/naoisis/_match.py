@@ -187,6 +187,7 @@ class Match:
     def image(self, robot: str, camera: str = "top") -> np.ndarray:
         """What a robot's camera sees: ``uint8``, rows from the top, columns, and red, green and blue.
 
+        Cameras have the names that the robot's model gives them: those of a NAO are ``top`` and ``bottom``, other robots' not.
         The newest image that the match rendered for the robot, and drawn now where it renders none.
         """
         return self._match.image(robot, camera)

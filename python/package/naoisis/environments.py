@@ -43,7 +43,8 @@ class MatchEnv(gymnasium.Env):
         cycles_per_step: Cycles that an action lasts [default: the task's, and else 3].
         set: Fields of the scenario that are otherwise.
         realism: How much of a real robot there is.
-        camera: The camera of images, ``"top"`` or ``"bottom"``.
+        camera: The name of the camera of images, one that the robot's model has: of a NAO ``"top"`` or ``"bottom"``, of a Booster K1
+            ``"head"``.
         image_size: Height and width of images, pixels.
         render_mode: ``"rgb_array"`` for pictures of the field, ``"human"`` for a window, which needs a display and Tk.
 

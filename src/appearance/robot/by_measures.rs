@@ -110,8 +110,8 @@ pub(super) fn detailed(id: RobotId, body: &Body) -> Vec<RobotPart> {
     list.add(Limb::Trunk, joint, neck, body.neck_m);
     band(&mut list, id.team, body);
     let scale = (size.y / 0.15).min(size.z / 0.2);
-    let plates =
-        Plates { x_m: [trunk.x_m[1] + 0.004, trunk.x_m[0] - 0.004], z_m: chest.z + 0.08 * size.z, size: scale };
+    let z_m = look.number_z_m.unwrap_or(chest.z + 0.08 * size.z);
+    let plates = Plates { x_m: [trunk.x_m[1] + 0.004, trunk.x_m[0] - 0.004], z_m, size: scale };
     let plate = Vec3::new(0.008, 0.088, 0.066) * Vec3::new(1.0, scale, scale);
     for (x, is_there) in trunk.x_m.into_iter().zip([look.number.back, look.number.chest]) {
         if is_there {

@@ -64,6 +64,11 @@ impl Checks {
         for (index, half) in [half_size.x, half_size.y].into_iter().enumerate() {
             self.positive(band.field("half_size_m").index(index), half, WIDEST_M, " m");
         }
+        if let Some(height_m) = body.look.number_z_m {
+            let number = path.field("look").field("number_z_m");
+            self.range(number.clone(), height_m, 0.0..=HIGHEST_M, " m");
+            self.below_top(path, number, height_m, body);
+        }
         if let Some(Legs { hip_m, thigh_m, shank_m, ankle_m }) = body.legs {
             let legs = path.field("legs");
             let lengths = [("thigh_m", thigh_m), ("shank_m", shank_m), ("ankle_m", ankle_m)];

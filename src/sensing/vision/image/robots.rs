@@ -38,9 +38,9 @@ impl Look<'_> {
             let ends = self.edges(blob, edges);
             let bands = self.known.waistbands[team].iter();
             // Of several kinds of robots, the one whose band would look most like this.
-            let best = bands.filter_map(|band| self.robot(blob, band, ends)).reduce(|best, other| {
-                if other.misfit < best.misfit { other } else { best }
-            });
+            let best = bands
+                .filter_map(|band| self.robot(blob, band, ends))
+                .reduce(|best, other| if other.misfit < best.misfit { other } else { best });
             if let Some(Sighted { has_lower_edge, position_m, .. }) = best {
                 let pixel = self.view.project_anywhere(position_m.extend(0.0));
                 let percept = RobotPercept { camera: self.side, team, pixel, position_m };

@@ -21,13 +21,7 @@ fn look(scene: &Scene, [x, y, heading]: [f32; 3], pitch_deg: f32, side: CameraNa
 }
 
 /// The same of a robot that knows what there may be.
-fn look_knowing(
-    scene: &Scene,
-    [x, y, heading]: [f32; 3],
-    pitch_deg: f32,
-    side: CameraName,
-    known: &Known,
-) -> Findings {
+fn look_knowing(scene: &Scene, [x, y, heading]: [f32; 3], pitch_deg: f32, side: CameraName, known: &Known) -> Findings {
     let pose = Pose::new(x, y, to_radians(heading));
     let head = HeadAngles { yaw: 0.0, pitch: to_radians(pitch_deg) };
     let camera = CameraSettings::default().view(side, head).unwrap();
