@@ -73,7 +73,10 @@ const IMPOSSIBLE: &[(&str, fn(&mut Value))] = &[
     ("settings.head.pitch_at_yaw_deg[0]", |model| {
         model["settings"]["head"]["pitch_at_yaw_deg"][0] = json!([0, 70, 80]);
     }),
-    ("realistic.motion.gait.least_mps", |model| model["settings"]["motion"]["max_linear_mps"] = json!(0.001)),
+    ("realistic.motion.gait.least_mps", |model| {
+        model["settings"]["motion"]["max_linear_mps"] = json!(0.001);
+        model["realistic"]["motion"]["gait"]["least_mps"] = json!(0.05);
+    }),
     ("realistic.motion.gait.step_s", |model| model["realistic"]["motion"]["gait"]["step_s"] = json!(0)),
     ("settings.league", |model| model["settings"]["league"] = json!("spl2025")),
     ("settings.ball", |model| model["settings"]["ball"] = json!("spl2025")),
@@ -226,7 +229,21 @@ fn a_check_tells_models_from_scenarios_and_says_who_does_not_see_the_ball() {
     let mut model = model_within_sense([0.5; 8]);
     check(folder.path(), &model).unwrap();
     let output = naoisis(folder.path(), &["check", "random.ron"]);
-    assert_eq!(text(&output.stdout), "random.ron: ok, the model of a robot\n");
+    let said = text(&output.stdout);
+    assert!(
+        said.starts_with("random.ron: ok, the model of a robot\nrandom.ron: note: `sources` does not say where "),
+        "{said}"
+    );
+    assert!(said.contains("body.arms, ") && said.ends_with(" more\n") && said.lines().count() == 2, "{said}");
+    let mut sourced = model.clone();
+    let parts = [&model["settings"], &model["realistic"]].map(|part| part.as_object().unwrap().keys().cloned());
+    sourced["sources"] = parts.into_iter().flatten().map(|part| (part, json!("invented"))).collect();
+    check(folder.path(), &sourced).unwrap();
+    // The ending may be in capitals.
+    fs::rename(folder.path().join("random.ron"), folder.path().join("RANDOM.RON")).unwrap();
+    let output = naoisis(folder.path(), &["check", "RANDOM.RON"]);
+    assert_eq!(text(&output.stdout), "RANDOM.RON: ok, the model of a robot\n");
+    check(folder.path(), &model).unwrap();
     fs::copy(folder.path().join("random.ron"), folder.path().join("random.json")).unwrap();
     let output = naoisis(folder.path(), &["check", "random.json"]);
     let words = "random.json:1:1: this is the model of a robot, which no scenario can name; expected a name that ends in `.ron`";
