@@ -4,17 +4,21 @@
 //! [`calibrate`] finds the figures of a [model](crate::scenario::RobotModel) that belong to them, each with an interval, and
 //! says what it lacked. `naoisis calibrate` writes them into a model of one's own.
 //!
+//! [`calibrate_by_images`] finds those of a robot's vision from images in place of a log.
+//!
 //! Intervals are of 95 % confidence, by the jackknife: over robots where there are enough of them, else over stretches of the log.
 
 use crate::scenario::RobotModel;
 use crate::statistics::{Estimate, jackknife};
 
+mod images;
 mod kicks;
 mod log;
 mod model_file;
 mod sightings;
 mod walks;
 
+pub use images::calibrate_by_images;
 pub use log::{COLUMNS, Kick, LogError, LogErrorKind, LoggedSighting, Motion, RobotLog, Thing, Walk};
 pub use model_file::model_file;
 

@@ -19,7 +19,7 @@ pub fn model_file(model: &RobotModel, name: &str, log: &str, calibration: &Calib
     }
     let description = format!("{}; calibrated by {log}", model.description);
     let mut text = String::new();
-    text.push_str("// Made by `naoisis calibrate`. A scenario with `model: \"./this_file.ron\"` and `realism: \"realistic\"` plays with it.\n");
+    text.push_str("// Made by naoisis. A scenario with `model: \"./this_file.ron\"` and `realism: \"realistic\"` plays with it.\n");
     let value = json!({ "name": name, "description": description, "settings": settings, "realistic": realistic, "sources": sources });
     write(&value, 0, false, &mut text);
     text.push('\n');

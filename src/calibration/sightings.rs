@@ -39,7 +39,8 @@ pub(super) fn fit(sightings: &[LoggedSighting], model: &RobotModel, into: &mut C
         let of_thing: Vec<LoggedSighting> =
             sightings.iter().copied().filter(|sighting| sighting.thing == thing).collect();
         if !of_thing.is_empty() {
-            detection(&of_thing, word, class, into);
+            let rows: Vec<Detection> = of_thing.iter().map(Detection::of).collect();
+            detection(&rows, &format!("rows of `{word}`"), class, into);
         }
     }
 }
@@ -79,7 +80,7 @@ fn class_of(noise: &VisionNoise, thing: Thing) -> &ClassNoise {
 }
 
 /// Pixels for a radian in the middle of the image.
-fn focal_length(cameras: &CameraSettings) -> f64 {
+pub(super) fn focal_length(cameras: &CameraSettings) -> f64 {
     let diagonal = libm::hypot(f64::from(cameras.width), f64::from(cameras.height));
     diagonal / 2.0 / libm::tan(f64::from(cameras.diagonal_fov) / 2.0)
 }
@@ -161,15 +162,15 @@ fn correlation_s(offs: &[Off]) -> Option<f64> {
 }
 
 /// Misses and fall-off of a thing: the parameters that make what was seen and what was not the likeliest.
-fn detection(sightings: &[LoggedSighting], word: &str, class: &str, into: &mut Calibration) {
+pub(super) fn detection(sightings: &[Detection], rows: &str, class: &str, into: &mut Calibration) {
     let path = |name: &str| format!("vision.noise.{class}.{name}");
-    let robot = |sighting: &LoggedSighting| sighting.robot;
-    let missed = sightings.iter().filter(|sighting| sighting.seen.is_none()).count();
+    let robot = |sighting: &Detection| sighting.robot;
+    let missed = sightings.iter().filter(|sighting| !sighting.is_seen).count();
     let paths = [path("miss_probability"), path("falloff.half_distance_m"), path("falloff.exponent")];
     if sightings.len() < FOR_A_CURVE || missed == 0 {
         let words = format!(
-            "vision.noise.{class}: {} rows of `{word}`, {missed} of them not seen; {FOR_A_CURVE} rows are needed, those where it was \
-             not seen included",
+            "vision.noise.{class}: {} {rows}, {missed} of them not seen; {FOR_A_CURVE} are needed, those where it was not seen \
+             included",
             sightings.len()
         );
         into.lacking.push(words);
@@ -177,10 +178,25 @@ fn detection(sightings: &[LoggedSighting], word: &str, class: &str, into: &mut C
     }
     let groups = groups(sightings, robot);
     let basis = basis(sightings, "sightings", robot);
-    let start = Curve::fitted(sightings, Curve::new(0.1, 4.0, 6.0));
+    let usual = Curve::new(0.1, 4.0, 6.0);
     for (index, path) in paths.iter().enumerate() {
-        let estimate = jackknife(&groups, |sightings| Some(Curve::fitted(sightings, start).parameters()[index]));
+        let estimate = jackknife(&groups, |sightings| Some(Curve::fitted(sightings, usual).parameters()[index]));
         into.add(path, estimate, &basis, "its detection curve cannot be found");
+    }
+}
+
+/// Whether something in view was seen.
+#[derive(Clone, Copy)]
+pub(super) struct Detection {
+    pub(super) robot: usize,
+    pub(super) distance_m: f64,
+    pub(super) is_seen: bool,
+}
+
+impl Detection {
+    fn of(sighting: &LoggedSighting) -> Self {
+        let distance_m = libm::hypot(sighting.real[0], sighting.real[1]);
+        Self { robot: sighting.robot, distance_m, is_seen: sighting.seen.is_some() }
     }
 }
 
@@ -212,19 +228,19 @@ impl Curve {
         (seen, slopes)
     }
 
-    /// The likeliest, by Fisher's scoring: steps along the slope of the likelihood, as long as its information says.
-    fn fitted(sightings: &[LoggedSighting], start: Curve) -> Curve {
+    /// The likeliest, by Fisher's scoring: steps along the slope of the likelihood, as long as its information says. Where hardly
+    /// anything lies between what is always seen and what never is, its steepness is that of `start`, give or take a factor of e.
+    fn fitted(sightings: &[Detection], start: Curve) -> Curve {
         /// No parameter changes by more in a step.
         const LONGEST_STEP: f64 = 0.5;
         let mut curve = start;
         for _ in 0..100 {
-            let mut slope = DVec3::ZERO;
-            let mut information = DMat3::from_diagonal(DVec3::splat(1e-6));
+            let mut slope = DVec3::new(0.0, 0.0, start.0.z - curve.0.z);
+            let mut information = DMat3::from_diagonal(DVec3::new(1e-6, 1e-6, 1.0));
             for sighting in sightings {
-                let distance_m = libm::hypot(sighting.real[0], sighting.real[1]).max(1e-3);
-                let (seen, slopes) = curve.seen_at(distance_m);
+                let (seen, slopes) = curve.seen_at(sighting.distance_m.max(1e-3));
                 let weight = 1.0 / (seen * (1.0 - seen)).max(1e-9);
-                let off = f64::from(u8::from(sighting.seen.is_some())) - seen;
+                let off = f64::from(u8::from(sighting.is_seen)) - seen;
                 slope += slopes * (weight * off);
                 information += DMat3::from_cols(slopes * slopes.x, slopes * slopes.y, slopes * slopes.z) * weight;
             }

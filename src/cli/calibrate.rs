@@ -59,7 +59,7 @@ pub fn calibrate(arguments: &CalibrateArguments) -> ExitCode {
 }
 
 /// A table of what was found, beside the figures that the model had, and what was lacking.
-fn found(model: &RobotModel, calibration: &Calibration) -> String {
+pub(super) fn found(model: &RobotModel, calibration: &Calibration) -> String {
     let width = calibration.figures.iter().map(|figure| figure.path.chars().count()).max().unwrap_or_default();
     let mut text = format!("{:width$}      found   95 % confidence          {}\n", "figure", model.name);
     for figure in &calibration.figures {

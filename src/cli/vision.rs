@@ -3,15 +3,19 @@
 use clap::{Args, ValueEnum};
 use std::process::ExitCode;
 
+use super::calibrate::found;
 use super::interrupt::Interrupt;
+use super::realism::no_model;
 use super::report;
 use super::run_arguments::realism;
 use super::terminal::Printer;
 use crate::appearance::robot::RobotDesign;
+use crate::calibration::{calibrate_by_images, model_file};
 use crate::random::RandomStream;
-use crate::scenario::Setting;
+use crate::scenario::{RobotModel, ScenarioFile, Setting};
 use crate::sensing::vision::VisionSource;
 use crate::sensing::vision::image::accuracy::{self, Conditions};
+use crate::team::{RobotId, Team};
 use crate::trials::seeing;
 
 /// Arguments of `naoisis vision`.
@@ -35,6 +39,9 @@ pub struct VisionArguments {
     /// Measure the geometric vision in the same scenes, with the scenario's errors, in place of that on images
     #[arg(long)]
     geometric: bool,
+    /// Print the robot's model with the errors that its images have, for its geometric vision; what was found goes to standard error
+    #[arg(long, conflicts_with = "geometric")]
+    fit: bool,
     /// How the robots look [default: as in the scenario]
     #[arg(long, value_enum)]
     design: Option<Design>,
@@ -60,10 +67,14 @@ impl VisionArguments {
         self.realism.iter().chain(&self.set).cloned().collect()
     }
 
-    /// What the scenario and the command line say.
-    fn conditions(&self) -> Result<Conditions, ExitCode> {
+    /// The scenario with what the command line says.
+    fn file(&self) -> Result<ScenarioFile, ExitCode> {
         let file = super::begin::scenario_file(&self.scenario)?;
-        let file = file.check_with(&self.settings()).map_err(|errors| report::scenario_errors(&errors))?;
+        file.check_with(&self.settings()).map_err(|errors| report::scenario_errors(&errors))
+    }
+
+    /// What the scenario and the command line say.
+    fn conditions(&self, file: &ScenarioFile) -> Conditions {
         let mut conditions = seeing::conditions(&file.scenario);
         conditions.vision.source = if self.geometric { VisionSource::Geometric } else { VisionSource::Image };
         let cameras = &mut conditions.cameras;
@@ -74,14 +85,19 @@ impl VisionArguments {
         }
         cameras.shadows |= self.shadows;
         cameras.antialiasing &= !self.no_antialiasing;
-        Ok(conditions)
+        conditions
     }
 }
 
 /// Draws the scenes, looks at them and prints what was found of what is there.
 pub fn vision(arguments: &VisionArguments) -> ExitCode {
-    let conditions = match arguments.conditions() {
-        Ok(conditions) => conditions,
+    let file = match arguments.file() {
+        Ok(file) => file,
+        Err(status) => return status,
+    };
+    let conditions = arguments.conditions(&file);
+    let model = match model_to_fit(arguments, &file) {
+        Ok(model) => model,
         Err(status) => return status,
     };
     // There is nothing to be closed.
@@ -91,6 +107,24 @@ pub fn vision(arguments: &VisionArguments) -> ExitCode {
     let mut printer = Printer::default();
     let mut stream = RandomStream::for_match(arguments.seed, "accuracy of image vision");
     let table = accuracy::measure(arguments.scenes as usize, &conditions, &mut stream);
-    printer.print(format_args!("{}: {table}\n", arguments.scenario));
+    match model {
+        Some(model) => {
+            let calibration = calibrate_by_images(&table, &conditions.cameras);
+            report::note(&found(&model, &calibration));
+            let basis = format!("images of {}", arguments.scenario);
+            printer.print(model_file(&model, &format!("{}_by_images", model.name), &basis, &calibration));
+        }
+        None => printer.print(format_args!("{}: {table}\n", arguments.scenario)),
+    }
     printer.finish(ExitCode::SUCCESS)
+}
+
+/// The model of who looks, if its figures are asked for.
+fn model_to_fit(arguments: &VisionArguments, file: &ScenarioFile) -> Result<Option<RobotModel>, ExitCode> {
+    if !arguments.fit {
+        return Ok(None);
+    }
+    let robot = file.scenario.robot(RobotId::new(Team::Blue, 1));
+    let name = robot.model.unwrap_or_else(|| file.scenario.model.clone());
+    RobotModel::find(&name).map(Some).map_err(|error| no_model("", &error))
 }

@@ -255,6 +255,22 @@ fn a_batch_finds_the_mistakes_of_all_its_matches_and_goes_on_with_them() {
 }
 
 #[test]
+fn a_model_that_errs_as_its_images_do_is_a_model_like_any_other() {
+    let folder = tempfile::tempdir().unwrap();
+    let fitted = naoisis(folder.path(), &["vision", "spl2025", "--scenes", "30", "--fit"]);
+    assert!(fitted.status.success(), "{}", text(&fitted.stderr));
+    assert!(text(&fitted.stderr).contains("vision.noise.ball.pixel_sd"), "{}", text(&fitted.stderr));
+    fs::write(folder.path().join("mine.ron"), &fitted.stdout).unwrap();
+    let checked = naoisis(folder.path(), &["check", "mine.ron"]);
+    assert!(checked.status.success(), "{}", text(&checked.stderr));
+    let seen =
+        ["vision", "spl2025", "--set", "model=mine.ron", "--realism", "realistic", "--geometric", "--scenes", "3"];
+    assert!(naoisis(folder.path(), &seen).status.success());
+    let both = naoisis(folder.path(), &["vision", "spl2025", "--fit", "--geometric"]);
+    assert_eq!(both.status.code(), Some(2));
+}
+
+#[test]
 fn all_pairs_of_teams_play_in_both_colours_and_go_on_where_they_were() {
     let folder = tempfile::tempdir().unwrap();
     let pairs = |teams: &str, matches: &str| {
