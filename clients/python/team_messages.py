@@ -31,6 +31,6 @@ class TeamMessages:
         messages = []
         while True:
             try:
-                messages.append(self._socket.recv(2048))
+                messages.append(self._socket.recv(65507))
             except BlockingIOError:
                 return messages
