@@ -5,8 +5,6 @@ use bevy::prelude::*;
 use crate::belief::RobotBelief;
 use crate::pitch::Pitch;
 
-/// Half the width that an opponent blocks: its feet and the ball's radius, m.
-pub(super) const BLOCKED_HALF_WIDTH_M: f32 = 0.15;
 /// How far an opponent steps aside while the ball rolls a metre towards it: it walks 0.2 m/s, a ball rolls 1 to 2 m/s.
 const BLOCKED_PER_METRE: f32 = 0.12;
 /// More room than this between the ball's path and whatever could stop it is no better, m.
@@ -23,6 +21,15 @@ const PASS_TOLERANCE: f32 = 0.26;
 const CLEARANCE_TOLERANCE: f32 = 0.6;
 /// Nearer to the own goal line than this, the ball is cleared, m.
 const CLEARANCE_DEPTH_M: f32 = 1.2;
+
+/// How large robots and the ball are.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Sizes {
+    /// Half the width that an opponent blocks: its feet and the ball's radius, m.
+    pub blocked_half_width_m: f32,
+    /// The ball's radius, m.
+    pub ball_radius_m: f32,
+}
 
 /// Where the ball should go.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -50,7 +57,14 @@ impl Aim {
 
     /// For a ball that is shot: into the goal where there is most room between posts and opponents, if `range_m` reaches
     /// it. Otherwise towards it, or in front of it from the side, past opponents, and not over the lines.
-    pub fn choose(ball: Vec2, opponents: &[RobotBelief], pitch: &Pitch, range_m: f32, previous: Option<Vec2>) -> Self {
+    pub fn choose(
+        ball: Vec2,
+        opponents: &[RobotBelief],
+        pitch: &Pitch,
+        range_m: f32,
+        sizes: Sizes,
+        previous: Option<Vec2>,
+    ) -> Self {
         let half_goal = pitch.goal.width_m / 2.0;
         let post_radius = pitch.goal.post_diameter_m / 2.0;
         let goal_x = pitch.half_length() + pitch.line_width_m;
@@ -64,10 +78,10 @@ impl Aim {
             let distance_m = way.length();
             let direction = way / distance_m;
             let between_posts = posts
-                .map(|post| direction.perp_dot(post - ball).abs() - post_radius - 0.03)
+                .map(|post| direction.perp_dot(post - ball).abs() - post_radius - sizes.ball_radius_m)
                 .into_iter()
                 .fold(f32::MAX, f32::min);
-            let room = room_along(ball, direction, distance_m, opponents).min(between_posts);
+            let room = room_along(ball, direction, distance_m, opponents, sizes).min(between_posts);
             let score = room.min(ENOUGH_ROOM_M) + preference(direction);
             if best.is_none_or(|(least, ..)| score > least) {
                 let tolerance = (0.8 * room.max(0.05) / distance_m).clamp(0.03, 0.3);
@@ -94,7 +108,7 @@ impl Aim {
         };
         let wings = [wing_y, -wing_y].map(|y| {
             let aim = Self::at(ball, Vec2::new(wing_x, y));
-            let room = room_along(ball, aim.direction, aim.distance_m, opponents).min(ENOUGH_ROOM_M);
+            let room = room_along(ball, aim.direction, aim.distance_m, opponents, sizes).min(ENOUGH_ROOM_M);
             (room - 0.15 + preference(aim.direction), aim)
         });
         let (_, aim) = wings.into_iter().fold(ahead, |best, wing| if wing.0 > best.0 { wing } else { best });
@@ -110,7 +124,7 @@ impl Aim {
 }
 
 /// The least distance between the ball's path and what opponents can block, m.
-pub fn room_along(ball: Vec2, direction: Vec2, distance_m: f32, opponents: &[RobotBelief]) -> f32 {
+pub fn room_along(ball: Vec2, direction: Vec2, distance_m: f32, opponents: &[RobotBelief], sizes: Sizes) -> f32 {
     opponents
         .iter()
         .filter_map(|opponent| {
@@ -118,7 +132,7 @@ pub fn room_along(ball: Vec2, direction: Vec2, distance_m: f32, opponents: &[Rob
             let along = direction.dot(offset);
             let across = direction.perp_dot(offset).abs();
             (along > 0.0 && along < distance_m + 0.2)
-                .then_some(across - BLOCKED_HALF_WIDTH_M - BLOCKED_PER_METRE * along)
+                .then_some(across - sizes.blocked_half_width_m - BLOCKED_PER_METRE * along)
         })
         .fold(ENOUGH_ROOM_M, f32::min)
 }
@@ -132,8 +146,10 @@ mod tests {
         RobotBelief { id: None, position_m: Vec2::new(x, y), covariance: [0.0; 3], age_s: 0.0 }
     }
 
+    const NAO: Sizes = Sizes { blocked_half_width_m: 0.15, ball_radius_m: 0.03 };
+
     fn aim(ball: Vec2, opponents: &[RobotBelief]) -> Aim {
-        Aim::choose(ball, opponents, &Pitch::default(), 3.8, None)
+        Aim::choose(ball, opponents, &Pitch::default(), 3.8, NAO, None)
     }
 
     /// Where a ball kicked so crosses the opponents' goal line, m from its middle.
@@ -156,6 +172,23 @@ mod tests {
         let ball = Vec2::new(1.5, 0.0);
         assert!(crossing(ball, &aim(ball, &[opponent(2.7, 0.25)])) < -0.1);
         assert!(crossing(ball, &aim(ball, &[opponent(2.7, -0.25)])) > 0.1);
+    }
+
+    #[test]
+    fn wider_robots_block_more_and_a_larger_ball_keeps_further_from_the_posts() {
+        let room = |blocked_half_width_m: f32| {
+            let sizes = Sizes { blocked_half_width_m, ..NAO };
+            room_along(Vec2::ZERO, Vec2::X, 2.0, &[opponent(1.0, 0.4)], sizes)
+        };
+        // 0.4 m aside, of which a NAO blocks 15 cm and steps 12 cm aside while the ball rolls a metre.
+        assert_abs_diff_eq!(room(0.15), 0.13, epsilon = 1e-6);
+        assert_abs_diff_eq!(room(0.25), 0.03, epsilon = 1e-6);
+        let wide = |ball_radius_m: f32| {
+            let sizes = Sizes { ball_radius_m, ..NAO };
+            let aim = Aim::choose(Vec2::new(2.85, 1.0), &[], &Pitch::default(), 3.8, sizes, None);
+            aim.is_shot
+        };
+        assert!(wide(0.03) && !wide(0.12), "beside the goal there is an opening for a small ball only");
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use bevy::prelude::*;
 
-use super::aiming::Aim;
+use super::aiming::{Aim, Sizes};
 use super::kicking::{BallAtFeet, KickPlan, any_kick, kick_now};
 use super::player::{Decision, Player, PlayerMemory};
 use super::walking::approach;
@@ -93,7 +93,8 @@ pub fn choose_aim(player: &Player, memory: &mut PlayerMemory, ball: Vec2) -> Aim
     } else {
         let ahead = player.kicks.types().filter(|kick| !kick.is_side_kick());
         let range_m = SHOT_RANGE_SHARE * ahead.map(|kick| player.kicks.max_distance_m(kick)).fold(0.0, f32::max);
-        Aim::choose(ball, &player.belief.opponents, player.pitch, range_m, memory.aim)
+        let sizes = Sizes { blocked_half_width_m: player.blocked_half_width_m(), ball_radius_m: player.ball_radius_m };
+        Aim::choose(ball, &player.belief.opponents, player.pitch, range_m, sizes, memory.aim)
     };
     memory.aim = Some(aim.direction);
     aim
@@ -159,7 +160,13 @@ fn kick_if_ready(player: &Player, memory: &PlayerMemory, ball: &BallBelief, aim:
         BallAtFeet { place: ball.position_m, in_robot: player.in_robot(ball.position_m), forward: player.forward };
     let kick = kick_now(at_feet, aim, (player.kicks, player.rolling), player.pitch, patience);
     if kick.is_none() && hurried {
-        any_kick(at_feet, &player.belief.opponents, (player.kicks, player.rolling), player.pitch)
+        any_kick(
+            at_feet,
+            &player.belief.opponents,
+            player.blocked_half_width_m(),
+            (player.kicks, player.rolling),
+            player.pitch,
+        )
     } else {
         kick
     }

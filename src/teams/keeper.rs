@@ -5,6 +5,7 @@ use bevy::prelude::*;
 use super::attack::attack;
 use super::options::reach_m;
 use super::player::{Decision, Player, PlayerMemory};
+use super::roles::{FRESH_TEAM_MATE_S, TURN_PREFERENCE_S, time_to_ball_s};
 use crate::behaviour::reasons::{Choice, Reasons};
 use crate::game::DefenderLimit;
 use crate::kick_geometry::Side;
@@ -19,6 +20,11 @@ const LEAST_DEPTH_M: f32 = 0.2;
 const CLEAR_DISTANCE_M: f32 = 1.1;
 /// Once it has left to clear the ball, it gives up only when that is further away than before by this, m.
 const GIVE_UP_M: f32 = 0.3;
+/// It leaves for a ball so far from the goal that it is there within this time, s, if it is the first there: a fast robot keeps
+/// more than its goal.
+const SWEEP_S: f32 = 5.5;
+/// Opponents must be later at such a ball by this, s.
+const SWEEP_LEAD_S: f32 = 0.5;
 /// A ball that comes at this speed is a shot, m/s.
 const SHOT_SPEED_MPS: f32 = 0.2;
 
@@ -58,7 +64,10 @@ pub fn keep(
     let nearer_mate = player.belief.team_mates.iter().any(|mate| {
         mate.age_s < 1.0 && mate.position_m.distance(position) < 0.6 * player.position().distance(position)
     });
-    memory.attacks = (in_area || distance < clear_distance && !nearer_mate) && velocity.length() < SHOT_SPEED_MPS;
+    let sweeps = (clear_distance..SWEEP_S * player.limits.max_linear_mps).contains(&distance)
+        && is_first_at(player, memory, position);
+    memory.attacks =
+        (in_area || sweeps || distance < clear_distance && !nearer_mate) && velocity.length() < SHOT_SPEED_MPS;
     if memory.attacks {
         return clear(player, memory);
     }
@@ -84,6 +93,20 @@ pub fn reasons(player: &Player, decision: &Decision) -> Reasons {
         Choice::new("keep", 0.0, "otherwise"),
     ];
     Reasons::of(options, chosen)
+}
+
+/// Whether the keeper is behind the ball before its team-mates, and clearly before the opponents.
+fn is_first_at(player: &Player, memory: &PlayerMemory, ball: Vec2) -> bool {
+    let preference = if memory.attacks { TURN_PREFERENCE_S } else { 0.0 };
+    let own_s = time_to_ball_s(player, player.position(), ball) - preference;
+    let belief = player.belief;
+    // Opponents see the pitch turned by half, and play the other way.
+    belief.opponents.iter().all(|other| own_s + SWEEP_LEAD_S < time_to_ball_s(player, -other.position_m, -ball))
+        && belief
+            .team_mates
+            .iter()
+            .filter(|mate| mate.age_s < FRESH_TEAM_MATE_S)
+            .all(|mate| own_s < time_to_ball_s(player, mate.position_m, ball))
 }
 
 /// A dive, for a shot that crosses the keeper's line at `y` and that it can reach by a dive only.
@@ -176,6 +199,33 @@ mod tests {
         assert_eq!([dives(&situation, 0.2), dives(&situation, 0.7)], [None, None], "within a step; out of reach");
         situation.body = crate::sensing::status::BodyStatus::Fallen;
         assert_eq!(dives(&situation, 0.4), None);
+    }
+
+    #[test]
+    fn a_fast_keeper_leaves_for_a_ball_at_which_it_is_first_and_a_slow_one_stays() {
+        use crate::belief::RobotBelief;
+        let mut situation = crate::teams::player::tests::PlayerFixture::new(
+            crate::geometry::Pose::new(-2.7, 0.0, 0.0),
+            Vec2::new(-1.0, 0.0),
+        );
+        let clears = |situation: &crate::teams::player::tests::PlayerFixture| {
+            let mut memory = PlayerMemory::default();
+            decide(&situation.player(), &mut memory);
+            memory.attacks
+        };
+        // 2 m from the goal: within 5.5 s of 0.5 m/s, and not of 0.2 m/s.
+        assert!(!clears(&situation));
+        situation.limits.max_linear_mps = 0.5;
+        assert!(clears(&situation));
+        let robot = |x: f32| RobotBelief { id: None, position_m: Vec2::new(x, 0.0), covariance: [0.0; 3], age_s: 0.0 };
+        // The ball is 1.7 m from the keeper, 3.4 s.
+        situation.belief.opponents = vec![robot(1.2)];
+        assert!(clears(&situation), "4.4 s away");
+        situation.belief.opponents = vec![robot(0.8)];
+        assert!(!clears(&situation), "3.6 s away");
+        situation.belief.opponents.clear();
+        situation.belief.team_mates = vec![robot(-1.8)];
+        assert!(!clears(&situation), "a team-mate is nearer");
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use bevy::prelude::*;
 use core::f32::consts::FRAC_PI_2;
 
-use super::aiming::{Aim, BLOCKED_HALF_WIDTH_M};
+use super::aiming::Aim;
 use super::walking::{Obstacles, walking_time_s};
 use crate::ball::Rolling;
 use crate::belief::RobotBelief;
@@ -27,7 +27,7 @@ const KICK_PREFERENCE_S: f32 = 0.5;
 /// What a side kick is worse by, s: it is the weaker.
 const SIDE_KICK_COST_S: f32 = 0.6;
 /// A kick that can be aimed is prepared for this share of the angle to which it can: the rest is for what goes wrong.
-const AIMED_SHARE: f32 = 0.7;
+pub(super) const AIMED_SHARE: f32 = 0.7;
 /// What a place next to which another robot stands is worse by, s.
 const OCCUPIED_COST_S: f32 = 2.5;
 /// A place is taken if it is in an obstacle's circle reduced to this share.
@@ -162,10 +162,12 @@ pub fn kick_now(
         .map(|(_, kick)| kick)
 }
 
-/// A kick for want of a better one: to wherever the ball goes from where it lies, past opponents and not backwards.
+/// A kick for want of a better one: to wherever the ball goes from where it lies, past opponents, who block `blocked_half_width_m` to
+/// either side, and not backwards.
 pub fn any_kick(
     ball: BallAtFeet,
     opponents: &[RobotBelief],
+    blocked_half_width_m: f32,
     (kicks, rolling): (&KickSettings, Rolling),
     pitch: &Pitch,
 ) -> Option<KickRequest> {
@@ -179,7 +181,7 @@ pub fn any_kick(
                 let offset = opponent.position_m - ball.place;
                 offset.length_squared() > OPPONENT_RANGE_M * OPPONENT_RANGE_M
                     || direction.dot(offset) < 0.0
-                    || direction.perp_dot(offset).abs() > BLOCKED_HALF_WIDTH_M
+                    || direction.perp_dot(offset).abs() > blocked_half_width_m
             });
             let reach_m = kicks.max_distance_m(kick.kick_type);
             let distance_m = room_inside(ball.place, direction, pitch).min(reach_m);
@@ -294,12 +296,12 @@ mod tests {
         let ball = BallAtFeet { place: Vec2::ZERO, in_robot: Vec2::new(0.16, 0.08), forward: Vec2::X };
         let (settings, pitch) = (KickSettings::default(), Pitch::default());
         let kicks = (&settings, Rolling::default());
-        let kick = any_kick(ball, &[], kicks, &pitch).unwrap();
+        let kick = any_kick(ball, &[], 0.15, kicks, &pitch).unwrap();
         assert_eq!(kick.kick_type, KickType::LeftStraight);
         let opponent = RobotBelief { id: None, position_m: Vec2::new(0.4, 0.2), covariance: [0.0; 3], age_s: 0.0 };
-        let kick = any_kick(ball, &[opponent], kicks, &pitch).unwrap();
+        let kick = any_kick(ball, &[opponent], 0.15, kicks, &pitch).unwrap();
         assert_eq!(kick.kick_type, KickType::RightSide);
         let backwards = BallAtFeet { forward: -Vec2::X, ..ball };
-        assert_eq!(any_kick(backwards, &[], kicks, &pitch).map(|kick| kick.kick_type), None);
+        assert_eq!(any_kick(backwards, &[], 0.15, kicks, &pitch).map(|kick| kick.kick_type), None);
     }
 }

@@ -20,6 +20,8 @@ const KEEPER: u8 = 1;
 const DISTANCE_MARGIN_M: f32 = 0.35;
 /// How far from its own penalty area a field player stays, m.
 const AREA_MARGIN_M: f32 = 0.05;
+/// Who is nearer to it than that by this leaves: so much a player sways who stands before it, m.
+const AREA_SWAY_M: f32 = 0.03;
 /// Nearer to its place than this, and turned by less than this from its facing, a player stands still: m, radians.
 const IN_PLACE: (f32, f32) = (0.05, 0.15);
 
@@ -134,7 +136,7 @@ fn keep_off_the_free_kick(player: &Player, decision: Decision) -> Decision {
 
 /// Where only the keeper may be in the own penalty area, the others stay out, and leave it if they got there.
 fn stay_out_of_the_own_area(player: &Player, decision: Decision) -> Decision {
-    if is_forbidden_area(player, player.position(), AREA_MARGIN_M - 0.03) {
+    if is_forbidden_area(player, player.position(), AREA_MARGIN_M - AREA_SWAY_M) {
         let x = -player.pitch.half_length() + player.pitch.penalty_area.depth_m + 0.4;
         let out = Vec2::new(x, player.position().y);
         let walk = player.walk_to(out, player.forward, &player.obstacles());

@@ -8,6 +8,7 @@ use bevy::prelude::*;
 use std::borrow::Cow;
 
 use super::aiming::Aim;
+use super::kicking::AIMED_SHARE;
 use super::player::Player;
 use crate::behaviour::reasons::Choice;
 use crate::belief::RobotBelief;
@@ -94,6 +95,7 @@ pub fn options(player: &Player, company: Company, ball: Vec2, shot: Aim, previou
     let reach = reach_m(player);
     let theirs_s = walking_s(player, company.opponents.iter().map(|other| other.position_m), ball);
     let contested = standing(player, ball, 0.5);
+    let aims_within = aims_within(player);
     let option = |aim: Aim, place: Vec2| {
         let (worth, receiver) = if aim.is_shot {
             (shot_worth(player, company, ball, aim.direction), None)
@@ -101,7 +103,7 @@ pub fn options(player: &Player, company: Company, ball: Vec2, shot: Aim, previou
             kick_worth(player, company, ball, place)
         };
         let is_previous = previous.is_some_and(|previous| previous.dot(aim.direction) > SAME_DIRECTION);
-        let ready = likely((theirs_s - preparation_s(player, ball, aim.direction)) / RACE_S);
+        let ready = likely((theirs_s - preparation_s(player, ball, aim.direction, aims_within)) / RACE_S);
         let value = ready * worth + (1.0 - ready) * contested + if is_previous { PREFERENCE } else { 0.0 };
         KickOption { aim, place, receiver, value }
     };
@@ -242,11 +244,20 @@ fn arrives(player: &Player, company: Company, ball: Vec2, place: Vec2, share: f3
     company.opponents.iter().map(passes).product()
 }
 
-/// How long the player takes to stand behind the ball and face this way, s.
-fn preparation_s(player: &Player, ball: Vec2, direction: Vec2) -> f32 {
-    let behind = ball - direction * player.ball_clearance_m();
+/// How far to either side of straight ahead the player's kicks can be aimed, radians.
+fn aims_within(player: &Player) -> f32 {
+    let kicks = player.kicks.types().filter_map(|kick| player.kicks.geometry(kick));
+    AIMED_SHARE * kicks.map(|kick| kick.aims_within()).fold(0.0, f32::max)
+}
+
+/// How long the player takes to stand behind the ball, and to face so that it can kick it this way, s: a kick that can be aimed by so
+/// many radians needs not be faced.
+fn preparation_s(player: &Player, ball: Vec2, direction: Vec2, aims_within: f32) -> f32 {
+    let aimed = angle_of(unrotate(ball - player.position(), direction)).clamp(-aims_within, aims_within);
+    let facing = unrotate(unit(aimed), direction);
+    let behind = ball - facing * player.ball_clearance_m();
     let way = behind - player.position();
-    let turn = angle_of(unrotate(player.forward, direction)).abs();
+    let turn = angle_of(unrotate(player.forward, facing)).abs();
     way.length() / player.limits.max_linear_mps.max(1e-3)
         + 0.5 * turn / player.limits.max_angular.max(0.1)
         + wind_up_s(player)
@@ -331,6 +342,17 @@ mod tests {
             )
         };
         assert!(worth(0.0) < worth(0.4) && worth(0.4) < worth(1.2));
+    }
+
+    #[test]
+    fn a_kick_that_can_be_aimed_is_soon_prepared() {
+        let situation = behind(Vec2::ZERO);
+        let time_s =
+            |angle: f32, aims_within: f32| preparation_s(&situation.player(), Vec2::ZERO, unit(angle), aims_within);
+        // From straight behind the ball, whatever is within the kick's angle takes as long as straight ahead.
+        assert!((time_s(0.5, 0.6) - time_s(0.0, 0.0)).abs() < 1e-5);
+        assert!(time_s(0.5, 0.0) > time_s(0.0, 0.0) + 0.5);
+        assert!((time_s(0.8, 0.5) - time_s(0.3, 0.0)).abs() < 1e-5, "what the kick cannot do is left to walk");
     }
 
     #[test]

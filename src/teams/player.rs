@@ -36,6 +36,11 @@ const NAO_HALF_WIDTH_M: f32 = 0.15;
 const NAO_FRONT_M: f32 = 0.11;
 /// See [`NAO_HALF_WIDTH_M`].
 const NAO_BALL_RADIUS_M: f32 = 0.03;
+/// How far its feet reach to either side of a NAO's middle, and half the width that an opponent of its size blocks: a little more, for
+/// the ball's radius, m.
+const NAO_FEET_HALF_WIDTH_M: f32 = 0.1;
+/// See [`NAO_FEET_HALF_WIDTH_M`].
+const NAO_BLOCKED_HALF_WIDTH_M: f32 = 0.15;
 
 /// Everything that a player knows when it decides.
 #[derive(Clone, Copy, Debug)]
@@ -165,6 +170,13 @@ impl<'a> Player<'a> {
     /// By how much further ahead a ball before its feet lies than before a NAO's, m.
     pub fn longer_than_nao_m(&self) -> f32 {
         (self.own_body.base.x_m[1] - NAO_FRONT_M) + (self.ball_radius_m - NAO_BALL_RADIUS_M)
+    }
+
+    /// Half the width that an opponent blocks for the ball, m: its feet and the ball's radius. Others are taken to be as wide as itself.
+    pub fn blocked_half_width_m(&self) -> f32 {
+        NAO_BLOCKED_HALF_WIDTH_M
+            + (self.own_body.base.half_width_m - NAO_FEET_HALF_WIDTH_M)
+            + (self.ball_radius_m - NAO_BALL_RADIUS_M)
     }
 
     /// How far it walks around the ball, m.

@@ -8,9 +8,9 @@ use crate::behaviour::reasons::{Choice, Reasons};
 use crate::team::RobotId;
 
 /// A player keeps its turn at the ball until a team-mate is nearer by this, s.
-const TURN_PREFERENCE_S: f32 = 0.8;
+pub(super) const TURN_PREFERENCE_S: f32 = 0.8;
 /// What was heard or seen of a team-mate longer ago does not count, s.
-const FRESH_TEAM_MATE_S: f32 = 1.0;
+pub(super) const FRESH_TEAM_MATE_S: f32 = 1.0;
 /// Players whose turn it is not keep so far from the ball, m.
 pub const SUPPORT_DISTANCE_M: f32 = 0.9;
 
