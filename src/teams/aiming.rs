@@ -185,7 +185,7 @@ mod tests {
         assert_abs_diff_eq!(room(0.25), 0.03, epsilon = 1e-6);
         let wide = |ball_radius_m: f32| {
             let sizes = Sizes { ball_radius_m, ..NAO };
-            let aim = Aim::choose(Vec2::new(2.85, 1.0), &[], &Pitch::default(), 3.8, sizes, None);
+            let aim = Aim::choose(Vec2::new(2.7, 1.0), &[], &Pitch::default(), 3.8, sizes, None);
             aim.is_shot
         };
         assert!(wide(0.03) && !wide(0.12), "beside the goal there is an opening for a small ball only");

@@ -5,6 +5,7 @@ use bevy::prelude::*;
 use super::obeying::is_for_the_keeper_only;
 use super::player::{Decision, Player, PlayerMemory};
 use crate::behaviour::reasons::{Choice, Reasons};
+use crate::game::DefenderLimit;
 use crate::team::RobotId;
 
 /// A player keeps its turn at the ball until a team-mate is nearer by this, s.
@@ -14,6 +15,10 @@ pub(super) const FRESH_TEAM_MATE_S: f32 = 1.0;
 /// Players whose turn it is not keep so far from the ball, m.
 pub const SUPPORT_DISTANCE_M: f32 = 0.9;
 
+/// So far before the own goal line it is the keeper's, m.
+const KEEPERS_DEPTH_M: f32 = 0.6;
+/// Supporters stay so far from that, or from the penalty area, m.
+const OFF_THE_AREA_M: f32 = 0.3;
 /// Who comes from before the ball walks so much further than who comes from beside it, m: around it.
 const AROUND_BALL_M: f32 = 0.4;
 
@@ -70,9 +75,22 @@ const SUPPORT_PLACES_M: [Vec2; 7] = [
     Vec2::new(-2.5, -0.6),
 ];
 
-/// Walks to a place from where the attacker can be supported: behind the ball and beside it, each number its own.
+/// Walks to a place from where the attacker can be supported: behind the ball and beside it, each number its own, and outside the own
+/// penalty area.
 pub fn support(player: &Player, ball: Vec2) -> Decision {
-    let place = support_place(player, ball);
+    support_from(player, ball, player.pitch.penalty_area.depth_m + OFF_THE_AREA_M)
+}
+
+/// The same where it helps to defend, too: in the own penalty area, if the rules let field players in.
+pub fn support_and_defend(player: &Player, ball: Vec2) -> Decision {
+    let for_keeper_only = player.rules.illegal_defender && player.rules.defender_limit == DefenderLimit::KeeperOnly;
+    let depth_m = if for_keeper_only { player.pitch.penalty_area.depth_m } else { KEEPERS_DEPTH_M };
+    support_from(player, ball, depth_m + OFF_THE_AREA_M)
+}
+
+/// Supports, no nearer to the own goal line than `least_depth_m`.
+fn support_from(player: &Player, ball: Vec2, least_depth_m: f32) -> Decision {
+    let place = support_place(player, ball, least_depth_m);
     let facing = (ball - player.position()).normalize_or(Vec2::X);
     let mut obstacles = player.obstacles();
     obstacles.add(ball, 0.7 * SUPPORT_DISTANCE_M);
@@ -80,12 +98,37 @@ pub fn support(player: &Player, ball: Vec2) -> Decision {
     Decision { walk, target: Some(place), intention: "support", ..default() }
 }
 
-fn support_place(player: &Player, ball: Vec2) -> Vec2 {
+fn support_place(player: &Player, ball: Vec2, least_depth_m: f32) -> Vec2 {
     let index = (usize::from(player.id.number) + SUPPORT_PLACES_M.len() - 2) % SUPPORT_PLACES_M.len();
     let offset = SUPPORT_PLACES_M[index];
     let wanted = Vec2::new(ball.x + offset.x, 0.6 * ball.y + offset.y);
     let (length, width) = (player.pitch.half_length(), player.pitch.half_width());
     // Not among the keeper's feet, and not over the lines.
-    let least = Vec2::new(-length + player.pitch.penalty_area.depth_m + 0.3, -width + 0.4);
+    let least = Vec2::new(-length + least_depth_m, -width + 0.4);
     wanted.clamp(least, Vec2::new(length - 0.8, width - 0.4))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Pose;
+    use crate::teams::player::tests::PlayerFixture;
+
+    #[test]
+    fn supporters_help_in_the_own_penalty_area_where_the_rules_let_them_in() {
+        // On the pitch of 2025 the area is 1.65 m deep; the ball is 1.2 m from the goal line.
+        let mut situation = PlayerFixture::new(Pose::new(-1.0, 0.0, 0.0), Vec2::new(-1.8, 0.0));
+        situation.pitch.penalty_area.depth_m = 1.65;
+        let place = |situation: &PlayerFixture, supports: fn(&Player, Vec2) -> Decision| {
+            let player = situation.player();
+            supports(&player, player.ball().unwrap().position_m).target.unwrap()
+        };
+        let near = |place: Vec2, x: f32| assert!(place.distance(Vec2::new(x, -0.7)) < 1e-5, "{place}");
+        near(place(&situation, support), -1.05);
+        // Number 2: 0.8 m behind the ball, but 0.9 m from the goal line at least.
+        near(place(&situation, support_and_defend), -2.1);
+        situation.rules.illegal_defender = true;
+        situation.rules.defender_limit = DefenderLimit::KeeperOnly;
+        near(place(&situation, support_and_defend), -1.05);
+    }
 }

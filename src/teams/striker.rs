@@ -2,11 +2,11 @@
 
 use super::attack::{attack, search};
 use super::player::{Decision, Player, PlayerMemory};
-use super::roles::{has_turn, support};
+use super::roles::{has_turn, support_and_defend};
 
 /// Decides for a striker.
 pub fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
     let Some(ball) = player.ball().map(|ball| ball.position_m) else { return search(player, memory) };
     memory.attacks = has_turn(player, memory, ball, |id| id.is_none_or(|id| id.number != 1));
-    if memory.attacks { attack(player, memory) } else { support(player, ball) }
+    if memory.attacks { attack(player, memory) } else { support_and_defend(player, ball) }
 }
