@@ -78,19 +78,19 @@ const SUPPORT_PLACES_M: [Vec2; 7] = [
 /// Walks to a place from where the attacker can be supported: behind the ball and beside it, each number its own, and outside the own
 /// penalty area.
 pub fn support(player: &Player, ball: Vec2) -> Decision {
-    support_from(player, ball, player.pitch.penalty_area.depth_m + OFF_THE_AREA_M)
+    support_from(player, ball, player.pitch.penalty_area.depth_m)
 }
 
 /// The same where it helps to defend, too: in the own penalty area, if the rules let field players in.
 pub fn support_and_defend(player: &Player, ball: Vec2) -> Decision {
     let for_keeper_only = player.rules.illegal_defender && player.rules.defender_limit == DefenderLimit::KeeperOnly;
     let depth_m = if for_keeper_only { player.pitch.penalty_area.depth_m } else { KEEPERS_DEPTH_M };
-    support_from(player, ball, depth_m + OFF_THE_AREA_M)
+    support_from(player, ball, depth_m)
 }
 
-/// Supports, no nearer to the own goal line than `least_depth_m`.
-fn support_from(player: &Player, ball: Vec2, least_depth_m: f32) -> Decision {
-    let place = support_place(player, ball, least_depth_m);
+/// Supports, off the area of this depth before the own goal line, m.
+fn support_from(player: &Player, ball: Vec2, depth_m: f32) -> Decision {
+    let place = support_place(player, ball, depth_m);
     let facing = (ball - player.position()).normalize_or(Vec2::X);
     let mut obstacles = player.obstacles();
     obstacles.add(ball, 0.7 * SUPPORT_DISTANCE_M);
@@ -98,13 +98,13 @@ fn support_from(player: &Player, ball: Vec2, least_depth_m: f32) -> Decision {
     Decision { walk, target: Some(place), intention: "support", ..default() }
 }
 
-fn support_place(player: &Player, ball: Vec2, least_depth_m: f32) -> Vec2 {
+fn support_place(player: &Player, ball: Vec2, depth_m: f32) -> Vec2 {
     let index = (usize::from(player.id.number) + SUPPORT_PLACES_M.len() - 2) % SUPPORT_PLACES_M.len();
     let offset = SUPPORT_PLACES_M[index];
     let wanted = Vec2::new(ball.x + offset.x, 0.6 * ball.y + offset.y);
     let (length, width) = (player.pitch.half_length(), player.pitch.half_width());
     // Not among the keeper's feet, and not over the lines.
-    let least = Vec2::new(-length + least_depth_m, -width + 0.4);
+    let least = Vec2::new(-length + depth_m + OFF_THE_AREA_M, -width + 0.4);
     wanted.clamp(least, Vec2::new(length - 0.8, width - 0.4))
 }
 
