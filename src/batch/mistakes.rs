@@ -4,13 +4,13 @@
 use bevy::prelude::*;
 use core::fmt::{self, Write as _};
 use std::collections::BTreeMap;
-use std::fs::{self, File, OpenOptions, TryLockError};
+use std::fs::File;
 use std::io::{self, BufReader, Seek, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
 
 use super::csv_lines::{Line, Lines, as_text, cells_of, line_of};
 use super::observer::MatchRow;
-use super::table::TableError;
+use super::table_file::{TableError, TableFile};
 use super::{Batch, Variants};
 use crate::record::mistakes::{Mistake, MistakeKind};
 use crate::record::{RecordPlugin, lean_double, lean_single};
@@ -97,22 +97,13 @@ impl MistakeTable {
     /// When the file cannot be written, or holds something else.
     pub fn open<V: Variants>(path: &Path, batch: &Batch<V>, first: usize, next: usize) -> Result<Self, TableError> {
         let io_error = |error| TableError::Io { path: path.to_owned(), error };
-        let there = path.metadata().ok();
-        if there.as_ref().is_some_and(|metadata| !metadata.is_file()) {
-            return Err(TableError::NotAFile { path: path.to_owned() });
-        }
-        if there.is_none() && next > first {
+        if !path.exists() && next > first {
             return Err(TableError::NoMistakes { path: path.to_owned(), matches: next - first });
         }
-        let mut file =
-            OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).map_err(io_error)?;
-        // Where files cannot be locked, it goes without.
-        if let Err(TryLockError::WouldBlock) = file.try_lock() {
-            return Err(TableError::InUse { path: path.to_owned() });
-        }
+        let mut opened = TableFile::open(path)?;
         let header = header(batch);
         let mut counts = BTreeMap::new();
-        let mut lines = Lines { reader: BufReader::new(&file), read_bytes: 0 };
+        let mut lines = Lines { reader: BufReader::new(&opened.file), read_bytes: 0 };
         let mut whole_bytes = 0;
         match lines.next_whole().map_err(io_error)? {
             Line::Whole(line) if line == header => {
@@ -135,18 +126,12 @@ impl MistakeTable {
             Line::Part(part) if header.starts_with(&part) && next == first => {}
             _ => return Err(TableError::foreign(path, 1, "this is no table of this batch's mistakes".to_owned())),
         }
-        let cut = file.set_len(whole_bytes).and_then(|()| file.seek(SeekFrom::End(0)));
+        let cut = opened.file.set_len(whole_bytes).and_then(|()| opened.file.seek(SeekFrom::End(0)));
         cut.map_err(io_error)?;
         if whole_bytes == 0 {
-            file.write_all(header.as_bytes()).map_err(|error| {
-                if there.is_none() {
-                    // If it cannot be removed, the first error says enough.
-                    let _ = fs::remove_file(path);
-                }
-                TableError::NotWritten { path: path.to_owned(), error }
-            })?;
+            opened.write_header(&header)?;
         }
-        Ok(Self { path: path.to_owned(), file, counts })
+        Ok(Self { path: path.to_owned(), file: opened.file, counts })
     }
 
     /// Writes the mistakes of a match, before its row is written.
@@ -218,6 +203,7 @@ mod tests {
     use crate::scenario::Scenario;
     use crate::simulation::NaoisisPlugins;
     use core::sync::atomic::AtomicBool;
+    use std::fs;
 
     fn simulator() -> App {
         let mut app = App::new();

@@ -39,7 +39,7 @@ pub mod pairs;
 pub mod summary;
 pub mod sweep;
 pub mod table;
-mod table_error;
+mod table_file;
 pub mod variants;
 
 use mistakes::MistakesAreFound;

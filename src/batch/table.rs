@@ -6,13 +6,14 @@
 //! A text that a spreadsheet would take for a formula has an apostrophe before it.
 
 use core::ops::Range;
-use std::fs::{self, File, OpenOptions, TryLockError};
+use std::fs::File;
 use std::io::{BufReader, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use super::csv_lines::{Line, Lines, as_text, cells_of, line_of};
 use super::observer::{MatchOutcome, MatchRow};
-pub use super::table_error::TableError;
+pub use super::table_file::TableError;
+use super::table_file::TableFile;
 use super::variants::fingerprint;
 use super::{Batch, Variants};
 use crate::scenario::Scenario;
@@ -85,20 +86,10 @@ impl Table {
         indices: Range<usize>,
     ) -> Result<(Table, Vec<MatchRow>), TableError> {
         let io_error = |error| TableError::Io { path: path.to_owned(), error };
-        // Some devices can be read for ever.
-        if path.metadata().is_ok_and(|metadata| !metadata.is_file()) {
-            return Err(TableError::NotAFile { path: path.to_owned() });
-        }
-        let is_new = !path.exists();
-        let mut file =
-            OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).map_err(io_error)?;
-        // Where files cannot be locked, it goes without.
-        if let Err(TryLockError::WouldBlock) = file.try_lock() {
-            return Err(TableError::InUse { path: path.to_owned() });
-        }
+        let mut opened = TableFile::open(path)?;
         let mut table = Table::of(batch);
         let header = table.header();
-        let mut lines = Lines { reader: BufReader::new(&file), read_bytes: 0 };
+        let mut lines = Lines { reader: BufReader::new(&opened.file), read_bytes: 0 };
         let mut rows = Vec::new();
         match lines.next_whole().map_err(io_error)? {
             Line::Whole(first) if first == header => {
@@ -113,22 +104,18 @@ impl Table {
                     rows.push(row.map_err(|difference| TableError::foreign(path, number, difference))?);
                 }
                 let whole_bytes = lines.read_bytes;
-                file.set_len(whole_bytes).and_then(|()| file.seek(SeekFrom::End(0))).map_err(io_error)?;
+                let cut = opened.file.set_len(whole_bytes).and_then(|()| opened.file.seek(SeekFrom::End(0)));
+                cut.map_err(io_error)?;
             }
             Line::Whole(first) => return Err(TableError::foreign(path, 1, table.difference_of_columns(&first))),
             Line::Part(part) if header.starts_with(&part) => {
-                file.set_len(0).and_then(|()| file.seek(SeekFrom::Start(0))).map_err(io_error)?;
-                file.write_all(header.as_bytes()).map_err(|error| {
-                    if is_new {
-                        // If it cannot be removed, the first error says enough.
-                        let _ = fs::remove_file(path);
-                    }
-                    TableError::NotWritten { path: path.to_owned(), error }
-                })?;
+                let cut = opened.file.set_len(0).and_then(|()| opened.file.seek(SeekFrom::Start(0)));
+                cut.map_err(io_error)?;
+                opened.write_header(&header)?;
             }
             Line::Part(_) => return Err(TableError::foreign(path, 1, NO_TABLE.to_owned())),
         }
-        table.file = Some((path.to_owned(), file));
+        table.file = Some((path.to_owned(), opened.file));
         Ok((table, rows))
     }
 
@@ -271,6 +258,7 @@ fn cells<V: Variants>(batch: &Batch<V>, row: &MatchRow) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     /// Two variants, of which the second has values that spreadsheets would take for formulas.
     #[derive(Clone, Debug)]

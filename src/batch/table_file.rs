@@ -1,6 +1,7 @@
-//! What can be wrong with the tables of a batch.
+//! The files of a batch's tables, and what can be wrong with them.
 
-use std::io;
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 /// Why a table cannot be written or gone on with.
@@ -65,5 +66,42 @@ impl TableError {
     pub(super) fn foreign(path: &Path, line: usize, message: String) -> TableError {
         let expected = "the table of an earlier batch with the same scenario, settings and first seed".to_owned();
         TableError::Foreign { path: path.to_owned(), line, message, expected }
+    }
+}
+
+/// The file of a table, to be read and written: no other batch has it.
+pub(super) struct TableFile {
+    pub(super) file: File,
+    path: PathBuf,
+    /// Whether there was none before.
+    is_new: bool,
+}
+
+impl TableFile {
+    /// Opens it, or makes a new one.
+    pub(super) fn open(path: &Path) -> Result<Self, TableError> {
+        let is_new = !path.exists();
+        // Some devices can be read for ever.
+        if path.metadata().is_ok_and(|metadata| !metadata.is_file()) {
+            return Err(TableError::NotAFile { path: path.to_owned() });
+        }
+        let opened = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path);
+        let file = opened.map_err(|error| TableError::Io { path: path.to_owned(), error })?;
+        // Where files cannot be locked, it goes without.
+        if let Err(TryLockError::WouldBlock) = file.try_lock() {
+            return Err(TableError::InUse { path: path.to_owned() });
+        }
+        Ok(Self { file, path: path.to_owned(), is_new })
+    }
+
+    /// Writes the first line of an empty one.
+    pub(super) fn write_header(&mut self, header: &str) -> Result<(), TableError> {
+        self.file.write_all(header.as_bytes()).map_err(|error| {
+            if self.is_new {
+                // If it cannot be removed, the first error says enough.
+                let _ = fs::remove_file(&self.path);
+            }
+            TableError::NotWritten { path: self.path.clone(), error }
+        })
     }
 }
