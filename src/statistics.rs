@@ -17,6 +17,11 @@ pub struct Estimate {
 }
 
 impl Estimate {
+    /// What is known without doubt.
+    pub fn exactly(value: f64) -> Self {
+        Self { value, low: value, high: value }
+    }
+
     /// Half the width of the interval.
     pub fn margin(&self) -> f64 {
         (self.high - self.low) / 2.0

@@ -3,6 +3,7 @@
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
+use crate::communication::MOST_ROBOTS;
 use crate::record::vocabulary::RobotCommand;
 use crate::scenario::{FieldPath, read_settings};
 
@@ -26,6 +27,9 @@ pub enum CommandError {
     /// It has a number that is not finite in single precision.
     #[error("`{0}` has a number that is not finite; expected finite numbers, of single precision (at most 3.4e38)")]
     NotFinite(&'static str),
+    /// It tells its team-mates of more robots than there can be.
+    #[error("`say.robots_m` has {0} places; expected at most {MOST_ROBOTS}")]
+    TooManyRobots(usize),
 }
 
 impl RobotCommand {
@@ -61,7 +65,10 @@ impl RobotCommand {
         ];
         match parts.into_iter().find(|(_, is_finite)| !is_finite) {
             Some((part, _)) => Err(CommandError::NotFinite(part)),
-            None => Ok(self),
+            None => match say.as_ref().map_or(0, |say| say.robots_m.len()) {
+                0..=MOST_ROBOTS => Ok(self),
+                robots => Err(CommandError::TooManyRobots(robots)),
+            },
         }
     }
 }
@@ -105,5 +112,9 @@ mod tests {
             command
         });
         assert_eq!(infinite.and_then(RobotCommand::checked), Err(CommandError::NotFinite("head_deg")));
+        let told = |robots: usize| format!(r#"{{ "say": {{ "robots_m": [{}] }} }}"#, vec!["[1,2]"; robots].join(","));
+        let checked = |robots: usize| RobotCommand::from_json(told(robots).as_bytes()).and_then(RobotCommand::checked);
+        assert!(checked(MOST_ROBOTS).is_ok());
+        assert_eq!(checked(MOST_ROBOTS + 1), Err(CommandError::TooManyRobots(MOST_ROBOTS + 1)));
     }
 }

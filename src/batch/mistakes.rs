@@ -108,16 +108,18 @@ impl MistakeTable {
         match lines.next_whole().map_err(io_error)? {
             Line::Whole(line) if line == header => {
                 whole_bytes = lines.read_bytes;
-                let mut number = 1;
+                let (mut number, mut latest) = (1, first);
                 while let Line::Whole(line) = lines.next_whole().map_err(io_error)? {
                     number += 1;
                     let fault = || TableError::foreign(path, number, "this is no mistake of this batch".to_owned());
                     let (index, who, kind) = read_row(batch, &line).ok_or_else(fault)?;
-                    if index >= next {
-                        break;
-                    }
-                    if index < first {
+                    // Of the match after those that were played there may be some, and of none behind it.
+                    if index > next || !(first..).contains(&index) || index < latest {
                         return Err(fault());
+                    }
+                    latest = index;
+                    if index == next {
+                        continue;
                     }
                     *counts.entry((batch.job(index).0, who, kind)).or_default() += 1;
                     whole_bytes = lines.read_bytes;
@@ -256,11 +258,13 @@ mod tests {
         assert_eq!(counts.values().sum::<u32>() as usize, whole.lines().count() - 1);
         drop(table);
         for played in 0..=rows.len() {
-            // What was written of later matches is cut off, in the middle of a line too.
-            fs::write(&path, &whole[..whole.len() - 3]).unwrap();
-            if played == rows.len() {
-                fs::write(&path, &whole).unwrap();
+            // What was written of the match under way is cut off, in the middle of a line too.
+            let number = |line: &str| line.split(',').next().and_then(|cell| cell.parse::<usize>().ok()).unwrap_or(0);
+            let mut there: String = whole.split_inclusive('\n').filter(|line| number(line) <= played + 1).collect();
+            if played < rows.len() {
+                there.truncate(there.len() - 3);
             }
+            fs::write(&path, &there).unwrap();
             let mut table = MistakeTable::open(&path, &batch, 0, played).unwrap();
             rows[played..].iter().for_each(|row| table.write(&batch, row).unwrap());
             assert!(text() == whole && table.counts == counts, "{played}");
@@ -277,7 +281,10 @@ mod tests {
         let header = fs::read_to_string(&path).unwrap();
         let wrong_seed = format!("{header}1,7,kick_missed,blue1,,1,1,0,0,,\n");
         let wrong_kind = format!("{header}1,1,yawned,blue1,,1,1,0,0,,\n");
-        for text in ["a story", "match,seed\n1,1\n", &wrong_seed, &wrong_kind] {
+        // Whose first match was not played here, and whose matches are in no order.
+        let of_another = format!("{header}3,3,kick_missed,blue1,,1,1,0,0,,\n");
+        let unordered = format!("{header}2,2,kick_missed,blue1,,1,1,0,0,,\n1,1,kick_missed,blue1,,1,1,0,0,,\n");
+        for text in ["a story", "match,seed\n1,1\n", &wrong_seed, &wrong_kind, &of_another, &unordered] {
             fs::write(&path, text).unwrap();
             assert!(matches!(MistakeTable::open(&path, &batch, 0, 1), Err(TableError::Foreign { .. })), "{text}");
             assert_eq!(fs::read_to_string(&path).unwrap(), text);

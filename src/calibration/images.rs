@@ -1,6 +1,6 @@
 //! The errors of a robot's vision, as looking through its images has them: so that geometric vision errs as often and as much.
 
-use super::sightings::{Detection, detection, focal_length};
+use super::sightings::{Detection, detection_curve, detection_paths, focal_length};
 use super::{Calibration, groups};
 use crate::sensing::camera::CameraSettings;
 use crate::sensing::vision::image::accuracy::{Accuracy, ClassAccuracy};
@@ -8,6 +8,9 @@ use crate::statistics::{Estimate, jackknife, median, share};
 
 /// So many directions are needed to tell how exact they are.
 const FOR_A_SPREAD: usize = 20;
+/// What does not fall off is missed half of the times so many times as far away as it was looked at: 1 in 700 times there.
+const BEYOND: f64 = 3.0;
+const USUAL_EXPONENT: f64 = 6.0;
 
 /// Finds the figures of a model's vision from what its cameras' images showed in random scenes: for each class of things how exact
 /// its pixel is, how often and from how far away it is found, and how often something is taken for it.
@@ -48,7 +51,7 @@ pub fn calibrate_by_images(accuracy: &Accuracy, cameras: &CameraSettings) -> Cal
                 is_seen: sighting.seen.is_some(),
             })
             .collect();
-        detection(&rows, "what is in view", class, into);
+        detection(&rows, class, into);
         if is_taken_for {
             // There is one ball: where it is seen, nothing else is taken for it.
             let found = seen.sightings.iter().filter(|sighting| class == "ball" && sighting.seen.is_some()).count();
@@ -59,11 +62,36 @@ pub fn calibrate_by_images(accuracy: &Accuracy, cameras: &CameraSettings) -> Cal
         }
     }
     // What is counted above is not there a second time.
-    let none = Some(Estimate { value: 0.0, low: 0.0, high: 0.0 });
+    let none = Some(Estimate::exactly(0.0));
     for path in ["head_angle_sd_deg", "false_balls.per_minute", "false_robots.per_minute"] {
         into.add(&format!("vision.noise.{path}"), none, "counted in the images' own errors", "");
     }
     calibration
+}
+
+/// Misses and fall-off of a class. Where it is hardly missed, or there is too little to tell from where on it is, it does not fall off as far as
+/// it was looked at: to leave the model its own would say that images see worse than they do.
+fn detection(rows: &[Detection], class: &str, into: &mut Calibration) {
+    let paths = detection_paths(class);
+    let seen = rows.iter().filter(|row| row.is_seen).count();
+    let basis = format!("{seen} found in images of {} in view", rows.len());
+    if let Some(estimates) = detection_curve(rows) {
+        for (path, estimate) in paths.iter().zip(estimates) {
+            into.add(path, Some(estimate), &basis, "");
+        }
+        return;
+    }
+    if rows.len() < FOR_A_SPREAD {
+        into.lacking.push(format!("vision.noise.{class}: {basis}; {FOR_A_SPREAD} are needed"));
+        return;
+    }
+    let farthest_m = rows.iter().map(|row| row.distance_m).fold(0.0, f64::max);
+    let beyond = Estimate::exactly((BEYOND * farthest_m).ceil());
+    let estimates = [share(rows.len() - seen, rows.len()), Some(beyond), Some(Estimate::exactly(USUAL_EXPONENT))];
+    let basis = format!("{basis}, as far as {farthest_m:.1} m");
+    for (path, estimate) in paths.iter().zip(estimates) {
+        into.add(path, estimate, &basis, "");
+    }
 }
 
 /// The standard deviation of errors that are normally distributed but for some that are far off: 1.4826 times their median size.
@@ -105,8 +133,8 @@ mod tests {
             assert!((found.low..=found.high).contains(&real), "{name}: {found:?}");
             assert!(found.margin() < real, "{name}: {found:?} says little");
         }
-        let posts = calibration.figure("vision.noise.goal_posts.false_positive_probability").unwrap();
-        assert_eq!(posts.estimate.value, 0.0);
-        assert!(calibration.lacking.iter().any(|lacking| lacking.starts_with("vision.noise.goal_posts: ")));
+        let posts = |name: &str| calibration.figure(&format!("vision.noise.goal_posts.{name}")).unwrap().estimate.value;
+        assert_eq!((posts("false_positive_probability"), posts("miss_probability")), (0.0, 0.0));
+        assert!(posts("falloff.half_distance_m") > 10.0, "what is always found does not fall off");
     }
 }

@@ -7,12 +7,14 @@ use super::{Calibration, basis, between_robots, groups, mean, variance, wrap_deg
 use crate::scenario::{RobotModel, Scenario};
 use crate::sensing::camera::CameraSettings;
 use crate::sensing::vision::{ClassNoise, VisionNoise};
-use crate::statistics::jackknife;
+use crate::statistics::{Estimate, jackknife};
 
 /// Sightings that are so much later than the one before are not compared with it, s.
 const LONGEST_GAP_S: f64 = 0.2;
 /// Sightings of a thing from which its detection curve is found.
 const FOR_A_CURVE: usize = 100;
+/// No detection curve is steeper: a model's exponent is at most 100.
+const STEEPEST: f64 = 60.0;
 
 /// An error of the cameras: to the left and down, degrees.
 #[derive(Clone, Copy)]
@@ -40,7 +42,7 @@ pub(super) fn fit(sightings: &[LoggedSighting], model: &RobotModel, into: &mut C
             sightings.iter().copied().filter(|sighting| sighting.thing == thing).collect();
         if !of_thing.is_empty() {
             let rows: Vec<Detection> = of_thing.iter().map(Detection::of).collect();
-            detection(&rows, &format!("rows of `{word}`"), class, into);
+            detection(&rows, word, class, into);
         }
     }
 }
@@ -161,28 +163,48 @@ fn correlation_s(offs: &[Off]) -> Option<f64> {
     (pairs > 0.0 && correlation > 0.0 && correlation < 1.0).then(|| -(gaps / pairs) / libm::log(correlation))
 }
 
-/// Misses and fall-off of a thing: the parameters that make what was seen and what was not the likeliest.
-pub(super) fn detection(sightings: &[Detection], rows: &str, class: &str, into: &mut Calibration) {
-    let path = |name: &str| format!("vision.noise.{class}.{name}");
-    let robot = |sighting: &Detection| sighting.robot;
-    let missed = sightings.iter().filter(|sighting| !sighting.is_seen).count();
-    let paths = [path("miss_probability"), path("falloff.half_distance_m"), path("falloff.exponent")];
-    if sightings.len() < FOR_A_CURVE || missed == 0 {
-        let words = format!(
-            "vision.noise.{class}: {} {rows}, {missed} of them not seen; {FOR_A_CURVE} are needed, those where it was not seen \
-             included",
-            sightings.len()
-        );
-        into.lacking.push(words);
-        return;
+/// The figures of a detection curve, in the order of [`Curve::parameters`].
+pub(super) fn detection_paths(class: &str) -> [String; 3] {
+    ["miss_probability", "falloff.half_distance_m", "falloff.exponent"]
+        .map(|name| format!("vision.noise.{class}.{name}"))
+}
+
+/// Finds misses and fall-off of a thing, or says what it lacks.
+fn detection(sightings: &[Detection], word: &str, class: &str, into: &mut Calibration) {
+    match detection_curve(sightings) {
+        Some(estimates) => {
+            let basis = basis(sightings, "sightings", |sighting| sighting.robot);
+            for (path, estimate) in detection_paths(class).iter().zip(estimates) {
+                into.add(path, Some(estimate), &basis, "");
+            }
+        }
+        None => {
+            let missed = sightings.iter().filter(|sighting| !sighting.is_seen).count();
+            let words = format!(
+                "vision.noise.{class}: {} rows of `{word}`, {missed} of them not seen; {FOR_A_CURVE} rows are needed, those where it \
+                 was not seen included, from near and far",
+                sightings.len()
+            );
+            into.lacking.push(words);
+        }
     }
-    let groups = groups(sightings, robot);
-    let basis = basis(sightings, "sightings", robot);
+}
+
+/// Misses and fall-off of a thing: the parameters that make what was seen and what was not the likeliest. None where there is too
+/// little to tell how it falls off.
+pub(super) fn detection_curve(sightings: &[Detection]) -> Option<[Estimate; 3]> {
+    if sightings.len() < FOR_A_CURVE || sightings.iter().all(|sighting| sighting.is_seen) {
+        return None;
+    }
+    let groups = groups(sightings, |sighting| sighting.robot);
     let usual = Curve::new(0.1, 4.0, 6.0);
-    for (index, path) in paths.iter().enumerate() {
-        let estimate = jackknife(&groups, |sightings| Some(Curve::fitted(sightings, usual).parameters()[index]));
-        into.add(path, estimate, &basis, "its detection curve cannot be found");
-    }
+    let estimate =
+        |index: usize| jackknife(&groups, |sightings| Some(Curve::fitted(sightings, usual).parameters()[index]));
+    let estimates = [estimate(0)?, estimate(1)?, estimate(2)?];
+    let [_, half_distance_m, exponent] = &estimates;
+    // An interval wider than what it is of says nothing.
+    let is_known = |estimate: &Estimate| estimate.margin() < estimate.value;
+    (is_known(half_distance_m) && is_known(exponent) && exponent.value < STEEPEST).then_some(estimates)
 }
 
 /// Whether something in view was seen.

@@ -12,7 +12,7 @@ use std::time::Instant;
 use super::agents::AgentArguments;
 use super::batch_summary::{print_summaries, what_was_played};
 use super::interrupt::Interrupt;
-use super::outputs::{Output, check_files};
+use super::outputs::{Output, STANDARD_OUTPUT, check_files};
 use super::teams::TeamArguments;
 use super::terminal::Printer;
 use super::{Program, report};
@@ -210,6 +210,11 @@ fn open_tables(
         _ => report::usage_error(&format!("{option}{error}")),
     };
     if let Some(path) = &arguments.mistakes {
+        if path.as_os_str() == STANDARD_OUTPUT {
+            return Err(report::usage_error(
+                "--mistakes: a table that can be gone on with is a file; expected its name",
+            ));
+        }
         let outputs: Vec<Output> = [("--csv", arguments.csv.as_ref()), ("--mistakes", Some(path))]
             .into_iter()
             .filter_map(|(option, path)| Some(Output { option, path: path?.clone() }))

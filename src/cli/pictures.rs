@@ -106,7 +106,7 @@ impl Recording for PictureArguments {
             let first_of = |id: RobotId| mounts_of(world, id).names().next().map(|camera| (id, camera));
             let first = || world.resource::<Roster>().iter().find_map(|(id, _)| first_of(id));
             let Some((robot, side)) = camera.or_else(first) else {
-                return Err("--sheet: no robot plays; expected one through whose eyes it can be seen".to_owned());
+                return Err("--sheet: no robot has a camera; expected one through whose eyes it can be seen".to_owned());
             };
             let sheet = SheetRecorder::create(path, robot, side);
             pictures.sheet = Some(sheet.map_err(|error| format!("--sheet: {error}"))?);

@@ -96,7 +96,9 @@ fn blindness_in(scenario: &Scenario) -> Option<String> {
     // Where the ball lies best, and as far away as it may.
     let places = |region: KickGeometry| [region.best_m, Vec2::new(region.x_m[1], region.best_m.y)];
     let mut places = kicks.types().filter_map(|kick| kicks.geometry(kick)).flat_map(places).peekable();
-    places.peek()?;
+    if places.peek().is_none() {
+        return Some("it has no kicks: built-in teams push the ball".to_owned());
+    }
     if places.any(|place| sees_ball(&cameras, head, place, radius_m)) {
         return None;
     }
@@ -109,12 +111,17 @@ fn blindness_in(scenario: &Scenario) -> Option<String> {
     ))
 }
 
+/// Values are in a column of so many letters at most.
+const WIDEST_COLUMN: usize = 44;
+
 /// The model's figures, a line each, with their sources.
 fn figures_of(model: &RobotModel) -> String {
     let mut figures = Vec::new();
     collect("", &Value::Object(model.all_settings()), &mut figures);
     let wide = |of: fn(&(String, String)) -> &String| figures.iter().map(|figure| of(figure).chars().count()).max();
     let (paths, values) = (wide(|figure| &figure.0).unwrap_or_default(), wide(|figure| &figure.1).unwrap_or_default());
+    // A long list is wider than its column.
+    let values = values.min(WIDEST_COLUMN);
     let mut text = format!("{}: {}\n\n", model.name, model.description);
     for (path, value) in &figures {
         let source = model.source(path).unwrap_or_default();

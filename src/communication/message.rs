@@ -11,6 +11,9 @@ use crate::geometry::{Pose, file_units};
 /// Places farther than this from the origin are no places, m: a message with one is refused.
 pub const FARTHEST_M: f32 = 1000.0;
 
+/// More robots than these are in no match: a message that tells of more is refused.
+pub const MOST_ROBOTS: usize = 64;
+
 /// The structure that a robot shares with its team-mates. Every part is optional. Places are in the frame that the
 /// team agrees on; the built-in teams use the team frame.
 #[derive(Clone, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
@@ -55,10 +58,10 @@ impl TeamMessage {
         texts.chain(self.datagram.iter().map(|datagram| datagram.0.len())).sum()
     }
 
-    /// Whether every place in it is within range along both axes: no pitch reaches so far.
+    /// Whether every place in it is within range along both axes, as no pitch reaches so far, and there are no more than [`MOST_ROBOTS`].
     pub fn is_in_range(&self) -> bool {
         let places = self.pose.iter().map(|pose| pose.position).chain(self.ball_m).chain(self.robots_m.iter().copied());
-        places.map(Vec2::abs).all(|place| place.max_element() <= FARTHEST_M)
+        self.robots_m.len() <= MOST_ROBOTS && places.map(Vec2::abs).all(|place| place.max_element() <= FARTHEST_M)
     }
 
     /// Whether every number in it is finite.

@@ -34,7 +34,7 @@ mod tests;
 
 pub use datagram::Datagram;
 pub use limits::MessageLimits;
-pub use message::TeamMessage;
+pub use message::{MOST_ROBOTS, TeamMessage};
 pub use status_report::StatusReport;
 
 use crate::cycle::{ActSystems, Cycle, CycleClock, CycleSystems};

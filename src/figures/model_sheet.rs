@@ -1,4 +1,4 @@
-//! The sheet of a robot model: what the robot looks like from two sides and in both designs with its measures, what its cameras
+//! The sheet of a robot model: what the robot looks like from three sides and in both designs with its measures, what its cameras
 //! see, where the ball lies for its kicks, and how fast it walks into which direction.
 
 use bevy::math::{Vec2, Vec3, ops};
@@ -31,10 +31,20 @@ const PANEL: Vec2 = Vec2::new(300.0, 470.0);
 const EYE_M: f32 = 60.0;
 /// Width of what a camera sees, points.
 const VIEW_WIDTH: f32 = 440.0;
+/// Between what cameras see, points.
+const VIEW_GAP: f32 = 12.0;
 /// Where the robot stands, which looks at a ball and at another of its kind.
 const LOOKER: Pose = Pose::new(-1.5, 0.0, 0.0);
 /// Directions into which the speed is drawn.
 const DIRECTIONS: usize = 72;
+
+/// Where one looks at the robot from.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Side {
+    Front,
+    Right,
+    Back,
+}
 
 /// Draws the sheet of a model.
 ///
@@ -70,23 +80,27 @@ fn scene_of(pose: Pose, has_others: bool) -> String {
     scenario.to_string()
 }
 
-/// Front and side, in both designs, with the boxes that collide.
+/// Front, side and back, and the front of few boxes, with the boxes that collide.
 fn draw_sides(canvas: &mut Canvas, model: &RobotModel, scale: f32) -> Result<(), FigureError> {
     // It stands in the middle, and the eye is beside the pitch.
     let from_front = FigureMatch::begin(model, &scene_of(Pose::new(0.0, 0.0, -core::f32::consts::FRAC_PI_2), false))?;
     let from_right = FigureMatch::begin(model, &scene_of(Pose::new(0.0, 0.0, 0.0), false))?;
+    let from_behind = FigureMatch::begin(model, &scene_of(Pose::new(0.0, 0.0, core::f32::consts::FRAC_PI_2), false))?;
     let panels = [
-        ("a", "From the front", &from_front, RobotDesign::Nao, true),
-        ("b", "From its right", &from_right, RobotDesign::Nao, false),
-        ("c", "Of few boxes", &from_front, RobotDesign::Simple, true),
-        ("d", "Of few boxes, from its right", &from_right, RobotDesign::Simple, false),
+        ("a", "From the front", &from_front, RobotDesign::Nao, Side::Front),
+        ("b", "From its right", &from_right, RobotDesign::Nao, Side::Right),
+        ("c", "From behind", &from_behind, RobotDesign::Nao, Side::Back),
+        ("d", "Of few boxes", &from_front, RobotDesign::Simple, Side::Front),
     ];
-    for (column, (letter, words, played, design, is_front)) in panels.into_iter().enumerate() {
+    for (column, (letter, words, played, design, side)) in panels.into_iter().enumerate() {
         let Some(body) = played.app.robot::<Body>(BLUE).copied() else { continue };
         let up = [-0.05 * body.height_m, 1.1 * body.height_m];
         let at = Vec2::new(90.0 + 384.0 * column as f32, 96.0);
         let half_width_m = (up[1] - up[0]) * PANEL.x / PANEL.y / 2.0;
-        let across = [-half_width_m, half_width_m];
+        let across = match side {
+            Side::Front | Side::Right => [-half_width_m, half_width_m],
+            Side::Back => [half_width_m, -half_width_m],
+        };
         let axes = Axes { at, size: PANEL, across, up };
         let middle = Vec3::Z * (up[0] + up[1]) / 2.0;
         let fov = 2.0 * ops::atan((up[1] - up[0]) / 2.0 / EYE_M);
@@ -96,14 +110,13 @@ fn draw_sides(canvas: &mut Canvas, model: &RobotModel, scale: f32) -> Result<(),
         axes.frame(
             canvas,
             [step, step],
-            [if is_front { "y, m" } else { "x, m" }, if column == 0 { "z, m" } else { "" }],
+            [if side == Side::Right { "x, m" } else { "y, m" }, if column == 0 { "z, m" } else { "" }],
         );
         for z in [0.0, body.height_m] {
             canvas.dashes(&across.map(|x| axes.place(Vec2::new(x, z))), GREY, 1.2);
         }
         for part in [body.torso, body.base] {
-            let [from, to] =
-                if is_front { [-part.half_width_m, part.half_width_m] } else { [part.x_m[0], part.x_m[1]] };
+            let [from, to] = if side == Side::Right { part.x_m } else { [-part.half_width_m, part.half_width_m] };
             let corners = [[from, part.z_m[0]], [to, part.z_m[0]], [to, part.z_m[1]], [from, part.z_m[1]]];
             canvas.outline(&corners.map(|corner| axes.place(corner.into())), ORANGE, 1.6);
         }
@@ -112,7 +125,7 @@ fn draw_sides(canvas: &mut Canvas, model: &RobotModel, scale: f32) -> Result<(),
     Ok(())
 }
 
-/// What each camera sees of a ball 1.2 m ahead and another robot 2 m ahead, one below the other.
+/// What each camera sees of a ball 1.2 m ahead and another robot 2 m ahead, in two rows.
 fn draw_views(canvas: &mut Canvas, played: &FigureMatch, at: Vec2, scale: f32) {
     let settings = played.app.robot::<CameraSettings>(BLUE).copied().unwrap_or_default();
     let Some(robot) = played.scene().robot(BLUE) else { return };
@@ -121,9 +134,19 @@ fn draw_views(canvas: &mut Canvas, played: &FigureMatch, at: Vec2, scale: f32) {
     if mounts.is_empty() {
         remark(canvas, "It has no camera.", at + Vec2::Y * 20.0);
     }
-    let mut top = 0.0;
-    let width = VIEW_WIDTH * if mounts.len() > 1 { 0.62 } else { 1.0 };
-    for mount in mounts {
+    let columns = mounts.len().div_ceil(2).max(1);
+    let width = match mounts.len() {
+        0 | 1 => VIEW_WIDTH,
+        2 => 0.62 * VIEW_WIDTH,
+        _ => VIEW_WIDTH / columns as f32 - VIEW_GAP,
+    };
+    let (mut top, mut lowest) = (0.0, 0.0_f32);
+    for (index, mount) in mounts.iter().enumerate() {
+        let column = index % columns;
+        if column == 0 {
+            top = lowest;
+        }
+        let place = at + Vec2::new(column as f32 * (width + VIEW_GAP), top);
         let [full_width, full_height] = mount.size.unwrap_or([settings.width, settings.height]);
         let height = width * full_height as f32 / full_width as f32;
         let size = pixels(Vec2::new(width, height), scale);
@@ -133,10 +156,14 @@ fn draw_views(canvas: &mut Canvas, played: &FigureMatch, at: Vec2, scale: f32) {
         let camera = CameraView::new(drawn.intrinsics(&mount), &mount, settings.neck_m, robot.head);
         let view = View::of_robot(&camera, robot.world_from_robot(), BLUE);
         let view = View { supersampling: supersampling(size), shadows: true, ..view };
-        canvas.pixels(&figure_match::draw(played.scene(), &view), at + Vec2::new(0.0, top));
-        let words = format!("{}: {full_width} x {full_height} pixels", mount.name);
-        remark(canvas, &words, at + Vec2::new(0.0, top + height + 22.0));
-        top += height + 38.0;
+        canvas.pixels(&figure_match::draw(played.scene(), &view), place);
+        let words = match columns {
+            1 => format!("{}: {full_width} x {full_height} pixels", mount.name),
+            2 => format!("{}: {full_width} x {full_height}", mount.name),
+            _ => mount.name.to_string(),
+        };
+        remark(canvas, &words, place + Vec2::new(0.0, height + 22.0));
+        lowest = lowest.max(top + height + 38.0);
     }
 }
 

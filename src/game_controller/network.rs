@@ -73,9 +73,9 @@ impl NetworkSettings {
 #[derive(Debug, thiserror::Error)]
 #[error("{address}: {error}")]
 pub struct NetworkError {
-    /// Where.
+    /// The address that was asked for.
     pub address: SocketAddr,
-    /// Why not.
+    /// What the system says.
     pub error: io::Error,
 }
 

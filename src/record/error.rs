@@ -35,7 +35,7 @@ pub enum RecordError {
     /// It is not written, and what it was to replace is still there.
     #[error("{error}; the earlier file is as it was, and what there is of the new one is {unfinished}")]
     NotReplaced {
-        /// Why.
+        /// What kept it from being written.
         error: Box<RecordError>,
         /// Where that is which could be written.
         unfinished: PathBuf,

@@ -81,7 +81,7 @@ impl FromStr for FilmOverlay {
 /// What is drawn over pictures of the field, of whom: in words, `beliefs` or `blue2.beliefs`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct OverlayOf {
-    /// What.
+    /// What is drawn of a robot.
     pub overlay: FilmOverlay,
     /// Of this robot; none for all.
     pub robot: Option<RobotId>,

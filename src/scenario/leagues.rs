@@ -113,6 +113,19 @@ mod tests {
     }
 
     #[test]
+    fn every_league_is_played_by_its_name() {
+        for preset in LEAGUES {
+            let file = crate::scenario::ScenarioFile::find(preset.name).unwrap();
+            assert!(file.scenario.teams.is_some(), "{}", preset.name);
+            if crate::scenario::LIBRARY.iter().all(|entry| entry.name != preset.name) {
+                assert_eq!(file.scenario.league.as_deref(), Some(preset.name));
+            }
+        }
+        let error = crate::scenario::ScenarioFile::find("hsl2026_middle_fondation").unwrap_err();
+        assert!(error.to_string().contains("hsl2026_middle_foundation"), "{error}");
+    }
+
+    #[test]
     fn every_setting_of_a_league_has_a_source() {
         for preset in LEAGUES {
             let league = League::named(preset.name).unwrap_or_else(|| panic!("{} is not read", preset.name));

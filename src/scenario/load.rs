@@ -12,6 +12,7 @@ use super::error::{Place, ScenarioError, ScenarioErrorKind};
 use super::fault::ScenarioFault;
 use super::field_path::FieldPath;
 use super::format::Format;
+use super::leagues::LEAGUES;
 use super::library::{LIBRARY, LibraryScenario};
 use super::model_file;
 use super::read;
@@ -111,8 +112,15 @@ impl Text {
     fn named(name: &str) -> Result<Text, ScenarioError> {
         match LIBRARY.iter().find(|entry| entry.name == name) {
             Some(entry) => Ok(Text::new(entry.name, entry.format, entry.text)),
+            // A league without a scenario of its own, such as the other tier of one, is played by two of the built-in teams.
+            None if LEAGUES.iter().any(|league| league.name == name) => {
+                let text =
+                    format!("(name: \"{name}\", league: \"{name}\", teams: (blue: \"passers\", pink: \"roles\"))\n");
+                Ok(Text::new(name, Format::Ron, &text))
+            }
             None => {
-                let meant = did_you_mean(name, LIBRARY.iter().map(|entry| entry.name));
+                let names = LIBRARY.iter().map(|entry| entry.name).chain(LEAGUES.iter().map(|league| league.name));
+                let meant = did_you_mean(name, names);
                 let message = format!("there is no built-in scenario of this name, and no such file{meant}");
                 Err(ScenarioError::of_file(ScenarioErrorKind::NotFound, name, message, expected_name()))
             }

@@ -62,7 +62,7 @@ pub enum ModelError {
     Unreadable {
         /// The file.
         path: String,
-        /// Why.
+        /// What the system says.
         reason: String,
     },
     /// Its file is no model, or that of a robot that cannot be: all that is wrong with it, in the order of the text.

@@ -4,6 +4,7 @@ use serde_json::{Value, json};
 
 use super::{Laboratory, MeasuredQuantity, TrialError, mean_of};
 use crate::events::{FallCause, MatchEvent};
+use crate::geometry::to_degrees;
 use crate::scenario::RobotModel;
 use crate::sensing::status::BodyStatus;
 use crate::simulation::MatchApp;
@@ -28,6 +29,9 @@ struct Falls {
     kicked: f64,
 }
 
+/// Robots turn by no more in a trial, °/s.
+const MOST_DEGPS: f32 = 150.0;
+
 /// Lets a robot do something in cycles of so many seconds, and get up again when it falls.
 fn fall(
     laboratory: &mut Laboratory,
@@ -42,7 +46,10 @@ fn fall(
     if let (Value::Object(does), Value::Object(action)) = (&mut does, action) {
         does.extend(action);
     }
+    // Nobody turns here, and who turns fast has no cycle of a second.
+    let turns_degps = to_degrees(laboratory.scenario(json!({}))?.motion.max_angular).min(MOST_DEGPS);
     laboratory.begin(json!({
+        "motion": { "max_angular_degps": turns_degps },
         // Out of reach of any kick.
         "cycle_s": cycle_s, "falls": own, "kicks": { "wind_up_s": 0, "recovery_s": 0 }, "ball": { "position_m": [0, 3] },
         "robots": [{ "team": "blue", "number": 1, "behaviour": { "script": [does] } }],

@@ -2,6 +2,7 @@
 
 use super::{Checks, ScenarioFault};
 use crate::behaviour::script::ScriptEntry;
+use crate::communication::MOST_ROBOTS;
 use crate::game::{Intervention, TimedIntervention};
 use crate::robot::kick::UnknownKick;
 use crate::scenario::field_path::FieldPath;
@@ -106,7 +107,12 @@ impl Checks {
 
     /// That what it says may be sent.
     fn text(&mut self, path: &FieldPath, entry: &ScriptEntry, most_bytes: Option<u32>) {
-        let (Some(say), Some(most_bytes)) = (&entry.say, most_bytes) else { return };
+        let Some(say) = &entry.say else { return };
+        if say.robots_m.len() > MOST_ROBOTS {
+            let message = format!("this message tells of {} robots", say.robots_m.len());
+            self.fault(path.field("say").field("robots_m"), message, format!("at most {MOST_ROBOTS} places"));
+        }
+        let Some(most_bytes) = most_bytes else { return };
         if say.text_bytes() > most_bytes as usize {
             let message = format!("the texts of this message have {} bytes", say.text_bytes());
             self.fault(path.field("say"), message, format!("at most {most_bytes} bytes, `messages.max_text_bytes`"));
