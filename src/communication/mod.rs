@@ -10,7 +10,7 @@
 //! **Loss.** With probability `loss`, and always beyond `range_m` where there is one. None by default.
 //!
 //! **Size.** Texts and datagrams of more than `max_text_bytes`, by default 128 as for messages as a whole in 2025 (512 in the
-//! Humanoid Soccer League of 2026), are refused at the sender; so is a message with a number that is not finite, or with a place more than a kilometre away. A scenario may give a
+//! Humanoid Soccer League of 2026), are refused at the sender; so is a message with a number that is not finite, with a place more than a kilometre away, or of more than 64 robots. A scenario may give a
 //! team a budget of messages and of bytes for the match, beyond which nothing is sent: what a message counts for is
 //! [`TeamMessage::size_bytes`]. A model, a team or a robot may have smaller limits of its own ([`MessageLimits`]). A league's budget is another matter: what is beyond is sent, and
 //! [the rules](crate::game::Rules::message_budget) say what follows. Those of 2010 have none (500 Kbit/s for everything that a
