@@ -1,21 +1,22 @@
 //! The two designs of a robot (paper, section 3.1 and Fig. 2): one close to the real robot, and one of a few boxes, which is
 //! quicker to draw. Both have the robot's size and joints, and the team's waistband.
 //!
-//! The NAO is drawn as it is; other robots by the measures of their bodies.
+//! The NAO is drawn as it is, what looks like one as a NAO of other measures, and other robots by the measures of their bodies.
 
-use bevy::math::{Affine3A, Mat3, Quat, Vec2, Vec3};
+use bevy::math::{Vec2, Vec3};
 use bevy::prelude::Reflect;
 use serde::{Deserialize, Serialize};
 
 use super::Label;
 use super::colours::{self, Colour};
-use super::posing::{Limb, on_side};
+use super::posing::Limb;
 use super::shapes::{Part, Shape};
-use crate::robot::body::{Arms, Body, Legs};
+use crate::robot::body::Body;
 use crate::robot::look::{Look, LookShape};
 use crate::team::{RobotId, Team};
 
 mod by_measures;
+mod nao;
 mod number;
 
 /// A part of a robot, placed in the frame of a limb.
@@ -39,9 +40,9 @@ impl RobotDesign {
     /// The parts of a robot with this body, of this design.
     pub fn parts(self, id: RobotId, body: &Body) -> Vec<RobotPart> {
         match (self, body.look.shape) {
-            (RobotDesign::Nao, LookShape::Nao) => nao(id, body),
+            (RobotDesign::Nao, LookShape::Nao) => nao::detailed(id, body),
             (RobotDesign::Nao, LookShape::Measures) => by_measures::detailed(id, body),
-            (RobotDesign::Simple, LookShape::Nao) => simple(id.team, body),
+            (RobotDesign::Simple, LookShape::Nao) => nao::simple(id, body),
             (RobotDesign::Simple, LookShape::Measures) => by_measures::simple(id, body),
         }
     }
@@ -119,145 +120,13 @@ impl PartList {
     }
 }
 
-/// The measures of the limbs of a body that looks like a NAO.
-fn limbs_of_nao(measures: &Body) -> (Legs, Arms) {
-    (measures.legs.unwrap_or_default(), measures.arms.unwrap_or_default())
-}
-
-fn nao(id: RobotId, measures: &Body) -> Vec<RobotPart> {
-    let look = measures.look;
-    let (Legs { thigh_m, shank_m, ankle_m, .. }, _) = limbs_of_nao(measures);
-    let mut body = PartList::new(id, look, 96);
-    let ([shell, joint], label) = (body.colours(), body.label);
-
-    // Trunk: pelvis, waistband, chest that widens to the shoulders, collar and neck.
-    let trunk = Limb::Trunk;
-    body.ellipsoid(trunk, joint, Vec3::new(0.046, 0.062, 0.03), Vec3::Z * 0.246);
-    let radii = measures.waistband.half_size_m;
-    let band = Shape::Frustum { bottom: radii, top: radii, half_height: measures.waistband.height() / 2.0 };
-    body.band(id.team, measures, band);
-    let (chest, shoulders, collar) = (Vec2::new(0.053, 0.07), Vec2::new(0.061, 0.09), Vec2::new(0.036, 0.05));
-    body.frustum(trunk, shell, [(chest, 0.35), (shoulders, 0.425)]);
-    body.frustum(trunk, shell, [(shoulders, 0.425), (collar, 0.452)]);
-    body.frustum(trunk, joint, [(Vec2::splat(0.022), 0.44), (Vec2::splat(0.022), 0.475)]);
-    // The button on the chest, and plates that carry the number.
-    let button = Affine3A::from_mat3_translation(along_x(), Vec3::new(0.058, 0.0, 0.427));
-    let shape = Shape::cylinder(0.011, 0.012);
-    body.parts.push(Part { frame: trunk, label, colour: joint, shape, frame_from_shape: button });
-    let mut plates = number::Plates::of_nao();
-    plates.z_m = look.number_z_m.unwrap_or(plates.z_m);
-    for (facing, is_there) in [(1.0, look.number.chest), (-1.0, look.number.back)] {
-        if is_there {
-            let middle = Vec3::new(facing * 0.057, 0.0, plates.z_m);
-            body.cuboid(trunk, Colour(look.plates), Vec3::new(0.012, 0.088, 0.066), middle);
-        }
-    }
-    number::write(&mut body, id.number, &plates);
-
-    // Head: skull with a brow, eyes, cameras in forehead and chin, ears.
-    let head = Limb::Head;
-    let middle = Vec3::Z * 0.055;
-    body.ellipsoid(head, shell, Vec3::new(0.057, 0.062, 0.0535), middle);
-    body.ellipsoid(head, shell, Vec3::new(0.03, 0.05, 0.02), middle + Vec3::new(0.024, 0.0, 0.03));
-    body.ball(head, joint, 0.0085, middle + Vec3::new(0.049, 0.0, 0.025));
-    body.ball(head, joint, 0.0085, middle + Vec3::new(0.049, 0.0, -0.024));
-    for side in 0..2 {
-        let eye = on_side(Vec3::new(0.0445, 0.025, 0.004), side);
-        body.ellipsoid(head, joint, Vec3::new(0.008, 0.0165, 0.0165), middle + eye);
-        body.ellipsoid(head, Colour(look.eyes), Vec3::new(0.0105, 0.0115, 0.0115), middle + eye);
-        let ear = Affine3A::from_mat3_translation(along_y(), middle + on_side(Vec3::new(-0.004, 0.057, 0.0), side));
-        let shape = Shape::cylinder(0.031, 0.02);
-        body.parts.push(Part { frame: head, label, colour: joint, shape, frame_from_shape: ear });
-        body.ellipsoid(
-            head,
-            shell,
-            Vec3::new(0.021, 0.006, 0.021),
-            middle + on_side(Vec3::new(-0.004, 0.066, 0.0), side),
-        );
-    }
-
-    for side in 0..2 {
-        // Arms, bent at the elbows.
-        let arm = Limb::ARMS[side];
-        let elbow = on_side(Vec3::new(0.0, 0.022, -0.098), side);
-        let wrist = on_side(Vec3::new(0.062, 0.012, -0.142), side);
-        body.ball(arm, joint, 0.032, Vec3::ZERO);
-        body.ellipsoid(arm, shell, Vec3::new(0.037, 0.034, 0.037), on_side(Vec3::new(0.0, 0.006, 0.002), side));
-        body.rod(arm, shell, 0.025, [on_side(Vec3::new(0.0, 0.008, -0.02), side), elbow * 0.86]);
-        body.ball(arm, joint, 0.025, elbow);
-        body.rod(arm, shell, 0.0225, [elbow.lerp(wrist, 0.2), wrist]);
-        let hand = wrist + on_side(Vec3::new(0.022, 0.0, -0.012), side);
-        body.ball(arm, joint, 0.019, hand);
-        for finger in [-1.0, 1.0] {
-            let knuckle = hand + Vec3::new(0.01, finger * 0.009, 0.002);
-            body.rod(arm, shell, 0.007, [knuckle, knuckle + Vec3::new(0.02, 0.0, -0.014)]);
-        }
-
-        // Legs: shells over the joints.
-        let [thigh, shank, foot] = [Limb::THIGHS[side], Limb::SHANKS[side], Limb::FEET[side]];
-        body.ball(thigh, joint, 0.034, Vec3::ZERO);
-        body.frustum(thigh, shell, [(Vec2::new(0.033, 0.034), 0.018 - thigh_m), (Vec2::new(0.04, 0.0385), -0.012)]);
-        body.ellipsoid(thigh, shell, Vec3::new(0.038, 0.037, 0.05), Vec3::new(0.006, 0.0, -0.05));
-        body.ball(shank, joint, 0.031, Vec3::ZERO);
-        body.ellipsoid(shank, shell, Vec3::new(0.026, 0.028, 0.03), Vec3::new(0.014, 0.0, 0.0));
-        body.frustum(shank, shell, [(Vec2::new(0.031, 0.033), 0.022 - shank_m), (Vec2::new(0.037, 0.036), -0.02)]);
-        body.ellipsoid(shank, shell, Vec3::new(0.036, 0.034, 0.05), Vec3::new(0.006, 0.0, -0.055));
-        body.ball(foot, joint, 0.028, Vec3::ZERO);
-        // The sole is 15 cm long and rounded in front and behind.
-        let middle = on_side(Vec3::new(0.025, 0.003, 0.0), side);
-        let (sole, height) = (-ankle_m, 0.034);
-        body.cuboid(foot, shell, Vec3::new(0.09, 0.084, height), middle + Vec3::Z * (sole + height / 2.0));
-        for (end, radius) in [(0.045, 0.042), (-0.045, 0.042)] {
-            let shape = Shape::Frustum {
-                bottom: Vec2::new(0.036, radius),
-                top: Vec2::new(0.03, radius * 0.9),
-                half_height: height / 2.0,
-            };
-            body.add(foot, shell, shape, middle + Vec3::new(end, 0.0, sole + height / 2.0));
-        }
-        body.ellipsoid(foot, shell, Vec3::new(0.058, 0.039, 0.022), middle + Vec3::Z * (sole + height - 0.004));
-    }
-    body.parts
-}
-
-fn simple(team: Team, measures: &Body) -> Vec<RobotPart> {
-    let (Legs { thigh_m, shank_m, ankle_m, .. }, _) = limbs_of_nao(measures);
-    let mut body = PartList::new(RobotId::new(team, 1), measures.look, 16);
-    let [shell, joint] = body.colours();
-    let band_size = (2.0 * measures.waistband.half_size_m).extend(measures.waistband.height());
-    body.band(team, measures, Shape::Box { half_size: band_size / 2.0 });
-    body.cuboid(Limb::Trunk, shell, Vec3::new(0.1, 0.15, 0.118), Vec3::Z * 0.409);
-    body.cuboid(Limb::Head, shell, Vec3::new(0.1, 0.11, 0.105), Vec3::Z * 0.061);
-    // The face is dark, so that front and back differ.
-    body.cuboid(Limb::Head, joint, Vec3::new(0.01, 0.08, 0.04), Vec3::new(0.0475, 0.0, 0.065));
-    for side in 0..2 {
-        let arm = on_side(Vec3::new(0.0, 0.012, -0.07), side);
-        body.cuboid(Limb::ARMS[side], shell, Vec3::new(0.05, 0.045, 0.17), arm);
-        let thigh = Vec3::Z * (-thigh_m / 2.0);
-        body.cuboid(Limb::THIGHS[side], joint, Vec3::new(0.07, 0.07, thigh_m), thigh);
-        let shank = Vec3::Z * (-(shank_m + 0.01) / 2.0);
-        body.cuboid(Limb::SHANKS[side], shell, Vec3::new(0.066, 0.066, shank_m + 0.01), shank);
-        let height = 0.036;
-        let foot = on_side(Vec3::new(0.025, 0.003, height / 2.0 - ankle_m), side);
-        body.cuboid(Limb::FEET[side], shell, Vec3::new(0.15, 0.084, height), foot);
-    }
-    body.parts
-}
-
-/// Turns a shape's z axis to the front.
-fn along_x() -> Mat3 {
-    Mat3::from_quat(Quat::from_rotation_arc(Vec3::Z, Vec3::X))
-}
-
-/// Turns a shape's z axis to the left.
-fn along_y() -> Mat3 {
-    Mat3::from_quat(Quat::from_rotation_arc(Vec3::Z, Vec3::Y))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::appearance::posing::JointAngles;
+    use crate::appearance::shapes::Shape;
+    use crate::robot::body::{Arms, BodyBox, Legs, Waistband};
+    use bevy::math::Affine3A;
 
     /// The least and greatest height of a standing robot's parts, m.
     fn heights(design: RobotDesign, body: &Body) -> [f32; 2] {
@@ -284,13 +153,52 @@ mod tests {
     #[test]
     fn robots_stand_on_the_ground_and_are_as_high_as_they_should() {
         let tall = Body { height_m: 1.2, neck_m: Vec3::Z, look: Look::DARK, ..Body::default() };
+        let legs = Legs { hip_m: Vec3::new(0.0, 0.1, 0.5), thigh_m: 0.22, shank_m: 0.24, ankle_m: 0.04 };
+        let large_nao = Body { look: Look::NAO, legs: Some(legs), foot_y_m: 0.1, ..tall };
         let look = Look { head: crate::robot::look::Top::Mast, ..Look::LIGHT };
         let wheeled = Body { legs: None, arms: None, look, ..Body::default() };
         for design in RobotDesign::BOTH {
             // Aldebaran: 573 mm.
-            for body in [Body::default(), tall, wheeled] {
+            for body in [Body::default(), tall, wheeled, large_nao, Body { legs: None, arms: None, ..Body::default() }]
+            {
                 let [sole, top] = heights(design, &body);
-                assert!(sole.abs() < 1e-3 && (top - body.height_m).abs() < 0.006, "{design:?}: {sole} {top}");
+                // A head like a NAO's is as much rounder at its top as it is larger.
+                let margin_m = 0.006 * (body.height_m - body.neck_m.z) / 0.1135;
+                assert!(sole.abs() < 1e-3 && (top - body.height_m).abs() < margin_m, "{design:?}: {sole} {top}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_looks_like_a_nao_of_other_measures_holds_together() {
+        // Twice a NAO in every measure is drawn as a NAO twice as large.
+        let twice = |part: BodyBox| BodyBox {
+            x_m: part.x_m.map(|x| 2.0 * x),
+            half_width_m: 2.0 * part.half_width_m,
+            z_m: part.z_m.map(|z| 2.0 * z),
+        };
+        let nao = Body::default();
+        let legs = nao.legs.map(|Legs { hip_m, thigh_m, shank_m, ankle_m }| Legs {
+            hip_m: 2.0 * hip_m,
+            thigh_m: 2.0 * thigh_m,
+            shank_m: 2.0 * shank_m,
+            ankle_m: 2.0 * ankle_m,
+        });
+        let arms = nao
+            .arms
+            .map(|Arms { shoulder_m, length_m }| Arms { shoulder_m: 2.0 * shoulder_m, length_m: 2.0 * length_m });
+        let band = nao.waistband;
+        let waistband = Waistband { z_m: band.z_m.map(|z| 2.0 * z), half_size_m: 2.0 * band.half_size_m };
+        let (torso, base) = (twice(nao.torso), twice(nao.base));
+        let (height_m, foot_y_m, neck_m) = (2.0 * nao.height_m, 2.0 * nao.foot_y_m, 2.0 * nao.neck_m);
+        let large = Body { torso, base, height_m, foot_y_m, neck_m, waistband, legs, arms, ..nao };
+        for design in RobotDesign::BOTH {
+            let [small, large] = [&nao, &large].map(|body| design.parts(RobotId::new(Team::Blue, 5), body));
+            assert_eq!(small.len(), large.len());
+            for (small, large) in small.iter().zip(&large) {
+                let [near, far] = [small, large].map(|part| part.frame_from_shape.translation);
+                assert!((2.0 * near).distance(far) < 1e-5, "{small:?} {large:?}");
+                assert!((2.0 * small.shape.reach() - large.shape.reach()).abs() < 1e-5, "{small:?} {large:?}");
             }
         }
     }

@@ -145,14 +145,35 @@ impl CameraView {
         let offset = mount.lens_m - neck;
         let lens_ahead = offset.x * pitch.x + offset.z * pitch.y;
         let lens_up = offset.z * pitch.x - offset.x * pitch.y;
+        let lens =
+            neck + Vec3::new(yaw.x * lens_ahead - yaw.y * offset.y, yaw.y * lens_ahead + yaw.x * offset.y, lens_up);
+        if mount.pan() != 0.0 {
+            return Self::panned(intrinsics, lens, mount, yaw, pitch);
+        }
         let gaze = pitch.rotate(mount.tilt_unit());
         Self {
             intrinsics,
-            lens: neck
-                + Vec3::new(yaw.x * lens_ahead - yaw.y * offset.y, yaw.y * lens_ahead + yaw.x * offset.y, lens_up),
+            lens,
             right: Vec3::new(yaw.y, -yaw.x, 0.0),
             down: Vec3::new(-yaw.x * gaze.y, -yaw.y * gaze.y, -gaze.x),
             forward: Vec3::new(yaw.x * gaze.x, yaw.y * gaze.x, -gaze.y),
+        }
+    }
+
+    /// Of a camera that looks aside in the head: its rotation in it is Rz(pan) Ry(tilt).
+    fn panned(intrinsics: CameraIntrinsics, lens: Vec3, mount: &CameraMount, yaw: Vec2, pitch: Vec2) -> Self {
+        let (pan, tilt) = (unit(mount.pan()), mount.tilt_unit());
+        // From the head's frame to the robot's: Rz(yaw) Ry(pitch).
+        let turned = |v: Vec3| {
+            let (ahead, up) = (pitch.x * v.x + pitch.y * v.z, pitch.x * v.z - pitch.y * v.x);
+            Vec3::new(yaw.x * ahead - yaw.y * v.y, yaw.y * ahead + yaw.x * v.y, up)
+        };
+        Self {
+            intrinsics,
+            lens,
+            right: turned(Vec3::new(pan.y, -pan.x, 0.0)),
+            down: turned(Vec3::new(-pan.x * tilt.y, -pan.y * tilt.y, -tilt.x)),
+            forward: turned(Vec3::new(pan.x * tilt.x, pan.y * tilt.x, -tilt.y)),
         }
     }
 

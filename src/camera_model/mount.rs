@@ -41,13 +41,27 @@ pub struct CameraMount {
     tilt: f32,
     /// Cosine and sine of that.
     tilt_unit: Vec2,
+    /// How far to the left of the head's x axis it looks, radians.
+    pan: f32,
 }
 
 impl CameraMount {
     /// A camera with its lens there, m, robot frame, which looks so far below the head's x axis, radians.
     pub fn new(name: CameraName, lens_m: Vec3, tilt: f32) -> Self {
         let tilt_unit = unit(tilt);
-        Self { name, lens_m, size: None, diagonal_fov: None, distortion: None, every_cycles: None, tilt, tilt_unit }
+        let (size, diagonal_fov, distortion, every_cycles) = (None, None, None, None);
+        Self { name, lens_m, size, diagonal_fov, distortion, every_cycles, tilt, tilt_unit, pan: 0.0 }
+    }
+
+    /// The same camera, but that it looks so far to the left of the head's x axis, radians, and then down.
+    #[must_use]
+    pub fn panned(self, pan: f32) -> Self {
+        Self { pan, ..self }
+    }
+
+    /// How far to the left of the head's x axis it looks, radians.
+    pub fn pan(&self) -> f32 {
+        self.pan
     }
 
     /// How far below the head's x axis it looks, radians.
@@ -68,6 +82,8 @@ struct MountFields {
     position_m: Vec3,
     #[serde(default, with = "file_units::degrees")]
     tilt_deg: f32,
+    #[serde(default, with = "file_units::degrees", skip_serializing_if = "is_zero")]
+    pan_deg: f32,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     size: Option<[u32; 2]>,
     #[serde(default, skip_serializing_if = "Option::is_none", with = "file_units::optional_degrees")]
@@ -78,21 +94,28 @@ struct MountFields {
     every_cycles: Option<u32>,
 }
 
+/// Most cameras look ahead, which need not be said.
+fn is_zero(pan: &f32) -> bool {
+    *pan == 0.0
+}
+
 impl From<MountFields> for CameraMount {
     fn from(fields: MountFields) -> Self {
-        let MountFields { name, position_m, tilt_deg, size, diagonal_fov_deg, distortion, every_cycles } = fields;
-        let mount = Self::new(name, position_m, tilt_deg);
+        let MountFields { name, position_m, tilt_deg, pan_deg, size, diagonal_fov_deg, distortion, every_cycles } =
+            fields;
+        let mount = Self::new(name, position_m, tilt_deg).panned(pan_deg);
         Self { size, diagonal_fov: diagonal_fov_deg, distortion, every_cycles, ..mount }
     }
 }
 
 impl From<CameraMount> for MountFields {
     fn from(mount: CameraMount) -> Self {
-        let CameraMount { name, lens_m, size, diagonal_fov, distortion, every_cycles, tilt, .. } = mount;
+        let CameraMount { name, lens_m, size, diagonal_fov, distortion, every_cycles, tilt, pan, .. } = mount;
         Self {
             name,
             position_m: lens_m,
             tilt_deg: tilt,
+            pan_deg: pan,
             size,
             diagonal_fov_deg: diagonal_fov,
             distortion,
@@ -125,6 +148,7 @@ impl CameraMounts {
             every_cycles: None,
             tilt: 0.0,
             tilt_unit: Vec2::X,
+            pan: 0.0,
         };
         let bottom = CameraMount {
             name: CameraName::BOTTOM,

@@ -168,3 +168,29 @@ fn a_segment_is_clipped_at_the_edges_of_the_image() {
     assert_eq!(top.visible_part(Vec3::new(-1.0, -1.0, 0.0), Vec3::new(-1.0, 1.0, 0.0)), None);
     assert_eq!(top.visible_part(Vec3::new(1.0, 3.0, 0.0), Vec3::new(3.0, 3.0, 0.0)), None);
 }
+
+#[test]
+fn a_camera_that_looks_aside_sees_as_one_ahead_in_a_head_that_is_turned() {
+    let mount = |pan_deg: f32| {
+        // About the neck, so that only directions differ.
+        let lens = CameraSettings::default().neck_m;
+        CameraMount::new(CameraName::TOP, lens, to_radians(25.0)).panned(to_radians(pan_deg))
+    };
+    let intrinsics = CameraIntrinsics::new(Vec2::new(320.0, 240.0), 1.0);
+    let view = |pan_deg, yaw_deg, pitch_deg| {
+        let head = HeadAngles { yaw: to_radians(yaw_deg), pitch: to_radians(pitch_deg) };
+        CameraView::new(intrinsics, &mount(pan_deg), CameraSettings::default().neck_m, head)
+    };
+    for (pan, yaw) in [(90.0, 0.0), (-35.0, 20.0), (180.0, -100.0)] {
+        let (aside, turned) = (view(pan, yaw, 0.0), view(0.0, pan + yaw, 0.0));
+        for (one, other) in
+            [aside.forward, aside.right, aside.down].into_iter().zip([turned.forward, turned.right, turned.down])
+        {
+            assert_abs_diff_eq!(one, other, epsilon = 1e-6);
+        }
+    }
+    // A head that nods by 30° rolls a camera that looks to its left: what is right in its image rises, sin 30° = 0.5.
+    let rolled = view(90.0, 0.0, 30.0);
+    assert_abs_diff_eq!(rolled.right, Vec3::new(0.866_025, 0.0, -0.5), epsilon = 1e-5);
+    assert!((rolled.right.cross(rolled.down) - rolled.forward).length() < 1e-6);
+}

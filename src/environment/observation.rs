@@ -210,8 +210,8 @@ fn put_belief(sink: &mut impl Sink, belief: Option<&Belief>, world: &World, othe
     let [xx, _, yy, _, _, tt] = belief.pose_covariance;
     put_own_pose(sink, belief.pose);
     Group::new(sink, "own", 0)
-        .put("doubt", AGE, "standard deviation of its place, m", ops::sqrt((xx + yy).max(0.0)))
-        .put("heading_doubt", [0.0, PI], "standard deviation of its heading, rad", ops::sqrt(tt.max(0.0)))
+        .put("position_sd", AGE, "standard deviation of its place, m", ops::sqrt((xx + yy).max(0.0)))
+        .put("heading_sd", [0.0, PI], "standard deviation of its heading, rad", ops::sqrt(tt.max(0.0)))
         .put("age", AGE, "since something seen confirmed its pose, s", belief.pose_age_s);
     put_goals(sink, belief.pose, world.resource::<Pitch>());
     let ball = belief.ball.unwrap_or_default();
@@ -225,7 +225,7 @@ fn put_belief(sink: &mut impl Sink, belief: Option<&Belief>, world: &World, othe
         .put("y", PLACE, "how far it is to the left, m", place.y)
         .put("vx", SPEED, "how fast it rolls ahead, m/s", velocity.x)
         .put("vy", SPEED, "how fast it rolls to the left, m/s", velocity.y)
-        .put("doubt", AGE, "standard deviation of its place, m", ops::sqrt((xx + yy).max(0.0)))
+        .put("position_sd", AGE, "standard deviation of its place, m", ops::sqrt((xx + yy).max(0.0)))
         .put("age", AGE, "since it was seen, s", ball.age_s);
     put_believed(sink, "team_mate", others.team_mates, belief.pose, &belief.team_mates);
     put_believed(sink, "opponent", others.opponents, belief.pose, &belief.opponents);

@@ -123,6 +123,11 @@ impl Body {
     pub fn width_in_naos(&self) -> f32 {
         self.torso.half_width_m / 0.15
     }
+
+    /// Half the width of its trunk as it is drawn, m: arms hang beside it.
+    pub fn drawn_half_width_m(&self) -> f32 {
+        self.arms.map_or(self.torso.half_width_m, |arms| 0.75 * arms.shoulder_m.y)
+    }
 }
 
 /// The band about a robot's waist in its team's colour, by which robots are recognised. The NAO's is 10 cm high (rule book

@@ -66,8 +66,8 @@ impl Head {
         // From side to side and back.
         let sweep = 1.0 - 4.0 * (phase - 0.5).abs();
         let mut cameras = self.view.cameras();
-        let pitch = match (phase >= 0.5, cameras.len(), cameras.next()) {
-            (true, 1, Some((_, height))) => SINGLE_SEARCH_PITCH * height,
+        let pitch = match (phase >= 0.5, cameras.next(), cameras.next()) {
+            (true, Some((_, height)), None) => SINGLE_SEARCH_PITCH * height,
             (is_low, ..) => SEARCH_PITCHES[usize::from(is_low)],
         };
         self.within_limits(SEARCH_YAW.min(self.yaw[1]) * sweep, pitch)
@@ -80,7 +80,7 @@ impl Head {
 
     /// The cosine of the greatest angle from the front at which something can be seen well.
     pub fn reach_cosine(&self) -> f32 {
-        ops::cos(self.yaw[1].max(0.0))
+        ops::cos((self.yaw[1].max(0.0) + self.view.widest_pan()).min(core::f32::consts::PI))
     }
 
     fn within_limits(&self, yaw: f32, pitch: f32) -> HeadCommand {

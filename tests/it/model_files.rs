@@ -26,7 +26,7 @@ fn model_within_sense(random: [f64; 8]) -> Value {
                 "base": { "x_m": [-0.1, 0.15], "half_width_m": 0.6 * half_width_m, "z_m": [0.0, hip_m] },
                 "height_m": height_m, "lying_height_m": 0.3 * height_m, "foot_y_m": 0.3 * half_width_m,
                 "neck_m": [0.0, 0.0, neck_m],
-                "waistband": { "z_m": [hip_m, hip_m + 0.1 * height_m], "half_size_m": [0.1, 0.5 * half_width_m] },
+                "waistband": { "z_m": [hip_m, hip_m + 0.1 * height_m], "half_size_m": [0.11, 0.5 * half_width_m] },
                 "legs": { "hip_m": [0.0, 0.3 * half_width_m, hip_m], "thigh_m": 0.45 * hip_m, "shank_m": 0.45 * hip_m, "ankle_m": 0.1 * hip_m },
                 "arms": { "shoulder_m": [0.0, half_width_m, neck_m], "length_m": 0.3 * height_m },
             },
@@ -47,6 +47,28 @@ const IMPOSSIBLE: &[(&str, fn(&mut Value))] = &[
         model["settings"]["body"]["torso"]["z_m"][1] = json!(2.2);
     }),
     ("settings.body.torso.x_m", |model| model["settings"]["body"]["torso"]["x_m"] = json!([0.1, -0.1])),
+    ("settings.body.torso.z_m", |model| {
+        // A trunk in the air above its legs.
+        let torso = &mut model["settings"]["body"]["torso"]["z_m"];
+        torso[0] = json!(torso[0].as_f64().unwrap() + 0.03);
+    }),
+    ("settings.body.torso.x_m", |model| model["settings"]["body"]["torso"]["x_m"] = json!([0.2, 0.3])),
+    ("settings.body.neck_m", |model| {
+        // A head on a stick.
+        let torso = &mut model["settings"]["body"]["torso"]["z_m"];
+        torso[1] = json!(torso[0].as_f64().unwrap() + 0.001);
+    }),
+    ("settings.body.waistband.half_size_m", |model| {
+        model["settings"]["body"]["waistband"]["half_size_m"] = json!([0.05, 0.01]);
+    }),
+    ("settings.body.legs.hip_m", |model| {
+        // Legs that would end above the ground.
+        let shank = &mut model["settings"]["body"]["legs"]["shank_m"];
+        *shank = json!(0.5 * shank.as_f64().unwrap());
+    }),
+    ("settings.cameras.mounts[0].pan_deg", |model| {
+        model["settings"]["cameras"]["mounts"][0]["pan_deg"] = json!(190);
+    }),
     ("settings.body.base.z_m[0]", |model| {
         // A robot that hovers.
         let base = &mut model["settings"]["body"]["base"]["z_m"];

@@ -13,7 +13,7 @@ use crate::robot::look::Top;
 use crate::team::{RobotId, Team};
 
 /// Where trunk and head of a body are.
-struct Trunk {
+pub(super) struct Trunk {
     /// Lower and upper edge, m above the ground.
     z_m: [f32; 2],
     /// Rear and front, m.
@@ -27,16 +27,14 @@ struct Trunk {
 }
 
 impl Trunk {
-    fn of(body: &Body) -> Self {
+    pub(super) fn of(body: &Body) -> Self {
         let lower = body.legs.map_or(body.base.z_m[1], |legs| legs.hip_m.z);
-        // Arms hang beside it.
-        let half_width_m = body.arms.map_or(body.torso.half_width_m, |arms| 0.75 * arms.shoulder_m.y);
         let head_m = (body.height_m - body.neck_m.z).max(0.02);
         let half_head = head_m / 2.0;
         Self {
             z_m: [lower.min(body.neck_m.z - 0.02), body.neck_m.z],
             x_m: body.torso.x_m,
-            half_width_m: half_width_m.max(0.02),
+            half_width_m: body.drawn_half_width_m().max(0.02),
             half_head_m: Vec3::new(half_head.min(0.12), half_head.min(0.11), half_head),
             head_z_m: half_head,
         }
@@ -143,7 +141,8 @@ pub(super) fn detailed(id: RobotId, body: &Body) -> Vec<RobotPart> {
             list.rod(Limb::THIGHS[side], shell, thigh, [Vec3::Z * (-0.15 * thigh_m), Vec3::Z * (-0.8 * thigh_m)]);
             list.ball(Limb::SHANKS[side], joint, shank.max(0.9 * thigh), Vec3::ZERO);
             list.rod(Limb::SHANKS[side], shell, shank, [Vec3::Z * (-0.2 * shank_m), Vec3::Z * (-0.85 * shank_m)]);
-            list.ball(Limb::FEET[side], joint, shank, Vec3::ZERO);
+            // Ankles near the ground are flat.
+            list.ball(Limb::FEET[side], joint, shank.min(ankle_m), Vec3::ZERO);
             let (size, middle) = foot(body, ankle_m, side);
             list.cuboid(Limb::FEET[side], shell, size * Vec3::new(0.7, 1.0, 1.0), middle);
             let toe = size * Vec3::new(0.5, 0.5, 0.5);
@@ -179,7 +178,7 @@ fn face(list: &mut PartList, trunk: &Trunk) {
 }
 
 /// A mast in place of a head, with a camera that looks ahead.
-fn mast(list: &mut PartList, trunk: &Trunk) {
+pub(super) fn mast(list: &mut PartList, trunk: &Trunk) {
     let [shell, joint] = list.colours();
     let top_m = 2.0 * trunk.head_z_m;
     let thickness = 0.12 * trunk.half_width_m;
@@ -203,7 +202,7 @@ fn foot(body: &Body, ankle_m: f32, side: usize) -> (Vec3, Vec3) {
 }
 
 /// What a robot without legs stands on: a box, and two wheels.
-fn chassis(list: &mut PartList, body: &Body, wheels: Colour) {
+pub(super) fn chassis(list: &mut PartList, body: &Body, wheels: Colour) {
     let base = body.base;
     let radius = (0.3 * (base.z_m[1] - base.z_m[0])).min(0.4 * (base.x_m[1] - base.x_m[0]));
     let height = base.z_m[1] - radius / 2.0;

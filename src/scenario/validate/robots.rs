@@ -17,6 +17,8 @@ const WIDEST_M: f32 = 1.0;
 const HIGHEST_M: f32 = 2.5;
 /// A mast reaches at most so far beyond a robot's body, m.
 const MAST_M: f32 = 0.5;
+/// The neck joint is at most so far above the torso, as a share of the robot's height.
+const LONGEST_NECK: f32 = 0.2;
 /// Measures of a robot that agree but for so much do agree, m.
 const SAME_M: f32 = 0.01;
 
@@ -50,6 +52,7 @@ impl Checks {
                 ScenarioFault::new(path.field("base").field("z_m").index(0), message, "0 m: it stands on the ground");
             self.push(fault.judged_with([path.field("torso").field("z_m")]));
         }
+        self.trunk_on_base(path, body);
         self.below_top(path, path.field("lying_height_m"), body.lying_height_m, body);
         if body.foot_y_m > body.base.half_width_m + SAME_M {
             let message = format!("`foot_y_m` is {}", body.foot_y_m);
@@ -82,12 +85,54 @@ impl Checks {
                 let expected = "`thigh_m`, `shank_m` and `ankle_m` that add up to the hip's height at most";
                 let fault = ScenarioFault::new(legs.field("hip_m"), message, expected);
                 self.push(fault.judged_with(lengths.map(|(name, _)| legs.field(name))));
+            } else if length < hip_m.z - SAME_M {
+                let message = format!("the hip is {} m high, and the legs are {length:.3} m long", hip_m.z);
+                let expected = "`thigh_m`, `shank_m` and `ankle_m` that reach from the hip to the ground";
+                let fault = ScenarioFault::new(legs.field("hip_m"), message, expected);
+                self.push(fault.judged_with(lengths.map(|(name, _)| legs.field(name))));
             }
         }
         if let Some(Arms { shoulder_m, length_m }) = body.arms {
             let arms = path.field("arms");
             self.positive(arms.field("length_m"), length_m, HIGHEST_M, " m");
             self.joint(path, &arms.field("shoulder_m"), shoulder_m, body);
+        }
+    }
+
+    /// That torso, base, neck and waistband are one body: a torso on its base, the neck at the torso, and a band that is seen.
+    fn trunk_on_base(&mut self, path: &FieldPath, body: &Body) {
+        let (Body { torso, base, .. }, torso_path) = (body, path.field("torso"));
+        let is_box = |part: &BodyBox| part.x_m[0] < part.x_m[1] && part.z_m[0] < part.z_m[1];
+        if !is_box(torso) || !is_box(base) {
+            return;
+        }
+        let [over, under] = [torso.z_m[0] - base.z_m[1], base.z_m[0] - torso.z_m[1]];
+        if over > SAME_M || under > SAME_M {
+            let message = format!("there are {:.3} m between the torso and the base", over.max(under));
+            let expected = format!("a torso that begins where the base ends, at {} m", base.z_m[1]);
+            let fault = ScenarioFault::new(torso_path.field("z_m"), message, expected);
+            self.push(fault.judged_with([path.field("base").field("z_m")]));
+        }
+        if torso.x_m[0] >= base.x_m[1] || base.x_m[0] >= torso.x_m[1] {
+            let message = format!("the torso is from {} to {} m, not above the base", torso.x_m[0], torso.x_m[1]);
+            let expected = format!("a torso above the base, which is from {} to {} m", base.x_m[0], base.x_m[1]);
+            let fault = ScenarioFault::new(torso_path.field("x_m"), message, expected);
+            self.push(fault.judged_with([path.field("base").field("x_m")]));
+        }
+        let (neck, most) = (body.neck_m.z, torso.z_m[1].max(base.z_m[1]) + LONGEST_NECK * body.height_m);
+        if neck > most && neck <= body.height_m {
+            let message = format!("the neck is {neck} m high, and the torso ends at {} m", torso.z_m[1]);
+            let fault =
+                ScenarioFault::new(path.field("neck_m"), message, format!("a neck on the torso, at most {most:.3} m"));
+            self.push(fault.judged_with([torso_path.field("z_m"), path.field("height_m")]));
+        }
+        let [depth, width] = [torso.x_m[0].abs().max(torso.x_m[1].abs()), body.drawn_half_width_m()];
+        let Vec2 { x, y } = body.waistband.half_size_m;
+        if x > 0.0 && y > 0.0 && x <= depth && y <= width {
+            let message = format!("the waistband of ({x}, {y}) m is inside the trunk, where no camera sees it");
+            let expected = format!("half sizes of more than {depth} m along x or {width:.3} m along y");
+            let fault = ScenarioFault::new(path.field("waistband").field("half_size_m"), message, expected);
+            self.push(fault.judged_with([torso_path.field("x_m"), torso_path.field("half_width_m")]));
         }
     }
 
@@ -170,6 +215,7 @@ impl Checks {
             }
             let tilt_deg = to_degrees(mount.tilt());
             self.range(path.field("tilt_deg"), tilt_deg, -90.0..=90.0, " degrees");
+            self.degrees(path.field("pan_deg"), mount.pan(), -180.0..=180.0, " degrees");
             if let Some(fov) = mount.diagonal_fov {
                 self.degrees(path.field("diagonal_fov_deg"), fov, 1.0..=170.0, " degrees");
             }

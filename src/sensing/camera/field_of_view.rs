@@ -15,8 +15,13 @@ pub struct FieldOfView {
     tilts: [f32; CameraMounts::MOST],
     /// Half the height of each image as an angle, and half its width as a slope, in those of a NAO's.
     sizes: [Vec2; CameraMounts::MOST],
+    /// How far to the left of the head's axis each camera looks, radians.
+    pans: [f32; CameraMounts::MOST],
     count: usize,
 }
+
+/// A camera that looks further aside than this, radians, is not the one to turn to something: 45°.
+const AHEAD: f32 = core::f32::consts::FRAC_PI_4;
 
 /// The height of a NAO's lenses, between those of its two cameras (paper, Table 1a), m.
 const NAO_LENS_HEIGHT_M: f32 = 0.5;
@@ -30,19 +35,29 @@ impl FieldOfView {
             lens_height_m: NAO_LENS_HEIGHT_M * (mean_height(mounts) / mean_height(CameraMounts::NAO.as_slice())),
             tilts: [0.0; CameraMounts::MOST],
             sizes: [Vec2::ONE; CameraMounts::MOST],
+            pans: [0.0; CameraMounts::MOST],
             count: mounts.len(),
         };
         for (index, mount) in mounts.iter().enumerate() {
             view.tilts[index] = mount.tilt();
+            view.pans[index] = mount.pan();
             view.sizes[index] = half_size(cameras.intrinsics(mount)) / nao;
         }
         view
     }
 
-    /// How far below the head's axis each camera looks, radians, and how high its image is as a multiple of a NAO's, which
-    /// reaches 18.4° up and down.
-    pub fn cameras(&self) -> impl ExactSizeIterator<Item = (f32, f32)> + '_ {
-        (0..self.count).map(|index| (self.tilts[index], self.sizes[index].x))
+    /// How far below the head's axis each camera looks that looks ahead, radians, and how high its image is as a multiple of a
+    /// NAO's, which reaches 18.4° up and down. Where none looks ahead it is all of them.
+    pub fn cameras(&self) -> impl Iterator<Item = (f32, f32)> + Clone + '_ {
+        let is_ahead = |index: &usize| self.pans[*index].abs() <= AHEAD;
+        let any_is = (0..self.count).any(|index| is_ahead(&index));
+        let chosen = (0..self.count).filter(move |index| is_ahead(index) || !any_is);
+        chosen.map(|index| (self.tilts[index], self.sizes[index].x))
+    }
+
+    /// How far aside of the head's axis the cameras look that look furthest aside, radians.
+    pub fn widest_pan(&self) -> f32 {
+        self.pans[..self.count].iter().fold(0.0, |widest, pan| pan.abs().max(widest))
     }
 
     /// By how much a place on the ground at this distance is below the horizon, radians.
@@ -53,16 +68,19 @@ impl FieldOfView {
     /// Whether a head at this yaw and pitch (radians) looks so that a place on the ground, m, robot frame, is well inside the
     /// image of a camera.
     pub fn contains(&self, place: Vec2, head_yaw: f32, head_pitch: f32) -> bool {
-        let along = place.dot(unit(head_yaw));
-        let across = unit(head_yaw).perp_dot(place);
-        let widest = self.sizes[..self.count].iter().fold(0.0, |widest, size| size.y.max(widest));
-        // 0.36 is the tangent of 20°; a NAO's image reaches to 24°.
-        if along < 0.05 || across.abs() > 0.36 * widest * along {
-            return false;
-        }
-        // Depression of the line of sight, and how far from the cameras' axes it is; a NAO's image reaches to 18°.
+        // Depression of the line of sight.
         let depression = ops::atan2(self.lens_height_m, place.length() - 0.05);
-        self.cameras().any(|(tilt, height)| (depression - head_pitch - tilt).abs() < 0.25 * height)
+        (0..self.count).any(|index| {
+            let pan = self.pans[index];
+            let axis = unit(head_yaw + pan);
+            let (along, across) = (place.dot(axis), axis.perp_dot(place));
+            let Vec2 { x: height, y: width } = self.sizes[index];
+            // 0.36 is the tangent of 20°; a NAO's image reaches to 24°.
+            let is_beside = along < 0.05 || across.abs() > 0.36 * width * along;
+            // How far it is from the camera's axis; a NAO's image reaches to 18°. What looks aside is hardly nodded.
+            let pitch = head_pitch * ops::cos(pan);
+            !is_beside && (depression - pitch - self.tilts[index]).abs() < 0.25 * height
+        })
     }
 }
 
