@@ -109,8 +109,16 @@ impl MistakeTable {
             Line::Whole(line) if line == header => {
                 whole_bytes = lines.read_bytes;
                 let (mut number, mut latest) = (1, first);
-                while let Line::Whole(line) = lines.next_whole().map_err(io_error)? {
+                loop {
                     number += 1;
+                    let line = match lines.next_whole().map_err(io_error)? {
+                        Line::Whole(line) => line,
+                        Line::Part(part) if is_of_played(&part, next) => {
+                            let message = "the table is cut off, and there is a row of the match already".to_owned();
+                            return Err(TableError::foreign(path, number, message));
+                        }
+                        Line::Part(_) => break,
+                    };
                     let fault = || TableError::foreign(path, number, "this is no mistake of this batch".to_owned());
                     let (index, who, kind) = read_row(batch, &line).ok_or_else(fault)?;
                     // Of the match after those that were played there may be some, and of none behind it.
@@ -184,6 +192,11 @@ fn line<V: Variants>(batch: &Batch<V>, row: &MatchRow, mistake: &Mistake) -> Str
         mistake.unit().to_owned(),
     ]);
     line_of(cells.iter().map(String::as_str))
+}
+
+/// Whether a line that is cut off is of a match that has a row already, when those up to the index `next` have one.
+fn is_of_played(part: &str, next: usize) -> bool {
+    part.split_once(',').and_then(|(number, _)| number.parse::<usize>().ok()).is_some_and(|number| number <= next)
 }
 
 /// The match of a line, who made the mistake, and of which kind it is; none if it is of no such batch.
@@ -284,7 +297,9 @@ mod tests {
         // Whose first match was not played here, and whose matches are in no order.
         let of_another = format!("{header}3,3,kick_missed,blue1,,1,1,0,0,,\n");
         let unordered = format!("{header}2,2,kick_missed,blue1,,1,1,0,0,,\n1,1,kick_missed,blue1,,1,1,0,0,,\n");
-        for text in ["a story", "match,seed\n1,1\n", &wrong_seed, &wrong_kind, &of_another, &unordered] {
+        // Of the first match, that was played, a part is lost.
+        let cut_off = format!("{header}1,1,kick_missed,blue1,,1,1,0,0,,\n1,1,kick_mis");
+        for text in ["a story", "match,seed\n1,1\n", &wrong_seed, &wrong_kind, &of_another, &unordered, &cut_off] {
             fs::write(&path, text).unwrap();
             assert!(matches!(MistakeTable::open(&path, &batch, 0, 1), Err(TableError::Foreign { .. })), "{text}");
             assert_eq!(fs::read_to_string(&path).unwrap(), text);

@@ -153,6 +153,10 @@ impl Table {
         let ours: Vec<&str> = self.names().collect();
         let list = |names: Vec<&str>| names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
         let more: Vec<&str> = theirs.iter().map(String::as_str).filter(|name| !ours.contains(name)).collect();
+        if theirs == ours {
+            return "another program saved the table, with other ends of lines, quotes, or a mark at its beginning"
+                .to_owned();
+        }
         let fewer: Vec<&str> = ours.into_iter().filter(|name| theirs.iter().all(|other| other != name)).collect();
         match (more.is_empty(), fewer.is_empty()) {
             (false, false) => format!("the table has {} where this batch has {}", list(more), list(fewer)),
@@ -411,6 +415,11 @@ mod tests {
             error.contains("table.csv:2: `messages.loss` is 0.5, and 0 in this batch; expected the table"),
             "{error}"
         );
+        for text in [format!("\u{feff}{whole}"), whole.replace('\n', "\r\n")] {
+            fs::write(&path, text).unwrap();
+            let error = Table::open(&path, &batch()).err().unwrap().to_string();
+            assert!(error.contains("table.csv:1: another program saved the table"), "{error}");
+        }
         fs::write(&path, "my diary").unwrap();
         assert!(Table::open(&path, &batch()).is_err());
         assert_eq!(fs::read_to_string(&path).unwrap(), "my diary");

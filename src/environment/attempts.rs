@@ -42,6 +42,7 @@ use crate::agents::with_remote_robots;
 use crate::behaviour::BehaviourRegistry;
 use crate::cycle::CycleClock;
 use crate::random::RandomStream;
+use crate::scenario::wording::did_you_mean;
 use crate::scenario::{BehaviourSpec, Scenario};
 use crate::sensing::jobs::SensingThreads;
 use crate::simulation::resolved;
@@ -120,10 +121,12 @@ pub enum AttemptError {
     #[error(transparent)]
     Challenge(#[from] ChallengeError),
     /// There is no such team.
-    #[error("there is no team `{name}`; expected one of {known}")]
+    #[error("there is no team `{name}`{meant}; expected one of {known}")]
     NoTeam {
         /// Its name.
         name: String,
+        /// What was probably meant, in words.
+        meant: String,
         /// All that there are.
         known: String,
     },
@@ -222,7 +225,8 @@ fn played_by(
         ChallengePlayer::Behaviour(_) => None,
         ChallengePlayer::Team(name) => Some(registry.team(name).ok_or_else(|| {
             let known: Vec<&str> = registry.teams().map(|(name, _)| name).collect();
-            AttemptError::NoTeam { name: name.clone(), known: known.join(", ") }
+            let meant = did_you_mean(name, known.iter().copied());
+            AttemptError::NoTeam { name: name.clone(), meant, known: known.join(", ") }
         })?),
     };
     let mut scenario = resolved(world, scenario);

@@ -10,6 +10,7 @@ use super::reward::RewardWeights;
 use crate::events::MatchEvent;
 use crate::geometry::{Pose, to_radians, wrap_angle};
 use crate::random::RandomStream;
+use crate::scenario::wording::did_you_mean;
 use crate::scenario::{Format, Scenario, ScenarioError, ScenarioFile};
 use crate::statistics::{self, Estimate};
 use crate::team::{RobotId, Team};
@@ -174,10 +175,12 @@ impl Situation {
 #[non_exhaustive]
 pub enum ChallengeError {
     /// There is none of this name.
-    #[error("there is no challenge `{name}`; expected one of {known}")]
+    #[error("there is no challenge `{name}`{meant}; expected one of {known}")]
     NoSuch {
         /// The name.
         name: String,
+        /// What was probably meant, in words.
+        meant: String,
         /// All that there are.
         known: String,
     },
@@ -212,7 +215,8 @@ impl Challenge {
     pub fn named(name: &str) -> Result<Self, ChallengeError> {
         let Some((_, text)) = CHALLENGES.iter().find(|(known, _)| *known == name) else {
             let known: Vec<&str> = CHALLENGES.iter().map(|(name, _)| *name).collect();
-            return Err(ChallengeError::NoSuch { name: name.to_owned(), known: known.join(", ") });
+            let meant = did_you_mean(name, known.iter().copied());
+            return Err(ChallengeError::NoSuch { name: name.to_owned(), meant, known: known.join(", ") });
         };
         serde_json::from_str(text).map_err(|error| ChallengeError::Malformed { name: name.to_owned(), error })
     }
@@ -262,5 +266,7 @@ mod tests {
             }
         }
         assert!(Challenge::named("ScoreGoal").unwrap_err().to_string().contains("expected one of FindBall"));
+        let error = Challenge::named("findball").unwrap_err().to_string();
+        assert!(error.starts_with("there is no challenge `findball`: did you mean `FindBall`?; expected"), "{error}");
     }
 }

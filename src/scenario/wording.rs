@@ -34,8 +34,9 @@ pub fn nearest<'a>(word: &str, names: impl IntoIterator<Item = &'a str>) -> Opti
     names
         .into_iter()
         .filter_map(|name| {
-            let begins = word.len() >= 3 && name.starts_with(word.as_str());
-            let distance = if begins { 1 } else { strsim::damerau_levenshtein(&word, name) };
+            let lower = name.to_lowercase();
+            let begins = word.len() >= 3 && lower.starts_with(word.as_str());
+            let distance = if begins { 1 } else { strsim::damerau_levenshtein(&word, &lower) };
             (distance <= tolerance).then_some((distance, name))
         })
         .min_by_key(|(distance, _)| *distance)
@@ -56,6 +57,7 @@ mod tests {
         let names = ["position_m", "velocity_mps", "radius_m"];
         assert_eq!(nearest("radius", names), Some("radius_m"));
         assert_eq!(nearest("Postion_m", names), Some("position_m"));
+        assert_eq!(nearest("findball", ["FindBall"]), Some("FindBall"));
         assert_eq!(nearest("colour", names), None);
         assert_eq!(nearest("", names), None);
     }
