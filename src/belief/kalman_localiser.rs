@@ -102,6 +102,13 @@ impl KalmanLocaliser {
         self.camera.as_ref()
     }
 
+    /// Half a turn of the pitch away.
+    pub fn change_ends(&mut self) {
+        self.sides = None;
+        self.contradictions = 0;
+        self.start_at(self.estimate.turned_half());
+    }
+
     fn innovations(&self, observation: &PitchObservation) -> Innovations {
         Innovations::about(&self.estimate, self.filter, self.camera.zip(observation.camera))
     }

@@ -110,6 +110,14 @@ impl Localiser {
         }
     }
 
+    /// The robot is where it thinks that it is, but at the other end of the pitch, which looks the same.
+    pub fn change_ends(&mut self) {
+        match self {
+            Localiser::Kalman(own) => own.change_ends(),
+            Localiser::Searching(filter, _) | Localiser::Particles(filter) => filter.change_ends(),
+        }
+    }
+
     /// A measured step (in the robot's frame before it) and `duration` seconds later.
     pub fn move_by(&mut self, step: Pose, duration: f32, error: &StepError) {
         match self {

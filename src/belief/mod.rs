@@ -36,6 +36,7 @@ pub mod sighting;
 pub mod simple;
 pub mod team_ball;
 pub mod unscented;
+mod wrong_end;
 
 pub use settings::SimpleBelief;
 pub use simple::SimpleBeliefPlugin;

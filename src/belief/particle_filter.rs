@@ -116,6 +116,15 @@ impl ParticleFilter {
         self.looks > SURE_UPDATES && self.likelihood[1] > SURE && place < 0.05 && heading < 0.02
     }
 
+    /// Half a turn of the pitch away.
+    pub fn change_ends(&mut self) {
+        for particle in &mut self.particles {
+            particle.pose = particle.pose.turned_half();
+        }
+        self.reckoned = self.reckoned.map(Pose::turned_half);
+        self.estimate = self.estimate.turned_half();
+    }
+
     /// Half of the particles at each of two poses.
     pub fn gather_around_either(&mut self, poses: [Pose; 2], place_sd: f32, heading_sd: f32) {
         self.gather_around(poses[0], place_sd, heading_sd);

@@ -89,6 +89,13 @@ impl PoseEstimate {
         Self { pose, covariance: Mat3::from_diagonal(Vec3::new(place, place, heading_sd * heading_sd)) }
     }
 
+    /// Half a turn about the centre mark away: errors of the place turn round with it, those of the heading stay.
+    #[must_use]
+    pub fn turned_half(&self) -> Self {
+        let turn = Mat3::from_diagonal(Vec3::new(-1.0, -1.0, 1.0));
+        Self { pose: self.pose.turned_half(), covariance: turn * self.covariance * turn }
+    }
+
     /// The estimate after a measured step, given in the robot's frame before it.
     pub fn moved_by(&self, step: Pose, error: &StepError) -> Self {
         if step == Pose::default() {

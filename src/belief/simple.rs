@@ -16,6 +16,7 @@ use super::moments::{Moment, Moments, as_seen_now};
 use super::robots::{RobotTrack, SonarModel, advance_tracks, hear_robot, see_robot};
 use super::sighting::Sighting;
 use super::team_ball::{HeardBall, team_ball};
+use super::wrong_end::WrongEnd;
 use super::{BallBelief, Belief, RobotBelief, SimpleBelief, place_covariance, pose_covariance};
 use crate::behaviour::{DecideSystems, barrier, behaviour};
 use crate::communication::{Inbox, ReceivedMessage};
@@ -77,6 +78,8 @@ pub struct SimpleBeliefMemory {
     heard: Vec<Heard>,
     /// What the sonars measured last.
     echoes: SonarReading,
+    /// What is to be said for being at the other end of the pitch.
+    wrong_end: WrongEnd,
 }
 
 /// What a team-mate said last.
@@ -94,6 +97,9 @@ struct Heard {
 
 /// A seen and a heard team-mate nearer to each other than this are one, m.
 const SAME_ROBOT_M: f32 = 0.6;
+
+/// What was seen so long ago at most is seen now, s.
+const SEEN_NOW_S: f32 = 0.3;
 
 /// A sighting without what is known of the cameras' error, and with what is not.
 fn corrected(seen: Sighting, camera: Option<&(CameraError, CameraMotion)>) -> Sighting {
@@ -173,6 +179,9 @@ fn estimate(
             let camera = memory.own.camera().copied().zip(motion);
             let late_s = (now.time_s - then.time_s) as f32;
             memory.watch_ball(percepts, (*robot.head, &view), camera.as_ref(), settings, period, late_s);
+            if landmarks.are_symmetric() {
+                memory.compare_ends(settings, period);
+            }
             memory.watch_robots(percepts, camera.as_ref(), settings);
             memory.hear_robots((robot.sonar, robot.sonar_settings), &pitch, &settings.sonar);
         }
@@ -294,6 +303,16 @@ impl SimpleBeliefMemory {
             if ball.age_s > settings.ball_forget_s || ball.missing_s > settings.ball_missing_s {
                 self.ball = None;
             }
+        }
+    }
+
+    /// Changes to the other end of the pitch, when what team-mates say of the ball that it sees leaves no other way.
+    fn compare_ends(&mut self, settings: &SimpleBelief, period: f32) {
+        let Some(ball) = self.ball.filter(|ball| ball.age_s < SEEN_NOW_S) else { return };
+        let place = self.own.estimate().pose.transform_point(ball.position);
+        let told = self.heard.iter().filter(|heard| heard.age_s < settings.ball_trust_s).filter_map(|heard| heard.ball);
+        if self.wrong_end.weigh(place, told, period) {
+            self.own.change_ends();
         }
     }
 

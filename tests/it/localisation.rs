@@ -78,3 +78,29 @@ fn a_kidnapped_robot_finds_itself() {
         assert!(found >= 26, "{localisation}: {found} of 30");
     }
 }
+
+/// Carries a robot of a team of five to where it would be if the pitch, which looks the same from both ends, were turned by half
+/// a turn. Whether it knows within a minute that it is at the other end.
+fn finds_its_end(seed: u64) -> bool {
+    let json = r#"{ "league": "hsl2026_middle", "seed": SEED, "teams": { "blue": "roles", "pink": "roles" } }"#;
+    let mut app = match_of(&json.replace("SEED", &seed.to_string()));
+    // The ball must be in play, and away from the middle.
+    app.run_until(3000, |app| app.ball().is_some_and(|ball| ball.length() > 2.0));
+    let pose = app.robot_pose(blue(3)).unwrap().turned_half();
+    app.world_mut().commands().queue(Intervention::PlaceRobot { robot: blue(3), pose });
+    app.world_mut().flush();
+    app.run_cycles(1);
+    assert!(errors(&app, blue(3)).is_some_and(|[place, turned]| place > 1.0 || turned > 90.0));
+    let mut known_for = 0;
+    app.run_until(1800, |app| {
+        let knows = errors(app, blue(3)).is_some_and(|[place, turned]| place < 0.5 && turned < 20.0);
+        known_for = if knows { known_for + 1 } else { 0 };
+        known_for == 30
+    })
+}
+
+#[test]
+fn team_mates_tell_a_robot_that_it_has_taken_one_end_for_the_other() {
+    let found = (1..=6).filter(|seed| finds_its_end(*seed)).count();
+    assert!(found >= 5, "{found} of 6");
+}
