@@ -18,7 +18,7 @@ use crate::replace_file::replace_file;
 /// The format's name in files.
 const FORMAT: &str = "naoisis-snapshot";
 /// The format's version in files.
-const VERSION: u32 = 5;
+const VERSION: u32 = 6;
 /// A larger file is no match: with the images of 22 robots, and their depths, it has half of that.
 const LARGEST_FILE_BYTES: u64 = 256 << 20;
 /// What the names of the simulation's own types begin with.
