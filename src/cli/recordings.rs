@@ -1,4 +1,5 @@
-//! What `naoisis run` records of a match. A new format is a file with its options, and a line here.
+//! What `naoisis run` records of a match. A format with options of its own is a file with them, and a line here; one
+//! without is registered where the program begins, and written by `--log`.
 
 use bevy::prelude::*;
 use clap::Args;

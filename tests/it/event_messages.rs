@@ -2,6 +2,7 @@
 
 use bevy::prelude::*;
 use naoisis::prelude::*;
+use naoisis::simulation::Snapshot;
 
 use crate::support::{collect_events, headless_app};
 
@@ -62,6 +63,17 @@ fn where_nobody_reads_them_few_are_kept() {
     let kept = app.world().resource::<Messages<MatchEvent>>().len();
     // Twice 256, and those of the last cycle.
     assert!(kept <= 600, "{kept}");
+}
+
+#[test]
+fn what_happened_before_a_match_was_put_back_is_no_news_in_it() {
+    let mut app = headless_app();
+    app.start_match(&Scenario::named("match3v3").unwrap()).unwrap();
+    let saved = Snapshot::take(app.world_mut()).unwrap();
+    collect_events(&mut app, 1800);
+    assert!(!app.world().resource::<Messages<MatchEvent>>().is_empty());
+    saved.restore(app.world_mut()).unwrap();
+    assert!(app.world().resource::<Messages<MatchEvent>>().is_empty());
 }
 
 #[test]

@@ -36,6 +36,7 @@ mod message_pack;
 
 use super::spawn::MatchEntity;
 use crate::behaviour::BehaviourRegistry;
+use crate::events::MatchEvent;
 use crate::geometry::Pose;
 use crate::knowledge::Knowledge;
 use crate::random::RandomStreams;
@@ -159,6 +160,10 @@ impl Snapshot {
         let old: Vec<Entity> = old.iter(world).collect();
         for entity in old {
             world.despawn(entity);
+        }
+        // What happened in the match that was there is no news in this one.
+        if let Some(mut messages) = world.get_resource_mut::<Messages<MatchEvent>>() {
+            messages.clear();
         }
         for resource in &self.resources {
             let Some(component) = reflected(&**resource, &registry) else { continue };
