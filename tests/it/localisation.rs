@@ -85,7 +85,7 @@ fn finds_its_end(seed: u64) -> bool {
     let json = r#"{ "league": "hsl2026_middle", "seed": SEED, "teams": { "blue": "roles", "pink": "roles" } }"#;
     let mut app = match_of(&json.replace("SEED", &seed.to_string()));
     // The ball must be in play, and away from the middle.
-    app.run_until(3000, |app| app.ball().is_some_and(|ball| ball.length() > 2.0));
+    app.run_until(3000, |app| app.ball().is_some_and(|ball| ball.position.length() > 2.0));
     let pose = app.robot_pose(blue(3)).unwrap().turned_half();
     app.world_mut().commands().queue(Intervention::PlaceRobot { robot: blue(3), pose });
     app.world_mut().flush();

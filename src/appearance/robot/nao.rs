@@ -8,7 +8,7 @@ use super::{PartList, RobotPart, labels};
 use crate::appearance::colours::Colour;
 use crate::appearance::posing::{Limb, on_side};
 use crate::appearance::shapes::Shape;
-use crate::robot::body::{Arms, Body, Legs};
+use crate::robot::body::{Body, Legs};
 use crate::robot::look::Top;
 use crate::team::RobotId;
 
