@@ -24,7 +24,8 @@ pub struct GameControllerArguments {
     #[arg(long, value_enum, value_name = "v18|v19", groups = ["protocol", "numbered"])]
     pub game_controller: Option<ProtocolVersion>,
     /// Let a real GameController decide about the match, which it is heard by at UDP port 3838 of this address: its operator
-    /// whistles, penalises and restarts. Real time, unless --pace says otherwise [default: 127.0.0.1]
+    /// whistles, penalises and restarts. Real time, unless --pace says otherwise. Monitors are told where robots and ball are
+    /// [default: 127.0.0.1]
     #[arg(long, value_name = "ADDRESS", num_args = 0..=1, default_missing_value = "127.0.0.1", groups = ["protocol", "numbered"])]
     pub listen_game_controller: Option<IpAddr>,
     /// Where its packets go [default: 127.0.0.1]; 127.255.255.255 reaches every program on this machine, a network's

@@ -3,21 +3,27 @@
 //!
 //! The listener asks the GameController for the truth, as a monitor does, and goes by what it tells robots only as long as no
 //! truth comes: that may be late, and without whose a free kick is. What robots with behaviours of their own believe is reported to
-//! it, as programs report for themselves.
+//! it, as programs report for themselves; where they are, monitors are told that ask the match.
 
 use bevy::prelude::*;
 use core::fmt;
-use std::net::{IpAddr, SocketAddr, UdpSocket};
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, UdpSocket};
 
-use super::network::{CONTROL_PORT, NetworkError, REQUEST, REQUEST_PORT, bind};
-use super::packet::ControlPacket;
+use super::packet::{ControlPacket, ProtocolVersion};
+use super::report::ReturnPacket;
+use super::sockets::{CONTROL_PORT, NetworkError, REQUEST, REQUEST_PORT, bind, place};
 use super::status_reports::{Reporter, status_of};
+use super::telling::ToldMatch;
+use super::truth::{Truth, true_report};
+use crate::ball::Ball;
 use crate::behaviour::Remote;
 use crate::belief::Belief;
 use crate::cycle::CycleClock;
 use crate::game::{GameState, OutsideReferee, Score};
+use crate::geometry::Pose;
 use crate::pitch::End;
 use crate::robot::Roster;
+use crate::robot::posture::Posture;
 use crate::sensing::status::BodyStatus;
 use crate::team::{PerTeam, RobotId, Team};
 
@@ -36,16 +42,20 @@ pub type HeardNotes = Box<dyn Fn(&str) + Send + Sync>;
 #[derive(Resource)]
 pub struct Listener {
     socket: UdpSocket,
+    /// Where it listens.
+    address: IpAddr,
     port_offset: u16,
     /// The teams' numbers; none until they are heard.
     team_numbers: Option<PerTeam<u8>>,
     /// When the truth was heard last, s since the start.
     truth_at_s: Option<f64>,
-    /// Where it was heard from last.
-    controller: Option<IpAddr>,
+    /// Where it was heard from last, and in which version.
+    controller: Option<(IpAddr, ProtocolVersion)>,
     /// The teams of another match that were heard last.
     strangers: Option<[u8; 2]>,
     reporter: Reporter,
+    /// What monitors are told, from when a GameController is heard: then it has the ports that it needs. None if there is no port.
+    truth: Option<Option<Truth>>,
     notes: Option<HeardNotes>,
 }
 
@@ -56,20 +66,27 @@ impl fmt::Debug for Listener {
 }
 
 impl Listener {
-    /// Listens at an address of this machine. Without numbers the team that is on the left in the first packet is blue.
+    /// Listens at an address of this machine: to this machine, or, by whichever of its addresses, to all that reach it, as a
+    /// network's broadcasts do not come to one of them. Without numbers the team that is on the left in the first packet is blue.
     ///
     /// # Errors
     /// When that cannot be done, such as where somebody else does.
     pub fn open(address: IpAddr, port_offset: u16, team_numbers: Option<PerTeam<u8>>) -> Result<Self, NetworkError> {
-        let socket = bind(SocketAddr::new(address, CONTROL_PORT.saturating_add(port_offset)))?;
+        let address = match address {
+            address if address.is_loopback() => address,
+            IpAddr::V4(_) => Ipv4Addr::UNSPECIFIED.into(),
+            IpAddr::V6(_) => Ipv6Addr::UNSPECIFIED.into(),
+        };
         Ok(Self {
-            socket,
+            socket: bind(place(address, CONTROL_PORT, port_offset))?,
+            address,
             port_offset,
             team_numbers,
             truth_at_s: None,
             controller: None,
             strangers: None,
             reporter: Reporter::default(),
+            truth: None,
             notes: None,
         })
     }
@@ -88,16 +105,15 @@ impl Listener {
             let Ok((length, from)) = self.socket.recv_from(&mut bytes) else { break };
             let Ok(packet) = ControlPacket::from_bytes(&bytes[..length]) else { continue };
             let Some(numbers) = self.numbers(&packet) else { continue };
-            self.controller = Some(from.ip());
+            self.controller = Some((from.ip(), packet.version));
             let is_fresh = self.truth_at_s.is_some_and(|truth_at_s| time_s - truth_at_s < TRUTH_IS_OLD_S);
             if packet.for_monitors {
                 self.truth_at_s = Some(time_s);
             } else if is_fresh {
                 continue;
             } else {
-                let requests = SocketAddr::new(from.ip(), REQUEST_PORT.saturating_add(self.port_offset));
                 // Nobody need be there.
-                let _ = self.socket.send_to(&REQUEST, requests);
+                let _ = self.socket.send_to(&REQUEST, place(from.ip(), REQUEST_PORT, self.port_offset));
             }
             said = directions(&packet, numbers, robots).or(said);
         }
@@ -107,23 +123,20 @@ impl Listener {
     /// The teams' numbers, if the packet is of this match. That others are heard is told once.
     fn numbers(&mut self, packet: &ControlPacket) -> Option<PerTeam<u8>> {
         let there = numbers_in(packet);
+        let note = |text: &str| self.notes.iter().for_each(|note| note(text));
         let numbers = *self.team_numbers.get_or_insert_with(|| {
-            if let Some(note) = &self.notes {
-                let version = packet.version.number();
-                note(&format!(
-                    "a GameController of version {version} is heard: team {} is blue, {} pink",
-                    there.blue, there.pink
-                ));
-            }
+            let version = packet.version.number();
+            note(&format!(
+                "a GameController of version {version} is heard: team {} is blue, {} pink",
+                there.blue, there.pink
+            ));
             there
         });
         if there == numbers || there == (PerTeam { blue: numbers.pink, pink: numbers.blue }) {
             return Some(numbers);
         }
         let strangers = Some([there.blue, there.pink]);
-        if self.strangers != strangers
-            && let Some(note) = &self.notes
-        {
+        if self.strangers != strangers {
             note(&format!(
                 "a GameController tells of the teams {} and {}, which do not play here; expected {} and {}",
                 there.blue, there.pink, numbers.blue, numbers.pink
@@ -131,6 +144,22 @@ impl Listener {
         }
         self.strangers = strangers;
         None
+    }
+
+    /// What monitors are told, if a GameController is heard. Where they ask for it is told once.
+    fn truth(&mut self) -> Option<&mut Truth> {
+        self.controller?;
+        let open = || {
+            let (truth, note) = match Truth::open(self.address, self.port_offset) {
+                Ok((truth, requests)) => {
+                    (Some(truth), format!("monitors are told the truth that ask for it at {requests}"))
+                }
+                Err(error) => (None, format!("monitors cannot ask for the truth: {error}")),
+            };
+            self.notes.iter().for_each(|tell| tell(&note));
+            truth
+        };
+        self.truth.get_or_insert_with(open).as_mut()
     }
 }
 
@@ -160,11 +189,35 @@ pub(super) fn report(
 ) {
     let is_time = clock.cycle.is_multiple_of(u64::from(clock.cycles_in(REPORT_PERIOD_S)).max(1));
     let listener = &mut *listener;
-    let controller = listener.controller.filter(IpAddr::is_loopback);
+    let controller = listener.controller.map(|(address, _)| address).filter(IpAddr::is_loopback);
     let (Some(controller), Some(numbers), true) = (controller, listener.team_numbers, is_time) else { return };
     for (id, body, belief) in &robots {
         let report = status_of(*body, belief, clock.start_time_s());
         listener.reporter.send(*id, numbers[id.team], report, controller, listener.port_offset);
+    }
+}
+
+/// Tells monitors how the match is, and where its robots and the ball are.
+pub(super) fn tell_the_truth(
+    told: ToldMatch,
+    mut listener: ResMut<Listener>,
+    robots: Query<(&RobotId, &Pose, &Posture)>,
+    ball: Query<&Pose, With<Ball>>,
+) {
+    let (Some((_, version)), Some(numbers)) = (listener.controller, listener.team_numbers) else { return };
+    let Some(truth) = listener.truth() else { return };
+    if !truth.has_monitors() {
+        return;
+    }
+    let is_time = told.is_time();
+    truth.tell_game(told.packet(version, true, numbers, PerTeam::default()), is_time);
+    if is_time {
+        let ball_m = ball.single().ok().map(|ball| ball.position);
+        let report = |(id, pose, posture): (&RobotId, &Pose, &Posture)| {
+            let report = true_report(*pose, *posture, ball_m, told.game.own_end(id.team), told.clock.end_time_s());
+            ReturnPacket { player: id.number, team: numbers[id.team], report }
+        };
+        truth.tell_robots(robots.iter().sort_by_key::<&RobotId, _>(|id| **id).map(report));
     }
 }
 

@@ -6,37 +6,39 @@
 //! [`StatusReport`], in traces, and in the window. Monitors that ask are told the truth: at once, and whose a free kick is.
 //!
 //! With a [`Listener`] it is the other way round: a real GameController is heard, and whoever operates it decides about the match.
+//! Monitors that ask the match are then told where its robots and the ball are.
 //! With [`TeamMessages`] programs talk to their team-mates as on a field, too. A match with none of these opens no socket.
 
-use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 
 mod listener;
+mod monitors;
 mod network;
 pub mod packet;
 mod portrait;
 pub mod report;
+mod sockets;
 mod status_reports;
 mod team_messages;
+mod telling;
+mod truth;
 
 pub use listener::{Listener, listen_to};
-pub use network::{NetworkError, NetworkSettings};
+pub use network::NetworkSettings;
 pub use packet::{ControlPacket, ProtocolVersion};
 pub use portrait::Portrayed;
 pub use report::ReturnPacket;
-pub use team_messages::{HERE, TeamMessages, robot_address};
+pub use sockets::{HERE, NetworkError, robot_address};
+pub use team_messages::TeamMessages;
 
 use network::Network;
+use telling::{PacketSeries, ToldMatch};
 
 use crate::communication::{StatusReport, deliver_messages};
 use crate::cycle::{ActSystems, Cycle, CycleClock, CycleSystems};
-use crate::game::{Game, Penalty, Rules, ShootOut};
-use crate::referee::RefereeMemory;
+use crate::game::ShootOut;
 use crate::robot::Roster;
 use crate::team::{PerTeam, RobotId, Team};
-
-/// Between two packets if nothing changes, s.
-const PERIOD_S: f32 = 0.5;
 
 /// Lets a [`GameController`] tell of the match, if there is one, a [`Listener`] hear who decides about it, and [`TeamMessages`]
 /// carry what teams say.
@@ -46,7 +48,13 @@ impl Plugin for GameControllerPlugin {
     fn build(&self, app: &mut App) {
         app.register_type::<StatusReport>()
             .add_systems(Cycle, listener::listen.in_set(CycleSystems::Communicate).run_if(resource_exists::<Listener>))
-            .add_systems(Cycle, listener::report.in_set(CycleSystems::Last).run_if(resource_exists::<Listener>));
+            .add_systems(
+                Cycle,
+                (listener::report, listener::tell_the_truth)
+                    .chain()
+                    .in_set(CycleSystems::Last)
+                    .run_if(resource_exists::<Listener>),
+            );
         app.add_systems(
             Cycle,
             (
@@ -83,9 +91,8 @@ pub struct GameControllerSettings {
 pub struct GameController {
     settings: GameControllerSettings,
     network: Network,
-    packet_number: u8,
-    /// What was told last, to the robots and to monitors, without its time.
-    told: [Option<ControlPacket>; 2],
+    /// What the robots are told, and what monitors are.
+    packets: [PacketSeries; 2],
     /// The shoot-out after the last cycle, and its shots that have scored.
     shoot_out: Option<ShootOut>,
     shots_scored: PerTeam<u16>,
@@ -100,8 +107,7 @@ impl GameController {
         Ok(Self {
             settings,
             network: Network::open(settings.network)?,
-            packet_number: 0,
-            told: [None, None],
+            packets: Default::default(),
             shoot_out: None,
             shots_scored: PerTeam::default(),
         })
@@ -109,31 +115,21 @@ impl GameController {
 
     /// Tells robots and monitors how the match is, if it is time or something has changed.
     fn tell(&mut self, told: &ToldMatch, is_time: bool) {
-        let ToldMatch { clock, game, rules, memory, robots } = told;
-        portrait::note_shots(&mut self.shots_scored, self.shoot_out.as_ref(), game.shoot_out.as_ref());
-        self.shoot_out = game.shoot_out;
-        let mut robots: Vec<(RobotId, Penalty)> = robots.iter().map(|(id, penalty)| (*id, *penalty)).collect();
-        robots.sort_by_key(|(id, _)| *id);
-        let GameControllerSettings { version, team_numbers, .. } = self.settings;
-        let shots_scored = self.shots_scored;
-        let records = &memory.robots;
-        let portrayed = |game| Portrayed { game, rules, clock, robots: &robots, records, team_numbers, shots_scored };
-        self.send(portrayed(memory.announcement.told(game)).packet(version, false), is_time);
+        portrait::note_shots(&mut self.shots_scored, self.shoot_out.as_ref(), told.game.shoot_out.as_ref());
+        self.shoot_out = told.game.shoot_out;
+        self.send(told, false, is_time);
         if self.network.has_monitors() {
-            self.send(portrayed(game).packet(version, true), is_time);
+            self.send(told, true, is_time);
         }
     }
 
     /// Sends a packet, if it is time or it says something new.
-    fn send(&mut self, packet: ControlPacket, is_time: bool) {
-        let told = &mut self.told[usize::from(packet.for_monitors)];
-        let without_time = packet.without_time();
-        if !is_time && told.as_ref() == Some(&without_time) {
-            return;
+    fn send(&mut self, told: &ToldMatch, for_monitors: bool, is_time: bool) {
+        let GameControllerSettings { version, team_numbers, .. } = self.settings;
+        let packet = told.packet(version, for_monitors, team_numbers, self.shots_scored);
+        if let Some(packet) = self.packets[usize::from(for_monitors)].next(packet, is_time) {
+            self.network.send(&packet);
         }
-        *told = Some(without_time);
-        self.network.send(&ControlPacket { packet_number: self.packet_number, ..packet });
-        self.packet_number = self.packet_number.wrapping_add(1);
     }
 }
 
@@ -142,16 +138,6 @@ pub fn start(world: &mut World, controller: GameController) {
     world.insert_resource(controller);
     // It fails only where there is no match.
     let _ = world.run_system_cached(tell);
-}
-
-/// What a match is told of from.
-#[derive(SystemParam)]
-struct ToldMatch<'w, 's> {
-    clock: Res<'w, CycleClock>,
-    game: Res<'w, Game>,
-    rules: Res<'w, Rules>,
-    memory: Res<'w, RefereeMemory>,
-    robots: Query<'w, 's, (&'static RobotId, &'static Penalty)>,
 }
 
 /// What has changed since the last cycle: a match begins at the beginning of one.
@@ -177,6 +163,6 @@ fn take_reports(
 
 /// How the match is after the cycle.
 fn tell(told: ToldMatch, mut controller: ResMut<GameController>) {
-    let is_time = told.clock.cycle.is_multiple_of(u64::from(told.clock.cycles_in(PERIOD_S)).max(1));
+    let is_time = told.is_time();
     controller.tell(&told, is_time);
 }

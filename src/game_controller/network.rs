@@ -3,26 +3,15 @@
 //! Whoever is on this machine gets a packet before it is asked for its next decision, and what it has reported is there when its
 //! decision is: with programs in lock-step on one machine, a match with a GameController is the same however slow they are.
 
-use std::io;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, UdpSocket};
 
+use super::monitors::Monitors;
 use super::packet::ControlPacket;
 use super::report::{REPORT_BYTES, ReturnPacket};
+use super::sockets::{CONTROL_PORT, NetworkError, REPORT_PORT, REQUEST_PORT, bind, place};
 
-/// Where control packets go.
-pub(super) const CONTROL_PORT: u16 = 3838;
-/// Where robots send their reports.
-pub(super) const REPORT_PORT: u16 = 3939;
-/// Where monitors ask for the truth.
-pub(super) const REQUEST_PORT: u16 = 3636;
-/// Where monitors are sent the robots' reports.
-const FORWARD_PORT: u16 = 3940;
-/// What a monitor sends.
-pub(super) const REQUEST: [u8; 5] = *b"RGTr\0";
 /// So many packets are taken in a cycle: who sends more waits.
 const MOST_PACKETS: usize = 256;
-/// So many monitors are told.
-const MOST_MONITORS: usize = 16;
 
 /// Where a GameController sends, and what is added to its ports.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -42,17 +31,17 @@ impl Default for NetworkSettings {
 impl NetworkSettings {
     /// Where control packets go.
     pub fn control(&self) -> SocketAddr {
-        self.at(self.address, CONTROL_PORT)
+        place(self.address, CONTROL_PORT, self.port_offset)
     }
 
     /// Where robots are heard: on the network only if the packets go there.
     pub fn reports(&self) -> SocketAddr {
-        self.at(self.here(), REPORT_PORT)
+        place(self.here(), REPORT_PORT, self.port_offset)
     }
 
     /// Where monitors are heard.
     pub fn requests(&self) -> SocketAddr {
-        self.at(self.here(), REQUEST_PORT)
+        place(self.here(), REQUEST_PORT, self.port_offset)
     }
 
     fn here(&self) -> IpAddr {
@@ -63,20 +52,6 @@ impl NetworkSettings {
             IpAddr::V6(_) => Ipv6Addr::UNSPECIFIED.into(),
         }
     }
-
-    fn at(&self, address: IpAddr, port: u16) -> SocketAddr {
-        SocketAddr::new(address, port.saturating_add(self.port_offset))
-    }
-}
-
-/// A socket that cannot be opened.
-#[derive(Debug, thiserror::Error)]
-#[error("{address}: {error}")]
-pub struct NetworkError {
-    /// The address that was asked for.
-    pub address: SocketAddr,
-    /// What the system says.
-    pub error: io::Error,
 }
 
 /// The sockets of a GameController.
@@ -84,10 +59,7 @@ pub struct NetworkError {
 pub struct Network {
     settings: NetworkSettings,
     reports: UdpSocket,
-    requests: UdpSocket,
-    monitors: Vec<IpAddr>,
-    /// Hosts that have reported, and so are robots: robots are not told the truth.
-    robots: Vec<IpAddr>,
+    monitors: Monitors,
 }
 
 impl Network {
@@ -96,21 +68,19 @@ impl Network {
     /// # Errors
     /// When one cannot be opened, such as where another GameController is.
     pub fn open(settings: NetworkSettings) -> Result<Self, NetworkError> {
-        let (reports, requests) = (bind(settings.reports())?, bind(settings.requests())?);
+        let reports = bind(settings.reports())?;
+        let monitors = Monitors::open(settings.requests(), settings.port_offset)?;
         let is_broadcast = reports.set_broadcast(true);
         is_broadcast.map_err(|error| NetworkError { address: settings.control(), error })?;
-        Ok(Self { settings, reports, requests, monitors: Vec::new(), robots: Vec::new() })
+        Ok(Self { settings, reports, monitors })
     }
 
     /// Sends a packet to the robots, or to the monitors. Nobody need be there.
     pub fn send(&self, packet: &ControlPacket) {
-        let bytes = packet.to_bytes();
         if packet.for_monitors {
-            for monitor in &self.monitors {
-                let _ = self.requests.send_to(&bytes, self.settings.at(*monitor, CONTROL_PORT));
-            }
+            self.monitors.tell(packet, |_| true);
         } else {
-            let _ = self.reports.send_to(&bytes, self.settings.control());
+            let _ = self.reports.send_to(&packet.to_bytes(), self.settings.control());
         }
     }
 
@@ -123,16 +93,11 @@ impl Network {
             let Ok((length, from)) = self.reports.recv_from(&mut bytes) else { break };
             let Ok(packet) = ReturnPacket::from_bytes(&bytes[..length], time_s) else { continue };
             taken.push(packet);
-            let host = from.ip();
-            if !self.robots.contains(&host) && !host.is_loopback() {
-                self.robots.push(host);
-                self.monitors.retain(|monitor| *monitor != host);
+            if !from.ip().is_loopback() {
+                self.monitors.shut_out(from.ip());
             }
-            if let IpAddr::V4(host) = host {
-                let forwarded = [&host.octets()[..], &bytes[..length]].concat();
-                for monitor in &self.monitors {
-                    let _ = self.requests.send_to(&forwarded, self.settings.at(*monitor, FORWARD_PORT));
-                }
+            if let IpAddr::V4(host) = from.ip() {
+                self.monitors.forward(host, &bytes[..length]);
             }
         }
         taken
@@ -140,21 +105,6 @@ impl Network {
 
     /// Lets monitors in that have asked. Whether somebody is there who is to be told the truth.
     pub fn has_monitors(&mut self) -> bool {
-        let mut bytes = [0; REQUEST.len() + 1];
-        for _ in 0..MOST_PACKETS {
-            let Ok((length, from)) = self.requests.recv_from(&mut bytes) else { break };
-            let host = from.ip();
-            let is_new = !self.monitors.contains(&host) && !self.robots.contains(&host);
-            if bytes[..length] == REQUEST && is_new && self.monitors.len() < MOST_MONITORS {
-                self.monitors.push(host);
-            }
-        }
-        !self.monitors.is_empty()
+        self.monitors.let_in()
     }
-}
-
-/// A socket that does not wait.
-pub(super) fn bind(address: SocketAddr) -> Result<UdpSocket, NetworkError> {
-    let socket = UdpSocket::bind(address).and_then(|socket| socket.set_nonblocking(true).map(|()| socket));
-    socket.map_err(|error| NetworkError { address, error })
 }

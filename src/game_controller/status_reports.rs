@@ -6,9 +6,8 @@
 
 use std::net::{IpAddr, SocketAddr, UdpSocket};
 
-use super::network::{REPORT_PORT, bind};
 use super::report::ReturnPacket;
-use super::team_messages::robot_address;
+use super::sockets::{REPORT_PORT, bind, place, robot_address};
 use crate::belief::Belief;
 use crate::communication::StatusReport;
 use crate::sensing::status::BodyStatus;
@@ -32,8 +31,7 @@ impl Reporter {
     ) {
         let Some(socket) = self.socket(robot, team_number) else { return };
         let packet = ReturnPacket { player: robot.number, team: team_number, report };
-        let place = SocketAddr::new(controller, REPORT_PORT.saturating_add(port_offset));
-        let _ = socket.send_to(&packet.to_bytes(), place);
+        let _ = socket.send_to(&packet.to_bytes(), place(controller, REPORT_PORT, port_offset));
     }
 
     /// The robot's socket; none where this machine has no such address.

@@ -6,9 +6,9 @@
 //! cycle that waits for its program when it comes: there is one a cycle.
 
 use bevy::prelude::*;
-use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4, UdpSocket};
+use std::net::{SocketAddr, SocketAddrV4, UdpSocket};
 
-use super::network::{NetworkError, bind};
+use super::sockets::{HERE, NetworkError, bind, robot_address, robot_at};
 use crate::behaviour::Remote;
 use crate::communication::{Datagram, Inbox, Outbox};
 use crate::events::{CommandKind, CycleEvents, MatchEvent, Refusal};
@@ -17,8 +17,6 @@ use crate::team::{PerTeam, RobotId, Team};
 
 /// The port of team 0; that of another is as much higher as its number.
 const FIRST_PORT: u16 = 10_000;
-/// Where programs send their messages.
-pub const HERE: Ipv4Addr = Ipv4Addr::LOCALHOST;
 /// So many datagrams of a team are taken in a cycle: who sends more waits.
 const MOST_DATAGRAMS: usize = 256;
 /// The largest datagram of UDP, bytes.
@@ -66,20 +64,9 @@ impl TeamMessages {
     }
 }
 
-/// The address of a robot on this machine: `127.1.TEAM.NUMBER`.
-pub fn robot_address(team_number: u8, number: u8) -> Ipv4Addr {
-    Ipv4Addr::new(127, 1, team_number, number)
-}
-
 /// The robot that sends from an address to the port of this team; none from any other address.
 fn sender(from: SocketAddr, team: Team, team_number: u8) -> Option<RobotId> {
-    match from {
-        SocketAddr::V4(from) => match from.ip().octets() {
-            [127, 1, there, number] if there == team_number => Some(RobotId::new(team, number)),
-            _ => None,
-        },
-        SocketAddr::V6(_) => None,
-    }
+    robot_at(from.ip()).filter(|(there, _)| *there == team_number).map(|(_, number)| RobotId::new(team, number))
 }
 
 fn port(team_number: u8, port_offset: u16) -> u16 {

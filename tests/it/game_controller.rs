@@ -171,6 +171,31 @@ fn a_port_in_use_is_a_mistake_of_the_command_line_and_so_are_numbers_that_are_no
     }
 }
 
+/// A team in a packet.
+fn team(number: u8) -> TeamPacket {
+    TeamPacket { number, ..TeamPacket::default() }
+}
+
+/// What a GameController says of a match before it begins.
+fn said(version: ProtocolVersion) -> ControlPacket {
+    ControlPacket {
+        version,
+        for_monitors: false,
+        packet_number: 0,
+        players_per_team: 7,
+        is_knockout: false,
+        is_stopped: false,
+        is_shoot_out: false,
+        state: GameState::Initial,
+        set_play: None,
+        is_first_half: true,
+        kicking_team: Some(12),
+        seconds_left: 600,
+        secondary_seconds_left: 0,
+        teams: [team(5), team(12)],
+    }
+}
+
 #[test]
 fn a_real_gamecontroller_decides_about_the_match() {
     let (offset, control) = free_ports();
@@ -185,24 +210,7 @@ fn a_real_gamecontroller_decides_about_the_match() {
     game_controller::listen_to(app.world_mut(), listener);
     let reports = UdpSocket::bind((Ipv4Addr::LOCALHOST, 3939 + offset)).unwrap();
     reports.set_nonblocking(true).unwrap();
-    // What a GameController that knows another match would say.
-    let team = |number| TeamPacket { number, ..TeamPacket::default() };
-    let mut packet = ControlPacket {
-        version: ProtocolVersion::V18,
-        for_monitors: false,
-        packet_number: 0,
-        players_per_team: 7,
-        is_knockout: false,
-        is_stopped: false,
-        is_shoot_out: false,
-        state: GameState::Initial,
-        set_play: None,
-        is_first_half: true,
-        kicking_team: Some(12),
-        seconds_left: 600,
-        secondary_seconds_left: 0,
-        teams: [team(5), team(12)],
-    };
+    let mut packet = said(ProtocolVersion::V18);
     let operator = UdpSocket::bind((Ipv4Addr::LOCALHOST, 3636 + offset)).unwrap();
     operator.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
     let say = |packet: &ControlPacket| {
@@ -216,6 +224,9 @@ fn a_real_gamecontroller_decides_about_the_match() {
     app.run_cycles(60);
     assert_eq!((app.game().state, place(&app)), (GameState::Initial, start));
     assert_eq!(notes.try_recv().unwrap(), "a GameController of version 18 is heard: team 5 is blue, 12 pink");
+    // The GameController has the port for monitors itself.
+    let note = format!("monitors are told the truth that ask for it at 127.0.0.1:{}", 3637 + offset);
+    assert_eq!(notes.try_recv().unwrap(), note);
     // Each robot reports from an address of its own, twice in two seconds.
     let mut bytes = [0; 64];
     let reported = core::iter::from_fn(|| {
@@ -228,7 +239,7 @@ fn a_real_gamecontroller_decides_about_the_match() {
     assert_eq!((reported.len(), of_blue2.len()), (2 * 14, 2));
     assert!(of_blue2.iter().all(|packet| (packet.player, packet.team) == (2, 5)));
     assert!(of_blue2[1].report.pose.position.distance(start.position) < 0.5, "{of_blue2:?}, {start:?}");
-    // Another match's packets are none of its business, and it says so once.
+    // What another match says is none of its business, and it says so once.
     let stranger = ControlPacket { state: GameState::Playing, teams: [team(5), team(6)], ..packet.clone() };
     for _ in 0..2 {
         say(&stranger);
@@ -265,6 +276,95 @@ fn a_real_gamecontroller_decides_about_the_match() {
     say(&packet);
     app.run_cycles(1);
     assert!(app.is_finished() && !app.robot::<Penalty>(pink(3)).unwrap().is_active());
+}
+
+/// A match of two robots that stand, which a GameController at this address decides about.
+fn decided_match(listening: Ipv4Addr, offset: u16) -> App {
+    let mut app = headless_app();
+    app.add_plugins(GameControllerPlugin);
+    let scenario = r#"{ "rules": "spl2025", "ball": { "position_m": [0, -0.5] }, "robots": [
+        { "team": "blue", "number": 2, "pose": [-1, 0.5, 0], "behaviour": "idle" },
+        { "team": "pink", "number": 3, "pose": [1, -0.5, 180], "behaviour": "idle" } ] }"#;
+    app.start_match(&Scenario::from_json(scenario).unwrap()).unwrap();
+    game_controller::listen_to(app.world_mut(), Listener::open(listening.into(), offset, None).unwrap());
+    app
+}
+
+/// Sockets at an address of this machine that do not wait: one that asks, and those where monitors are told of the game and of robots.
+fn monitor(address: Ipv4Addr, offset: u16) -> [UdpSocket; 3] {
+    [0, 3838 + offset, 3940 + offset].map(|port| {
+        let socket = UdpSocket::bind((address, port)).unwrap();
+        socket.set_nonblocking(true).unwrap();
+        socket
+    })
+}
+
+#[test]
+fn monitors_are_told_where_robots_are_while_a_real_gamecontroller_decides() {
+    let (offset, control) = free_ports();
+    drop(control);
+    let mut app = decided_match(Ipv4Addr::LOCALHOST, offset);
+    let [asking, game, robots] = monitor(Ipv4Addr::new(127, 0, 0, 2), offset);
+    let robot = game_controller::robot_address(5, 2);
+    let [cheating, cheats_game, cheats_robots] = monitor(robot, offset);
+    let operator = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
+    let mut packet = said(ProtocolVersion::V19);
+    packet.teams[1].score = 2;
+    operator.send_to(&packet.to_bytes(), (Ipv4Addr::LOCALHOST, 3838 + offset)).unwrap();
+    app.run_cycles(1);
+    for socket in [&asking, &cheating] {
+        socket.send_to(b"RGTr\0", (Ipv4Addr::LOCALHOST, 3636 + offset)).unwrap();
+    }
+    app.run_cycles(29);
+    // As a GameController tells monitors of a game: when they come, and twice a second.
+    let told = packets(&game);
+    assert!(told.iter().all(|packet| packet.for_monitors && packet.version == ProtocolVersion::V19), "{told:?}");
+    let told: Vec<_> = told.iter().map(|told| (told.packet_number, told.state, told.teams[1].score)).collect();
+    assert_eq!(told, [0, 1, 2].map(|number| (number, GameState::Initial, 2)));
+    // The address of each robot, and a report with the pose in its team's frame, mm and rad, and the ball in its own.
+    let mut bytes = [0; 64];
+    let reports: Vec<Vec<u8>> =
+        core::iter::from_fn(|| robots.recv(&mut bytes).ok().map(|length| bytes[..length].to_vec())).collect();
+    let expected = |address: [u8; 4], numbers: [f32; 6]| {
+        let head = [address[3], address[2], 0];
+        let numbers = numbers.iter().flat_map(|number| number.to_le_bytes());
+        address.into_iter().chain(*b"RGrt\x04").chain(head).chain(numbers).collect::<Vec<u8>>()
+    };
+    let near = |report: &[u8], expected: &[u8]| {
+        let number = |bytes: &[u8], at: usize| f32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
+        report.len() == 36
+            && report[..12] == expected[..12]
+            && (12..36).step_by(4).all(|at| (number(report, at) - number(expected, at)).abs() < 1e-3)
+    };
+    let blue = expected([127, 1, 5, 2], [-1000.0, 500.0, 0.0, 0.0, 1000.0, -1000.0]);
+    let pink = expected([127, 1, 12, 3], [-1000.0, 500.0, 0.0, 0.0, 1000.0, 0.0]);
+    assert_eq!(reports.len(), 2 * 2);
+    assert!(reports.iter().zip([&blue, &pink, &blue, &pink]).all(|(one, other)| near(one, other)), "{reports:?}");
+    // A robot is told nothing.
+    assert!(packets(&cheats_game).is_empty() && cheats_robots.recv(&mut bytes).is_err());
+}
+
+#[test]
+fn a_gamecontroller_that_broadcasts_is_heard_and_the_match_does_not_hear_itself() {
+    let (offset, control) = free_ports();
+    drop(control);
+    // The address of a network's interface, which need not be known.
+    let mut app = decided_match(Ipv4Addr::new(198, 51, 100, 7), offset);
+    let operator = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
+    operator.set_broadcast(true).unwrap();
+    let say = |state| {
+        let packet = ControlPacket { state, ..said(ProtocolVersion::V18) };
+        operator.send_to(&packet.to_bytes(), (Ipv4Addr::new(127, 255, 255, 255), 3838 + offset)).unwrap();
+    };
+    say(GameState::Ready);
+    app.run_cycles(1);
+    assert_eq!(app.game().state, GameState::Ready);
+    // Who asks from here would have the truth sent to the match, which would take it for its GameController's.
+    operator.send_to(b"RGTr\0", (Ipv4Addr::LOCALHOST, 3636 + offset)).unwrap();
+    app.run_cycles(30);
+    say(GameState::Set);
+    app.run_cycles(1);
+    assert_eq!(app.game().state, GameState::Set);
 }
 
 /// A socket at a robot's own address.

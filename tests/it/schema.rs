@@ -36,7 +36,8 @@ for line in sys.stdin:
     if "cycle" in message:
         say({"cycle": message["cycle"], "command": {"walk": [0.0, 0.0, 1.0], "head_deg": [0, 10],
             "kick": {"type": "left_side"}, "posture": {"dive": "left"} if message["cycle"] % 2 else "get_up",
-            "say": {"pose": [0, 1, 2], "ball_m": [1, 0], "robots_m": [[0, 0]], "intention": "see", "payload": "x"}}})
+            "say": {"pose": [0, 1, 2], "ball_m": [1, 0], "robots_m": [[0, 0]], "intention": "see", "payload": "x",
+                "datagram": "aGVsbG8="}}})
 "#;
 
 /// What of a value is not as a schema says, the first found: enough of JSON Schema for schemas that are made from types.
@@ -164,6 +165,13 @@ fn what_is_said_is_as_the_schema_says_whoever_says_it() {
             let message: Value = serde_json::from_str(message).unwrap();
             assert_eq!(fault(schema, &message, schema), None, "{program}: {message}");
         }
+        if program.contains("curious") {
+            // Each part of what team-mates say has come.
+            let heard = log.lines().filter(|line| line.starts_with('>')).find(|line| line.contains(r#""datagram""#));
+            let parts =
+                ["pose", "ball_m", "robots_m", "intention", "payload", "datagram"].map(|part| format!("\"{part}\":"));
+            assert!(heard.is_some_and(|line| parts.iter().all(|part| line.contains(part))), "{heard:?}");
+        }
         // As many of each, but for the end.
         assert!(kinds[0] > 25 && kinds[1] == kinds[0] + 1, "{program}: {kinds:?}");
     }
@@ -181,6 +189,7 @@ fn what_may_not_be_said_is_not_as_the_schema_says() {
         r#"{"cycle": 1, "command": {"walk": [0, 0]}}"#,
         r#"{"cycle": 1, "command": {"kick": {"type": 3}}}"#,
         r#"{"cycle": 1, "command": {"kick": {"type": "visual", "direction_deg": "left"}}}"#,
+        r#"{"cycle": 1, "command": {"say": {"datagram": [104, 105]}}}"#,
         r#"{"hello": {}}"#,
         r#"{"hello": {"protocol": 1, "images": [7]}}"#,
         r#"{}"#,
