@@ -65,4 +65,6 @@ Json decide(const Json& perception) {
     return Json::object({{"walk", {STEP_M, 0.0, turn_towards(ball)}}, {"head_deg", head}, {"say", say}});
 }
 
-int main() { naoisis::play(decide, "dribblers"); }
+int main() {
+    naoisis::play(decide, "dribblers", {"body", "game.own_end", "game.penalised", "game.state", "percepts.ball", "percepts.goal_posts"});
+}

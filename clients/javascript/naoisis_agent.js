@@ -12,11 +12,12 @@
 const { Console } = require("console");
 const readline = require("readline");
 
-// Plays until the match is over. Promises how it ended, with its score; nothing if the match was broken off.
-async function play(decide, name = "") {
+// Plays until the match is over. Promises how it ended, with its score; nothing if the match was broken off. Of what the robot
+// perceives `decide` gets the fields that are named, such as "percepts.ball" or "game.state", and all if none is.
+async function play(decide, name = "", fields = []) {
   globalThis.console = new Console(process.stderr);
   const send = (message) => process.stdout.write(JSON.stringify(message) + "\n");
-  send({ hello: { protocol: 1, name } });
+  send({ hello: { protocol: 1, name, fields } });
   for await (const line of readline.createInterface({ input: process.stdin })) {
     const message = JSON.parse(line);
     if (message.end) return message.end;

@@ -14,6 +14,8 @@ TURN_DEG = 3.0
 # A ball this near, and this far to one side, can be kicked.
 REACH_M = 0.17
 FOOT_M = 0.08
+# What it looks at of what its robot perceives: the rest need not be sent.
+FIELDS = ["body", "game.own_end", "game.penalised", "game.state", "percepts.ball", "percepts.goal_posts"]
 
 
 def opponents_goal(perception):
@@ -59,4 +61,4 @@ def decide(perception):
 
 
 if __name__ == "__main__":
-    play(decide, name="dribblers")
+    play(decide, name="dribblers", fields=FIELDS)

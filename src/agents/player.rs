@@ -10,13 +10,16 @@ use serde_json::Value;
 use super::command::read_value;
 use super::connection::{Connection, Loss, malformed};
 use super::process::{self, Process};
-use super::protocol::{Answer, EXAMPLE_HELLO, Hello, HelloMessage, ImageMessage, Message, PROTOCOL, Turn, Welcome};
+use super::protocol::{
+    Answer, EXAMPLE_HELLO, Hello, HelloMessage, ImageMessage, Message, PROTOCOL, PerceptionParts, Turn, Welcome,
+};
 use super::settings::AgentSettings;
 use crate::belief::Belief;
 use crate::camera_model::CameraName;
 use crate::cycle::CycleClock;
 use crate::events::AgentLoss;
 use crate::game::Score;
+use crate::record::fields::Fields;
 use crate::record::vocabulary::{Perception, RobotCommand};
 use crate::scenario::Scenario;
 use crate::sensing::camera::CameraImages;
@@ -44,6 +47,8 @@ pub struct Agent {
     process: Option<Process>,
     /// What the program has said of itself.
     hello: Option<Hello>,
+    /// The parts of perceptions that it wants.
+    fields: Fields,
     /// When it has to have answered.
     deadline: Option<Instant>,
 }
@@ -51,7 +56,7 @@ pub struct Agent {
 impl Agent {
     /// A program that has not said anything yet.
     pub(super) fn new(connection: Connection, process: Option<Process>) -> Self {
-        Self { connection, process, hello: None, deadline: None }
+        Self { connection, process, hello: None, fields: Fields::default(), deadline: None }
     }
 
     /// What the program says of itself.
@@ -102,6 +107,10 @@ impl Agent {
         if let Some(reason) = refusal {
             return Err(self.refuse(reason, deadline));
         }
+        self.fields = match Fields::of_perception(&hello.fields) {
+            Ok(fields) => fields,
+            Err(error) => return Err(self.refuse(error.to_string(), deadline)),
+        };
         self.hello = Some(hello.clone());
         let welcome = Message::Welcome(Box::new(Welcome::of(scenario, robot)));
         self.connection.send(&welcome, deadline).map_err(|loss| self.told(loss))
@@ -127,7 +136,7 @@ impl Agent {
         let turn = Turn {
             cycle: clock.cycle,
             time_s: clock.start_time_s(),
-            perception,
+            perception: PerceptionParts { perception, fields: &self.fields },
             belief: belief.filter(|_| self.hello.as_ref().is_some_and(|hello| hello.belief)),
             images: self.images_of(clock, images),
         };

@@ -14,6 +14,7 @@ use crate::camera_model::CameraName;
 use crate::communication::MessageLimits;
 use crate::game::{Rules, Score};
 use crate::pitch::Pitch;
+use crate::record::fields::Fields;
 use crate::record::vocabulary::{Perception, RobotCommand};
 use crate::robot::body::Body;
 use crate::robot::head::HeadLimits;
@@ -64,6 +65,10 @@ pub struct Hello {
     /// Whether the built-in estimator shall run for it.
     #[serde(default)]
     pub belief: bool,
+    /// The parts of the perception that it wants, such as `percepts.ball` or `game.state`; all, if none is named. What is sent
+    /// less takes less time.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub fields: Vec<String>,
 }
 
 /// The first message of a program.
@@ -201,8 +206,9 @@ pub struct Turn<'a> {
     pub cycle: u64,
     /// The instant that is perceived, s since the start.
     pub time_s: f64,
-    /// What the robot perceives, as a trace has it.
-    pub perception: &'a Perception,
+    /// What the robot perceives, as a trace has it; of that the `fields` of the hello, if it names any.
+    #[schemars(with = "Perception")]
+    pub perception: PerceptionParts<'a>,
     /// What the built-in estimator makes of it, if that was asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub belief: Option<&'a Belief>,
@@ -210,6 +216,21 @@ pub struct Turn<'a> {
     #[schemars(with = "BTreeMap<String, ImageMessage<'static>>")]
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub images: BTreeMap<CameraName, ImageMessage<'a>>,
+}
+
+/// The parts of a perception that a program wants.
+#[derive(Clone, Copy, Debug)]
+pub struct PerceptionParts<'a> {
+    /// All of it.
+    pub perception: &'a Perception,
+    /// The parts.
+    pub fields: &'a Fields,
+}
+
+impl Serialize for PerceptionParts<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.fields.of(self.perception).serialize(serializer)
+    }
 }
 
 /// A camera image.

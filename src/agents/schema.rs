@@ -25,7 +25,8 @@ enum FromMatch<'a> {
 }
 
 /// A schema (draft 2020-12) of each direction: `from_program`, and `from_match`. What the match reads is described as it reads
-/// it, what it says as it says it: a field that is required there is always sent, and others may be added in later versions.
+/// it, what it says as it says it: a field that is required there is always sent, but for what the `fields` of a hello leave out
+/// of perceptions, and others may be added in later versions.
 pub fn schema() -> Value {
     let read = SchemaSettings::draft2020_12().for_deserialize().into_generator();
     let said = SchemaSettings::draft2020_12().for_serialize().into_generator();

@@ -1,8 +1,8 @@
-//! Which parts of each line a trace has: all, or those that were asked for.
+//! Which parts of each line a trace has, and of each perception a program: all, or those that were asked for.
 
 use core::fmt;
 use core::str::FromStr;
-use serde::ser::{Serialize, SerializeSeq, SerializeStruct, Serializer};
+use serde::ser::{Serialize, SerializeMap, SerializeSeq, SerializeStruct, Serializer};
 use serde::{Deserialize, Deserializer};
 use std::collections::BTreeMap;
 
@@ -11,6 +11,9 @@ use crate::scenario::wording::{in_words, nearest, one_of, quoted};
 
 /// What every line has, and every robot, asked for or not: what the rest belongs to.
 const ALWAYS: [&str; 4] = ["type", "cycle", "time_s", "id"];
+
+/// What a robot of a trace has that it perceives itself, which is what a perception has.
+const PERCEIVED: [&str; 8] = ["head_deg", "odometry", "sonar_m", "percepts", "inbox", "game", "body", "sensors"];
 
 /// Parts of a trace's lines, by their names: `ball`, `robots.pose`, `events`. By default all.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
@@ -30,13 +33,26 @@ struct Node(BTreeMap<String, Node>);
 pub struct NoSuchField(String);
 
 impl NoSuchField {
+    fn in_perception(name: &str) -> Self {
+        let meant = meant_by(name, perceived_names).map(|name| format!(": did you mean `{name}`?")).unwrap_or_default();
+        let message = format!("there is no field {} in a perception{meant}", quoted(name));
+        let expected = format!("{}, or a part of one, such as `percepts.ball`", one_of(PERCEIVED.into_iter()));
+        NoSuchField(in_words(&message, &expected))
+    }
+
     fn named(name: &str) -> Self {
-        let meant = meant_by(name).map(|name| format!(": did you mean `{name}`?")).unwrap_or_default();
+        let meant = meant_by(name, known_names).map(|name| format!(": did you mean `{name}`?")).unwrap_or_default();
         let message = format!("there is no field {} in a trace{meant}", quoted(name));
         let wholes = known_names().filter(|name| !name.contains('.') && !ALWAYS.contains(name));
         let expected = format!("{}, or a part of one, such as `robots.pose`", one_of(wholes));
         NoSuchField(in_words(&message, &expected))
     }
+}
+
+/// The names of the parts of a perception.
+fn perceived_names() -> impl Iterator<Item = &'static str> {
+    let is_perceived = |name: &&str| PERCEIVED.contains(&name.split('.').next().unwrap_or(name));
+    known_names().filter_map(|name| name.strip_prefix("robots.")).filter(is_perceived)
 }
 
 /// The names of all parts.
@@ -45,7 +61,7 @@ fn known_names() -> impl Iterator<Item = &'static str> {
 }
 
 /// The part that was probably meant: one that is called so within another, or one that a few typing errors lead to.
-fn meant_by(name: &str) -> Option<&'static str> {
+fn meant_by<I: Iterator<Item = &'static str>>(name: &str, known_names: impl Fn() -> I) -> Option<&'static str> {
     let is_within = |known: &&str| !name.is_empty() && known.strip_suffix(name).is_some_and(|rest| rest.ends_with('.'));
     known_names().find(is_within).or_else(|| nearest(name, known_names()))
 }
@@ -76,17 +92,31 @@ impl Fields {
         &self.names
     }
 
+    /// Parts of a perception, by their names in it: `percepts.ball`, `game.state`. All, if none is named.
+    ///
+    /// # Errors
+    /// When one is none.
+    pub fn of_perception(names: &[String]) -> Result<Self, NoSuchField> {
+        let names = names.iter().map(String::as_str);
+        let is_known = |name: &str| name.starts_with("sensors.") || perceived_names().any(|known| known == name);
+        Self::from_names(names, is_known, NoSuchField::in_perception)
+    }
+
     /// The value with these parts of it only.
-    pub(super) fn of<'a, T: Serialize>(&'a self, value: &'a T) -> impl Serialize + 'a {
+    pub fn of<'a, T: Serialize>(&'a self, value: &'a T) -> impl Serialize + 'a {
         Part { value, chosen: &self.chosen }
     }
 
-    fn from_names<'a>(names: impl Iterator<Item = &'a str>, known: impl Fn(&str) -> bool) -> Result<Self, NoSuchField> {
+    fn from_names<'a>(
+        names: impl Iterator<Item = &'a str>,
+        known: impl Fn(&str) -> bool,
+        error: fn(&str) -> NoSuchField,
+    ) -> Result<Self, NoSuchField> {
         let mut fields = Fields::default();
         let mut wholes: Vec<&str> = Vec::new();
         for name in names.map(str::trim).filter(|name| !name.is_empty()) {
             if !known(name) {
-                return Err(NoSuchField::named(name));
+                return Err(error(name));
             }
             fields.names.push(name.to_owned());
             wholes.push(name);
@@ -113,7 +143,7 @@ impl FromStr for Fields {
                 || known_names()
                     .any(|known| known == name || known.strip_prefix(name).is_some_and(|rest| rest.starts_with('.')))
         };
-        let fields = Self::from_names(list.split(','), is_known)?;
+        let fields = Self::from_names(list.split(','), is_known, NoSuchField::named)?;
         if fields.is_all() { Err(NoSuchField::named("")) } else { Ok(fields) }
     }
 }
@@ -134,7 +164,8 @@ impl<'de> Deserialize<'de> for Fields {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         // A later version may know more.
         let names = Vec::<String>::deserialize(deserializer)?;
-        Self::from_names(names.iter().map(String::as_str), |_| true).map_err(serde::de::Error::custom)
+        Self::from_names(names.iter().map(String::as_str), |_| true, NoSuchField::named)
+            .map_err(serde::de::Error::custom)
     }
 }
 
@@ -178,7 +209,7 @@ impl<'a, S: Serializer> Serializer for Choosing<'a, S> {
     type SerializeTupleStruct = S::SerializeTupleStruct;
     type SerializeTupleVariant = S::SerializeTupleVariant;
     type SerializeMap = S::SerializeMap;
-    type SerializeStruct = Choosing<'a, S::SerializeStruct>;
+    type SerializeStruct = Choosing<'a, S::SerializeMap>;
     type SerializeStructVariant = S::SerializeStructVariant;
 
     fn serialize_some<T: ?Sized + Serialize>(self, value: &T) -> Result<S::Ok, S::Error> {
@@ -193,8 +224,9 @@ impl<'a, S: Serializer> Serializer for Choosing<'a, S> {
         Ok(Choosing { inner: self.inner.serialize_seq(length)?, chosen: self.chosen })
     }
 
-    fn serialize_struct(self, name: &'static str, length: usize) -> Result<Self::SerializeStruct, S::Error> {
-        Ok(Choosing { inner: self.inner.serialize_struct(name, length)?, chosen: self.chosen })
+    fn serialize_struct(self, _: &'static str, _: usize) -> Result<Self::SerializeStruct, S::Error> {
+        // How many of its fields there will be is not known yet, which only a map may say.
+        Ok(Choosing { inner: self.inner.serialize_map(None)?, chosen: self.chosen })
     }
 
     fn serialize_newtype_variant<T: ?Sized + Serialize>(
@@ -247,15 +279,15 @@ impl<S: SerializeSeq> SerializeSeq for Choosing<'_, S> {
     }
 }
 
-impl<S: SerializeStruct> SerializeStruct for Choosing<'_, S> {
+impl<S: SerializeMap> SerializeStruct for Choosing<'_, S> {
     type Ok = S::Ok;
     type Error = S::Error;
 
     fn serialize_field<T: ?Sized + Serialize>(&mut self, name: &'static str, value: &T) -> Result<(), S::Error> {
         match self.chosen.0.get(name) {
-            Some(chosen) => self.inner.serialize_field(name, &Part { value, chosen }),
-            None if ALWAYS.contains(&name) => self.inner.serialize_field(name, value),
-            None => self.inner.skip_field(name),
+            Some(chosen) => self.inner.serialize_entry(name, &Part { value, chosen }),
+            None if ALWAYS.contains(&name) => self.inner.serialize_entry(name, value),
+            None => Ok(()),
         }
     }
 

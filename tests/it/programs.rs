@@ -25,6 +25,7 @@ if misdeed == "says something else": print("Loading my model ...", flush=True)
 hello = {"protocol": 2 if misdeed == "another protocol" else 1}
 if misdeed == "wants images": hello["images"] = ["top"]
 if misdeed == "wants another robot": hello["robot"] = "pink9"
+if misdeed == "wants to know where it is": hello["fields"] = ["percepts.ball", "pose"]
 say(json.dumps({"hello": hello}) + "\n")
 for line in sys.stdin:
     message = json.loads(line)
@@ -83,6 +84,7 @@ fn whatever_a_program_does_the_match_goes_on_and_the_trace_tells() {
         ("another protocol", 1, "refused"),
         ("wants images", 1, "refused"),
         ("wants another robot", 1, "refused"),
+        ("wants to know where it is", 1, "refused"),
         ("leaves", 5, "closed"),
         ("crashes", 5, "crashed"),
         ("is killed", 5, "crashed"),
@@ -293,11 +295,12 @@ fn in_single_precision(value: Value) -> Value {
     }
 }
 
-/// Plays a robot over a socket in either encoding. What it was told in each cycle; images as their lengths.
-fn play_over(stream: UnixStream, encoding: &str) -> Vec<Value> {
+/// Plays a robot over a socket in either encoding, with these fields of perceptions or all. What it was told in each cycle;
+/// images as their lengths.
+fn play_over(stream: UnixStream, encoding: &str, fields: &[&str]) -> Vec<Value> {
     let mut reader = BufReader::new(stream.try_clone().unwrap());
     let mut writer = stream;
-    let hello = json!({ "protocol": 1, "encoding": encoding, "images": ["top"], "belief": true });
+    let hello = json!({ "protocol": 1, "encoding": encoding, "images": ["top"], "belief": true, "fields": fields });
     writeln!(writer, "{}", json!({ "hello": hello })).unwrap();
     let mut turns: Vec<Value> = Vec::new();
     loop {
@@ -349,11 +352,11 @@ fn both_encodings_say_the_same_with_beliefs_and_images() {
                         { "number": 2, "pose": [-2, 1, 0], "behaviour": "chaser" }] }"#,
     )
     .unwrap();
-    let play = |encoding: &'static str| {
+    let play = |encoding: &'static str, fields: &'static [&str]| {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("socket");
         let server = Server::listen(&Address::Unix(path.clone())).unwrap();
-        let program = std::thread::spawn(move || play_over(UnixStream::connect(path).unwrap(), encoding));
+        let program = std::thread::spawn(move || play_over(UnixStream::connect(path).unwrap(), encoding, fields));
         let mut app = App::new();
         app.add_plugins((NaoisisPlugins, AgentsPlugin));
         app.start_match(&scenario).unwrap();
@@ -363,7 +366,7 @@ fn both_encodings_say_the_same_with_beliefs_and_images() {
         agents::dismiss(app.world_mut(), "end");
         (program.join().unwrap(), pose)
     };
-    let (json, message_pack) = (play("json"), play("msgpack"));
+    let (json, message_pack) = (play("json", &[]), play("msgpack", &[]));
     assert_eq!(json.0.len(), 20);
     assert_eq!(json.0, message_pack.0);
     assert_eq!(json.1, message_pack.1);
@@ -373,4 +376,25 @@ fn both_encodings_say_the_same_with_beliefs_and_images() {
     assert_eq!(first["images"]["top"]["rgb"], 230_400.0);
     assert!((first["belief"]["pose"][0].as_f64().unwrap() + 1.0).abs() < 0.1, "{}", first["belief"]);
     assert!(first["perception"].get("pose").is_none());
+    // Who names fields gets these, as they are where all are sent, and the same match.
+    let fields = &["body", "game.state", "game.own_end", "percepts.goal_posts.colour", "percepts.ball"];
+    let (json_parts, message_pack_parts) = (play("json", fields), play("msgpack", fields));
+    assert_eq!((&json_parts, &json_parts.1), (&message_pack_parts, &json.1));
+    let parts_of = |turn: &Value| {
+        let mut turn = turn.clone();
+        let perception = turn["perception"].as_object_mut().unwrap();
+        perception.retain(|name, _| ["body", "game", "percepts"].contains(&name.as_str()));
+        let keep = |part: &mut Value, names: &[&str]| {
+            part.as_object_mut().unwrap().retain(|name, _| names.contains(&name.as_str()));
+        };
+        keep(&mut perception["game"], &["state", "own_end", "time_s"]);
+        keep(&mut perception["percepts"], &["goal_posts", "ball", "time_s"]);
+        for post in perception["percepts"]["goal_posts"].as_array_mut().unwrap() {
+            keep(post, &["colour"]);
+        }
+        turn
+    };
+    let expected: Vec<Value> = json.0.iter().map(parts_of).collect();
+    assert_eq!(json_parts.0, expected);
+    assert!(expected.iter().any(|turn| turn["perception"]["percepts"]["goal_posts"][0]["colour"].is_string()));
 }

@@ -156,6 +156,14 @@ fn what_is_said_is_as_the_schema_says_whoever_says_it() {
         );
         assert!(output.status.success() && output.stderr.is_empty(), "{program}: {}", text(&output.stderr));
         let log = fs::read_to_string(here("blue2.log")).unwrap();
+        let mut schema = schema.clone();
+        if log.lines().any(|line| line.starts_with('<') && line.contains(r#""fields":[""#)) {
+            // Of a perception it gets what it has named.
+            let parts = schema["from_match"]["$defs"].as_object_mut().unwrap().iter_mut();
+            for (_, part) in parts.filter(|(name, _)| *name != "Turn") {
+                part.as_object_mut().unwrap().remove("required");
+            }
+        }
         let mut kinds = [0; 2];
         for line in log.lines() {
             let (direction, message) = line.split_at(1);
