@@ -7,7 +7,11 @@ use core::time::Duration;
 use std::io;
 use std::net::{SocketAddr, TcpListener, ToSocketAddrs};
 #[cfg(unix)]
-use std::os::unix::net::UnixListener;
+use std::os::unix::fs::FileTypeExt;
+#[cfg(unix)]
+use std::os::unix::net::{UnixListener, UnixStream};
+#[cfg(unix)]
+use std::path::Path;
 use std::path::PathBuf;
 use std::thread;
 use std::time::Instant;
@@ -110,7 +114,10 @@ impl Server {
             }
             #[cfg(unix)]
             Address::Unix(path) => {
-                let listener = UnixListener::bind(path)?;
+                let listener = UnixListener::bind(path).or_else(|error| match is_left_over(path) {
+                    true => std::fs::remove_file(path).and_then(|()| UnixListener::bind(path)),
+                    false => Err(error),
+                })?;
                 listener.set_nonblocking(true)?;
                 (Listener::Unix(listener), address.clone())
             }
@@ -138,6 +145,13 @@ impl Server {
             }
         }
     }
+}
+
+/// Whether there is the socket of somebody who was killed: one at which nobody listens.
+#[cfg(unix)]
+fn is_left_over(path: &Path) -> bool {
+    std::fs::symlink_metadata(path).is_ok_and(|file| file.file_type().is_socket())
+        && UnixStream::connect(path).is_err_and(|error| error.kind() == io::ErrorKind::ConnectionRefused)
 }
 
 impl Drop for Server {
@@ -209,5 +223,23 @@ mod tests {
         for word in ["127.0.0.1:80", "tcp:80", "tcp:127.0.0.1", "udp:127.0.0.1:80", "unix:", ""] {
             assert_eq!(word.parse::<Address>(), Err(NotAnAddress), "{word}");
         }
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn the_socket_of_somebody_who_was_killed_is_in_nobodys_way() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("socket");
+        let listen = || Server::listen(&Address::Unix(path.clone()));
+        let alive = UnixListener::bind(&path).unwrap();
+        assert_eq!(listen().unwrap_err().kind(), io::ErrorKind::AddrInUse);
+        // Its file stays, as when it is killed.
+        drop(alive);
+        assert!(path.exists());
+        drop(listen().unwrap());
+        // What is no socket is somebody's.
+        std::fs::write(&path, "kept").unwrap();
+        assert!(listen().is_err());
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "kept");
     }
 }
