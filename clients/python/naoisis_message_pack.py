@@ -96,7 +96,7 @@ def _map(packed, at, length):
         elif first == 0xCB:
             fields[name] = _DOUBLE(packed, at + 1)[0]
             at += 9
-        elif first == 0x92 and packed[at + 1 : at + 7 : 5] == b"\xca\xca":
+        elif first == 0x92 and packed[at + 1] == 0xCA and packed[at + 6] == 0xCA:
             fields[name] = list(_PAIR(packed, at))
             at += 11
         elif 0xA0 <= first < 0xC0:
