@@ -23,23 +23,33 @@ fn client(path: &str) -> String {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("clients").join(path).display().to_string()
 }
 
-/// The team of the Python client in MessagePack, or with nothing but an image a cycle.
+/// The team of the Python client in either encoding, told all that there is or what it looks at, or with nothing but an image a
+/// cycle.
 const IN_PYTHON: &str = r#"
 import sys
 sys.path.insert(0, sys.argv[1])
-from dribblers import decide
+from dribblers import FIELDS, decide
 from naoisis_agent import play
 if sys.argv[2] == "images":
-    play(lambda perception: {}, images=["top"], encoding=sys.argv[3])
+    play(lambda perception: {}, images=["top"], encoding=sys.argv[3], fields=["body"])
 else:
-    play(decide, encoding=sys.argv[3])
+    play(decide, encoding=sys.argv[3], fields=FIELDS if sys.argv[2] == "fields" else [])
 "#;
 
-/// The team of the C++ client, compiled.
-fn compiled(folder: &Path) -> Option<String> {
-    let program = folder.join("dribblers");
+/// The team of the C++ client, told all that there is.
+const ALL_IN_CPP: &str = r#"
+#define main told_what_it_looks_at
+#include "dribblers.cpp"
+#undef main
+int main() { naoisis::play(decide, "dribblers"); }
+"#;
+
+/// A program in C++, compiled.
+fn compiled(folder: &Path, source: &str) -> Option<String> {
+    let (file, program) = (folder.join("source.cpp"), folder.join(format!("program{}", source.len())));
+    std::fs::write(&file, source).ok()?;
     let mut compiler = Command::new("c++");
-    compiler.args(["-std=c++17", "-O2", "-o"]).arg(&program).arg(client("cpp/dribblers.cpp"));
+    compiler.args(["-std=c++17", "-O2", "-I", &client("cpp"), "-o"]).arg(&program).arg(&file);
     compiler.status().ok().filter(|status| status.success()).map(|_| program.display().to_string())
 }
 
@@ -77,22 +87,27 @@ fn report(name: &str, program: &str, robots: usize, cycles: usize) {
 fn main() {
     let folder: PathBuf = tempfile::tempdir().unwrap().keep();
     println!("no program: {:.0} times real time", factor(&mut match_with("", 0), CYCLES));
-    if let Some(program) = compiled(&folder) {
+    if let Some(program) = compiled(&folder, "#include \"dribblers.cpp\"\n") {
         report("six programs in C++", &program, 6, CYCLES);
         report("one program in C++", &program, 1, CYCLES);
     }
-    let python = format!("python3 {}", client("python/dribblers.py"));
-    report("six programs in Python", &python, 6, CYCLES);
-    report("one program in Python", &python, 1, CYCLES);
+    if let Some(program) = compiled(&folder, ALL_IN_CPP) {
+        report("six programs in C++, told all", &program, 6, CYCLES);
+    }
     let script = folder.join("in_python.py");
     std::fs::write(&script, IN_PYTHON).unwrap();
     let python = format!("python3 {} {}", script.display(), client("python"));
-    report(
-        "six programs in Python, MessagePack (quick where the package msgpack is)",
-        &format!("{python} team msgpack"),
-        6,
-        CYCLES,
-    );
+    for encoding in ["json", "msgpack"] {
+        // MessagePack is quick where the package msgpack is.
+        report(&format!("six programs in Python, {encoding}"), &format!("{python} fields {encoding}"), 6, CYCLES);
+        report(
+            &format!("six programs in Python, told all, {encoding}"),
+            &format!("{python} all {encoding}"),
+            6,
+            CYCLES,
+        );
+    }
+    report("one program in Python, json", &format!("{python} fields json"), 1, CYCLES);
     for encoding in ["json", "msgpack"] {
         let name = format!("six programs in Python, each an image a cycle, {encoding}");
         report(&name, &format!("{python} images {encoding}"), 6, IMAGE_CYCLES);

@@ -12,6 +12,7 @@ use std::time::Instant;
 
 use super::command::read_value;
 use super::protocol::Encoding;
+use super::settings::BreakOff;
 use crate::events::AgentLoss;
 
 /// How deep a message may be nested.
@@ -22,8 +23,10 @@ const SHOWN: usize = 100;
 const LONGEST: usize = 400;
 /// What is read at once, bytes.
 const CHUNK: usize = 4 << 10;
-/// How long to wait for what must be there already, if it is.
-const NO_TIME: Duration = Duration::from_millis(1);
+/// Between two looks at the clock, while a program is silent.
+const LOOK: Duration = Duration::from_millis(20);
+/// What is said of who is silent too long.
+const TOO_LATE: &str = "it did not answer in time";
 
 /// Why there will be nothing more from a program.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
@@ -38,15 +41,6 @@ pub struct Loss {
 impl Loss {
     pub(super) fn new(reason: AgentLoss, message: impl Into<String>) -> Self {
         Self { reason, message: message.into() }
-    }
-
-    fn of_io(error: &io::Error) -> Self {
-        match error.kind() {
-            io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut => {
-                Loss::new(AgentLoss::TimedOut, "it reads nothing of what it is sent")
-            }
-            _ => Loss::new(AgentLoss::Closed, "it has hung up"),
-        }
     }
 }
 
@@ -72,7 +66,8 @@ macro_rules! with_stream {
 }
 
 impl Stream {
-    fn set_timeouts(&self, time: Option<Duration>) -> io::Result<()> {
+    fn set_timeouts(&self, time: Duration) -> io::Result<()> {
+        let time = Some(time);
         with_stream!(self, stream => stream.set_read_timeout(time).and_then(|()| stream.set_write_timeout(time)))
     }
 
@@ -102,17 +97,16 @@ pub struct Connection {
     /// So much of it has no end of a line.
     searched: usize,
     outgoing: Vec<u8>,
-    /// What reads and writes wait for at most, as the system knows it.
-    timeout: Option<Duration>,
+    /// Whether reads and writes end to look at the clock.
+    looks: bool,
+    break_off: Option<BreakOff>,
 }
 
 impl Connection {
-    /// A connection over a stream, which begins with lines of JSON.
-    pub fn new(stream: Stream, longest: usize) -> Self {
-        let encoding = Encoding::Json;
-        // So that the first timeout is set.
-        let timeout = Some(Duration::MAX);
-        Self { stream, encoding, longest, received: Vec::new(), searched: 0, outgoing: Vec::new(), timeout }
+    /// A connection over a stream, which begins with lines of JSON. Nothing is waited for when the match is broken off.
+    pub fn new(stream: Stream, longest: usize, break_off: Option<BreakOff>) -> Self {
+        let (encoding, received, outgoing) = (Encoding::Json, Vec::new(), Vec::new());
+        Self { stream, encoding, longest, received, searched: 0, outgoing, looks: false, break_off }
     }
 
     /// How messages are written from now on.
@@ -142,14 +136,17 @@ impl Connection {
             }
         };
         written.map_err(|error| Loss::new(AgentLoss::Refused, format!("it cannot be told what there is: {error}")))?;
+        self.look()?;
         let mut sent = 0;
         while sent < self.outgoing.len() {
-            self.wait_until(deadline)?;
             match self.stream.write(&self.outgoing[sent..]) {
                 Ok(0) => return Err(Loss::new(AgentLoss::Closed, "it has hung up")),
                 Ok(count) => sent += count,
                 Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-                Err(error) => return Err(Loss::of_io(&error)),
+                Err(error) if is_silence(&error) => {
+                    self.wait_on(deadline, "it reads nothing of what it is sent")?;
+                }
+                Err(_) => return Err(Loss::new(AgentLoss::Closed, "it has hung up")),
             }
         }
         Ok(())
@@ -160,6 +157,7 @@ impl Connection {
     /// # Errors
     /// When there is none by the deadline, or it is none of this type.
     pub fn receive<T: DeserializeOwned>(&mut self, deadline: Option<Instant>) -> Result<T, Loss> {
+        let mut may_have_more = true;
         loop {
             if let Some((start, end, next)) = self.next_message()? {
                 let bytes = &self.received[start..end];
@@ -171,7 +169,11 @@ impl Connection {
                 self.searched = 0;
                 return message;
             }
-            self.read_more(deadline)?;
+            // Who sends a little now and then has no more time than others.
+            if !may_have_more {
+                self.wait_on(deadline, TOO_LATE)?;
+            }
+            may_have_more = self.read_more(deadline)? == CHUNK;
         }
     }
 
@@ -213,45 +215,60 @@ impl Connection {
         }
     }
 
-    /// Reads what there is, or what comes.
-    fn read_more(&mut self, deadline: Option<Instant>) -> Result<(), Loss> {
-        self.wait_until(deadline)?;
+    /// Reads what there is, or what comes: so many bytes. What is there already is always taken.
+    fn read_more(&mut self, deadline: Option<Instant>) -> Result<usize, Loss> {
+        self.look()?;
         let before = self.received.len();
         self.received.resize(before + CHUNK, 0);
         let read = loop {
             match self.stream.read(&mut self.received[before..]) {
+                Ok(0) if before > 0 => {
+                    break Err(Loss::new(AgentLoss::Closed, "it has hung up in the middle of a message"));
+                }
+                Ok(0) => break Err(Loss::new(AgentLoss::Closed, "it has hung up")),
+                Ok(count) => break Ok(count),
                 Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-                read => break read,
+                Err(error) if is_silence(&error) => {
+                    if let Err(loss) = self.wait_on(deadline, TOO_LATE) {
+                        break Err(loss);
+                    }
+                }
+                Err(_) => break Err(Loss::new(AgentLoss::Closed, "it has hung up")),
             }
         };
         self.received.truncate(before + *read.as_ref().unwrap_or(&0));
-        match read {
-            Ok(0) if before > 0 => Err(Loss::new(AgentLoss::Closed, "it has hung up in the middle of a message")),
-            Ok(0) => Err(Loss::new(AgentLoss::Closed, "it has hung up")),
-            Ok(_) => Ok(()),
-            Err(error) if matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut) => {
-                Err(Loss::new(AgentLoss::TimedOut, "it did not answer in time"))
-            }
-            Err(error) => Err(Loss::of_io(&error)),
-        }
+        read
     }
 
-    /// Lets the stream wait until the deadline at the latest. What is there already is always taken.
-    fn wait_until(&mut self, deadline: Option<Instant>) -> Result<(), Loss> {
-        let left = deadline.map(|deadline| deadline.saturating_duration_since(Instant::now()).max(NO_TIME));
-        // A system call less in each cycle: nearly the same time is the same.
-        let is_near = |one: Duration, other: Duration| one.abs_diff(other) < one / 8;
-        let is_set = match (left, self.timeout) {
-            (None, None) => true,
-            (Some(left), Some(set)) => is_near(left, set),
-            _ => false,
-        };
-        if !is_set {
-            self.stream.set_timeouts(left).map_err(|error| Loss::of_io(&error))?;
-            self.timeout = left;
+    /// Lets reads and writes end now and then.
+    fn look(&mut self) -> Result<(), Loss> {
+        if !self.looks {
+            self.stream.set_timeouts(LOOK).map_err(|_| Loss::new(AgentLoss::Closed, "it has hung up"))?;
+            self.looks = true;
         }
         Ok(())
     }
+
+    /// Whether to wait on for a program.
+    ///
+    /// # Errors
+    /// When its time is over, which means that it is lost for this, or the match is broken off.
+    fn wait_on(&self, deadline: Option<Instant>, too_late: &str) -> Result<(), Loss> {
+        if deadline.is_some_and(|deadline| deadline <= Instant::now()) {
+            return Err(Loss::new(AgentLoss::TimedOut, too_late));
+        }
+        match &self.break_off {
+            Some(BreakOff(is_broken_off)) if is_broken_off() => {
+                Err(Loss::new(AgentLoss::TimedOut, "the match was broken off while it was waited for"))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Whether nothing has happened for a while.
+fn is_silence(error: &io::Error) -> bool {
+    matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut)
 }
 
 fn read_json<T: DeserializeOwned>(line: &[u8]) -> Result<T, Loss> {
@@ -306,7 +323,7 @@ mod tests {
     /// A connection, and the program's end of it.
     fn pair() -> (Connection, UnixStream) {
         let (here, there) = UnixStream::pair().unwrap();
-        (Connection::new(Stream::Unix(here), 1000), there)
+        (Connection::new(Stream::Unix(here), 1000, None), there)
     }
 
     /// What comes of these bytes, sent by a program that then hangs up.
@@ -323,7 +340,7 @@ mod tests {
         let answer = Answer { cycle: 7, ..Answer::default() };
         for encoding in [Encoding::Json, Encoding::Msgpack] {
             let (mut here, there) = pair();
-            let mut program = Connection::new(Stream::Unix(there), 1000);
+            let mut program = Connection::new(Stream::Unix(there), 1000, None);
             here.set_encoding(encoding);
             program.set_encoding(encoding);
             program.send(&json!({ "cycle": 6 }), None).unwrap();
@@ -375,6 +392,28 @@ mod tests {
         let large = "x".repeat(1 << 20);
         assert_eq!(connection.send(&large, soon()).unwrap_err().reason, AgentLoss::TimedOut);
         drop(program);
+    }
+
+    #[test]
+    fn what_is_there_is_taken_however_late_and_a_part_of_it_is_not_waited_for() {
+        let (mut connection, mut program) = pair();
+        let now = Some(Instant::now());
+        let answer = format!("{{\"cycle\":3{}}}\n", " ".repeat(900));
+        program.write_all(answer.as_bytes()).unwrap();
+        program.write_all(b"{\"cycle\":").unwrap();
+        assert_eq!(connection.receive::<Answer>(now).unwrap().cycle, 3);
+        assert_eq!(connection.receive::<Answer>(now).unwrap_err().reason, AgentLoss::TimedOut);
+    }
+
+    #[test]
+    fn nobody_is_waited_for_when_the_match_is_broken_off() {
+        let (here, _program) = UnixStream::pair().unwrap();
+        let break_off = BreakOff(std::sync::Arc::new(|| true));
+        let mut connection = Connection::new(Stream::Unix(here), 1000, Some(break_off));
+        let loss = connection.receive::<Answer>(None).unwrap_err();
+        assert!(loss.reason == AgentLoss::TimedOut && loss.message.contains("broken off"), "{loss}");
+        let loss = connection.send(&"x".repeat(1 << 20), None).unwrap_err();
+        assert!(loss.reason == AgentLoss::TimedOut && loss.message.contains("broken off"), "{loss}");
     }
 
     #[test]

@@ -52,7 +52,7 @@ pub use player::AgentPlayer;
 pub use plugin::{AgentsPlugin, ProgramStartError, dismiss, start_programs};
 pub use remote::{AgentError, belief, believe, command, perception, remote_robots, with_remote_robots};
 pub use server::Server;
-pub use settings::{AgentSettings, ErrorLines};
+pub use settings::{AgentSettings, BreakOff, ErrorLines};
 
 /// Elsewhere than on Unix no program can be started.
 #[cfg(not(unix))]

@@ -68,7 +68,7 @@ pub fn start_programs(world: &mut World) -> Result<(), ProgramStartError> {
         let folder = settings.folders[robot.team].as_deref();
         let (process, stream) = Process::start(&words, folder, robot, settings.error_lines.clone())
             .map_err(|message| ProgramStartError { robot, message })?;
-        let connection = Connection::new(stream, settings.longest_message);
+        let connection = Connection::new(stream, settings.longest_message, settings.break_off.clone());
         agents.push((entity, robot, Agent::new(connection, Some(process))));
     }
     // They load while others do.

@@ -177,7 +177,7 @@ pub fn free_robots(world: &World) -> Vec<RobotId> {
 fn introduce(world: &mut World, stream: Stream) -> Result<(RobotId, String), Loss> {
     let settings = world.resource::<AgentSettings>().clone();
     let deadline = settings.answer_timeout.map(|time| Instant::now() + time);
-    let mut agent = Agent::new(Connection::new(stream, settings.longest_message), None);
+    let mut agent = Agent::new(Connection::new(stream, settings.longest_message, settings.break_off.clone()), None);
     let hello = agent.hello(deadline)?;
     if settings.token.is_some() && hello.token != settings.token {
         return Err(

@@ -1,6 +1,7 @@
 //! How long programs may take, how much they may say, and where they are run.
 
 use bevy::prelude::*;
+use core::fmt;
 use core::time::Duration;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -9,6 +10,16 @@ use crate::team::{PerTeam, RobotId};
 
 /// Whoever wants the lines that programs write to their standard error.
 pub type ErrorLines = Arc<dyn Fn(RobotId, &str) + Send + Sync>;
+
+/// Whoever knows whether the match is to be broken off, so that nobody waits for programs any longer.
+#[derive(Clone)]
+pub struct BreakOff(pub Arc<dyn Fn() -> bool + Send + Sync>);
+
+impl fmt::Debug for BreakOff {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("BreakOff")
+    }
+}
 
 /// How programs are treated. What takes time is measured by the wall clock, and decides only whether a program is lost.
 #[derive(Resource, Clone)]
@@ -25,6 +36,8 @@ pub struct AgentSettings {
     pub folders: PerTeam<Option<PathBuf>>,
     /// What is done with what they write to standard error; none to let it pass as it is.
     pub error_lines: Option<ErrorLines>,
+    /// Who is asked whether to wait on; nobody, and programs are waited for as long as they may take.
+    pub break_off: Option<BreakOff>,
 }
 
 impl Default for AgentSettings {
@@ -36,6 +49,7 @@ impl Default for AgentSettings {
             token: None,
             folders: PerTeam::default(),
             error_lines: None,
+            break_off: None,
         }
     }
 }

@@ -46,6 +46,7 @@ impl AgentArguments {
             token: None,
             folders: PerTeam::new(|team| folder.clone().filter(|_| teams.of(team).is_none())),
             error_lines: Some(Arc::new(|robot, line| report::note(&format!("[{robot}] {line}")))),
+            break_off: None,
         }
     }
 }

@@ -5,6 +5,7 @@ use bevy::prelude::*;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::collections::BTreeMap;
 use std::process::ExitCode;
+use std::sync::Arc;
 use std::time::Instant;
 
 use super::expect::{print_verdicts, write_junit};
@@ -14,7 +15,7 @@ use super::run_arguments::RunArguments;
 use super::terminal::Printer;
 use super::{Program, begin, outputs, report};
 use crate::agents::server::{Address, Server, free_robots};
-use crate::agents::{self, AgentSettings};
+use crate::agents::{self, AgentSettings, BreakOff};
 use crate::cycle::{CycleClock, run_cycle};
 use crate::events::{CycleEvents, MatchEvent};
 use crate::expectations::{self, Watch};
@@ -67,6 +68,8 @@ pub(super) fn run_match(
         Ok(interrupt) => interrupt,
         Err(message) => return report::failure(&message),
     };
+    let watched = interrupt.clone();
+    app.world_mut().resource_mut::<AgentSettings>().break_off = Some(BreakOff(Arc::new(move || watched.is_stopped())));
     if let Err(message) = arguments.game_controller.start(app.world_mut()) {
         return report::usage_error(&message);
     }
