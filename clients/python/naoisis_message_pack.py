@@ -13,12 +13,12 @@ _LENGTHS = {
 _FORMATS = {0xCA: ">f", 0xCB: ">d", 0xCC: ">B", 0xCD: ">H", 0xCE: ">I", 0xCF: ">Q", 0xD0: ">b", 0xD1: ">h", 0xD2: ">i", 0xD3: ">q"}
 _NUMBERS = {first: struct.Struct(form) for first, form in _FORMATS.items()}
 _CONSTANTS = {0xC0: None, 0xC2: False, 0xC3: True}
-# What is read without looking further: the bytes that are a value by themselves.
-_SINGLE = {**{first: first for first in range(0x80)}, **{first: first - 256 for first in range(0xE0, 0x100)}, **_CONSTANTS}
+# By each first byte, the value that it is by itself, or that it is none.
+_NOT_SINGLE = object()
+_SINGLE = [*range(0x80), *[_CONSTANTS.get(first, _NOT_SINGLE) for first in range(0x80, 0xE0)], *range(-0x20, 0)]
 # Most numbers come in pairs and triples in single precision: what such a list begins with, and the list in one go.
 _SINGLES = {length: (b"\xca" * length, struct.Struct(">" + "xf" * length)) for length in range(1, 16)}
 _FLOAT = struct.Struct(">f").unpack_from
-_DOUBLE = struct.Struct(">d").unpack_from
 # Names of fields and words, which are the same in every message, as texts and as they are sent. So many are remembered.
 _TEXTS, _PACKED = {}, {}
 _MOST_TEXTS = 1000
@@ -36,7 +36,7 @@ def _value(packed, at):
     """The value that begins at this byte, and where it ends."""
     first = packed[at]
     at += 1
-    if first in _SINGLE:
+    if _SINGLE[first] is not _NOT_SINGLE:
         return _SINGLE[first], at
     if first < 0x90:
         return _map(packed, at, first - 0x80)
@@ -76,7 +76,7 @@ def _list(packed, at, length):
 def _map(packed, at, length):
     # What is most common is read here: a call costs more than what it does.
     fields = {}
-    texts, single = _TEXTS, _SINGLE
+    texts, single, not_single = _TEXTS, _SINGLE, _NOT_SINGLE
     for _ in range(length):
         first = packed[at]
         if 0xA0 <= first < 0xC0:
@@ -87,17 +87,15 @@ def _map(packed, at, length):
         else:
             name, at = _value(packed, at)
         first = packed[at]
-        if first in single:
-            fields[name] = single[first]
+        value = single[first]
+        if value is not not_single:
+            fields[name] = value
             at += 1
         elif first == 0xCA:
-            fields[name] = _FLOAT(packed, at + 1)[0]
+            (fields[name],) = _FLOAT(packed, at + 1)
             at += 5
-        elif first == 0xCB:
-            fields[name] = _DOUBLE(packed, at + 1)[0]
-            at += 9
         elif first == 0x92 and packed[at + 1] == 0xCA and packed[at + 6] == 0xCA:
-            fields[name] = list(_PAIR(packed, at))
+            fields[name] = [*_PAIR(packed, at)]
             at += 11
         elif 0xA0 <= first < 0xC0:
             end = at + first - 0x9F
