@@ -3,7 +3,7 @@
 //! The referee whistles at the side line. Robots wait for it, each as far as its ear reaches.
 //!
 //! Run with `cargo run --release --no-default-features --example robot_that_hears`; with `-- run ears.json --trace -` and a
-//! scenario of your own, its traces have `"sensors": { "whistle_ear": { "heard": true, ... } }` of each robot.
+//! scenario of your own, its traces have `"sensors": { "whistle_ear": { "heard": true } }` of each robot.
 
 #![expect(clippy::print_stdout, reason = "an example says what it finds")]
 
@@ -35,17 +35,17 @@ impl Default for WhistleEar {
 struct Whistle {
     /// Whether one was heard in this cycle.
     heard: bool,
-    /// How often the referee had whistled by then, heard or not: what is kept in a component is saved with the match.
-    whistles: u32,
 }
 
-/// The sensor is the simulation's: it may read where the robots are, and how the game stands.
-fn hear(game: Res<Game>, pitch: Res<Pitch>, mut robots: Query<(&Pose, &WhistleEar, &mut Whistle, &mut RandomStreams)>) {
-    // The simulation has no body for the referee; this one stands at the end of the halfway line.
+/// The sensor is the simulation's: it may read where the robots are, and what happened.
+fn hear(
+    mut events: MessageReader<MatchEvent>,
+    pitch: Res<Pitch>,
+    mut robots: Query<(&Pose, &WhistleEar, &mut Whistle, &mut RandomStreams)>,
+) {
     let referee = Vec2::new(0.0, -pitch.half_width());
+    let whistled = events.read().any(|event| matches!(event, MatchEvent::StateChanged { state: GameState::Playing }));
     for (pose, ear, mut whistle, mut streams) in &mut robots {
-        let whistled = game.whistles > whistle.whistles;
-        whistle.whistles = game.whistles;
         let is_near = pose.position.distance(referee) < ear.range_m;
         // Random numbers of its own: nobody else's noise changes.
         whistle.heard = whistled && is_near && !streams.own("whistle_ear").chance(ear.miss_probability);
