@@ -1,6 +1,6 @@
 //! A robot that hears: a sensor of one's own, with settings in the scenario, a reading for behaviours, and a value in the trace.
 //!
-//! The referee whistles at the side line. Robots wait for it, each as far as its ear reaches.
+//! The referee whistles at the side line as play begins. Robots wait for it: who is too far to hear it stays where it is.
 //!
 //! Run with `cargo run --release --no-default-features --example robot_that_hears`; with `-- run ears.json --trace -` and a
 //! scenario of your own, its traces have `"sensors": { "whistle_ear": { "heard": true } }` of each robot.
@@ -71,7 +71,7 @@ fn add_ears(app: &mut App) {
     app.add_behaviour::<Listener, _>("listener", walk_when_whistled);
 }
 
-const SCENARIO: &str = r#"{ "rules": "free", "ball": null, "sensors": { "whistle_ear": { "miss_probability": 0 } }, "robots": [
+const SCENARIO: &str = r#"{ "rules": "naoisis", "sensors": { "whistle_ear": { "miss_probability": 0 } }, "robots": [
     { "number": 1, "pose": [-1, 0, 0], "behaviour": "listener" },
     { "number": 2, "pose": [-1, 1, 0], "behaviour": "listener", "sensors": { "whistle_ear": { "range_m": 0.5 } } }] }"#;
 
@@ -82,9 +82,13 @@ fn main() -> Result<ExitCode, Box<dyn core::error::Error>> {
     let mut app = App::new();
     app.add_plugins(NaoisisPlugins);
     add_ears(&mut app);
-    app.start_match(&Scenario::from_json(SCENARIO)?)?.run_cycles(60);
-    let way = |number| app.robot_pose(RobotId::new(Team::Blue, number)).map_or(0.0, |pose| pose.position.x + 1.0);
-    println!("two seconds after the whistle, who heard it is {:.2} m away, and who did not {:.2} m", way(1), way(2));
-    assert!(way(1) > 0.25 && way(2) == 0.0);
+    app.start_match(&Scenario::from_json(SCENARIO)?)?.run_cycles(1);
+    let place =
+        |app: &App, number| app.robot_pose(RobotId::new(Team::Blue, number)).map_or(Vec2::ZERO, |pose| pose.position);
+    let starts = [1, 2].map(|number| place(&app, number));
+    app.run_cycles(60);
+    let [hearing, deaf] = [1, 2].map(|number| place(&app, number).distance(starts[number as usize - 1]));
+    println!("two seconds after the whistle, who heard it has walked {hearing:.2} m, and who did not {deaf:.2} m");
+    assert!(hearing > 0.25 && deaf == 0.0);
     Ok(ExitCode::SUCCESS)
 }

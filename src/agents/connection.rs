@@ -1,26 +1,19 @@
 //! A connection to a program: messages in either encoding, bounded in length, with deadlines.
 
 use core::time::Duration;
+use serde::Serialize;
 use serde::de::DeserializeOwned;
-use serde::{Deserialize, Serialize};
-use serde_json::Value;
 use std::io::{self, Read, Write};
 use std::net::{Shutdown, TcpStream};
 #[cfg(unix)]
 use std::os::unix::net::UnixStream;
 use std::time::Instant;
 
-use super::command::read_value;
+use super::message::{read_message, write_message};
 use super::protocol::Encoding;
 use super::settings::BreakOff;
 use crate::events::AgentLoss;
 
-/// How deep a message may be nested.
-const DEEPEST: usize = 32;
-/// So much of what a program wrote is shown when it is no message, bytes.
-const SHOWN: usize = 100;
-/// So much is said of what is wrong with it, bytes: a word that there is not may be as long as a message.
-const LONGEST: usize = 400;
 /// What is read at once, bytes.
 const CHUNK: usize = 4 << 10;
 /// Between two looks at the clock, while a program is silent.
@@ -120,22 +113,7 @@ impl Connection {
     /// When it is not taken by the deadline.
     pub fn send(&mut self, message: &impl Serialize, deadline: Option<Instant>) -> Result<(), Loss> {
         self.outgoing.clear();
-        let written = match self.encoding {
-            Encoding::Json => {
-                let written = serde_json::to_writer(&mut self.outgoing, message).map_err(|error| error.to_string());
-                self.outgoing.push(b'\n');
-                written
-            }
-            Encoding::Msgpack => {
-                self.outgoing.extend([0; 4]);
-                let mut serializer = rmp_serde::Serializer::new(&mut self.outgoing).with_struct_map();
-                let written = message.serialize(&mut serializer).map_err(|error| error.to_string());
-                let length = u32::try_from(self.outgoing.len() - 4).unwrap_or(u32::MAX);
-                self.outgoing[..4].copy_from_slice(&length.to_be_bytes());
-                written
-            }
-        };
-        written.map_err(|error| Loss::new(AgentLoss::Refused, format!("it cannot be told what there is: {error}")))?;
+        write_message(self.encoding, message, &mut self.outgoing)?;
         self.look()?;
         let mut sent = 0;
         while sent < self.outgoing.len() {
@@ -161,10 +139,7 @@ impl Connection {
         loop {
             if let Some((start, end, next)) = self.next_message()? {
                 let bytes = &self.received[start..end];
-                let message = match self.encoding {
-                    Encoding::Json => read_json(bytes),
-                    Encoding::Msgpack => read_message_pack(bytes),
-                };
+                let message = read_message(self.encoding, bytes);
                 self.received.drain(..next);
                 self.searched = 0;
                 return message;
@@ -174,6 +149,19 @@ impl Connection {
                 self.wait_on(deadline, TOO_LATE)?;
             }
             may_have_more = self.read_more(deadline)? == CHUNK;
+        }
+    }
+
+    /// Whether receiving does not wait: a message is there, or there will be none. It looks for no longer than 20 ms.
+    pub fn is_ready(&mut self) -> bool {
+        loop {
+            if !matches!(self.next_message(), Ok(None)) {
+                return true;
+            }
+            match self.read_more(Some(Instant::now())) {
+                Ok(_) => {}
+                Err(loss) => return loss.reason != AgentLoss::TimedOut,
+            }
         }
     }
 
@@ -196,11 +184,12 @@ impl Connection {
         match self.encoding {
             Encoding::Json => {
                 let end = self.received[self.searched..].iter().position(|&byte| byte == b'\n');
-                let end = end.map(|end| self.searched + end);
-                self.searched = self.received.len();
-                match end {
+                match end.map(|end| self.searched + end) {
                     Some(end) if end <= longest => Ok(Some((0, end, end + 1))),
-                    None if self.received.len() <= longest => Ok(None),
+                    None if self.received.len() <= longest => {
+                        self.searched = self.received.len();
+                        Ok(None)
+                    }
                     _ => Err(too_long()),
                 }
             }
@@ -271,53 +260,11 @@ fn is_silence(error: &io::Error) -> bool {
     matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut)
 }
 
-fn read_json<T: DeserializeOwned>(line: &[u8]) -> Result<T, Loss> {
-    // By way of a value: serde alone would take a list for an object.
-    match serde_json::from_slice::<Value>(line) {
-        Ok(value) => read_value(&value).map_err(|error| malformed(&error.to_string(), line)),
-        Err(error) => {
-            let what = format!("this is no JSON ({error}); what a program prints for people belongs on standard error");
-            Err(malformed(&what, line))
-        }
-    }
-}
-
-fn read_message_pack<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Loss> {
-    fn read(bytes: &[u8]) -> Result<Value, rmp_serde::decode::Error> {
-        let mut deserializer = rmp_serde::Deserializer::from_read_ref(bytes);
-        deserializer.set_max_depth(DEEPEST);
-        Value::deserialize(&mut deserializer)
-    }
-    match read(bytes) {
-        Ok(value) => read_value(&value).map_err(|error| malformed(&error.to_string(), value.to_string().as_bytes())),
-        Err(error) => Err(malformed(&format!("this is no MessagePack ({error})"), bytes)),
-    }
-}
-
-/// The loss of a program that sent this.
-pub(super) fn malformed(what: &str, sent: &[u8]) -> Loss {
-    Loss::new(
-        AgentLoss::Malformed,
-        format!("it sent `{}`: {}", beginning(sent, SHOWN), beginning(what.as_bytes(), LONGEST)),
-    )
-}
-
-/// The beginning of a text, on one line.
-fn beginning(text: &[u8], longest: usize) -> String {
-    let mut beginning = String::from_utf8_lossy(&text[..text.len().min(longest)]).into_owned();
-    beginning.retain(|letter| !letter.is_control());
-    if text.len() > longest {
-        beginning.push_str(" ...");
-    }
-    beginning
-}
-
 #[cfg(test)]
 #[cfg(unix)]
 mod tests {
     use super::super::protocol::Answer;
     use super::*;
-    use crate::random::RandomStream;
     use serde_json::json;
 
     /// A connection, and the program's end of it.
@@ -420,63 +367,5 @@ mod tests {
     fn what_is_wrong_with_an_answer_is_said_in_words() {
         let wrong = received(Encoding::Json, b"{\"cycle\": 1, \"comand\": {}}\n").unwrap_err().to_string();
         assert!(wrong.contains("there is no field `comand`: did you mean `command`?"), "{wrong}");
-    }
-
-    /// Changes some bytes of a message, doubles some, or cuts it.
-    fn damage(bytes: &mut Vec<u8>, random: &mut RandomStream) {
-        let mut any = |most: usize| ((random.uniform() * most as f32) as usize).min(most - 1);
-        for _ in 0..=any(4) {
-            if bytes.is_empty() {
-                return;
-            }
-            let at = any(bytes.len());
-            match any(4) {
-                0 => bytes[at] = any(256) as u8,
-                1 => bytes.insert(at, b"{}[]\",:-e\n\x00\xff\xdd\xc6"[any(14)]),
-                2 => bytes.truncate(at),
-                _ => bytes.extend_from_within(at..),
-            }
-            bytes.truncate(2000);
-        }
-    }
-
-    #[test]
-    fn a_hundred_thousand_hostile_messages_are_each_an_answer_or_a_loss() {
-        let json = br#"{"cycle":5,"command":{"walk":[0.006,0,3.0],"head_deg":[20,10],"kick":{"type":"left_side","speed":1},"posture":{"dive":"left"},"say":{"pose":[1,2,30],"ball_m":[1,0],"robots_m":[[1,2]],"intention":"pass","payload":"x"}}}"#;
-        let value: Value = serde_json::from_slice(json).unwrap();
-        let message_pack = rmp_serde::to_vec_named(&value).unwrap();
-        let mut random = RandomStream::for_match(1, "hostile messages");
-        let mut answers = 0;
-        for round in 0..50_000 {
-            for (encoding, message) in [(Encoding::Json, &json[..]), (Encoding::Msgpack, &message_pack)] {
-                let mut bytes = message.to_vec();
-                damage(&mut bytes, &mut random);
-                // A whole message, so that what is in it is looked at.
-                let read = match encoding {
-                    Encoding::Json => read_json::<Answer>(&bytes),
-                    Encoding::Msgpack => read_message_pack::<Answer>(&bytes),
-                };
-                match read {
-                    Ok(answer) => answers += u32::from(answer.command.checked().is_ok()),
-                    Err(loss) => assert!(loss.reason == AgentLoss::Malformed && loss.message.len() < 2500, "{loss}"),
-                }
-                // And as it comes out of the socket.
-                if round % 50 == 0 {
-                    let mut framed = bytes;
-                    match encoding {
-                        Encoding::Json => framed.push(b'\n'),
-                        Encoding::Msgpack => drop(framed.splice(..0, (message.len() as u32).to_be_bytes())),
-                    }
-                    damage(&mut framed, &mut random);
-                    let (mut connection, mut program) = pair();
-                    connection.set_encoding(encoding);
-                    program.write_all(&framed).unwrap();
-                    drop(program);
-                    // It ends, however many messages there are in it.
-                    while connection.receive::<Answer>(None).is_ok() {}
-                }
-            }
-        }
-        assert!((1000..99_000).contains(&answers), "{answers}");
     }
 }

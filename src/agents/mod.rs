@@ -36,6 +36,7 @@
 
 mod command;
 pub mod connection;
+mod message;
 mod player;
 mod plugin;
 #[cfg(unix)]

@@ -8,7 +8,8 @@ use std::time::Instant;
 use serde_json::Value;
 
 use super::command::read_value;
-use super::connection::{Connection, Loss, malformed};
+use super::connection::{Connection, Loss};
+use super::message::malformed;
 use super::process::{self, Process};
 use super::protocol::{
     Answer, EXAMPLE_HELLO, Hello, HelloMessage, ImageMessage, Message, PROTOCOL, PerceptionParts, Turn, Welcome,
@@ -57,6 +58,11 @@ impl Agent {
     /// A program that has not said anything yet.
     pub(super) fn new(connection: Connection, process: Option<Process>) -> Self {
         Self { connection, process, hello: None, fields: Fields::default(), deadline: None }
+    }
+
+    /// Whether the program has said hello, or never will.
+    pub(super) fn has_spoken(&mut self) -> bool {
+        self.connection.is_ready()
     }
 
     /// What the program says of itself.

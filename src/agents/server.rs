@@ -29,6 +29,10 @@ use crate::team::RobotId;
 
 /// Between two looks whether somebody has come.
 const LOOK: Duration = Duration::from_millis(2);
+/// So many may have connected and said nothing yet. Others wait until they are listened to.
+const MOST_SILENT: usize = 32;
+/// What is said of who comes too late.
+const ALL_PLAYED: &str = "each robot of the match is played already";
 
 /// Where a match can be connected to: `tcp:127.0.0.1:10000`, where port 0 is any that is free, or `unix:PATH`.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -132,18 +136,52 @@ impl Server {
         &self.address
     }
 
-    /// Lets programs in until every remote robot of the match is played, or it is enough. `said` gets what there is to say
-    /// of who comes.
+    /// Lets programs in until every remote robot of the match is played, or it is enough. Who says nothing keeps nobody
+    /// waiting. `said` gets what there is to say of who comes.
     pub fn let_in(&self, world: &mut World, is_enough: impl Fn() -> bool, mut said: impl FnMut(&str)) {
+        let settings = world.resource::<AgentSettings>().clone();
+        let mut silent: Vec<Newcomer> = Vec::new();
         while !is_enough() && !free_robots(world).is_empty() {
-            match self.listener.accept() {
-                Ok(stream) => match introduce(world, stream) {
+            while silent.len() < MOST_SILENT
+                && let Ok(stream) = self.listener.accept()
+            {
+                silent.push(Newcomer::of(stream, &settings));
+            }
+            // In the order in which they came.
+            let spoken: Vec<Newcomer> = silent.extract_if(.., Newcomer::has_spoken).collect();
+            for newcomer in spoken {
+                match introduce(world, newcomer, &settings) {
                     Ok((robot, name)) => said(&format!("{robot} is played by {name}")),
                     Err(loss) => said(&format!("a program was not let in: {loss}")),
-                },
-                Err(_) => thread::sleep(LOOK),
+                }
+            }
+            if silent.is_empty() {
+                thread::sleep(LOOK);
             }
         }
+        for mut newcomer in silent {
+            newcomer.agent.refuse(ALL_PLAYED.to_owned(), newcomer.deadline);
+        }
+    }
+}
+
+/// A program that has connected, and not yet said who it is.
+struct Newcomer {
+    agent: Agent,
+    /// When it has to have said it.
+    deadline: Option<Instant>,
+}
+
+impl Newcomer {
+    fn of(stream: Stream, settings: &AgentSettings) -> Self {
+        let connection = Connection::new(stream, settings.longest_message, settings.break_off.clone());
+        let deadline = settings.answer_timeout.map(|time| Instant::now() + time);
+        Self { agent: Agent::new(connection, None), deadline }
+    }
+
+    /// Whether it has said hello, or never will.
+    fn has_spoken(&mut self) -> bool {
+        self.agent.has_spoken() || self.deadline.is_some_and(|deadline| deadline <= Instant::now())
     }
 }
 
@@ -174,10 +212,11 @@ pub fn free_robots(world: &World) -> Vec<RobotId> {
 }
 
 /// Lets a program that has connected play the robot that it wants, or else the first that is free.
-fn introduce(world: &mut World, stream: Stream) -> Result<(RobotId, String), Loss> {
-    let settings = world.resource::<AgentSettings>().clone();
-    let deadline = settings.answer_timeout.map(|time| Instant::now() + time);
-    let mut agent = Agent::new(Connection::new(stream, settings.longest_message, settings.break_off.clone()), None);
+fn introduce(
+    world: &mut World,
+    Newcomer { mut agent, deadline }: Newcomer,
+    settings: &AgentSettings,
+) -> Result<(RobotId, String), Loss> {
     let hello = agent.hello(deadline)?;
     if settings.token.is_some() && hello.token != settings.token {
         return Err(
@@ -204,6 +243,9 @@ fn wanted(world: &World, hello: &Hello) -> Result<RobotId, String> {
         None => free.first(),
     };
     robot.copied().ok_or_else(|| {
+        if free.is_empty() {
+            return ALL_PLAYED.to_owned();
+        }
         let free: Vec<String> = free.iter().map(RobotId::to_string).collect();
         let wanted = hello.robot.map(|robot| format!("`{robot}`")).unwrap_or_else(|| "a robot".to_owned());
         format!(

@@ -58,10 +58,12 @@ fn what_is_wrong_names_what_the_own_program_has() {
 }
 
 #[test]
-fn the_example_of_an_own_rule_plays_what_it_says() {
+fn the_examples_of_an_own_rule_and_an_own_sensor_play_what_they_say() {
     let folder = tempfile::tempdir().unwrap();
-    let output = example("time_wasting", folder.path(), &[]);
-    assert!(output.status.success() && !output.stdout.is_empty(), "{}", text(&output.stderr));
+    for name in ["time_wasting", "robot_that_hears"] {
+        let output = example(name, folder.path(), &[]);
+        assert!(output.status.success() && !output.stdout.is_empty(), "{name}: {}", text(&output.stderr));
+    }
 }
 
 #[test]

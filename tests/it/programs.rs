@@ -2,7 +2,7 @@
 
 use bevy::prelude::*;
 use naoisis::agents::server::Address;
-use naoisis::agents::{self, AgentsPlugin, Server};
+use naoisis::agents::{self, AgentSettings, AgentsPlugin, Server};
 use naoisis::prelude::*;
 use serde_json::{Value, json};
 use std::fs;
@@ -342,6 +342,36 @@ fn play_over(stream: UnixStream, encoding: &str, fields: &[&str]) -> Vec<Value> 
             writer.write_all(&(bytes.len() as u32).to_be_bytes()).unwrap();
             writer.write_all(&bytes).unwrap();
         }
+    }
+}
+
+#[test]
+fn who_connects_and_says_nothing_keeps_nobody_waiting() {
+    let scenario = Scenario::from_json(r#"{ "robots": [{ "number": 1, "behaviour": "remote" }] }"#).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("socket");
+    let server = Server::listen(&Address::Unix(path.clone())).unwrap();
+    let mut app = App::new();
+    // Nobody is given up for silence.
+    app.add_plugins((NaoisisPlugins, AgentsPlugin))
+        .insert_resource(AgentSettings { answer_timeout: None, ..default() });
+    app.start_match(&scenario).unwrap();
+    let mut silent = UnixStream::connect(&path).unwrap();
+    let mut half = UnixStream::connect(&path).unwrap();
+    half.write_all(b"{\"hello\": ").unwrap();
+    let mut gone = UnixStream::connect(&path).unwrap();
+    gone.write_all(b"Hello!\n").unwrap();
+    let mut program = UnixStream::connect(&path).unwrap();
+    program.write_all(b"{\"hello\": {\"name\": \"quick\", \"protocol\": 1}}\n").unwrap();
+    let mut notes = Vec::new();
+    server.let_in(app.world_mut(), || false, |note| notes.push(note.to_owned()));
+    assert!(notes[0].starts_with("a program was not let in: it sent `Hello!`"), "{notes:?}");
+    assert_eq!(notes[1..], ["blue1 is played by `quick`"]);
+    // Who has not spoken is told why it cannot play.
+    for late in [&mut silent, &mut half] {
+        let mut told = String::new();
+        late.read_to_string(&mut told).unwrap();
+        assert!(told.contains("refused") && told.contains("played already"), "{told}");
     }
 }
 
