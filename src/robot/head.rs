@@ -88,6 +88,28 @@ impl HeadLimits {
             None => [least, most],
         }
     }
+
+    /// Whether the head moves: one without speed is fixed, whatever its limits are.
+    pub fn moves(&self) -> bool {
+        self.max_speed > 0.0
+    }
+
+    /// The limits of what a head at these angles reaches: one that does not move stays where it is.
+    #[must_use]
+    pub fn reached_from(&self, angles: HeadAngles) -> HeadLimits {
+        if self.moves() {
+            return *self;
+        }
+        let HeadAngles { yaw, pitch } = angles;
+        HeadLimits { yaw: [yaw; 2], pitch: [pitch; 2], pitch_at_yaw: PitchAtYaw::default(), ..*self }
+    }
+
+    /// The angles within the limits that are nearest to these.
+    pub fn nearest(&self, angles: HeadAngles) -> HeadAngles {
+        let within = |angle: f32, [least, most]: [f32; 2]| angle.max(least).min(most);
+        let yaw = within(angles.yaw, self.yaw);
+        HeadAngles { yaw, pitch: within(angles.pitch, self.pitch_at(yaw)) }
+    }
 }
 
 /// A limit of the pitch at a yaw.

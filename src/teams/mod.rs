@@ -44,8 +44,7 @@ use crate::knowledge::Knowledge;
 use crate::pitch::Pitch;
 use crate::referee::GameStatus;
 use crate::robot::body::Body;
-use crate::robot::head::HeadCommand;
-use crate::robot::head::HeadLimits;
+use crate::robot::head::{HeadAngles, HeadCommand, HeadLimits};
 use crate::robot::kick::{KickCommand, KickSettings};
 use crate::robot::motion::{MotionLimits, WalkCommand};
 use crate::robot::posture::PostureCommand;
@@ -216,6 +215,7 @@ struct PlayerQuery {
     latency: &'static Latency,
     own_body: &'static Body,
     head_limits: &'static HeadLimits,
+    head_angles: &'static HeadAngles,
     cameras: &'static CameraSettings,
     memory: &'static mut PlayerMemory,
     walk: &'static mut WalkCommand,
@@ -247,7 +247,7 @@ fn play<R: Role>(
             kicks: robot.kicks,
             latency: robot.latency,
             own_body: robot.own_body,
-            head: Head::new(robot.head_limits, FieldOfView::of(robot.cameras)),
+            head: Head::new(&robot.head_limits.reached_from(*robot.head_angles), FieldOfView::of(robot.cameras)),
             rolling: robot.estimator.ball.rolling,
             ball_radius_m: robot.estimator.ball.radius_m,
             pitch: &pitch,
