@@ -39,8 +39,9 @@ pub fn realism(arguments: &RealismArguments) -> ExitCode {
     }
     let mut printer = Printer::default();
     for model in chosen {
-        match trials::measure(&model, arguments.repetitions) {
-            Ok(quantities) => printer.print(table(&model, &quantities)),
+        let measured = trials::measure(&model, arguments.repetitions);
+        match measured.and_then(|quantities| Ok((quantities, trials::not_measured(&model)?))) {
+            Ok((quantities, left_out)) => printer.print(table(&model, &quantities, &left_out)),
             Err(error) => return report::failure(&error.to_string()),
         }
         if printer.is_closed() {
@@ -58,8 +59,8 @@ pub(super) fn no_model(argument: &str, error: &ModelError) -> ExitCode {
     }
 }
 
-/// The table of a model. What is far off is marked by `!`, what no source gives by `?`.
-fn table(model: &RobotModel, quantities: &[MeasuredQuantity]) -> String {
+/// The table of a model, with what of it is `left_out`. What is far off is marked by `!`, what no source gives by `?`.
+fn table(model: &RobotModel, quantities: &[MeasuredQuantity], left_out: &[&str]) -> String {
     let names: Vec<String> = quantities
         .iter()
         .map(|quantity| match quantity.unit {
@@ -85,6 +86,10 @@ fn table(model: &RobotModel, quantities: &[MeasuredQuantity]) -> String {
             quantity.source
         );
     }
-    text.push_str("  ! is farther from the real figure than 15 %; ? is a guess, for which no source is known\n\n");
+    text.push_str("  ! is farther from the real figure than 15 %; ? is a guess, for which no source is known\n");
+    for words in left_out {
+        let _ = writeln!(text, "  note: {words}");
+    }
+    text.push('\n');
     text
 }

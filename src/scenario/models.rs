@@ -166,6 +166,21 @@ impl RobotModel {
         lacks
     }
 
+    /// Whether the model itself says what is at a path, such as `kicks.wind_up_s`: a figure, a group of them, or a word that stands for it.
+    pub fn says(&self, path: &str) -> bool {
+        let mut value = &Value::Object(self.all_settings());
+        for name in path.split('.') {
+            match value {
+                Value::Object(fields) => match fields.get(name) {
+                    Some(field) => value = field,
+                    None => return false,
+                },
+                _ => break,
+            }
+        }
+        true
+    }
+
     /// Where the figure at a path, such as `kicks.wind_up_s`, is from: its own source, or that of the group it belongs to.
     pub fn source(&self, path: &str) -> Option<&str> {
         let own = self.sources.get(path).map(String::as_str);
@@ -173,11 +188,16 @@ impl RobotModel {
     }
 }
 
+/// Whether settings are of another robot than a NAO with changes.
+pub(super) fn has_a_trunk_of_its_own(settings: &Map<String, Value>) -> bool {
+    settings.get("body").and_then(|body| body.get("torso")).is_some()
+}
+
 /// Takes from a robot that has a trunk of its own what its file says nothing of, and the NAO has: head joints, cameras, sonars, kicks, legs,
 /// arms and looks.
 pub(super) fn leave_out_what_it_lacks(model: &mut RobotModel) {
     let RobotModel { settings, realistic, sources, .. } = model;
-    if settings.get("body").and_then(|body| body.get("torso")).is_none() {
+    if !has_a_trunk_of_its_own(settings) {
         return;
     }
     let mut lacks = |path: &str, source: &str| {

@@ -2,9 +2,11 @@
 
 use serde_json::{Value, json};
 
+use super::walking::walks;
 use super::{Laboratory, MeasuredQuantity, TrialError, mean_of};
 use crate::events::{FallCause, MatchEvent};
 use crate::geometry::to_degrees;
+use crate::kick_geometry::KickType;
 use crate::scenario::RobotModel;
 use crate::sensing::status::BodyStatus;
 use crate::simulation::MatchApp;
@@ -85,37 +87,42 @@ fn fall(
 /// When the model makes no scenario.
 pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuantity>, TrialError> {
     let mut laboratory = Laboratory::new(model);
-    let real = laboratory.scenario(json!({}))?.falls;
+    let scenario = laboratory.scenario(json!({}))?;
+    let (real, has_walk) = (scenario.falls, walks(&scenario));
+    let main_kick = scenario.kicks.get(KickType::LeftStraight).map(|_| KickType::LeftStraight);
+    let main_kick = main_kick.or(scenario.kicks.strongest());
     let cycles = TIME_S * repetitions.max(2);
     let often = json!({ "falls_per_min": OFTENER * real.falls_per_min, "get_up_failure": 0 });
     let walking = json!({ "walk": [9, 0, 0] });
-    let walks = fall(&mut laboratory, walking.clone(), often, 1.0, FallCause::Walking, cycles)?;
+    let falls = fall(&mut laboratory, walking.clone(), often, 1.0, FallCause::Walking, cycles)?;
     let gets_up = json!({ "falls_per_min": 60, "get_up_failure": 0 });
     let ups = fall(&mut laboratory, walking.clone(), gets_up, 0.1, FallCause::Walking, cycles / 5)?;
     let at_once = json!({ "falls_per_min": 1000, "get_up_s": 0 });
     let tries = fall(&mut laboratory, walking, at_once, 0.1, FallCause::Walking, cycles)?;
-    let kicking = json!({ "kick": { "type": "left_straight" } });
-    let at_once = json!({ "falls_per_min": 0, "get_up_s": 0, "get_up_failure": 0 });
-    let kicks = fall(&mut laboratory, kicking, at_once, 0.1, FallCause::Kick, cycles)?;
+    let mut kicks = None;
+    if let Some(kick) = main_kick {
+        let kicking = json!({ "kick": { "type": kick.name() } });
+        let at_once = json!({ "falls_per_min": 0, "get_up_s": 0, "get_up_failure": 0 });
+        kicks = Some(fall(&mut laboratory, kicking, at_once, 0.1, FallCause::Kick, cycles)?);
+    }
 
     let quantity = |name, unit, measured, real: f32, path| laboratory.quantity(name, unit, measured, real.into(), path);
-    let a_minute = 60.0 * walks.falls / walks.walked_s.max(1.0) / f64::from(OFTENER);
-    Ok(vec![
-        quantity("falls in a minute at full speed", "", a_minute, real.falls_per_min, "falls.falls_per_min"),
-        quantity(
-            "kicks in which it falls",
-            "",
-            kicks.falls / kicks.kicked.max(1.0),
-            real.kick_probability,
-            "falls.kick_probability",
-        ),
-        quantity("getting up", "s", mean_of(&ups.got_up_s), real.get_up_s.unwrap_or_default(), "falls.get_up_s"),
-        quantity(
-            "tries to get up that fail",
-            "",
-            tries.fell_back / (tries.fell_back + tries.got_up_s.len() as f64).max(1.0),
-            real.get_up_failure,
-            "falls.get_up_failure",
-        ),
-    ])
+    let a_minute = 60.0 * falls.falls / falls.walked_s.max(1.0) / f64::from(OFTENER);
+    let get_up_s = real.get_up_s.unwrap_or_default();
+    let quantities = [
+        has_walk.then(|| {
+            quantity("falls in a minute at full speed", "", a_minute, real.falls_per_min, "falls.falls_per_min")
+        }),
+        kicks.map(|kicks| {
+            let share = kicks.falls / kicks.kicked.max(1.0);
+            quantity("kicks in which it falls", "", share, real.kick_probability, "falls.kick_probability")
+        }),
+        // Who does not walk does not fall in these trials.
+        has_walk.then(|| quantity("getting up", "s", mean_of(&ups.got_up_s), get_up_s, "falls.get_up_s")),
+        has_walk.then(|| {
+            let share = tries.fell_back / (tries.fell_back + tries.got_up_s.len() as f64).max(1.0);
+            quantity("tries to get up that fail", "", share, real.get_up_failure, "falls.get_up_failure")
+        }),
+    ];
+    Ok(quantities.into_iter().flatten().collect())
 }

@@ -108,7 +108,7 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuant
     let quantity = |name: &str, unit, measured, real: f32, path: &str| {
         laboratory.quantity(name, unit, measured, real.into(), path)
     };
-    let side = side.map(|side| {
+    let side = side.filter(|_| main != KickType::LeftSide).map(|side| {
         quantity("side kick", "m", mean_of(&side.distances), kicks.left_side.max_distance_m, "kicks.left_side")
     });
     let own = own.into_iter().filter(|(name, ..)| main != KickType::Own(*name)).map(|(name, measured, real)| {
@@ -116,20 +116,26 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuant
     });
     let (name, path) = match main {
         KickType::Own(name) => (format!("kick {name}"), format!("kicks.own.{name}")),
-        _ => ("straight kick".to_owned(), "kicks.right_straight".to_owned()),
+        KickType::LeftStraight | KickType::RightStraight => ("straight kick".to_owned(), format!("kicks.{main}")),
+        KickType::LeftSide | KickType::RightSide => ("side kick".to_owned(), format!("kicks.{main}")),
+    };
+    // What a kick says for itself counts more than what all have in common.
+    let of_main = |field: &str| {
+        let own = format!("{path}.{field}");
+        if model.says(&own) { own } else { format!("kicks.{field}") }
     };
     let straight = [
         quantity(&name, "m", mean_of(&straight.distances), kicks.max_distance_m(main), &path),
-        quantity("spread of a kick's way, of the whole", "", relative_spread, distance_spread, "kicks.speed_sd"),
+        quantity("spread of a kick's way, of the whole", "", relative_spread, distance_spread, &of_main("speed_sd")),
         quantity(
             "spread of a kick's direction",
             "°",
             deviation_of(&straight.directions),
             to_degrees(kicks.direction_sd_of(main)),
-            "kicks.direction_sd_deg",
+            &of_main("direction_sd_deg"),
         ),
-        quantity("command to ball's departure", "s", mean_of(&straight.departures), departure_s, "kicks.wind_up_s"),
-        quantity("command to ready again", "s", mean_of(&straight.ready), whole_s, "kicks.recovery_s"),
+        quantity("command to ball's departure", "s", mean_of(&straight.departures), departure_s, &of_main("wind_up_s")),
+        quantity("command to ready again", "s", mean_of(&straight.ready), whole_s, &of_main("recovery_s")),
         quantity("ball's speed after a second from 1 m/s", "m/s", speed_left, rolling.advance(1.0, 1.0).1, "ball"),
     ];
     Ok(straight.into_iter().chain(side).chain(own).collect())

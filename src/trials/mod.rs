@@ -41,9 +41,13 @@ pub struct MeasuredQuantity {
     pub measured: f64,
     /// What the real one does.
     pub real: f64,
-    /// Where the real figure is from; what no source gives begins with `guess:`.
+    /// Where the real figure is from: what the model's `sources` say of it, [`NOT_GIVEN`] of a figure of its own of which they say nothing,
+    /// and of what the model does not say that it is the paper's. What no source gives begins with `guess:`.
     pub source: String,
 }
+
+/// The source of a figure that a model has and of which its `sources` say nothing.
+pub const NOT_GIVEN: &str = "not given";
 
 impl MeasuredQuantity {
     /// How far the measured value is from the real one, as a share of the real one.
@@ -53,7 +57,7 @@ impl MeasuredQuantity {
 
     /// Whether no source gives the real figure.
     pub fn is_guess(&self) -> bool {
-        self.source.starts_with("guess:")
+        self.source.starts_with("guess:") || self.source == NOT_GIVEN
     }
 }
 
@@ -69,7 +73,8 @@ pub enum TrialError {
     Start(#[from] ScenarioFault),
 }
 
-/// All quantities of a model, from so many repetitions of what is left to chance.
+/// All quantities of a model, from so many repetitions of what is left to chance. What the robot lacks is not measured:
+/// [`not_measured`] says what.
 ///
 /// # Errors
 /// When the model makes no scenario.
@@ -79,6 +84,26 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuant
     quantities.extend(falling::measure(model, repetitions)?);
     quantities.extend(sensing::measure(model, repetitions)?);
     Ok(quantities)
+}
+
+/// What is not measured of a model, as the robot lacks it: a reason each, in words.
+///
+/// # Errors
+/// When the model makes no scenario.
+pub fn not_measured(model: &RobotModel) -> Result<Vec<&'static str>, TrialError> {
+    let real = Laboratory::new(model).scenario(json!({}))?;
+    let reasons = [
+        (!walking::walks(&real), "it does not walk: nothing is measured of its steps"),
+        (!walking::turns(&real), "it does not turn: nothing is measured of its turns"),
+        (real.kicks.strongest().is_none(), "it has no kicks: nothing is measured of them"),
+        (!sensing::has_cameras(&real), "it has no cameras: nothing is measured of what it sees"),
+        (
+            sensing::has_cameras(&real) && !sensing::sees_ahead(&real),
+            "its cameras do not show it a ball 2 m ahead while its head is level: the errors of what it sees are not measured",
+        ),
+        (!real.sonar.fitted, "it has no sonars: nothing is measured of them"),
+    ];
+    Ok(reasons.into_iter().filter_map(|(lacks, words)| lacks.then_some(words)).collect())
 }
 
 /// The robot that is tried.
@@ -137,14 +162,20 @@ impl<'a> Laboratory<'a> {
     }
 
     fn quantity(&self, name: &str, unit: &'static str, measured: f64, real: f64, path: &str) -> MeasuredQuantity {
-        let source = self.model.source(path).unwrap_or("guess: the paper's").to_owned();
+        let source = match self.model.source(path) {
+            _ if !self.model.says(path) => "guess: the paper's",
+            Some(source) => source,
+            None => NOT_GIVEN,
+        };
+        let source = source.to_owned();
         MeasuredQuantity { name: name.to_owned(), unit, measured, real, source }
     }
 }
 
 /// The mean.
 fn mean_of(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / (values.len() as f64).max(1.0)
+    // The sum of nothing is a negative nought.
+    (0.0 + values.iter().sum::<f64>()) / (values.len() as f64).max(1.0)
 }
 
 /// The standard deviation about the mean.
@@ -171,6 +202,67 @@ mod tests {
                 assert!(quantity.difference().abs() <= 0.15, "{}: {quantity:?}", model.name);
             }
         }
+    }
+
+    /// What is measured of the model of a file with these settings and sources, by name, and what is not.
+    fn measured(settings: &str, sources: &str, repetitions: u32) -> (Vec<MeasuredQuantity>, Vec<&'static str>) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("own.ron");
+        let body = "torso: (x_m: (-0.1, 0.1), half_width_m: 0.15, z_m: (0.0, 0.45)), \
+                    waistband: (z_m: (0.2, 0.3), half_size_m: (0.11, 0.16))";
+        let text = format!(
+            r#"(name: "own", description: "", settings: (body: ({body}), {settings}),
+                realistic: (falls: (falls_per_min: 0.5, kick_probability: 0.2)), sources: {{ {sources} }})"#
+        );
+        std::fs::write(&path, text).unwrap();
+        let model = RobotModel::find(&path.to_string_lossy()).unwrap();
+        (measure(&model, repetitions).unwrap(), not_measured(&model).unwrap())
+    }
+
+    #[test]
+    fn what_a_robot_lacks_is_not_measured_and_said() {
+        let (quantities, left_out) = measured("motion: (max_linear_mps: 0.5)", "", 10);
+        let words = ["it has no kicks", "it has no cameras", "it has no sonars"];
+        assert_eq!(left_out.len(), words.len());
+        for (reason, words) in left_out.iter().zip(words) {
+            assert!(reason.starts_with(words), "{left_out:?}");
+        }
+        assert!(quantities.iter().any(|quantity| quantity.name == "messages lost"));
+        for quantity in &quantities {
+            let is_of_what_it_lacks =
+                ["kick", "ball", "sonar", "image"].iter().any(|word| quantity.name.contains(word));
+            assert!(!is_of_what_it_lacks && quantity.difference() > -0.9, "{quantity:?}");
+        }
+        // A camera that looks at the ground, and a kick of another name than those of the paper.
+        let flap = "(max_distance_m: 3, wind_up_s: 0.3, region: (x_m: (0.1, 0.3), y_m: (-0.1, 0.1), foot_m: (0.1, 0), best_m: (0.2, 0), direction: ahead))";
+        let camera = r#"(name: "chin", position_m: (0.1, 0, 0.4), tilt_deg: 80)"#;
+        let settings = format!(
+            r#"motion: (max_linear_mps: 0, max_angular_degps: 0), cameras: (mounts: [{camera}]), kicks: (own: {{ "flap": {flap} }})"#
+        );
+        let (quantities, left_out) = measured(&settings, "", 10);
+        assert!(left_out.iter().any(|reason| reason.starts_with("its cameras do not show it a ball 2 m ahead")));
+        assert!(left_out.iter().any(|reason| reason.starts_with("it does not walk")), "{left_out:?}");
+        for quantity in &quantities {
+            assert!(quantity.difference() > -0.9 && !quantity.name.contains("speed forward"), "{quantity:?}");
+        }
+    }
+
+    #[test]
+    fn a_figures_source_is_that_of_the_file_or_none_and_never_another_robots() {
+        let (quantities, _) = measured(
+            "motion: (max_linear_mps: 0.5, max_angular_degps: 80)",
+            r#""motion.max_angular_degps": "tape measure""#,
+            2,
+        );
+        let source = |name: &str| {
+            let of_name = quantities.iter().find(|quantity| quantity.name == name);
+            of_name.map(|quantity| (quantity.source.as_str(), quantity.is_guess()))
+        };
+        assert_eq!(source("turn"), Some(("tape measure", false)));
+        assert_eq!(source("speed forward"), Some((NOT_GIVEN, true)));
+        assert_eq!(source("speed backward"), Some((NOT_GIVEN, true)));
+        assert_eq!(source("falls in a minute at full speed"), Some((NOT_GIVEN, true)));
+        assert_eq!(source("messages lost"), Some(("guess: the paper's", true)));
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! How well the robots of a scenario see.
 
+use crate::robot::head::HeadAngles;
 use crate::scenario::Scenario;
 use crate::sensing::camera::CameraSettings;
 use crate::sensing::fidelity::SensorFidelity;
@@ -12,12 +13,13 @@ pub fn conditions(scenario: &Scenario) -> Conditions {
     let [own, other] = Team::BOTH.map(|team| scenario.robot(RobotId::new(team, 1)));
     let [own_body, other_body] = [&own, &other].map(|robot| scenario.body_of(robot));
     let cameras = CameraSettings { neck_m: own_body.neck_m, ..own.cameras.unwrap_or(scenario.cameras) };
+    let [yaw, pitch] = own.head;
     let vision: VisionSettings = own.vision.as_ref().unwrap_or(&scenario.vision).clone();
     Conditions {
         pitch: scenario.field.clone(),
         ball_radius_m: scenario.ball.unwrap_or_default().radius_m,
         bodies: PerTeam::new(|team| if team == Team::Blue { own_body } else { other_body }),
-        head: own.head_limits.unwrap_or(scenario.head),
+        head: own.head_limits.unwrap_or(scenario.head).reached_from(HeadAngles { yaw, pitch }),
         cameras,
         vision: vision.with_fidelity(scenario.fidelity_of(&own).vision),
     }

@@ -8,8 +8,10 @@ use crate::camera_model::{CameraIntrinsics, CameraMount};
 use crate::communication::MessageStatistics;
 use crate::cycle::CycleClock;
 use crate::geometry::{to_degrees, to_radians, unit};
+use crate::robot::head::{HeadAngles, HeadLimits};
 use crate::scenario::{RobotModel, Scenario};
 use crate::sensing::camera::CameraSettings;
+use crate::sensing::camera::ball_in_view::sees_ball;
 use crate::sensing::sonar::{SonarNoise, SonarReading};
 use crate::sensing::vision::Percepts;
 use crate::simulation::MatchApp;
@@ -96,14 +98,13 @@ fn angle_errors(
     later_s: f64,
     matches: u32,
 ) -> Result<Vec<[[f64; 2]; 2]>, TrialError> {
-    const BALL_M: f32 = 2.2;
     /// A ball in view is seen after so many cycles at the latest.
     const PATIENCE: usize = 100;
 
     let mut errors = Vec::new();
     for seed in 1..=matches {
         laboratory.begin(json!({
-            "seed": seed, "ball": { "position_m": [LOOKS_FROM_M + BALL_M, 0] },
+            "seed": seed, "ball": { "position_m": [LOOKS_FROM_M + FARTHER_BALL_M, 0] },
             "robots": [{ "team": "blue", "number": 1, "pose": [LOOKS_FROM_M, 0, 0], "behaviour": behaviour }],
         }))?;
         let ball = laboratory.app.ball().unwrap_or_default().position;
@@ -212,30 +213,52 @@ fn farthest<E>(
     Ok(f64::from(farthest_m))
 }
 
+/// In view of a camera that looks straight ahead, and near.
+const BALL_M: f32 = 2.0;
+/// A little further, so that who walks towards it has it in view for a while.
+const FARTHER_BALL_M: f32 = 2.2;
+/// A ball is looked for at most so far away, m: the pitch is no longer.
+const FARTHEST_BALL_M: f32 = 9.0;
+
+/// Whether the robots of a scenario have cameras.
+pub(super) fn has_cameras(scenario: &Scenario) -> bool {
+    !scenario.cameras.mounts.as_slice().is_empty()
+}
+
+/// Whether their cameras show them the balls that they are tried with while their heads stay as they are: straight ahead.
+pub(super) fn sees_ahead(scenario: &Scenario) -> bool {
+    let cameras = CameraSettings { neck_m: scenario.body.neck_m, ..scenario.cameras };
+    let limits = &scenario.head;
+    let at_rest = if limits.moves() { limits.nearest(HeadAngles::default()) } else { HeadAngles::default() };
+    let head = HeadLimits { max_speed: 0.0, ..*limits }.reached_from(at_rest);
+    let radius_m = scenario.ball.map_or(0.0, |ball| ball.radius_m);
+    [BALL_M, FARTHER_BALL_M].into_iter().all(|distance_m| sees_ball(&cameras, &head, Vec2::X * distance_m, radius_m))
+}
+
 /// Ranges, errors and misses of the sonars.
 fn measure_sonars(model: &RobotModel, real: &Scenario, cycles: u32) -> Result<Vec<MeasuredQuantity>, TrialError> {
-    /// Well within the range of every sonar.
-    const SONAR_M: f32 = 0.5;
-
+    let (min_m, max_m) = (real.sonar.min_m, real.sonar.max_m);
+    // Well within the range of most sonars.
+    let sonar_m = if (min_m + 0.1..max_m).contains(&0.5) { 0.5 } else { (min_m + max_m) / 2.0 };
     let mut laboratory = Laboratory::new(model);
     // A pole stands clear of the body.
     let nearest_m = (real.body.torso.x_m[1] + 0.05).max(0.1);
     let heading = real.sonar.heading;
-    let echoes = sonar(&mut laboratory, [SONAR_M, heading], PING_S, cycles)?;
-    let often = sonar(&mut laboratory, [SONAR_M, heading], real.cycle_s, cycles)?;
+    let echoes = sonar(&mut laboratory, [sonar_m, heading], PING_S, cycles)?;
+    let often = sonar(&mut laboratory, [sonar_m, heading], real.cycle_s, cycles)?;
     // A reading that differs is a new one.
     let pings = often.windows(2).filter(|pair| pair[0] != pair[1]).count();
     let pings_hz = pings as f64 / (f64::from(cycles) * real.cycle_s);
     let heard: Vec<f64> = echoes.iter().flatten().map(|&distance| f64::from(distance)).collect();
-    let range_m = farthest(nearest_m, 3.0, 0.025, |distance| {
+    let range_m = farthest(nearest_m, (max_m + 0.5).max(3.0), 0.025, |distance| {
         Ok::<_, TrialError>(sonar(&mut laboratory, [distance, heading], PING_S, 4)?.iter().any(Option::is_some))
     })?;
     let widest_deg = farthest(0.0, 90.0, 1.0, |beside_deg| {
         let bearing = heading + to_radians(beside_deg);
-        Ok::<_, TrialError>(sonar(&mut laboratory, [SONAR_M, bearing], PING_S, 4)?.iter().any(Option::is_some))
+        Ok::<_, TrialError>(sonar(&mut laboratory, [sonar_m, bearing], PING_S, 4)?.iter().any(Option::is_some))
     })?;
     // As soon as its edge is in the cone, a pole is heard.
-    let edge_deg = to_degrees(ops::asin(POLE_RADIUS_M / (SONAR_M + POLE_RADIUS_M)));
+    let edge_deg = to_degrees(ops::asin(POLE_RADIUS_M / (sonar_m + POLE_RADIUS_M)));
     let false_echoes = crosstalk(&mut laboratory, real.sonar.max_m, cycles)?;
     let share = |part: usize, whole: usize| part as f64 / (whole as f64).max(1.0);
     let quantity = |name, unit, measured, real: f32, path| laboratory.quantity(name, unit, measured, real.into(), path);
@@ -247,7 +270,7 @@ fn measure_sonars(model: &RobotModel, real: &Scenario, cycles: u32) -> Result<Ve
     Ok(vec![
         quantity("sonar: farthest echo", "m", range_m, real.sonar.max_m, "sonar.max_m"),
         quantity("sonar: spread", "m", deviation_of(&heard), sonar_sd_m, "sonar.noise"),
-        quantity("sonar: bias", "", mean_of(&heard) / f64::from(SONAR_M), 1.0, "sonar.noise"),
+        quantity("sonar: bias", "", mean_of(&heard) / f64::from(sonar_m), 1.0, "sonar.noise"),
         quantity(
             "sonar: echoes missed",
             "",
@@ -284,8 +307,6 @@ fn measure_sonars(model: &RobotModel, real: &Scenario, cycles: u32) -> Result<Ve
 /// # Errors
 /// When the model makes no scenario.
 pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuantity>, TrialError> {
-    /// In view of a camera that looks straight ahead, and near.
-    const BALL_M: f32 = 2.0;
     /// Cycles in which some hundred places look like a ball, for each repetition.
     const FALSE_BALL_CYCLES: u32 = 80;
 
@@ -294,7 +315,7 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuant
     let cycles = CYCLES * repetitions.max(2);
     let noise = real.vision.noise;
     let near = look(&mut laboratory, BALL_M, cycles)?;
-    let half_distance_m = noise.ball.falloff.map_or(BALL_M, |falloff| falloff.half_distance_m);
+    let half_distance_m = noise.ball.falloff.map_or(BALL_M, |falloff| falloff.half_distance_m).min(FARTHEST_BALL_M);
     let far = look(&mut laboratory, half_distance_m, cycles)?;
     let radius_m = real.ball.map_or(0.0, |ball| ball.radius_m);
     let standing = angle_errors(&mut laboratory, radius_m, json!("idle"), 1.6, repetitions)?;
@@ -380,8 +401,12 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuant
             "messages.loss",
         ),
     ];
-    let has_gap = has_gap(&real.cameras);
-    let has = |quantity: &MeasuredQuantity| has_gap || !quantity.name.starts_with("robot without feet");
+    let [has_gap, has_cameras, sees_ahead] = [has_gap(&real.cameras), has_cameras(&real), sees_ahead(&real)];
+    let has = |quantity: &MeasuredQuantity| match quantity.name.as_str() {
+        "messages lost" => true,
+        "from an image to what is seen in it" => has_cameras,
+        name => sees_ahead && (has_gap || !name.starts_with("robot without feet")),
+    };
     let sonars = if real.sonar.fitted { measure_sonars(model, &real, cycles)? } else { Vec::new() };
     Ok(sonars.into_iter().chain(quantities.into_iter().filter(has)).collect())
 }

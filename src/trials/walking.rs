@@ -7,7 +7,7 @@ use super::{Laboratory, MeasuredQuantity, TrialError, deviation_of, mean_of};
 use crate::geometry::{to_degrees, wrap_angle};
 use crate::robot::gait::Gait;
 use crate::robot::motion::ExecutedStep;
-use crate::scenario::RobotModel;
+use crate::scenario::{RobotModel, Scenario};
 use crate::sensing::odometry::Odometry;
 use crate::simulation::MatchApp;
 
@@ -78,22 +78,40 @@ fn walk(laboratory: &mut Laboratory, step: [f32; 3], seed: u32) -> Result<Walk, 
     Ok(Walk { speed_mps, turn_degps, started_s, ways, turns })
 }
 
+/// Whether the robots of a scenario walk at all.
+pub(super) fn walks(scenario: &Scenario) -> bool {
+    scenario.motion.max_linear_mps > 0.0
+}
+
+/// Whether they turn.
+pub(super) fn turns(scenario: &Scenario) -> bool {
+    scenario.motion.max_angular > 0.0
+}
+
+/// What is measured of those who turn alone; the rest is of those who walk.
+const OF_TURNS: [&str; 4] = [
+    "turn",
+    "from standing to the full turn",
+    "spread of a turn by a radian",
+    "odometry: spread after a turn of a radian",
+];
+
 /// Speeds, how soon they are reached, slip, and the errors of odometry.
 ///
 /// # Errors
 /// When the model makes no scenario.
 pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuantity>, TrialError> {
     let mut laboratory = Laboratory::new(model);
-    let mut walks = |step: [f32; 3], repetitions: u32| -> Result<Vec<Walk>, TrialError> {
+    let mut walked = |step: [f32; 3], repetitions: u32| -> Result<Vec<Walk>, TrialError> {
         (1..=repetitions.max(2)).map(|seed| walk(&mut laboratory, step, seed)).collect()
     };
     // A mean is known sooner than a spread.
     let some = repetitions / 8;
     let [forward, backward, sideways, turn] = [
-        walks([FASTEST, 0.0, 0.0], repetitions)?,
-        walks([-FASTEST, 0.0, 0.0], some)?,
-        walks([0.0, FASTEST, 0.0], some)?,
-        walks([0.0, 0.0, MOST_TURN], repetitions)?,
+        walked([FASTEST, 0.0, 0.0], repetitions)?,
+        walked([-FASTEST, 0.0, 0.0], some)?,
+        walked([0.0, FASTEST, 0.0], some)?,
+        walked([0.0, 0.0, MOST_TURN], repetitions)?,
     ];
     let of = |walks: &[Walk], value: fn(&Walk) -> f64| walks.iter().map(value).collect::<Vec<f64>>();
     let real = laboratory.scenario(json!({}))?;
@@ -116,6 +134,10 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuant
     let counted_turns: Vec<f64> = turn.iter().map(|walk| of_radian(walk, walk.turns[2] - walk.turns[1])).collect();
     // The command's way, and how long the steps take that come before the first one at full speed.
     let start_s = |full: f32, acceleration: f32| {
+        // Who has no gait is as fast as it can be at once.
+        if motion.gait.is_none() {
+            return real.latency.walk_s;
+        }
         real.latency.walk_s + (ops::ceil(full / (acceleration * gait.step_s) - 1e-3).max(1.0) - 1.0) * gait.step_s
     };
     let mean = |walks: &[Walk], value: fn(&Walk) -> f64| mean_of(&of(walks, value));
@@ -124,10 +146,12 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuant
     let speed = |name, walks, real: f32, path| {
         quantity(name, "m/s", mean(walks, |walk| walk.speed_mps), slip.scale * real, path)
     };
-    Ok(vec![
+    // Who has no gait of its own is as fast in all directions.
+    let of_gait = |path| if motion.gait.is_some() { path } else { "motion.max_linear_mps" };
+    let quantities = [
         speed("speed forward", &forward, motion.max_linear_mps, "motion.max_linear_mps"),
-        speed("speed backward", &backward, gait.backward_mps, "motion.gait.backward_mps"),
-        speed("speed sideways", &sideways, gait.sideways_mps, "motion.gait.sideways_mps"),
+        speed("speed backward", &backward, gait.backward_mps, of_gait("motion.gait.backward_mps")),
+        speed("speed sideways", &sideways, gait.sideways_mps, of_gait("motion.gait.sideways_mps")),
         quantity(
             "turn",
             "°/s",
@@ -199,5 +223,9 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuant
             to_degrees(noise.rotation_sd),
             "odometry.noise.rotation_sd_deg",
         ),
-    ])
+    ];
+    let [has_walk, has_turn] = [walks(&real), turns(&real)];
+    let has =
+        |quantity: &MeasuredQuantity| if OF_TURNS.contains(&quantity.name.as_str()) { has_turn } else { has_walk };
+    Ok(quantities.into_iter().filter(has).collect())
 }
