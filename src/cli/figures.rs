@@ -70,7 +70,7 @@ pub fn figures(arguments: &FiguresArguments) -> ExitCode {
         }
         let image = match figure.draw(&model, arguments.scale) {
             Ok(image) => image,
-            Err(error @ (FigureError::Lacking { .. } | FigureError::Missing { .. })) => {
+            Err(error @ (FigureError::Lacking { .. } | FigureError::Missing { .. } | FigureError::TooLarge { .. })) => {
                 if !arguments.quiet {
                     report::note(&format!("not drawn: {error}"));
                 }

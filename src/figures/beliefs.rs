@@ -65,7 +65,7 @@ impl Senses {
         if !sonar.fitted {
             return Err(lacking("what sonars hear"));
         }
-        if head.yaw[1] <= head.yaw[0] {
+        if !head.moves() || head.yaw[1] <= head.yaw[0] {
             return Err(lacking("what a head sees that looks away and ahead"));
         }
         let CameraIntrinsics { focal_length, size, .. } = cameras.intrinsics(camera);

@@ -6,6 +6,7 @@ use super::FigureError;
 use super::axes::{caption, remark};
 use super::figure_match::{self, BLUE, FigureMatch, view_from};
 use crate::appearance::view::View;
+use crate::camera_model::CameraMount;
 use crate::geometry::to_degrees;
 use crate::record::canvas::{Anchor, Canvas, PAPER};
 use crate::record::marks::bright_words;
@@ -30,15 +31,20 @@ const HEAD_DEG: [[f32; 2]; 8] = [
 const LOOK_S: f32 = 1.0;
 const SCENE: Vec2 = Vec2::new(1540.0, 560.0);
 const VIEW_WIDTH: f32 = 374.0;
+/// Height of a row of views, points.
+const ROW: f32 = 332.0;
+/// Angles that differ by less are the same, degrees.
+const SAME_DEG: f32 = 0.5;
 
 /// Draws it.
 pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
     let alone = FigureMatch::begin(model, r#"{ "rules": "free", "ball": null, "robots": [{ "number": 1 }] }"#)?;
-    let script: Vec<String> = HEAD_DEG
+    // A head that reaches none of these angles, or few of them, has so many views and no more.
+    let looks = distinct(HEAD_DEG.map(|angles| alone.within_head_limits(BLUE, angles)));
+    let script: Vec<String> = looks
         .iter()
         .enumerate()
-        .map(|(index, angles)| {
-            let [yaw, pitch] = alone.within_head_limits(BLUE, *angles);
+        .map(|(index, [yaw, pitch])| {
             format!(r#"{{ "from_s": {}, "head_deg": [{yaw}, {pitch}] }}"#, LOOK_S * index as f32)
         })
         .collect();
@@ -61,16 +67,22 @@ pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
     let scene_view = view_from(target + away, target, 0.42, SCENE, scale);
     canvas.pixels(&figure_match::draw(played.scene(), &scene_view), origin);
 
-    for (index, letter) in ('b'..='i').enumerate() {
+    let width = view_width(&cameras, &camera, looks.len());
+    for (index, letter) in ('b'..='i').take(looks.len()).enumerate() {
         played.play((30.0 * LOOK_S) as usize, |_| ());
-        let Some((view, _)) = played.view_of_robot(BLUE, camera.name, VIEW_WIDTH, scale) else {
+        let Some((view, _)) = played.view_of_robot(BLUE, camera.name, width, scale) else {
             return Err(FigureError::Missing { figure: 3, missing: "the robot is not on the pitch" });
         };
         let (column, row) = ((index % 4) as f32, (index / 4) as f32);
-        let at = Vec2::new(30.0 + 388.7 * column, 694.0 + 332.0 * row);
+        let at = Vec2::new(30.0 + 388.7 * column, 694.0 + ROW * row);
         let head: HeadAngles = played.robot(BLUE);
         let [yaw, pitch] = [head.yaw, head.pitch].map(|angle| degrees(to_degrees(angle)));
-        caption(&mut canvas, &letter.to_string(), &format!("yaw {yaw}, pitch {pitch}"), at - Vec2::Y * 14.0);
+        let words = if looks.len() > 1 {
+            format!("yaw {yaw}, pitch {pitch}")
+        } else {
+            "What it sees: its head is fixed".to_owned()
+        };
+        caption(&mut canvas, &letter.to_string(), &words, at - Vec2::Y * 14.0);
         canvas.pixels(&figure_match::draw(played.scene(), &view), at);
         if let Some(pixel) = middle_on_the_ground(&view).and_then(|place| scene_view.project(place)) {
             let place = origin + pixel / scale;
@@ -89,6 +101,25 @@ pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
     Ok(canvas.into_image())
 }
 
+/// The angles among these that are not the same as earlier ones.
+fn distinct(angles: [[f32; 2]; 8]) -> Vec<[f32; 2]> {
+    let mut distinct: Vec<[f32; 2]> = Vec::new();
+    for one in angles {
+        let is_same = |other: &[f32; 2]| (0..2).all(|joint| (one[joint] - other[joint]).abs() < SAME_DEG);
+        if !distinct.iter().any(is_same) {
+            distinct.push(one);
+        }
+    }
+    distinct
+}
+
+/// Width of what the camera sees in each of so many views, points: so that they have room in two rows, and one alone in both.
+fn view_width(cameras: &CameraSettings, camera: &CameraMount, views: usize) -> f32 {
+    let [width, height] = camera.size.unwrap_or([cameras.width, cameras.height]);
+    let room = if views > 1 { Vec2::new(VIEW_WIDTH, ROW - 36.0) } else { Vec2::new(SCENE.x, 2.0 * ROW - 36.0) };
+    room.x.min(room.y * width as f32 / height as f32)
+}
+
 /// Whole degrees.
 fn degrees(angle: f32) -> String {
     format!("{}\u{b0}", super::axes::number(angle.round(), 1.0))
@@ -102,6 +133,23 @@ fn middle_on_the_ground(view: &View) -> Option<Vec3> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_head_that_is_fixed_looks_once_and_one_that_turns_alone_at_each_yaw() {
+        assert_eq!(distinct([[0.0; 2]; 8]), [[0.0; 2]]);
+        assert_eq!(distinct(HEAD_DEG), HEAD_DEG);
+        assert_eq!(distinct(HEAD_DEG.map(|[yaw, _]| [yaw, 0.0])).len(), 7);
+    }
+
+    #[test]
+    fn views_have_room_and_a_single_one_has_more() {
+        let nao = CameraSettings::default();
+        let camera = nao.mounts.as_slice()[0];
+        assert_eq!(view_width(&nao, &camera, 8), VIEW_WIDTH);
+        assert!(view_width(&nao, &camera, 1) > 2.0 * VIEW_WIDTH);
+        let upright = CameraSettings { width: 240, height: 320, ..nao };
+        assert!(view_width(&upright, &camera, 8) * 320.0 / 240.0 < ROW);
+    }
 
     #[test]
     fn a_view_half_down_has_its_middle_as_far_away_as_the_eye_is_high() {

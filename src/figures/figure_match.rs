@@ -13,7 +13,7 @@ use crate::cycle::CycleClock;
 use crate::geometry::{to_degrees, to_radians};
 use crate::record::match_renderer::MatchRenderer;
 use crate::robot::body::Body;
-use crate::robot::head::HeadLimits;
+use crate::robot::head::{HeadAngles, HeadLimits};
 use crate::scenario::{RobotModel, Scenario};
 use crate::sensing::camera::CameraSettings;
 use crate::sensing::camera::image::{Image, Layers};
@@ -85,7 +85,7 @@ impl FigureMatch {
 
     /// Angles of the head, yaw and pitch in degrees, or the nearest that a robot has.
     pub fn within_head_limits(&self, id: RobotId, [yaw, pitch]: [f32; 2]) -> [f32; 2] {
-        let limits: HeadLimits = self.robot(id);
+        let limits = self.robot::<HeadLimits>(id).reached_from(self.robot::<HeadAngles>(id));
         let within = |angle: f32, [least, most]: [f32; 2]| angle.max(to_degrees(least)).min(to_degrees(most));
         let yaw = within(yaw, limits.yaw);
         [yaw, within(pitch, limits.pitch_at(to_radians(yaw)))]

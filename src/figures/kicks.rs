@@ -23,6 +23,10 @@ const WIDTH: f32 = 340.0;
 const ROBOT: Pose = Pose::new(-2.0, 0.0, 0.0);
 /// Cycles between the dots on a path: half a second.
 const DOT_CYCLES: usize = 15;
+/// So many kicks have room.
+const MOST_SHOWN: usize = 4;
+/// A kick that can be aimed is aimed so far to the left, as a share of what it can be.
+const AIM_SHARE: f32 = 0.5;
 /// After so many cycles every ball lies.
 const CYCLES: usize = 520;
 
@@ -34,6 +38,8 @@ struct Shown {
     geometry: KickGeometry,
     /// Where the ball lies, m, robot frame.
     ball: Vec2,
+    /// Where it is aimed, radians, counter-clockwise.
+    aim: f32,
     words: Cow<'static, str>,
 }
 
@@ -41,10 +47,12 @@ struct Shown {
 fn kicks_of(settings: &KickSettings) -> Vec<Shown> {
     let shown = |kick: KickType, words: &str, ball: &dyn Fn(&KickGeometry) -> Vec2| {
         let geometry = settings.geometry(kick)?;
-        Some(Shown { kick, geometry, ball: ball(&geometry), words: words.to_owned().into() })
+        Some(Shown { kick, geometry, ball: ball(&geometry), aim: 0.0, words: words.to_owned().into() })
     };
     let [straight, side] = [KickType::RightStraight, KickType::RightSide];
-    if [straight, side].iter().all(|kick| settings.geometry(*kick) == KickGeometry::of_paper(*kick)) {
+    let is_of_paper = settings.own.is_empty()
+        && [straight, side].iter().all(|kick| settings.geometry(*kick) == KickGeometry::of_paper(*kick));
+    if is_of_paper {
         let paper = [
             shown(side, "Right side kick", &|_| Vec2::new(0.16, 0.08)),
             shown(straight, "Right straight kick, at an angle", &|_| Vec2::new(0.18, -0.085)),
@@ -56,19 +64,31 @@ fn kicks_of(settings: &KickSettings) -> Vec<Shown> {
     let beside = |geometry: &KickGeometry| Vec2::new(geometry.best_m.x, 0.9 * geometry.y_m[0] + 0.1 * geometry.y_m[1]);
     let beyond = |geometry: &KickGeometry| geometry.best_m + Vec2::X * (geometry.x_m[1] - geometry.best_m.x + 0.05);
     let best = |geometry: &KickGeometry| geometry.best_m;
-    let own = [
-        shown(straight, "Right straight kick", &best),
+    let first = [shown(straight, "Right straight kick", &best), shown(side, "Right side kick", &best)];
+    let more = [
         shown(straight, "Right straight kick, off the middle", &beside),
         shown(straight, "Right straight kick, out of reach", &beyond),
-        shown(side, "Right side kick", &best),
         shown(KickType::LeftStraight, "Left straight kick", &best),
         shown(KickType::LeftSide, "Left side kick", &best),
     ];
-    let others = settings.own.iter().filter_map(|(name, _)| {
+    // Those of its own show what no other robot has: as many of them as have room.
+    let own = settings.own.iter().filter_map(|(name, _)| {
         let kick = KickType::Own(*name);
-        shown(kick, &kick.words(), &best)
+        let words = format!("Kick {}", kick.words());
+        let ahead = shown(kick, &words, &best)?;
+        let most = ahead.geometry.aims_within();
+        if most == 0.0 {
+            return Some(ahead);
+        }
+        let aim = AIM_SHARE * most;
+        let words = format!("{words}, aimed {:.0}\u{b0} to the left", to_degrees(aim));
+        Some(Shown { aim, words: words.into(), ..ahead })
     });
-    own.into_iter().flatten().chain(others).take(4).collect()
+    let mut chosen: Vec<Shown> = first.into_iter().flatten().chain(own).take(MOST_SHOWN).collect();
+    // The order is that of the paper: from what it does best to what does not work.
+    chosen.extend(more.into_iter().flatten());
+    chosen.truncate(MOST_SHOWN);
+    chosen
 }
 
 /// Draws it.
@@ -83,14 +103,15 @@ pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
     let [_, head_pitch] = alone.within_head_limits(BLUE, [0.0, 30.0]);
     let mut canvas = Canvas::scaled(SIZE, scale, PAPER);
     for (column, (shown, letter)) in kicks.into_iter().zip('a'..).enumerate() {
-        let Shown { kick, ball, ref words, .. } = shown;
+        let Shown { kick, ball, aim, ref words, .. } = shown;
+        let aim_deg = to_degrees(aim);
         let name = kick.name();
         let left = 84.0 + 384.0 * column as f32;
         let place = ROBOT.transform_point(ball);
         let scenario = format!(
             r#"{{ "rules": "free", "ball": {{ "position_m": [{}, {}] }},
                  "robots": [{{ "team": "blue", "number": 1, "pose": [{}, {}, 0], "head_deg": [0, {head_pitch}],
-                    "behaviour": {{ "script": [{{ "from_s": 0, "kick": {{ "type": "{name}", "speed": 1.0 }} }}] }} }}] }}"#,
+                    "behaviour": {{ "script": [{{ "from_s": 0, "kick": {{ "type": "{name}", "speed": 1.0, "direction_deg": {aim_deg} }} }}] }} }}] }}"#,
             place.x, place.y, ROBOT.position.x, ROBOT.position.y
         );
         let mut played = FigureMatch::begin(model, &scenario)?;
@@ -170,7 +191,7 @@ fn draw_view(canvas: &mut Canvas, played: &FigureMatch, shown: &Shown, at: Vec2)
 
 /// From above: the rectangle, the foot's tip, and the ray from it through the ball.
 fn draw_reach(canvas: &mut Canvas, played: &FigureMatch, shown: &Shown, at: Vec2, is_first: bool) {
-    let &Shown { kick, geometry, ball, .. } = shown;
+    let &Shown { kick, geometry, ball, aim, .. } = shown;
     // As large as the rectangle of a NAO's kicks, which end 23 cm ahead.
     let size = (geometry.x_m[1] / 0.23).max(1.0);
     let centre = ROBOT.transform_point(Vec2::new(0.13 * size, 0.0));
@@ -180,7 +201,7 @@ fn draw_reach(canvas: &mut Canvas, played: &FigureMatch, shown: &Shown, at: Vec2
     canvas.fill(&area, PAPER, 0.14);
     let closed = |area: &[Vec2]| -> Vec<Vec2> { area.iter().chain(area.first()).copied().collect() };
     canvas.dashes(&closed(&area), PAPER, 2.0);
-    let strike = played.robot::<KickSettings>(BLUE).strike(kick, ball, 0.0);
+    let strike = played.robot::<KickSettings>(BLUE).strike(kick, ball, aim);
     if strike.is_some() && !geometry.admits(ball) {
         // From the wrong side it is a straight kick, whose rectangle this is.
         let straight = played.robot::<KickSettings>(BLUE).geometry(KickType::RightStraight).unwrap_or(geometry);
@@ -221,6 +242,21 @@ const BALL: Colour = colours::BALL;
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_robot_with_kicks_of_its_own_shows_them_and_aims_them() {
+        let kicks = |model: &str| RobotModel::named(model).unwrap().scenario().unwrap().kicks;
+        let shown = |settings: &KickSettings| {
+            kicks_of(settings).into_iter().map(|shown| (shown.kick.to_string(), shown.aim)).collect::<Vec<_>>()
+        };
+        let of_k1 = shown(&kicks("booster_k1"));
+        assert_eq!((of_k1.len(), of_k1[0].0.as_str()), (4, "right_straight"));
+        assert!(of_k1.iter().any(|(kick, aim)| kick == "visual" && *aim > 0.2), "{of_k1:?}");
+        // The paper's figure is the paper's.
+        let words: Vec<String> = kicks_of(&kicks("nao")).into_iter().map(|shown| shown.words.into_owned()).collect();
+        assert_eq!(words[1], "Right straight kick, at an angle");
+        assert_eq!(shown(&KickSettings { own: kicks("booster_k1").own, ..kicks("rover") }).len(), 4);
+    }
 
     #[test]
     fn it_is_said_how_far_and_where_the_ball_went() {

@@ -42,6 +42,14 @@ pub enum FigureError {
         /// What the robot lacks.
         what: &'static str,
     },
+    /// The robot is so large that it or what is beside it would be where something else is.
+    #[error("figure {figure} has no room for a robot of this size: {problem}")]
+    TooLarge {
+        /// Its number in the paper.
+        figure: u8,
+        /// What stands in the way.
+        problem: String,
+    },
     /// What it should show did not happen.
     #[error("figure {figure} has nothing to show: {missing}")]
     Missing {
@@ -85,6 +93,14 @@ impl Figure {
     /// # Errors
     /// When its match cannot be played, or the robot lacks what it shows.
     pub fn draw(&self, model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
-        (self.draw)(model, scale)
+        (self.draw)(model, scale).map_err(|error| {
+            let problem = match &error {
+                FigureError::Scenario(error) => error.message().to_owned(),
+                FigureError::Start(fault) => fault.message.clone(),
+                _ => return error,
+            };
+            // What is wrong with the model itself is said as such.
+            if model.scenario().is_ok() { FigureError::TooLarge { figure: self.number, problem } } else { error }
+        })
     }
 }

@@ -54,8 +54,9 @@ pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
     let mut canvas = Canvas::scaled(SIZE, scale, PAPER);
     remark(&mut canvas, &format!("{}: {}", model.name, model.description), Vec2::new(60.0, 34.0));
     draw_sides(&mut canvas, model, scale)?;
-    let played = FigureMatch::begin(model, &scene_of(LOOKER, true))?;
-    draw_views(&mut canvas, &played, Vec2::new(60.0, 700.0), scale);
+    let ball_m = ball_distance_m(&model.scenario()?.body);
+    let played = FigureMatch::begin(model, &scene_of(LOOKER, Some(ball_m)))?;
+    draw_views(&mut canvas, &played, ball_m, Vec2::new(60.0, 700.0), scale);
     let robot = &played.app;
     let body = robot.robot::<Body>(BLUE).copied().unwrap_or_default();
     let kicks = robot.robot::<KickSettings>(BLUE).copied().unwrap_or_default();
@@ -65,14 +66,25 @@ pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
     Ok(canvas.into_image())
 }
 
-/// A scenario in JSON with a robot there, alone or before a ball and another robot.
-fn scene_of(pose: Pose, has_others: bool) -> String {
+/// How far ahead the ball lies that it looks at, m: 1.2 m of any robot that it has room before, and a tenth of a metre more each of
+/// larger ones.
+fn ball_distance_m(body: &Body) -> f32 {
+    /// Between a robot's edge and the middle of the ball, m.
+    const CLEAR_M: f32 = 0.4;
+    let reach_m = body.torso.reach().max(body.base.reach());
+    (ops::ceil(10.0 * (reach_m + CLEAR_M)) / 10.0).max(1.2)
+}
+
+/// A scenario in JSON with a robot there, alone or before a ball at this distance and another robot behind that.
+fn scene_of(pose: Pose, ball_m: Option<f32>) -> String {
     let robot = |team: &str, pose: [f32; 3]| json!({ "team": team, "number": 1, "pose": pose });
     let mut robots = vec![robot("blue", [pose.position.x, pose.position.y, to_degrees(pose.heading)])];
     let mut scenario = json!({ "realism": "realistic", "rules": "free", "field": "spl2025" });
-    if has_others {
-        robots.push(robot("pink", [pose.position.x + 2.0, 0.5, 200.0]));
-        scenario["ball"] = json!({ "position_m": [pose.position.x + 1.2, -0.2] });
+    if let Some(ball_m) = ball_m {
+        // As far behind the ball as that is from the robot, but for what is beside each other.
+        let other_m = if ball_m > 1.2 { 2.0 * ball_m } else { 2.0 };
+        robots.push(robot("pink", [pose.position.x + other_m, 0.5, 200.0]));
+        scenario["ball"] = json!({ "position_m": [pose.position.x + ball_m, -0.2] });
     } else {
         scenario["ball"] = json!(null);
     }
@@ -83,9 +95,9 @@ fn scene_of(pose: Pose, has_others: bool) -> String {
 /// Front, side and back, and the front of few boxes, with the boxes that collide.
 fn draw_sides(canvas: &mut Canvas, model: &RobotModel, scale: f32) -> Result<(), FigureError> {
     // It stands in the middle, and the eye is beside the pitch.
-    let from_front = FigureMatch::begin(model, &scene_of(Pose::new(0.0, 0.0, -core::f32::consts::FRAC_PI_2), false))?;
-    let from_right = FigureMatch::begin(model, &scene_of(Pose::new(0.0, 0.0, 0.0), false))?;
-    let from_behind = FigureMatch::begin(model, &scene_of(Pose::new(0.0, 0.0, core::f32::consts::FRAC_PI_2), false))?;
+    let from_front = FigureMatch::begin(model, &scene_of(Pose::new(0.0, 0.0, -core::f32::consts::FRAC_PI_2), None))?;
+    let from_right = FigureMatch::begin(model, &scene_of(Pose::new(0.0, 0.0, 0.0), None))?;
+    let from_behind = FigureMatch::begin(model, &scene_of(Pose::new(0.0, 0.0, core::f32::consts::FRAC_PI_2), None))?;
     let panels = [
         ("a", "From the front", &from_front, RobotDesign::Nao, Side::Front),
         ("b", "From its right", &from_right, RobotDesign::Nao, Side::Right),
@@ -125,11 +137,11 @@ fn draw_sides(canvas: &mut Canvas, model: &RobotModel, scale: f32) -> Result<(),
     Ok(())
 }
 
-/// What each camera sees of a ball 1.2 m ahead and another robot 2 m ahead, in two rows.
-fn draw_views(canvas: &mut Canvas, played: &FigureMatch, at: Vec2, scale: f32) {
+/// What each camera sees of a ball so far ahead and another robot behind it, in two rows.
+fn draw_views(canvas: &mut Canvas, played: &FigureMatch, ball_m: f32, at: Vec2, scale: f32) {
     let settings = played.app.robot::<CameraSettings>(BLUE).copied().unwrap_or_default();
     let Some(robot) = played.scene().robot(BLUE) else { return };
-    caption(canvas, "e", "What its cameras see: a ball 1.2 m away", at - Vec2::new(0.0, 22.0));
+    caption(canvas, "e", &format!("What its cameras see: a ball {ball_m:.1} m away"), at - Vec2::new(0.0, 22.0));
     let mounts = settings.mounts.as_slice();
     if mounts.is_empty() {
         remark(canvas, "It has no camera.", at + Vec2::Y * 20.0);
@@ -253,5 +265,25 @@ mod tests {
             let image = draw(&model, 0.25).unwrap();
             assert_eq!([image.width, image.height], [400, 310], "{}", model.name);
         }
+    }
+
+    #[test]
+    fn the_widest_robot_that_there_may_be_has_a_sheet() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("wide.ron");
+        let text = r#"(name: "wide", description: "", settings: (
+                body: (
+                    torso: (x_m: (-0.6, 0.6), half_width_m: 0.95, z_m: (0.3, 1.0)),
+                    base: (x_m: (-0.9, 0.9), half_width_m: 0.95, z_m: (0.0, 0.3)),
+                    waistband: (z_m: (0.5, 0.7), half_size_m: (0.61, 0.96)),
+                    height_m: 1.1, lying_height_m: 0.3, neck_m: (0.0, 0.0, 1.0),
+                ),
+                cameras: (mounts: [(name: "head", position_m: (0.0, 0.0, 1.05))]),
+            ), realistic: (ball: "hsl2026"), sources: {})"#;
+        std::fs::write(&path, text).unwrap();
+        let model = RobotModel::find(&path.to_string_lossy()).unwrap();
+        assert_eq!(ball_distance_m(&model.scenario().unwrap().body), 1.8);
+        draw(&model, 0.2).unwrap();
+        assert_eq!(ball_distance_m(&Body::default()), 1.2);
     }
 }

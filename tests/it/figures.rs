@@ -102,3 +102,20 @@ fn what_cannot_be_drawn_is_said_at_once() {
         assert!(String::from_utf8_lossy(&output.stderr).contains(expected), "{arguments:?}");
     }
 }
+
+#[test]
+fn a_figure_without_room_for_a_robot_says_so_and_a_fixed_head_looks_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let wide = r#"(name: "wide", description: "", settings: (body: (
+        torso: (x_m: (-0.3, 0.3), half_width_m: 0.9, z_m: (0.3, 1.0)), base: (x_m: (-0.3, 0.3), half_width_m: 0.9, z_m: (0.0, 0.3)),
+        waistband: (z_m: (0.5, 0.7), half_size_m: (0.31, 0.91)),
+        height_m: 1.1, lying_height_m: 0.3, neck_m: (0.0, 0.0, 1.0)), sonar: (height_m: 0.5)), realistic: (), sources: {})"#;
+    fs::write(folder.path().join("wide.ron"), wide).unwrap();
+    let output = draw(folder.path(), &["--robot", "wide.ron", "--only", "1,4"]);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{said}");
+    assert!(said.contains("not drawn: figure 4 has no room for a robot of this size: "), "{said}");
+    assert!(!said.contains("scenario:"), "{said}");
+    let output = draw(folder.path(), &["--robot", "rover", "--only", "3", "--out", "rover"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
