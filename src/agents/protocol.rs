@@ -20,7 +20,7 @@ use crate::robot::body::Body;
 use crate::robot::head::HeadLimits;
 use crate::robot::kick::KickSettings;
 use crate::robot::motion::MotionLimits;
-use crate::scenario::{RobotSpec, Scenario};
+use crate::scenario::{RobotModel, RobotSpec, Scenario};
 use crate::sensing::camera::CameraSettings;
 use crate::sensing::camera::image::Image;
 use crate::sensing::latency::Latency;
@@ -168,7 +168,7 @@ impl Model {
     /// What a robot of a scenario can do: what it, its team or its model says, and the scenario for the rest.
     fn of(scenario: &Scenario, robot: &RobotSpec) -> Self {
         Model {
-            name: robot.model.clone().unwrap_or_else(|| scenario.model.clone()),
+            name: RobotModel::name_of(robot.model.as_ref().unwrap_or(&scenario.model)),
             body: scenario.body_of(robot),
             motion: robot.motion.unwrap_or(scenario.motion),
             head: robot.head_limits.unwrap_or(scenario.head),
@@ -289,5 +289,21 @@ mod tests {
             [&of_k1["messages"], &nao["model"]["messages"]].map(|own| own["max_text_bytes"].as_u64()),
             [Some(64), Some(128)]
         );
+    }
+
+    #[test]
+    fn a_robot_of_a_file_is_told_what_the_file_calls_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("my_file.ron");
+        let text =
+            r#"(name: "tall nao", description: "", settings: (body: (height_m: 0.6)), realistic: (), sources: {})"#;
+        std::fs::write(&path, text).unwrap();
+        let scenario = serde_json::json!({ "model": path, "robots": [{ "number": 1 }] }).to_string();
+        let scenario = Scenario::from_json(&scenario).unwrap();
+        let name = || Welcome::of(&scenario, RobotId::new(Team::Blue, 1)).model.name;
+        assert_eq!(name(), "tall nao");
+        // A saved match plays without the file.
+        std::fs::remove_file(&path).unwrap();
+        assert_eq!(name(), "my_file");
     }
 }

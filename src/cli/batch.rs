@@ -301,12 +301,19 @@ fn sweep(program: Program, arguments: &BatchArguments) -> Result<Sweep, ExitCode
         return Err(usage_error("--set: there are more combinations than can be counted; expected fewer".to_owned()));
     }
     let mut app = program.simulator();
+    let mut notes: Vec<String> = Vec::new();
     for sample in sweep.samples() {
         let mut file = sweep.variant(sample).map_err(scenario_error)?;
         if let Some(duration_s) = arguments.duration {
             super::begin::set_duration(&mut file.scenario, duration_s)?;
         }
         app.start_match(&file.scenario).map_err(|fault| scenario_error(file.source.error(&fault)))?;
+        notes.extend(super::notes::of_scenario(&file));
+    }
+    notes.sort();
+    notes.dedup();
+    if !arguments.quiet {
+        super::notes::tell(&notes);
     }
     Ok(sweep)
 }

@@ -4,6 +4,7 @@ use bevy::prelude::*;
 use std::path::Path;
 use std::process::ExitCode;
 
+use super::notes;
 use super::report;
 use super::run_arguments::RunArguments;
 use crate::cycle::CycleClock;
@@ -45,6 +46,9 @@ pub fn begin_with(app: &mut App, file: &ScenarioFile, arguments: &RunArguments) 
     let mut file = file.check_with(&arguments.settings()).map_err(|errors| report::scenario_errors(&errors))?;
     arguments.teams.choose(app.world(), &mut file).map_err(|message| report::usage_error(&message))?;
     change_from_command_line(&mut file.scenario, arguments)?;
+    if !arguments.quiet {
+        notes::tell(&notes::of_scenario(&file));
+    }
     app.insert_resource(arguments.agents.settings(&file.source.name, &arguments.teams));
     app.start_match(&file.scenario).map_err(|fault| match arguments.cameras {
         Some(_) if fault.path == FieldPath::from("cameras").field("render") => {

@@ -8,7 +8,7 @@ use std::process::ExitCode;
 use super::agents::AgentArguments;
 use super::check_program::check_program;
 use super::expect::{play_many, print_verdicts, write_junit};
-use super::robot::blindness;
+use super::notes;
 use super::teams::TeamArguments;
 use super::terminal::Printer;
 use super::{Program, report};
@@ -49,10 +49,7 @@ pub fn check(program: Program, arguments: &CheckArguments) -> ExitCode {
         let model = RobotModel::check(file);
         if let Some(Ok(model)) = &model {
             printer.print(format_args!("{file}: ok, the model of a robot\n"));
-            if let Some(words) = blindness(model) {
-                printer.print(format_args!("{file}: note: {words}\n"));
-            }
-            if let Some(words) = unsourced(model) {
+            for words in notes::of_model(model).into_iter().chain(notes::unsourced(model)) {
                 printer.print(format_args!("{file}: note: {words}\n"));
             }
         }
@@ -63,6 +60,10 @@ pub fn check(program: Program, arguments: &CheckArguments) -> ExitCode {
         };
         if is_scenario && errors.is_empty() {
             printer.print(format_args!("{file}: ok\n"));
+            let notes = ScenarioFile::find(file).map(|file| notes::of_scenario(&file)).unwrap_or_default();
+            for words in notes {
+                printer.print(format_args!("{file}: note: {words}\n"));
+            }
             if arguments.play {
                 match play(program, file, arguments) {
                     Ok(verdicts) => {
@@ -98,20 +99,6 @@ fn play(program: Program, file: &str, arguments: &CheckArguments) -> Result<Vec<
         app
     };
     play_many(simulator, &file.scenario, &file.scenario.expectations)
-}
-
-/// So many figures without a source are named.
-const MOST_NAMED: usize = 6;
-
-/// What is to be said of a model some of whose figures have no source.
-fn unsourced(model: &RobotModel) -> Option<String> {
-    let paths = model.without_source();
-    let (named, others) = paths.split_at(paths.len().min(MOST_NAMED));
-    if named.is_empty() {
-        return None;
-    }
-    let others = if others.is_empty() { String::new() } else { format!(" and {} more", others.len()) };
-    Some(format!("`sources` does not say where these are from: {}{others}", named.join(", ")))
 }
 
 /// What is wrong with a file: with its fields, with the names in it, and at last with starting its match.

@@ -52,6 +52,7 @@ mod game_controller;
 mod interrupt;
 mod list;
 mod logs;
+mod notes;
 mod outputs;
 mod pace;
 mod pictures;

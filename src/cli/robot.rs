@@ -1,6 +1,5 @@
 //! `naoisis robot show`: a model's sheet, and its figures with their sources.
 
-use bevy::math::Vec2;
 use clap::{Args, Subcommand};
 use core::fmt::Write;
 use serde_json::Value;
@@ -8,16 +7,14 @@ use std::fs;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use super::notes;
 use super::outputs::EXISTS;
 use super::realism::no_model;
 use super::report;
 use super::terminal::Printer;
 use crate::figures::model_sheet;
-use crate::kick_geometry::KickGeometry;
 use crate::record::encoder::{Layer, write_png};
-use crate::scenario::{RobotModel, Scenario};
-use crate::sensing::camera::CameraSettings;
-use crate::sensing::camera::ball_in_view::{nearest_ball_seen_m, sees_ball};
+use crate::scenario::RobotModel;
 
 /// Arguments of `naoisis robot`.
 #[derive(Args, Debug, Clone)]
@@ -64,7 +61,7 @@ pub fn robot(arguments: &RobotArguments) -> ExitCode {
     }
     let mut printer = Printer::default();
     printer.print(format_args!("{}", figures_of(&model)));
-    if let Some(words) = blindness(&model) {
+    for words in notes::of_model(&model) {
         printer.print(format_args!("\nnote: {words}\n"));
     }
     if let Some(path) = &sheet {
@@ -78,37 +75,6 @@ pub fn robot(arguments: &RobotArguments) -> ExitCode {
         printer.print(format_args!("\n{}\n", path.display()));
     }
     printer.finish(ExitCode::SUCCESS)
-}
-
-/// What is to be said of a robot whose cameras do not show it the ball that it is about to kick.
-pub(super) fn blindness(model: &RobotModel) -> Option<String> {
-    blindness_in(&model.scenario().ok()?)
-}
-
-/// The same of a scenario's robots.
-fn blindness_in(scenario: &Scenario) -> Option<String> {
-    let Scenario { body, cameras, head, kicks, ball, .. } = scenario;
-    if cameras.mounts.as_slice().is_empty() {
-        return Some("it has no cameras: it sees no ball".to_owned());
-    }
-    let cameras = CameraSettings { neck_m: body.neck_m, ..*cameras };
-    let radius_m = ball.unwrap_or_default().radius_m;
-    // Where the ball lies best, and as far away as it may.
-    let places = |region: KickGeometry| [region.best_m, Vec2::new(region.x_m[1], region.best_m.y)];
-    let mut places = kicks.types().filter_map(|kick| kicks.geometry(kick)).flat_map(places).peekable();
-    if places.peek().is_none() {
-        return Some("it has no kicks: built-in teams push the ball".to_owned());
-    }
-    if places.any(|place| sees_ball(&cameras, head, place, radius_m)) {
-        return None;
-    }
-    let nearest = match nearest_ball_seen_m(&cameras, head, radius_m) {
-        Some(distance_m) => format!("the nearest ball that it sees straight ahead is {distance_m:.2} m away"),
-        None => "it sees no ball straight ahead at all".to_owned(),
-    };
-    Some(format!(
-        "no camera shows it the ball where it kicks from: {nearest}; built-in teams kick by what they saw last, other players may not"
-    ))
 }
 
 /// Values are in a column of so many letters at most.
@@ -159,29 +125,11 @@ fn sheet_name(model: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenario::MODELS;
 
     #[test]
     fn a_sheet_lies_in_its_folder_whatever_the_model_is_called() {
         let names = ["booster_k1", "../../evil", "/etc/x", ""].map(sheet_name);
         assert_eq!(names, ["booster_k1.png", "______evil.png", "_etc_x.png", "robot.png"]);
-    }
-
-    #[test]
-    fn who_sees_no_ball_at_its_feet_is_pointed_out() {
-        for preset in MODELS {
-            assert_eq!(blindness(&RobotModel::named(preset.name).unwrap()), None, "{}", preset.name);
-        }
-        let words = |own: &str| {
-            let text = format!(r#"{{ "model": {{ "preset": "booster_k1", {own} }}, "realism": "realistic" }}"#);
-            blindness_in(&Scenario::from_json(&text).unwrap())
-        };
-        let level = words(r#""head": { "pitch_deg": [0, 0] }"#).unwrap();
-        assert!(level.contains("the nearest ball that it sees straight ahead is 0.7"), "{level}");
-        let up = words(r#""head": { "pitch_deg": [-80, -80] }"#).unwrap();
-        assert!(up.contains("it sees no ball straight ahead at all"), "{up}");
-        let blind = words(r#""cameras": { "mounts": [] }"#).unwrap();
-        assert!(blind.contains("it has no cameras"), "{blind}");
     }
 
     #[test]

@@ -85,6 +85,18 @@ impl FieldPath {
         Some(self.without_first(field).to_string())
     }
 
+    /// The same as errors call it: with the field that it is in where many have one of this name, such as `torso.z_m[1]`.
+    pub(super) fn name(&self) -> String {
+        /// Measures of boxes, of which a robot has several.
+        const OF_BOXES: [&str; 5] = ["x_m", "y_m", "z_m", "half_width_m", "half_size_m"];
+        let Some(field) = self.0.iter().rposition(|segment| matches!(segment, Segment::Field(_))) else {
+            return "the value".to_owned();
+        };
+        let is_of_box = matches!(&self.0[field], Segment::Field(name) if OF_BOXES.contains(&name.as_str()));
+        let is_in_field = field > 0 && matches!(self.0[field - 1], Segment::Field(_));
+        self.without_first(if is_of_box && is_in_field { field - 1 } else { field }).to_string()
+    }
+
     /// Whether it is `other`, or a place in it.
     pub(super) fn starts_with(&self, other: &FieldPath) -> bool {
         self.0.starts_with(&other.0)
@@ -145,5 +157,13 @@ mod tests {
         assert_eq!(FieldPath::from(path.to_string().as_str()), path);
         assert_eq!(FieldPath::from("robots.1.behaviour.script.0.walk"), path);
         assert_eq!(path.without_first(2).to_string(), "behaviour.script[0].walk");
+    }
+
+    #[test]
+    fn a_name_says_of_what_box_a_measure_is() {
+        let name = |path: &str| FieldPath::from(path).name();
+        let names =
+            ["settings.body.torso.z_m[1]", "cameras.mounts[0].size[1]", "kicks.own.flap.wind_up_s", ""].map(name);
+        assert_eq!(names, ["torso.z_m[1]", "size[1]", "wind_up_s", "the value"]);
     }
 }

@@ -2,7 +2,7 @@
 
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value, json};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use super::build::{in_order, scenario_of, shape_fault};
@@ -16,7 +16,8 @@ use super::presets::of_models;
 use super::read::read;
 use super::shape;
 use super::source::{Finding, ScenarioSource};
-use super::wording::{did_you_mean, one_of, quoted};
+use super::types::Scenario;
+use super::wording::{all_of, did_you_mean, one_of, quoted};
 
 /// What a model's file has.
 const FIELDS: [&str; 5] = ["name", "description", "settings", "realistic", "sources"];
@@ -53,6 +54,19 @@ impl RobotModel {
             return Self::load(name_or_path);
         }
         Self::named(name_or_path).ok_or_else(|| ModelError::Unknown(name_or_path.to_owned()))
+    }
+
+    /// What a model is called that scenarios name by this word: of a file the name that it says, and the file's own without folder and ending
+    /// where it cannot be read any more.
+    pub fn name_of(reference: &str) -> String {
+        if !is_file(reference) {
+            return reference.to_owned();
+        }
+        let text = text_of(reference).ok();
+        let value = text.and_then(|text| read(&text, Format::Ron).ok());
+        let name = value.as_ref().and_then(|value| value.get("name")).and_then(Value::as_str);
+        let stem = || Path::new(reference).file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        name.map_or_else(stem, str::to_owned)
     }
 
     /// The model of a file, or all that is wrong with it; none where it is no model's file: it cannot be read, or is something else.
@@ -116,18 +130,78 @@ fn read_model(source: &ScenarioSource, value: Value) -> Result<RobotModel, Vec<S
     }
     let mut model = RobotModel { name, description, settings, realistic, sources, reference: String::new() };
     leave_out_what_it_lacks(&mut model);
+    let mut real = None;
     // It must make sense as it always is, and as it really is.
     for (settings, is_real) in [(model.settings.clone(), false), (model.all_settings(), true)] {
         let mut settings = settings;
         settings.insert("realism".to_owned(), json!("paper"));
-        let (_, found) = scenario_of(Value::Object(settings), Vec::new(), |_| Vec::new());
+        let (scenario, found) = scenario_of(Value::Object(settings), Vec::new(), |_| Vec::new());
+        real = scenario;
         findings.extend(found.into_iter().map(|mut finding| {
+            if model.is_of_nao(&finding.fault.path) {
+                finding.fault.message.push_str(" (the NAO's, as the file does not say it)");
+            }
             finding.fault.path = place_of(source, &finding.fault.path, is_real);
             finding.fault.related = finding.fault.related.map(|path| place_of(source, &path, is_real));
             finding
         }));
     }
+    findings.extend(sources_of_nothing(&model, real.as_ref()).into_iter().map(Finding::from));
     if findings.is_empty() { Ok(model) } else { Err(in_order(source.errors(&findings))) }
+}
+
+/// The sources of a model for what is no figure of it, nor a group of figures. `real` is the scenario with all that it has.
+fn sources_of_nothing(model: &RobotModel, real: Option<&Scenario>) -> Vec<ScenarioFault> {
+    let own = Value::Object(model.all_settings());
+    let others: Vec<&String> = model.sources.keys().filter(|path| !has_figures(&own, path)).collect();
+    if others.is_empty() {
+        return Vec::new();
+    }
+    // What the file does not say has figures, too, and what a NAO has could be said.
+    let nao = RobotModel::named(&Scenario::default().model).map(|nao| Value::Object(nao.all_settings()));
+    let real = real.and_then(|real| serde_json::to_value(real).ok());
+    let mut known = BTreeSet::new();
+    for values in [Some(own), nao, real].into_iter().flatten() {
+        for part in of_models().iter().chain(&REALISTIC_BESIDES) {
+            if let Some(value) = values.get(part) {
+                collect_paths(part, value, &mut known);
+            }
+        }
+    }
+    let unknown = others.into_iter().filter(|path| !known.contains(*path));
+    let fault = |path: &String| {
+        let meant = did_you_mean(path, known.iter().map(String::as_str));
+        let message = format!("a model has nothing called {}{meant}", quoted(path));
+        let expected = "the path of a figure, such as `motion.max_linear_mps`, or of a group of them, such as `motion`";
+        ScenarioFault::new(FieldPath::from("sources").key(path), message, expected).at_key()
+    };
+    unknown.map(fault).collect()
+}
+
+/// Whether there is something at a path such as `cameras.mounts.0.tilt_deg`.
+fn has_figures(values: &Value, path: &str) -> bool {
+    fn step<'a>(value: &'a Value, step: &str) -> Option<&'a Value> {
+        match value {
+            Value::Array(elements) => elements.get(step.parse::<usize>().ok()?).filter(|element| element.is_object()),
+            value => value.get(step),
+        }
+    }
+    path.split('.').try_fold(values, step).is_some()
+}
+
+/// The paths of a value and of all in it.
+fn collect_paths(path: &str, value: &Value, paths: &mut BTreeSet<String>) {
+    paths.insert(path.to_owned());
+    match value {
+        Value::Object(fields) => {
+            fields.iter().for_each(|(name, value)| collect_paths(&format!("{path}.{name}"), value, paths));
+        }
+        Value::Array(elements) if elements.iter().any(Value::is_object) => {
+            let elements = elements.iter().enumerate();
+            elements.for_each(|(index, value)| collect_paths(&format!("{path}.{index}"), value, paths));
+        }
+        _ => {}
+    }
 }
 
 /// Takes a field out, read as its type; a default where that is wrong.
@@ -139,7 +213,7 @@ fn take<T: DeserializeOwned + Default>(
     let fault = match fields.remove(name) {
         None => {
             let message = format!("the field {} is missing", quoted(name));
-            ScenarioFault::new(FieldPath::default(), message, format!("a model with {}", one_and_all(&FIELDS)))
+            ScenarioFault::new(FieldPath::default(), message, format!("a model with {}", all_of(FIELDS)))
         }
         Some(value) => match shape::read(&value) {
             Ok(value) => return value,
@@ -181,14 +255,5 @@ fn place_of(source: &ScenarioSource, path: &FieldPath, is_real: bool) -> FieldPa
 }
 
 fn an_object_with(names: &[&str]) -> String {
-    format!("an object with {}", one_and_all(names))
-}
-
-/// Names as a list: `a`, `b` and `c`.
-fn one_and_all(names: &[&str]) -> String {
-    let names: Vec<String> = names.iter().map(|name| quoted(name)).collect();
-    match names.split_last() {
-        Some((last, others)) if !others.is_empty() => format!("{} and {last}", others.join(", ")),
-        _ => names.concat(),
-    }
+    format!("an object with {}", all_of(names.iter().copied()))
 }

@@ -17,7 +17,7 @@
 //! |---|---|
 //! | `paper` | what the paper says and nothing more: the default of every setting |
 //! | `ideal` | the same without noise |
-//! | `realistic` | the figures of a real robot, those of the scenario's [model](super::RobotModel), each with its source |
+//! | `realistic` | the figures of a real robot, those of the scenario's [model](super::RobotModel), each with its source; the paper's where the model says none |
 //!
 //! A part is the scenario's setting of the same name. The word gives what that does not say itself, when a file is read: a
 //! program that builds its scenarios has [`Scenario::with_realism`](super::Scenario::with_realism).

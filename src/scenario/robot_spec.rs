@@ -150,7 +150,7 @@ impl<'de> Deserialize<'de> for BehaviourSpec {
                 let mut behaviour = None;
                 while let Some(field) = map.next_key()? {
                     if behaviour.is_some() {
-                        return Err(de::Error::custom("a robot has one behaviour: a `script` or a `program`"));
+                        return Err(de::Error::custom("a robot has one behaviour; expected a `script` or a `program`"));
                     }
                     behaviour = Some(match field {
                         Field::Script => BehaviourSpec::Script(map.next_value()?),

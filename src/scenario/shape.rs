@@ -111,7 +111,13 @@ impl ShapeError {
                 let expected = field.and_then(list_form).map_or(expected.clone(), str::to_owned);
                 (format!("{subject} is {found}"), expected)
             }
-            ShapeError::Other(message) => (message.clone(), "what the description of scenario files says".to_owned()),
+            // Types that read themselves say what they expected, too.
+            ShapeError::Other(message) => {
+                ["; expected ", ": expected "].into_iter().find_map(|words| message.split_once(words)).map_or_else(
+                    || (message.clone(), "a value that the field can have".to_owned()),
+                    |(message, expected)| (message.to_owned(), expected.to_owned()),
+                )
+            }
         }
     }
 }
@@ -427,6 +433,7 @@ impl<'de> VariantAccess<'de> for VariantContent<'de> {
 mod tests {
     use super::*;
     use crate::ball::Rolling;
+    use crate::robot::kick::KickSettings;
     use crate::robot::motion::MotionLimits;
     use crate::sensing::sonar::SonarNoise;
     use serde_json::json;
@@ -437,6 +444,18 @@ mod tests {
         assert!(read::<MotionLimits>(&json!({ "max_linear_mps": 1e300 })).is_err());
         assert!(read::<[f32; 2]>(&json!([1, 2, 3])).is_err());
         assert_eq!(read::<MotionLimits>(&json!({})), Ok(MotionLimits::default()));
+    }
+
+    #[test]
+    fn types_that_read_themselves_say_what_they_expected() {
+        let words = |kicks: Value| read::<KickSettings>(&kicks).unwrap_err().to_string();
+        let no_name = words(json!({ "own": { "Banana Kick": {} } }));
+        assert!(
+            no_name.ends_with("is no name of a kick; expected a word of 1 to 15 small letters, digits and `_`"),
+            "{no_name}"
+        );
+        let paper = words(json!({ "own": { "left_side": {} } }));
+        assert_eq!(paper, "`left_side` is not a kick of its own; expected it beside `own`");
     }
 
     #[test]

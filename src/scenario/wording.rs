@@ -12,11 +12,20 @@ pub fn quoted(word: &str) -> String {
 
 /// Names as a list: `a`, `b` or `c`.
 pub fn one_of<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+    listed(names, "or")
+}
+
+/// Names as a list: `a`, `b` and `c`.
+pub fn all_of<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+    listed(names, "and")
+}
+
+fn listed<'a>(names: impl IntoIterator<Item = &'a str>, word: &str) -> String {
     let names: Vec<String> = names.into_iter().map(quoted).collect();
     match names.as_slice() {
         [] => "nothing".to_owned(),
         [only] => only.clone(),
-        [all_but_last @ .., last] => format!("{} or {last}", all_but_last.join(", ")),
+        [all_but_last @ .., last] => format!("{} {word} {last}", all_but_last.join(", ")),
     }
 }
 

@@ -252,11 +252,20 @@ fn a_check_tells_models_from_scenarios_and_says_who_does_not_see_the_ball() {
     check(folder.path(), &model).unwrap();
     let output = naoisis(folder.path(), &["check", "random.ron"]);
     let said = text(&output.stdout);
-    assert!(
-        said.starts_with("random.ron: ok, the model of a robot\nrandom.ron: note: `sources` does not say where "),
-        "{said}"
+    let lines: Vec<&str> = said.lines().collect();
+    assert_eq!(lines[0], "random.ron: ok, the model of a robot");
+    assert_eq!(
+        lines[1],
+        "random.ron: note: these are the NAO's, as the file does not say them: head.max_degps, cameras.diagonal_fov_deg, \
+         cameras.height, cameras.width, motion.max_angular_degps"
     );
-    assert!(said.contains("body.arms, ") && said.ends_with(" more\n") && said.lines().count() == 2, "{said}");
+    assert_eq!(
+        lines[2],
+        "random.ron: note: in a `realistic` match these are the paper's, not a real robot's, as the file does not say them: \
+         kicks.direction_sd_deg, vision.noise, sonar.noise, odometry.noise, messages.loss, falls, latency"
+    );
+    assert!(lines[3].starts_with("random.ron: note: `sources` does not say where these are from: "), "{said}");
+    assert!(lines[3].contains("body.arms, ") && lines[3].ends_with(" more") && lines.len() == 4, "{said}");
     let mut sourced = model.clone();
     let parts = [&model["settings"], &model["realistic"]].map(|part| part.as_object().unwrap().keys().cloned());
     sourced["sources"] = parts.into_iter().flatten().map(|part| (part, json!("invented"))).collect();
@@ -264,7 +273,8 @@ fn a_check_tells_models_from_scenarios_and_says_who_does_not_see_the_ball() {
     // The ending may be in capitals.
     fs::rename(folder.path().join("random.ron"), folder.path().join("RANDOM.RON")).unwrap();
     let output = naoisis(folder.path(), &["check", "RANDOM.RON"]);
-    assert_eq!(text(&output.stdout), "RANDOM.RON: ok, the model of a robot\n");
+    let said = text(&output.stdout);
+    assert!(said.starts_with("RANDOM.RON: ok, the model of a robot\n") && !said.contains("`sources`"), "{said}");
     check(folder.path(), &model).unwrap();
     fs::copy(folder.path().join("random.ron"), folder.path().join("random.json")).unwrap();
     let output = naoisis(folder.path(), &["check", "random.json"]);
@@ -279,4 +289,101 @@ fn a_check_tells_models_from_scenarios_and_says_who_does_not_see_the_ball() {
             "note: no camera shows it the ball where it kicks from: the nearest ball that it sees straight ahead is ";
         assert!(output.status.success() && text(&output.stdout).contains(words), "{}", text(&output.stdout));
     }
+}
+
+#[test]
+fn sources_of_nothing_are_refused_where_they_stand_with_what_was_meant() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("own.ron");
+    let text = r#"(
+    name: "own", description: "",
+    settings: (motion: (max_linear_mps: 0.5), cameras: (mounts: [(name: "eye", position_m: (0.0, 0.0, 0.5))])),
+    realistic: (),
+    sources: {
+        "motion": "tape measure", "cameras.mounts.0.position_m": "drawing", "motion.gait.step_s": "film", "falls": "film",
+        "motin.max_linear_mps": "tape measure",
+        "cameras.mounts[0].position_m": "drawing", "kicks.speed": "film", "colour": "red",
+    },
+)"#;
+    fs::write(&path, text).unwrap();
+    let errors = RobotModel::check(&path.to_string_lossy()).unwrap().unwrap_err();
+    let told: Vec<(usize, &str)> = errors.iter().map(|error| (error.line().unwrap(), error.message())).collect();
+    assert_eq!(
+        told,
+        [
+            (7, "a model has nothing called `motin.max_linear_mps`: did you mean `motion.max_linear_mps`?"),
+            (
+                8,
+                "a model has nothing called `cameras.mounts[0].position_m`: did you mean `cameras.mounts.0.position_m`?"
+            ),
+            (8, "a model has nothing called `kicks.speed`: did you mean `kicks.speed_sd`?"),
+            (8, "a model has nothing called `colour`"),
+        ]
+    );
+    assert_eq!(errors[0].column(), Some(9));
+    assert!(errors[3].expected().contains("`motion.max_linear_mps`"), "{}", errors[3]);
+}
+
+#[test]
+fn a_match_says_which_settings_do_not_reach_whom_and_what_its_models_leave_open() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = model_within_sense([0.5; 8]);
+    check(folder.path(), &model).unwrap();
+    let scenario = r#"(
+        league: "hsl2026_middle", duration_s: 0.1, kicks: (speed_sd: 0.3), rules: (team_size: 1),
+        teams: (blue: (team: "roles", model: "random.ron"), pink: "roles"),
+    )"#;
+    fs::write(folder.path().join("match.ron"), scenario).unwrap();
+    let unreached = "`kicks` of the scenario does not reach blue, whose model is `random.ron`: say it beside that `model`, or in it";
+    let left_open = "random: in a `realistic` match these are the paper's, not a real robot's, as the file does not say them: kicks.direction_sd_deg, ";
+    let checked = naoisis(folder.path(), &["check", "match.ron"]);
+    let said = text(&checked.stdout);
+    assert!(said.contains(unreached) && said.contains(left_open) && said.lines().count() == 3, "{said}");
+    let played = naoisis(folder.path(), &["run", "match.ron"]);
+    let said = text(&played.stderr);
+    assert!(
+        played.status.success() && said.matches(unreached).count() == 1 && said.matches(left_open).count() == 1,
+        "{said}"
+    );
+    // Who wants it quiet has it quiet, and where nothing is realistic nothing real is promised.
+    let quiet = naoisis(folder.path(), &["run", "match.ron", "--quiet"]);
+    assert_eq!(text(&quiet.stderr), "");
+    let paper = naoisis(folder.path(), &["run", "match.ron", "--realism", "paper"]);
+    assert!(!text(&paper.stderr).contains("realistic"), "{}", text(&paper.stderr));
+}
+
+#[test]
+fn a_script_commands_no_kick_that_its_robot_lacks() {
+    let errors = |robot: &str, kick: &str| {
+        let text = format!(
+            r#"{{ "rules": "free", "kicks": {{ "left_side": {{ "max_distance_m": 0 }} }},
+                  "robots": [{{ {robot} "behaviour": {{ "script": [{{ "kick": {{ "type": "{kick}" }} }}] }} }}] }}"#
+        );
+        Scenario::from_json(&text).map_err(|error| (error.path().unwrap().to_string(), error.to_string())).err()
+    };
+    assert_eq!(errors("", "left_straight"), None);
+    let (place, words) = errors("", "left_side").unwrap();
+    assert_eq!(place, "robots[0].behaviour.script[0].kick.type");
+    assert!(words.contains("this robot has no kick `left_side`"), "{words}");
+    assert!(words.ends_with("expected `left_straight`, `right_straight` or `right_side`"), "{words}");
+    // Of another model it has what that has.
+    let k1 = r#""model": "booster_k1","#;
+    assert_eq!(errors(k1, "visual"), None);
+    let (_, words) = errors(k1, "right_side").unwrap();
+    assert!(words.ends_with("expected `left_straight`, `right_straight` or `visual`"), "{words}");
+    let none = r#""model": { "preset": "rover", "kicks": { "left_straight": { "max_distance_m": 0 }, "right_straight": { "max_distance_m": 0 } } },"#;
+    let (_, words) = errors(none, "left_straight").unwrap();
+    assert!(words.ends_with("expected none: it has no kicks at all"), "{words}");
+}
+
+#[test]
+fn a_measure_of_the_naos_that_does_not_fit_a_robot_is_told_as_such() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("own.ron");
+    let text = r#"(name: "own", description: "", settings: (body: (
+        torso: (x_m: (-0.1, 0.1), half_width_m: 0.15, z_m: (0.0, 0.45)))), realistic: (), sources: {})"#;
+    fs::write(&path, text).unwrap();
+    let errors = RobotModel::check(&path.to_string_lossy()).unwrap().unwrap_err();
+    let words = "the waistband of (0.056, 0.074) m is inside the trunk, where no camera sees it (the NAO's, as the file does not say it)";
+    assert!(errors.iter().all(|error| error.message() == words), "{errors:?}");
 }

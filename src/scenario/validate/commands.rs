@@ -4,11 +4,12 @@ use super::{Checks, ScenarioFault};
 use crate::behaviour::script::ScriptEntry;
 use crate::communication::MOST_ROBOTS;
 use crate::game::{Intervention, TimedIntervention};
-use crate::robot::kick::UnknownKick;
+use crate::kick_geometry::KickType;
+use crate::robot::kick::KickSettings;
 use crate::scenario::field_path::FieldPath;
 use crate::scenario::robot_spec::{BehaviourSpec, RobotSpec};
 use crate::scenario::types::Scenario;
-use crate::scenario::wording::{did_you_mean, one_of};
+use crate::scenario::wording::{did_you_mean, one_of, quoted};
 
 impl Checks {
     /// That a robot's behaviour can be carried out.
@@ -30,18 +31,30 @@ impl Checks {
             BehaviourSpec::Script(entries) => {
                 let kicks = robot.kicks.as_ref().unwrap_or(&scenario.kicks);
                 for (index, entry) in entries.iter().enumerate() {
-                    let path = path.field("behaviour.script").index(index);
-                    self.script_entry(&path, entry);
-                    if let Some(Err(UnknownKick { wanted, known })) = entry.kick.map(|kick| kicks.check(kick.kick_type))
-                    {
-                        let known = || known.iter().map(String::as_str);
-                        let message = format!("there is no kick `{wanted}`{}", did_you_mean(&wanted, known()));
-                        self.value_fault(path.field("kick.type"), message, one_of(known()));
+                    let entry_path = path.field("behaviour.script").index(index);
+                    self.script_entry(&entry_path, entry);
+                    if let Some(kick) = entry.kick {
+                        self.has_kick(path, &entry_path, kick.kick_type, kicks);
                     }
-                    self.text(&path, entry, scenario.message_limits_of(robot).max_text_bytes);
+                    self.text(&entry_path, entry, scenario.message_limits_of(robot).max_text_bytes);
                 }
             }
         }
+    }
+
+    /// That a robot has the kick that an entry of its script commands.
+    fn has_kick(&mut self, robot: &FieldPath, entry: &FieldPath, kick: KickType, kicks: &KickSettings) {
+        if kicks.get(kick).is_some() {
+            return;
+        }
+        let names: Vec<String> = kicks.types().map(|kick| kick.name().to_owned()).collect();
+        let names = || names.iter().map(String::as_str);
+        let message = format!("this robot has no kick {}{}", quoted(kick.name()), did_you_mean(kick.name(), names()));
+        let expected =
+            if names().next().is_none() { "none: it has no kicks at all".to_owned() } else { one_of(names()) };
+        // What a robot does not say itself it has of all.
+        let kicks = [robot.field("kicks"), FieldPath::from("kicks")];
+        self.push(ScenarioFault::new(entry.field("kick.type"), message, expected).judged_with(kicks));
     }
 
     /// How far it commands is left to the run: what is too much is refused there.

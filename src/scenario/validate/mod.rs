@@ -135,7 +135,7 @@ impl Checks {
     /// That a value is within a range.
     fn range<T: PartialOrd + Display>(&mut self, path: FieldPath, value: T, range: RangeInclusive<T>, unit: &str) {
         if !range.contains(&value) {
-            let name = path.last_field().unwrap_or("the value").to_owned();
+            let name = path.name();
             let expected = format!("{} to {}{unit}", range.start(), range.end());
             self.value_fault(path, format!("`{name}` is {value}"), expected);
         }
@@ -144,7 +144,7 @@ impl Checks {
     /// That a value is above nought and not beyond `most`.
     fn positive(&mut self, path: FieldPath, value: f32, most: f32, unit: &str) {
         if !(value > 0.0 && value <= most) {
-            let name = path.last_field().unwrap_or("the value").to_owned();
+            let name = path.name();
             self.value_fault(path, format!("`{name}` is {value}"), format!("more than 0, at most {most}{unit}"));
         }
     }

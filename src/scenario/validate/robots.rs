@@ -139,7 +139,7 @@ impl Checks {
     /// That a height is not above the top of a robot's head.
     fn below_top(&mut self, body_path: &FieldPath, path: FieldPath, height_m: f32, body: &Body) {
         if height_m > body.height_m + SAME_M && body.height_m > 0.0 {
-            let name = path.last_part().unwrap_or_default();
+            let name = path.name();
             let expected = format!("at most {} m, the robot's `height_m`", body.height_m);
             let fault = ScenarioFault::new(path, format!("`{name}` is {height_m}"), expected);
             self.push(fault.judged_with([body_path.field("height_m")]));
@@ -195,7 +195,7 @@ impl Checks {
     /// That the second of two numbers is more than the first, both within limits, m.
     fn span(&mut self, path: &FieldPath, [least, most]: [f32; 2], limits: [f32; 2]) {
         if !(least < most && limits[0] <= least && most <= limits[1]) {
-            let name = path.last_field().unwrap_or_default().to_owned();
+            let name = path.name();
             let expected = format!("the lesser and then the greater, both from {} to {} m", limits[0], limits[1]);
             self.value_fault(path.clone(), format!("`{name}` is [{least}, {most}]"), expected);
         }
