@@ -47,6 +47,11 @@ impl Moment {
         snapshot.restore(world).map_err(|error| error.to_string())
     }
 
+    /// The match as the bytes of a file: that of a [saved match](Snapshot::save).
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+
     /// Bytes of memory that it takes.
     pub fn size_bytes(&self) -> usize {
         self.bytes.len()

@@ -180,7 +180,7 @@ fn play_to_the_end(world: &mut World, scenario: &Scenario) -> MatchRow {
     {
         return MatchRow::failed(scenario.seed, MatchOutcome::Refused, error.to_string());
     }
-    let mut observer = MatchObserver::default();
+    let mut observer = MatchObserver::begin(world);
     let mut finder = world.contains_resource::<MistakesAreFound>().then(|| {
         gather_start(world);
         MistakeFinder::new(scenario)

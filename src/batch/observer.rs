@@ -115,6 +115,8 @@ impl MatchRow {
 /// Watches a match, cycle by cycle.
 #[derive(Clone, Debug, Default)]
 pub struct MatchObserver {
+    /// The score when it began, and when that was, s since the start of the match.
+    before: (PerTeam<u32>, f64),
     own_goals: PerTeam<u32>,
     kicks: PerTeam<u32>,
     kept: PerTeam<u32>,
@@ -134,6 +136,12 @@ pub struct MatchObserver {
 }
 
 impl MatchObserver {
+    /// Begins to watch a match where it is: what was before does not count.
+    pub fn begin(world: &World) -> Self {
+        let before = (world.resource::<Game>().score, world.resource::<CycleClock>().end_time_s());
+        Self { before, ..Self::default() }
+    }
+
     /// Notes what happened in the last cycle.
     pub fn observe(&mut self, world: &mut World) {
         for event in world.resource::<CycleEvents>().iter() {
@@ -212,7 +220,9 @@ impl MatchObserver {
 
     /// The row of the match that was watched.
     pub(super) fn row(self, world: &World, seed: u64, outcome: MatchOutcome) -> MatchRow {
+        let (score_before, began_s) = self.before;
         let score = world.resource::<Game>().score;
+        let goals = PerTeam::new(|team| score[team].saturating_sub(score_before[team]));
         let messages = world.resource::<MessageStatistics>();
         let [delivered, lost] = [&messages.blue, &messages.pink].into_iter().fold([0, 0], |[delivered, lost], team| {
             [delivered + u64::from(team.delivered), lost + u64::from(team.lost)]
@@ -221,8 +231,8 @@ impl MatchObserver {
         let [blue_errors, pink_errors] =
             [self.belief_errors.blue, self.belief_errors.pink].map(|errors| median(errors).map(rounded));
         MatchRow {
-            duration_s: world.resource::<CycleClock>().end_time_s(),
-            goals: score,
+            duration_s: world.resource::<CycleClock>().end_time_s() - began_s,
+            goals,
             own_goals: self.own_goals,
             kicks: self.kicks,
             kept: self.kept,

@@ -128,7 +128,9 @@ fn go_on(app: &mut App, arguments: &RunArguments) -> Result<(), ExitCode> {
         ));
     }
     if Team::BOTH.into_iter().any(|team| arguments.teams.of(team).is_some()) {
-        return Err(usage_error("--blue, --pink: a saved match has its teams already; expected none"));
+        return Err(usage_error(
+            "--blue, --pink: a saved match has its teams already; expected none, or a scenario with `from` and this file",
+        ));
     }
     if arguments.seed.is_some() {
         return Err(usage_error("--seed: a saved match goes on with the random numbers that it had; expected no seed"));

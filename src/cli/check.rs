@@ -13,7 +13,7 @@ use super::teams::TeamArguments;
 use super::terminal::Printer;
 use super::{Program, report};
 use crate::expectations::Verdict;
-use crate::scenario::{RobotModel, ScenarioError, ScenarioFile, TeamsSpec};
+use crate::scenario::{RobotModel, ScenarioError, ScenarioFile, Setting, TeamsSpec};
 use crate::simulation::{MatchApp, names};
 
 /// Arguments of `naoisis check`.
@@ -28,6 +28,12 @@ pub struct CheckArguments {
     /// With --play, write what became of expectations as JUnit XML
     #[arg(long, value_name = "FILE", requires = "play")]
     pub junit: Option<PathBuf>,
+    /// With --play, set a field of the scenarios: teams.blue=passers
+    #[arg(long, value_name = "PATH=VALUE", requires = "play")]
+    pub set: Vec<Setting>,
+    /// With --play, the teams.
+    #[command(flatten)]
+    pub teams: TeamArguments,
     #[command(flatten)]
     pub agents: AgentArguments,
 }
@@ -92,7 +98,9 @@ pub fn check(program: Program, arguments: &CheckArguments) -> ExitCode {
 /// Plays a scenario that is right, and judges what it expects.
 fn play(program: Program, file: &str, arguments: &CheckArguments) -> Result<Vec<Verdict>, String> {
     let file = ScenarioFile::find(file).map_err(|error| error.to_string())?;
-    let settings = arguments.agents.settings(&file.source.name, &TeamArguments::default());
+    let mut file = file.with(&arguments.set).map_err(|error| error.to_string())?;
+    arguments.teams.choose(program.simulator().world(), &mut file)?;
+    let settings = arguments.agents.settings(&file.source.name, &arguments.teams);
     let simulator = || {
         let mut app = program.simulator();
         app.insert_resource(settings.clone());

@@ -193,6 +193,7 @@ fn run_to_the_end(
     let progress = progress_bar(length_s(scenario), arguments.quiet);
     let mut outcome = Outcome { reason: EndReason::Duration, ..default() };
     let expected = arguments.expectations.of_match();
+    outcome.watch = Watch::begin(world, &expected);
     let save_cycle = arguments.save_at.map(|at_s| outputs::cycle_at(at_s, world.resource::<CycleClock>()));
     let mut pace = arguments.pace.or(arguments.game_controller.pace()).map(|times| Pace::new(times, period_s));
     loop {
@@ -255,7 +256,7 @@ fn run_to_the_end(
 
 /// How long a match is, s of its own time: without what the referee adds.
 pub(super) fn length_s(scenario: &Scenario) -> f32 {
-    scenario.end_s().unwrap_or(scenario.rules.half_s * scenario.rules.halves as f32)
+    scenario.longest_s().unwrap_or(scenario.rules.half_s * scenario.rules.halves as f32)
 }
 
 /// Simulated seconds of the match's; hidden where standard error is no terminal.

@@ -4,7 +4,7 @@ use bevy::prelude::*;
 use clap::Args;
 
 use crate::behaviour::BehaviourRegistry;
-use crate::scenario::{FieldPath, ScenarioFile, TeamsSpec};
+use crate::scenario::{BehaviourSpec, FieldPath, RobotSpec, Scenario, ScenarioFile, TeamsSpec};
 use crate::simulation::names;
 use crate::team::Team;
 
@@ -40,6 +40,10 @@ impl TeamArguments {
             if name.trim().is_empty() {
                 return Err(format!("--{}: expected the name of a team", team.name()));
             }
+            if file.scenario.from.is_some() && file.scenario.teams.is_none() {
+                give_to_robots(registry, &mut file.scenario, team, name)?;
+                continue;
+            }
             let Some(teams) = &mut file.scenario.teams else {
                 return Err(format!(
                     "--{}: `{}` places its robots itself: expected a scenario with `teams`, such as `match3v3`",
@@ -51,6 +55,24 @@ impl TeamArguments {
         }
         Ok(())
     }
+}
+
+/// Lets the listed robots of a saved match behave as those of a team do.
+fn give_to_robots(registry: &BehaviourRegistry, scenario: &mut Scenario, team: Team, name: &str) -> Result<(), String> {
+    let mut robots: Vec<&mut RobotSpec> = scenario.robots.iter_mut().filter(|robot| robot.team == team).collect();
+    if robots.is_empty() {
+        return Err(format!("--{}: the saved match has no robot of this team", team.name()));
+    }
+    robots.sort_by_key(|robot| robot.number);
+    let size = robots.len() as u8;
+    for (number, robot) in (1..).zip(robots) {
+        robot.behaviour = match (TeamsSpec::command_line(name).flatten(), registry.team(name)) {
+            (Some(words), _) => BehaviourSpec::Program(words),
+            (None, Some(recipe)) => BehaviourSpec::Named(recipe.behaviour_of(number, size).into_owned()),
+            (None, None) => BehaviourSpec::Named(name.to_owned()),
+        };
+    }
+    Ok(())
 }
 
 fn side_of(teams: &mut TeamsSpec, team: Team) -> &mut String {

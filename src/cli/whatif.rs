@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use super::batch::progress_bar;
-use super::begin::{change_match, is_snapshot};
+use super::begin::{change_match, is_snapshot, scenario_file};
 use super::interrupt::Interrupt;
 use super::outputs::{Output, check_files};
 use super::terminal::Printer;
@@ -18,7 +18,7 @@ use crate::cycle::{CycleClock, run_cycle};
 use crate::game::{Game, GameState};
 use crate::record::read::TraceReader;
 use crate::replace_file::replace_file;
-use crate::scenario::{Scenario, Setting};
+use crate::scenario::{Format, Scenario, Setting};
 use crate::simulation::{MatchApp, Snapshot};
 use crate::statistics::Estimate;
 use crate::team::Team;
@@ -30,8 +30,8 @@ const SAME_M: f32 = 2e-3;
 /// Arguments of `naoisis whatif`.
 #[derive(Args, Debug, Clone)]
 pub struct WhatIfArguments {
-    /// A saved match (.naoisis), or a trace and a time in it: match.jsonl@312.5
-    #[arg(value_name = "FILE.naoisis|TRACE@SECONDS")]
+    /// A saved match (.naoisis), a scenario that goes on from one, or a trace and a time in it: match.jsonl@312.5
+    #[arg(value_name = "FILE|TRACE@SECONDS")]
     moment: String,
     /// How often the moment is played on
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
@@ -150,19 +150,40 @@ fn go_to_moment(app: &mut App, arguments: &WhatIfArguments) -> Result<(), ExitCo
             .map_err(|error| report::usage_error(&format!("{}: {error}", path.display())))?;
     } else if let Some((path, time_s)) = trace_and_time(&arguments.moment) {
         play_again(app, path, time_s)?;
+    } else if Format::of_path(Path::new(&arguments.moment)).is_some() {
+        return go_on_from_saved(app, arguments);
     } else {
-        let message = format!(
-            "`{}` is no moment of a match; expected a saved match (`.naoisis`), or a trace and a time in seconds, such as match.jsonl@312.5",
-            arguments.moment
-        );
-        return Err(report::usage_error(&message));
+        return Err(no_moment(&arguments.moment));
     }
+    refuse_programs(app)?;
+    if arguments.set.is_empty() { Ok(()) } else { change_match(app, &arguments.moment, &arguments.set) }
+}
+
+/// Puts the saved match of a scenario that goes on from one into the app, with the scenario's behaviours and settings.
+fn go_on_from_saved(app: &mut App, arguments: &WhatIfArguments) -> Result<(), ExitCode> {
+    let file = scenario_file(&arguments.moment)?;
+    let file = file.check_with(&arguments.set).map_err(|errors| report::scenario_errors(&errors))?;
+    if file.scenario.from.is_none() {
+        return Err(no_moment(&arguments.moment));
+    }
+    app.start_match(&file.scenario).map_err(|fault| report::scenario_error(&file.source.error(&fault)))?;
+    refuse_programs(app)
+}
+
+fn no_moment(word: &str) -> ExitCode {
+    report::usage_error(&format!(
+        "`{word}` is no moment of a match; expected a saved match (`.naoisis`), a scenario that goes on `from` one, or a trace and a \
+         time in seconds, such as match.jsonl@312.5"
+    ))
+}
+
+fn refuse_programs(app: &mut App) -> Result<(), ExitCode> {
     if app.world_mut().query::<&PlayedByProgram>().iter(app.world()).next().is_some() {
         let message =
             "robots of this match are played by programs, whose thoughts nobody but they can take back to that moment";
         return Err(report::usage_error(message));
     }
-    if arguments.set.is_empty() { Ok(()) } else { change_match(app, &arguments.moment, &arguments.set) }
+    Ok(())
 }
 
 /// Plays the match of a trace again up to a time, s, and sees that it is the same.

@@ -26,11 +26,13 @@
 //! not read them.
 
 mod details;
+mod mistake_kind;
 
 pub use details::{
     AgentLoss, BoundaryLine, CollisionPartner, CollisionType, CommandKind, DisallowedGoal, FallCause, KickMiss,
     KickResult, LARGEST_COMMAND, Refusal,
 };
+pub use mistake_kind::MistakeKind;
 
 use bevy::prelude::*;
 use bevy::reflect::enums::Enum;

@@ -3,7 +3,8 @@
 use bevy::prelude::*;
 use std::collections::BTreeMap;
 
-use crate::belief::{Belief, pitch_from_team};
+use crate::ball::Ball;
+use crate::belief::{Belief, pitch_from_team, point_pitch_from_team};
 use crate::cycle::CycleClock;
 use crate::events::{CollisionPartner, CycleEvents, KickResult, MatchEvent};
 use crate::game::{Game, GameState, Penalty};
@@ -12,11 +13,13 @@ use crate::referee::RefereeMemory;
 use crate::robot::{Roster, Velocity};
 use crate::scenario::{Quantity, RobotQuantity, TeamQuantity};
 use crate::sensing::vision::Percepts;
-use crate::team::{PerTeam, RobotId};
+use crate::team::{PerTeam, RobotId, Team};
 
 /// What was measured of a match so far.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct MatchMeasurement {
+    /// The score when it began.
+    score_before: PerTeam<u32>,
     teams: PerTeam<OfTeam>,
     robots: BTreeMap<RobotId, OfRobot>,
     /// Who struck the ball, while nobody else has touched it.
@@ -46,26 +49,36 @@ struct OfRobot {
     ball_seen_cycles: u64,
     pose_error_sum_m: f64,
     pose_error_cycles: u64,
+    ball_error_sum_m: f64,
+    ball_error_cycles: u64,
 }
 
 impl MatchMeasurement {
+    /// Begins to measure a match where it is: what was before does not count.
+    pub fn begin(world: &World) -> Self {
+        Self { score_before: world.resource::<Game>().score, ..Self::default() }
+    }
+
     /// Measures the cycle that has just ended.
     pub fn observe(&mut self, world: &World) {
         for event in world.resource::<CycleEvents>().iter() {
             self.count(event);
         }
         let game = world.resource::<Game>();
-        self.teams.blue.goals = game.score.blue;
-        self.teams.pink.goals = game.score.pink;
+        for team in Team::BOTH {
+            self.teams[team].goals = game.score[team].saturating_sub(self.score_before[team]);
+        }
         if game.state == GameState::Playing
             && let Some(touch) = world.resource::<RefereeMemory>().last_touch
         {
             self.teams[touch.robot.team].possession_cycles += 1;
         }
         let period_s = world.resource::<CycleClock>().period_s;
+        let mut balls = world.try_query_filtered::<&Pose, With<Ball>>();
+        let ball = balls.as_mut().and_then(|balls| balls.iter(world).next()).map(|ball| ball.position);
         for (id, entity) in world.resource::<Roster>().iter() {
             let of_robot = self.robots.entry(id).or_default();
-            of_robot.observe(world.entity(entity), game, id, period_s);
+            of_robot.observe(world.entity(entity), game, id, ball, period_s);
         }
     }
 
@@ -114,7 +127,7 @@ impl MatchMeasurement {
         }
     }
 
-    /// What a quantity comes to; none if there was nothing to measure.
+    /// What a quantity comes to; none if there was nothing to measure. Mistakes are not measured here.
     pub fn value(&self, quantity: Quantity) -> Option<f64> {
         match quantity {
             Quantity::OfTeam(team, quantity) => {
@@ -127,6 +140,7 @@ impl MatchMeasurement {
                     TeamQuantity::Penalties => Some(own.penalties.into()),
                     TeamQuantity::Falls => Some(own.falls.into()),
                     TeamQuantity::Outs => Some(own.outs.into()),
+                    TeamQuantity::Mistakes(_) => None,
                     TeamQuantity::PossessionPercent => percent(
                         own.possession_cycles,
                         own.possession_cycles + self.teams[team.opponent()].possession_cycles,
@@ -141,9 +155,9 @@ impl MatchMeasurement {
                     RobotQuantity::Falls => Some(own.falls.into()),
                     RobotQuantity::PathM => Some(own.path_m),
                     RobotQuantity::BallSeenPercent => percent(own.ball_seen_cycles, own.cycles),
-                    RobotQuantity::PoseErrorM => {
-                        (own.pose_error_cycles > 0).then(|| own.pose_error_sum_m / own.pose_error_cycles as f64)
-                    }
+                    RobotQuantity::PoseErrorM => mean(own.pose_error_sum_m, own.pose_error_cycles),
+                    RobotQuantity::BallErrorM => mean(own.ball_error_sum_m, own.ball_error_cycles),
+                    RobotQuantity::Mistakes(_) => None,
                 }
             }
         }
@@ -151,7 +165,7 @@ impl MatchMeasurement {
 }
 
 impl OfRobot {
-    fn observe(&mut self, robot: EntityRef, game: &Game, id: RobotId, period_s: f64) {
+    fn observe(&mut self, robot: EntityRef, game: &Game, id: RobotId, ball: Option<Vec2>, period_s: f64) {
         if robot.get::<Penalty>().is_some_and(Penalty::is_active) {
             return;
         }
@@ -164,8 +178,17 @@ impl OfRobot {
             let believed = pitch_from_team(belief.pose, game.own_end(id.team));
             self.pose_error_sum_m += f64::from(believed.position.distance(pose.position));
             self.pose_error_cycles += 1;
+            if let (Some(ball), Some(believed)) = (ball, &belief.ball) {
+                let believed = point_pitch_from_team(believed.position_m, game.own_end(id.team));
+                self.ball_error_sum_m += f64::from(believed.distance(ball));
+                self.ball_error_cycles += 1;
+            }
         }
     }
+}
+
+fn mean(sum: f64, count: u64) -> Option<f64> {
+    (count > 0).then(|| sum / count as f64)
 }
 
 fn percent(part: u64, whole: u64) -> Option<f64> {
@@ -176,7 +199,6 @@ fn percent(part: u64, whole: u64) -> Option<f64> {
 mod tests {
     use super::*;
     use crate::kick_geometry::KickType;
-    use crate::team::Team;
 
     #[test]
     fn a_pass_is_a_kick_that_a_team_mate_touches_next() {

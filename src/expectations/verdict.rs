@@ -10,7 +10,9 @@ use super::measure::MatchMeasurement;
 use crate::agents;
 use crate::cycle::{CycleClock, run_cycle};
 use crate::game::{Game, GameState};
-use crate::scenario::{Expectation, Frequency, Scenario};
+use crate::record::gather::{CurrentRecord, gather_on_demand, record_now};
+use crate::record::mistakes::{Mistake, MistakeFinder, MistakeKind};
+use crate::scenario::{Expectation, Frequency, Quantity, RobotQuantity, Scenario, TeamQuantity};
 use crate::sensing::jobs::SensingThreads;
 use crate::simulation::MatchApp;
 
@@ -35,21 +37,56 @@ impl fmt::Display for Verdict {
 #[derive(Clone, Debug, Default)]
 pub struct Watch {
     measurement: MatchMeasurement,
+    /// Finds mistakes, if any are expected.
+    finder: Option<MistakeFinder>,
+    /// When it began, s since the start of the match.
+    began_s: f64,
     /// What each expectation came to, once its time was over.
     values: Vec<Option<Option<f64>>>,
 }
 
 impl Watch {
+    /// Begins to watch a match where it is: what was before does not count.
+    pub fn begin(world: &mut World, expected: &[Expectation]) -> Self {
+        let began_s = world.resource::<CycleClock>().end_time_s();
+        let finder = looks_for_mistakes(expected).then(|| {
+            // Somebody else may gather it already.
+            if !world.contains_resource::<CurrentRecord>() {
+                gather_on_demand(world);
+            }
+            let mut finder = MistakeFinder::new(world.resource::<Scenario>());
+            finder.look(record_now(world));
+            finder
+        });
+        Self { measurement: MatchMeasurement::begin(world), finder, began_s, values: Vec::new() }
+    }
+
     /// Measures the cycle that has just ended.
-    pub fn observe(&mut self, world: &World, expected: &[Expectation]) {
+    pub fn observe(&mut self, world: &mut World, expected: &[Expectation]) {
         self.measurement.observe(world);
+        if let Some(finder) = &mut self.finder {
+            finder.look(record_now(world));
+        }
         self.values.resize(expected.len(), None);
         let clock = world.resource::<CycleClock>();
-        let now_s = clock.end_time_s() + clock.period_s / 1000.0;
-        for (value, expectation) in self.values.iter_mut().zip(expected) {
-            if value.is_none() && expectation.within_s.is_some_and(|within_s| within_s <= now_s) {
-                *value = Some(self.measurement.value(expectation.quantity));
+        let now_s = clock.end_time_s() - self.began_s + clock.period_s / 1000.0;
+        for (index, expectation) in expected.iter().enumerate() {
+            if self.values[index].is_none() && expectation.within_s.is_some_and(|within_s| within_s <= now_s) {
+                self.values[index] = Some(self.value(expectation.quantity));
             }
+        }
+    }
+
+    /// What a quantity comes to until now.
+    fn value(&self, quantity: Quantity) -> Option<f64> {
+        let count = |is_meant: &dyn Fn(&Mistake) -> bool, kind: Option<MistakeKind>| {
+            let is_of_kind = |mistake: &&Mistake| kind.is_none_or(|kind| mistake.kind == kind) && is_meant(mistake);
+            self.finder.as_ref().map(|finder| finder.mistakes().iter().filter(is_of_kind).count() as f64)
+        };
+        match quantity {
+            Quantity::OfTeam(team, TeamQuantity::Mistakes(kind)) => count(&|mistake| mistake.robot.team == team, kind),
+            Quantity::OfRobot(robot, RobotQuantity::Mistakes(kind)) => count(&|mistake| mistake.robot == robot, kind),
+            quantity => self.measurement.value(quantity),
         }
     }
 
@@ -57,9 +94,13 @@ impl Watch {
     fn values<'a>(&'a self, expected: &'a [Expectation]) -> impl Iterator<Item = Option<f64>> + 'a {
         expected.iter().enumerate().map(|(index, expectation)| {
             let at_its_time = self.values.get(index).copied().flatten();
-            at_its_time.unwrap_or_else(|| self.measurement.value(expectation.quantity))
+            at_its_time.unwrap_or_else(|| self.value(expectation.quantity))
         })
     }
+}
+
+fn looks_for_mistakes(expected: &[Expectation]) -> bool {
+    expected.iter().any(|expectation| expectation.quantity.is_of_mistakes())
 }
 
 /// Judges what is expected of one match that was watched to its end.
@@ -101,7 +142,7 @@ fn watched(simulator: &impl Fn() -> App, scenario: &Scenario, expected: &[Expect
     if world.contains_resource::<agents::AgentSettings>() {
         agents::start_programs(world).map_err(|error| error.to_string())?;
     }
-    let mut watch = Watch::default();
+    let mut watch = Watch::begin(world, expected);
     let last_cycle = scenario.last_cycle();
     while world.resource::<Game>().state != GameState::Finished
         && last_cycle.is_none_or(|last| world.resource::<CycleClock>().cycle < last)

@@ -7,6 +7,7 @@ use std::path::Path;
 use super::error::{ScenarioError, ScenarioErrorKind};
 use super::fault::{ScenarioFault, WrongPlace};
 use super::field_path::{FieldPath, Segment};
+use super::from_saved;
 use super::models::is_file;
 use super::presets;
 use super::shape::{self, ShapeFault};
@@ -27,6 +28,10 @@ pub fn build(
     let mut wrong: Vec<WrongPlace> = Vec::new();
     let mut errors: Vec<ScenarioError> = Vec::new();
     place_model_beside(&source, &mut value);
+    // Without it nothing else can be judged.
+    if let Err(fault) = from_saved::fill_in(&source, &mut value) {
+        return Err(vec![source.error(&fault)]);
+    }
     for setting in &source.settings {
         if let Err(error) = setting.lay_over(&mut value) {
             errors.push(error);

@@ -6,6 +6,7 @@ use core::str::FromStr;
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
 use super::wording::{nearest, one_of};
+use crate::events::MistakeKind;
 use crate::team::{RobotId, Team};
 
 /// The most matches that an expectation may be about.
@@ -39,10 +40,33 @@ pub enum TeamQuantity {
     Outs,
     /// The share of the time of play in which it had touched the ball last, of that in which somebody had, %.
     PossessionPercent,
+    /// What its robots did wrong: of one kind, or of all.
+    Mistakes(Option<MistakeKind>),
+}
+
+/// The names of mistakes, of all and of each kind.
+const MISTAKES: [(&str, Option<MistakeKind>); 9] = [
+    ("mistakes", None),
+    ("ball_misplaced", Some(MistakeKind::BallMisplaced)),
+    ("own_pose_lost", Some(MistakeKind::OwnPoseLost)),
+    ("ball_not_seen", Some(MistakeKind::BallNotSeen)),
+    ("kick_missed", Some(MistakeKind::KickMissed)),
+    ("kick_at_own_goal", Some(MistakeKind::KickAtOwnGoal)),
+    ("ball_given_away", Some(MistakeKind::BallGivenAway)),
+    ("team_mates_collide", Some(MistakeKind::TeamMatesCollide)),
+    ("same_ball", Some(MistakeKind::SameBall)),
+];
+
+/// The names of quantities, and of mistakes.
+fn with_mistakes<Q>(
+    own: impl IntoIterator<Item = (&'static str, Q)>,
+    mistakes: fn(Option<MistakeKind>) -> Q,
+) -> impl Iterator<Item = (&'static str, Q)> {
+    own.into_iter().chain(MISTAKES.into_iter().map(move |(name, kind)| (name, mistakes(kind))))
 }
 
 impl TeamQuantity {
-    const ALL: [(&str, TeamQuantity); 8] = [
+    const OWN: [(&str, TeamQuantity); 8] = [
         ("goals", TeamQuantity::Goals),
         ("own_goals", TeamQuantity::OwnGoals),
         ("kicks", TeamQuantity::Kicks),
@@ -52,6 +76,10 @@ impl TeamQuantity {
         ("outs", TeamQuantity::Outs),
         ("possession_percent", TeamQuantity::PossessionPercent),
     ];
+
+    fn all() -> impl Iterator<Item = (&'static str, TeamQuantity)> {
+        with_mistakes(Self::OWN, TeamQuantity::Mistakes)
+    }
 }
 
 /// What can be measured of a robot.
@@ -69,17 +97,26 @@ pub enum RobotQuantity {
     BallSeenPercent,
     /// How far from where it was it believed to be, in the mean over all cycles, m.
     PoseErrorM,
+    /// How far from where it was it believed the ball to be, in the mean over all cycles in which it believed to know, m.
+    BallErrorM,
+    /// What it did wrong: of one kind, or of all.
+    Mistakes(Option<MistakeKind>),
 }
 
 impl RobotQuantity {
-    const ALL: [(&str, RobotQuantity); 6] = [
+    const OWN: [(&str, RobotQuantity); 7] = [
         ("kicks", RobotQuantity::Kicks),
         ("penalties", RobotQuantity::Penalties),
         ("falls", RobotQuantity::Falls),
         ("path_m", RobotQuantity::PathM),
         ("ball_seen_percent", RobotQuantity::BallSeenPercent),
         ("pose_error_m", RobotQuantity::PoseErrorM),
+        ("ball_error_m", RobotQuantity::BallErrorM),
     ];
+
+    fn all() -> impl Iterator<Item = (&'static str, RobotQuantity)> {
+        with_mistakes(Self::OWN, RobotQuantity::Mistakes)
+    }
 }
 
 /// How a quantity is compared.
@@ -168,7 +205,7 @@ impl Quantity {
             let expected = "a team's or a robot's, such as `blue.goals` or `blue2.kicks`".to_owned();
             return Err((format!("`{word}` is nobody's"), expected));
         };
-        let names = |all: &[&'static str]| {
+        let names = |all: Vec<&'static str>| {
             let meant = nearest(what, all.iter().copied()).map(|name| format!(": did you mean `{name}`?"));
             (
                 format!("there is no quantity `{what}` of `{whose}`{}", meant.unwrap_or_default()),
@@ -176,16 +213,16 @@ impl Quantity {
             )
         };
         if let Some(team) = Team::BOTH.into_iter().find(|team| team.name() == whose) {
-            let found = TeamQuantity::ALL.into_iter().find(|(name, _)| *name == what);
+            let found = TeamQuantity::all().find(|(name, _)| *name == what);
             let found = found.map(|(_, quantity)| Quantity::OfTeam(team, quantity));
-            return found.ok_or_else(|| names(&TeamQuantity::ALL.map(|(name, _)| name)));
+            return found.ok_or_else(|| names(TeamQuantity::all().map(|(name, _)| name).collect()));
         }
         let robot: RobotId = whose.parse().map_err(|_| {
             (format!("there is nobody called `{whose}`"), "a team or a robot, such as `blue` or `pink3`".to_owned())
         })?;
-        let found = RobotQuantity::ALL.into_iter().find(|(name, _)| *name == what);
+        let found = RobotQuantity::all().find(|(name, _)| *name == what);
         let found = found.map(|(_, quantity)| Quantity::OfRobot(robot, quantity));
-        found.ok_or_else(|| names(&RobotQuantity::ALL.map(|(name, _)| name)))
+        found.ok_or_else(|| names(RobotQuantity::all().map(|(name, _)| name).collect()))
     }
 }
 
@@ -193,16 +230,24 @@ impl fmt::Display for Quantity {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Quantity::OfTeam(team, quantity) => {
-                let name =
-                    TeamQuantity::ALL.into_iter().find(|(_, other)| other == quantity).map_or("", |(name, _)| name);
+                let name = TeamQuantity::all().find(|(_, other)| other == quantity).map_or("", |(name, _)| name);
                 write!(formatter, "{team}.{name}")
             }
             Quantity::OfRobot(robot, quantity) => {
-                let name =
-                    RobotQuantity::ALL.into_iter().find(|(_, other)| other == quantity).map_or("", |(name, _)| name);
+                let name = RobotQuantity::all().find(|(_, other)| other == quantity).map_or("", |(name, _)| name);
                 write!(formatter, "{robot}.{name}")
             }
         }
+    }
+}
+
+impl Quantity {
+    /// Whether mistakes have to be looked for.
+    pub fn is_of_mistakes(self) -> bool {
+        matches!(
+            self,
+            Quantity::OfTeam(_, TeamQuantity::Mistakes(_)) | Quantity::OfRobot(_, RobotQuantity::Mistakes(_))
+        )
     }
 }
 
@@ -305,11 +350,23 @@ mod tests {
             "blue.goals >= 1 within 30 s in 25 % of 200",
             "pink.possession_percent < 62.5 in 100 % of 3",
             "pink3.path_m != 0",
+            "blue.mistakes <= 3",
+            "blue2.own_pose_lost == 0",
+            "pink1.ball_error_m < 0.3 within 20 s",
         ] {
             assert_eq!(text.parse::<Expectation>().unwrap().to_string(), text);
         }
         let compact: Expectation = " blue.goals>=1 within 30s in 25% of 200 ".parse().unwrap();
         assert_eq!(compact.to_string(), "blue.goals >= 1 within 30 s in 25 % of 200");
+    }
+
+    #[test]
+    fn every_kind_of_mistake_has_its_name_from_tables() {
+        let kinds: Vec<MistakeKind> = MISTAKES.into_iter().filter_map(|(_, kind)| kind).collect();
+        assert_eq!(kinds, MistakeKind::ALL);
+        for (name, kind) in MISTAKES {
+            assert_eq!(kind.map_or("mistakes".to_owned(), MistakeKind::key), name);
+        }
     }
 
     #[test]

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::expectation::Expectation;
 use super::realism::Realisms;
 use super::robot_spec::RobotSpec;
+use super::saved_match::SavedMatch;
 use super::teams_spec::TeamsSpec;
 use crate::ball::Rolling;
 use crate::belief::localisation_method::LocalisationMethod;
@@ -36,6 +37,11 @@ pub struct Scenario {
     pub name: String,
     /// What it shows, in a sentence.
     pub description: String,
+    /// The saved match that it goes on from, with the chance of its seed, instead of beginning anew. In files it is the path of one. What is
+    /// not given is as it was in that match; times are counted from its moment.
+    #[reflect(default)]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub from: Option<SavedMatch>,
     /// Seed of all random numbers.
     pub seed: u64,
     /// Duration of a cycle, s.
@@ -105,6 +111,7 @@ impl Default for Scenario {
         Self {
             name: String::new(),
             description: String::new(),
+            from: None,
             seed: 1,
             cycle_s: 1.0 / 30.0,
             duration_s: None,
@@ -147,9 +154,21 @@ impl Scenario {
         lined_up || self.robots.iter().any(|robot| robot.id() == id)
     }
 
-    /// When the match is over at the latest, s; none where the final whistle ends it.
+    /// When the match is over at the latest, s since its start; none where the final whistle ends it.
     pub fn end_s(&self) -> Option<f32> {
+        let longest_s = self.longest_s()?;
+        let begins_s = self.first_cycle() as f64 * self.cycle_s;
+        Some(longest_s + begins_s as f32)
+    }
+
+    /// How long it lasts at the most, s; none where the final whistle ends it.
+    pub fn longest_s(&self) -> Option<f32> {
         self.duration_s.or((!self.rules.clock).then_some(Self::LONGEST_WITHOUT_CLOCK_S))
+    }
+
+    /// The cycle after which it goes on; 0 of a match that begins anew.
+    pub fn first_cycle(&self) -> u64 {
+        self.from.as_ref().map_or(0, |saved| saved.cycle)
     }
 
     /// What the scenario says of a robot, listed or lined up with a team.
@@ -176,7 +195,8 @@ impl Scenario {
 
     /// The cycle after which the match is over at the latest; none where the final whistle ends it.
     pub fn last_cycle(&self) -> Option<u64> {
-        self.end_s().map(|end_s| (f64::from(end_s) / self.cycle_s).round() as u64)
+        let longest_s = self.longest_s()?;
+        Some(self.first_cycle() + (f64::from(longest_s) / self.cycle_s).round() as u64)
     }
 }
 

@@ -20,6 +20,7 @@
 use bevy::app::PluginGroupBuilder;
 use bevy::prelude::*;
 
+mod going_on;
 pub mod invariants;
 pub(crate) mod names;
 pub mod rules;
@@ -29,12 +30,13 @@ mod situation;
 pub mod snapshot;
 mod spawn;
 
+pub use going_on::start as start_match;
 pub use rules::{RuleApp, RuleRegistry};
 pub use sensors::{SensorApp, SensorRegistry};
 pub use settings::{CHANGEABLE, change_settings, is_changeable};
 pub use situation::situation;
 pub use snapshot::{Snapshot, SnapshotError};
-pub use spawn::{MatchEntity, give_belief, resolved, start as start_match};
+pub use spawn::{MatchEntity, give_belief, resolved};
 
 use crate::ball::{BallPlugin, BallVelocity};
 use crate::behaviour::BehaviourPlugin;

@@ -100,31 +100,9 @@ impl RobotSettings {
 pub fn change_settings(world: &mut World, scenario: &Scenario) -> Result<(), ScenarioFault> {
     scenario.validate()?;
     let old = world.resource::<Scenario>().clone();
-    let fixed = [
-        ("cycle_s", old.cycle_s == scenario.cycle_s),
-        ("field", old.field == scenario.field),
-        ("teams", team_names(&old) == team_names(scenario)),
-        ("robots", same_robots(&old, scenario)),
-        ("ball", old.ball.is_some() == scenario.ball.is_some()),
-        ("posts", old.posts == scenario.posts),
-        ("body", old.body == scenario.body),
-    ];
-    if let Some((field, _)) = fixed.iter().find(|(_, same)| !same) {
-        let message = format!("`{field}` cannot change in the middle of a match");
-        let expected = "the same as at the start; or a new match";
-        return Err(ScenarioFault::new(FieldPath::from(*field), message, expected));
-    }
-    for (id, _) in world.resource::<Roster>().iter() {
-        if [&old, scenario].map(|scenario| scenario.body_of(&scenario.robot(id))).windows(2).any(|two| two[0] != two[1])
-        {
-            let message = format!("the body of {id} cannot change in the middle of a match");
-            return Err(ScenarioFault::new(
-                FieldPath::from("body"),
-                message,
-                "the same as at the start; or a new match",
-            ));
-        }
-    }
+    check_same_match(&old, scenario)?;
+    let ids: Vec<RobotId> = world.resource::<Roster>().iter().map(|(id, _)| id).collect();
+    check_same_bodies(&old, scenario, &ids)?;
     if let Some(fault) = names::unknown(world, scenario).into_iter().next() {
         return Err(fault);
     }
@@ -162,6 +140,47 @@ pub fn change_settings(world: &mut World, scenario: &Scenario) -> Result<(), Sce
         }
     }
     world.insert_resource(scenario.clone());
+    Ok(())
+}
+
+/// That what a match begins with is the same in both.
+///
+/// # Errors
+/// What is not.
+pub(super) fn check_same_match(old: &Scenario, scenario: &Scenario) -> Result<(), ScenarioFault> {
+    let fixed = [
+        ("cycle_s", old.cycle_s == scenario.cycle_s),
+        ("field", old.field == scenario.field),
+        ("teams", team_names(old) == team_names(scenario)),
+        ("robots", same_robots(old, scenario)),
+        ("ball", old.ball.is_some() == scenario.ball.is_some()),
+        ("posts", old.posts == scenario.posts),
+        ("body", old.body == scenario.body),
+    ];
+    if let Some((field, _)) = fixed.iter().find(|(_, same)| !same) {
+        let message = format!("`{field}` cannot change in the middle of a match");
+        let expected = "the same as at the start; or a new match";
+        return Err(ScenarioFault::new(FieldPath::from(*field), message, expected));
+    }
+    Ok(())
+}
+
+/// That these robots have the same bodies in both.
+///
+/// # Errors
+/// Who has not.
+pub(super) fn check_same_bodies(old: &Scenario, scenario: &Scenario, robots: &[RobotId]) -> Result<(), ScenarioFault> {
+    for &id in robots {
+        if [old, scenario].map(|scenario| scenario.body_of(&scenario.robot(id))).windows(2).any(|two| two[0] != two[1])
+        {
+            let message = format!("the body of {id} cannot change in the middle of a match");
+            return Err(ScenarioFault::new(
+                FieldPath::from("body"),
+                message,
+                "the same as at the start; or a new match",
+            ));
+        }
+    }
     Ok(())
 }
 

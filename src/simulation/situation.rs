@@ -5,13 +5,14 @@ use bevy::prelude::*;
 use super::spawn::resolved;
 use crate::ball::{Ball, BallVelocity};
 use crate::cycle::CycleClock;
-use crate::game::{Game, Intervention, Penalty, Score, TimedIntervention};
+use crate::game::{Game, Intervention, Interventions, Penalty, Score, TimedIntervention};
 use crate::geometry::Pose;
 use crate::robot::Roster;
 use crate::robot::head::HeadAngles;
 use crate::scenario::{Scenario, ScenarioFault};
 
-/// A scenario that begins as the match in `world` is now: places, heads, the rolling ball, penalties and the score. Unlike
+/// A scenario that begins as the match in `world` is now: places, heads, the rolling ball, penalties and the score, and what is
+/// asked for by hand and has not happened yet. Unlike
 /// a [`Snapshot`](super::Snapshot) it is a new match, in which the robots know where they stand and nothing else, and which
 /// can be changed by hand. In a half in which the teams have changed sides, all is turned back by half a turn.
 ///
@@ -22,6 +23,8 @@ pub fn situation(world: &mut World) -> Result<Scenario, ScenarioFault> {
     let mut scenario = resolved(world, &started_from);
     let (clock, game) = (*world.resource::<CycleClock>(), world.resource::<Game>().clone());
     let is_turned = game.blue_end != Game::default().blue_end;
+    // It is a new match.
+    scenario.from = None;
     scenario.description = format!("{} after {:.2} s", scenario.name, clock.end_time_s());
     let mut interventions = Vec::new();
     for robot in &mut scenario.robots {
@@ -47,6 +50,38 @@ pub fn situation(world: &mut World) -> Result<Scenario, ScenarioFault> {
         let sign = if is_turned { -1.0 } else { 1.0 };
         (ball.position_m, ball.velocity_mps) = (sign * pose.position, sign * velocity.0);
     }
+    for &asked in &world.resource::<Interventions>().queue {
+        carry_out(&mut scenario, if is_turned { turned(asked) } else { asked });
+    }
     scenario.validate()?;
     Ok(scenario)
+}
+
+/// What is asked for by hand and happens at the end of the next cycle is so from the beginning.
+fn carry_out(scenario: &mut Scenario, asked: Intervention) {
+    match asked {
+        Intervention::PlaceRobot { robot, pose } => {
+            for spec in scenario.robots.iter_mut().filter(|spec| spec.id() == robot) {
+                spec.pose = pose;
+            }
+        }
+        Intervention::PlaceBall { position_m, velocity_mps } => {
+            if let Some(ball) = &mut scenario.ball {
+                (ball.position_m, ball.velocity_mps) = (position_m, velocity_mps);
+            }
+        }
+        intervention => scenario.interventions.push(TimedIntervention { at_s: 0.0, intervention }),
+    }
+}
+
+/// The same on a pitch that is turned by half a turn.
+fn turned(asked: Intervention) -> Intervention {
+    match asked {
+        Intervention::PlaceRobot { robot, pose } => Intervention::PlaceRobot { robot, pose: pose.turned_half() },
+        Intervention::PlaceBall { position_m, velocity_mps } => {
+            Intervention::PlaceBall { position_m: -position_m, velocity_mps: -velocity_mps }
+        }
+        Intervention::DropBall { position_m } => Intervention::DropBall { position_m: -position_m },
+        other => other,
+    }
 }

@@ -45,7 +45,7 @@ pub(super) fn ball_component<C: Component + Clone>(world: &World) -> Option<C> {
     balls.iter(world).next().cloned()
 }
 
-/// Replaces the match in the world by that of the scenario.
+/// Replaces the match in the world by that of the scenario, which begins anew.
 ///
 /// # Errors
 /// [`ScenarioFault`] when the scenario contradicts itself, names a behaviour or team that is not registered, or wants
@@ -92,7 +92,7 @@ pub fn resolved(world: &World, scenario: &Scenario) -> Scenario {
 
 /// The scenario's robots, or those of the two teams that it names, lined up for a kick-off, ordered by id. All of
 /// their behaviours exist.
-fn robots_of(world: &World, scenario: &Scenario) -> Result<Vec<RobotSpec>, ScenarioFault> {
+pub(super) fn robots_of(world: &World, scenario: &Scenario) -> Result<Vec<RobotSpec>, ScenarioFault> {
     let registry = world.resource::<BehaviourRegistry>();
     if let Some(fault) = names::unknown(world, scenario).into_iter().next() {
         return Err(fault);
@@ -195,6 +195,12 @@ fn spawn_robot<'w>(world: &'w mut World, scenario: &Scenario, robot: &RobotSpec)
         (Outbox::default(), Inbox::default(), Drawings::default(), SensorRecord::default()),
         RandomStreams::new(scenario.seed, id),
     ));
+    give_behaviour(&mut entity, scenario, robot);
+    entity
+}
+
+/// Gives a robot without one its behaviour, and a belief that begins where it is, if it is one that believes.
+pub(super) fn give_behaviour(entity: &mut EntityWorldMut, scenario: &Scenario, robot: &RobotSpec) {
     match &robot.behaviour {
         BehaviourSpec::Script(entries) => {
             entity.insert(Script(entries.clone()));
@@ -205,13 +211,12 @@ fn spawn_robot<'w>(world: &'w mut World, scenario: &Scenario, robot: &RobotSpec)
         BehaviourSpec::Named(name) => {
             let marker = entity.world().resource::<BehaviourRegistry>().marker_of(name);
             if let Some(insert) = marker {
-                insert(&mut entity);
+                insert(entity);
             }
             let localisation = robot.localisation.unwrap_or(scenario.localisation);
-            begin_belief(&mut entity, robot.pose, localisation, ball_in(scenario));
+            begin_belief(entity, robot.pose, localisation, ball_in(scenario));
         }
     }
-    entity
 }
 
 /// What a robot with a belief believes at the start, and how it localises itself. It is put down where its team knows that

@@ -39,6 +39,7 @@ mod referee_properties;
 #[cfg(feature = "gpu")]
 mod renderers;
 mod rule_cases;
+mod saved_tests;
 mod scenario_errors;
 mod scenario_files;
 mod schema;

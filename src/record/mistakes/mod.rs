@@ -15,12 +15,12 @@
 //! Only play counts. A mistake that goes on is one, from when it began until it was over, with the worst of what was measured.
 
 use bevy::prelude::*;
-use core::fmt;
 use serde::Serialize;
 
 use super::cycle_record::{CycleRecord, RobotRecord};
 use super::kick_outcomes::{KickEnd, KickFollower, StruckKick};
 use crate::belief::{pitch_from_team, point_pitch_from_team};
+pub use crate::events::MistakeKind;
 use crate::events::{CollisionPartner, KickMiss, KickResult, MatchEvent};
 use crate::game::GameState;
 use crate::geometry::wrap_angle;
@@ -42,78 +42,6 @@ const SAME_S: f64 = 2.0;
 const BESIDE_GOAL_M: f32 = 0.5;
 /// The jersey number of the keeper.
 const KEEPER: u8 = 1;
-
-/// What went wrong.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Serialize)]
-#[serde(rename_all = "snake_case")]
-#[non_exhaustive]
-pub enum MistakeKind {
-    /// It believed the ball elsewhere.
-    BallMisplaced,
-    /// It believed itself elsewhere.
-    OwnPoseLost,
-    /// It did not see the ball next to it.
-    BallNotSeen,
-    /// Its kick did not reach the ball.
-    KickMissed,
-    /// It kicked towards its own goal.
-    KickAtOwnGoal,
-    /// It kicked the ball to an opponent, or out.
-    BallGivenAway,
-    /// It ran into a team-mate, or a team-mate into it.
-    TeamMatesCollide,
-    /// It and a team-mate went for the same ball.
-    SameBall,
-}
-
-impl MistakeKind {
-    /// All kinds.
-    pub const ALL: [MistakeKind; 8] = [
-        MistakeKind::BallMisplaced,
-        MistakeKind::OwnPoseLost,
-        MistakeKind::BallNotSeen,
-        MistakeKind::KickMissed,
-        MistakeKind::KickAtOwnGoal,
-        MistakeKind::BallGivenAway,
-        MistakeKind::TeamMatesCollide,
-        MistakeKind::SameBall,
-    ];
-
-    /// Its name, for people.
-    pub fn words(self) -> &'static str {
-        match self {
-            MistakeKind::BallMisplaced => "ball misplaced",
-            MistakeKind::OwnPoseLost => "own pose lost",
-            MistakeKind::BallNotSeen => "ball not seen",
-            MistakeKind::KickMissed => "kick missed",
-            MistakeKind::KickAtOwnGoal => "kick at own goal",
-            MistakeKind::BallGivenAway => "ball given away",
-            MistakeKind::TeamMatesCollide => "team-mates collide",
-            MistakeKind::SameBall => "same ball",
-        }
-    }
-
-    /// Its name in files, such as `ball_misplaced`.
-    pub fn key(self) -> String {
-        self.words().replace([' ', '-'], "_")
-    }
-
-    /// How long it must last to be one, s; none of what happens in an instant.
-    fn least_s(self) -> Option<f64> {
-        match self {
-            MistakeKind::BallMisplaced => Some(0.5),
-            MistakeKind::OwnPoseLost | MistakeKind::SameBall => Some(1.0),
-            MistakeKind::BallNotSeen => Some(3.0),
-            _ => None,
-        }
-    }
-}
-
-impl fmt::Display for MistakeKind {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.pad(self.words())
-    }
-}
 
 /// A mistake of a robot.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
@@ -353,8 +281,18 @@ impl MistakeFinder {
     }
 }
 
+/// How long it must last to be one, s; none of what happens in an instant.
+fn least_s(kind: MistakeKind) -> Option<f64> {
+    match kind {
+        MistakeKind::BallMisplaced => Some(0.5),
+        MistakeKind::OwnPoseLost | MistakeKind::SameBall => Some(1.0),
+        MistakeKind::BallNotSeen => Some(3.0),
+        _ => None,
+    }
+}
+
 fn has_lasted(mistake: &Mistake) -> bool {
-    mistake.kind.least_s().is_none_or(|least_s| mistake.until_s - mistake.from_s >= least_s)
+    least_s(mistake.kind).is_none_or(|least_s| mistake.until_s - mistake.from_s >= least_s)
 }
 
 fn greater(one: Option<f32>, other: Option<f32>) -> Option<f32> {

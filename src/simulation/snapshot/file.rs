@@ -11,20 +11,14 @@ use std::borrow::Cow;
 use std::io::{self, Write as _};
 use std::path::Path;
 
-use super::{EntityState, Snapshot, SnapshotError, belongs_to_match, message_pack};
+use super::{EntityState, Snapshot, SnapshotError, belongs_to_match};
 use crate::read_file::read_file;
 use crate::replace_file::replace_file;
+use crate::scenario::message_pack;
+use crate::scenario::saved_match::{FORMAT, LARGEST_FILE_BYTES, VERSION};
 
-/// The format's name in files.
-const FORMAT: &str = "naoisis-snapshot";
-/// The format's version in files.
-const VERSION: u32 = 6;
-/// A larger file is no match: with the images of 22 robots, and their depths, it has half of that.
-const LARGEST_FILE_BYTES: u64 = 256 << 20;
 /// What the names of the simulation's own types begin with.
 const OWN: &str = "naoisis::";
-/// The ending of snapshots' file names.
-pub const EXTENSION: &str = "naoisis";
 
 impl Snapshot {
     /// Writes the snapshot to a file, in place of any that is there: whole, or not at all. `world` knows its types.

@@ -32,19 +32,19 @@ use std::path::PathBuf;
 
 mod check;
 mod file;
-mod message_pack;
 
 use super::spawn::MatchEntity;
-use crate::behaviour::BehaviourRegistry;
+use crate::behaviour::script::Script;
+use crate::behaviour::{BehaviourRegistry, Program};
 use crate::events::MatchEvent;
 use crate::geometry::Pose;
 use crate::knowledge::Knowledge;
 use crate::random::RandomStreams;
 use crate::referee;
 use crate::robot::Roster;
+pub use crate::scenario::saved_match::EXTENSION;
 use crate::scenario::{Scenario, ScenarioFault};
 use crate::team::RobotId;
-pub use file::EXTENSION;
 
 /// The state of a match at the end of a cycle.
 pub struct Snapshot {
@@ -204,6 +204,26 @@ impl Snapshot {
         }
         referee::toss_anew(world, seed);
         Ok(())
+    }
+}
+
+impl Snapshot {
+    /// Leaves out what these robots think and how they behave: they keep what is true of them, what they sense, and what is
+    /// known to everybody.
+    pub(super) fn forget_thoughts(&mut self, robots: &[RobotId]) {
+        for entity in &mut self.entities {
+            let id = entity.components.iter().find_map(|component| component.as_any().downcast_ref::<RobotId>());
+            if !id.is_some_and(|id| robots.contains(id)) {
+                continue;
+            }
+            entity.behaviours.clear();
+            entity.components.retain(|component| {
+                let mark = Knowledge::of_type_info(component.reflect_type_info());
+                let is_thought = mark.is_none_or(|mark| mark == Knowledge::Belief);
+                let is_behaviour = component.as_any().is::<Script>() || component.as_any().is::<Program>();
+                component.as_any().is::<MatchEntity>() || !(is_thought || is_behaviour)
+            });
+        }
     }
 }
 

@@ -7,7 +7,7 @@
 ///
 /// # Errors
 /// What is wrong, and at which byte.
-pub(super) fn check(bytes: &[u8]) -> Result<(), String> {
+pub(crate) fn check(bytes: &[u8]) -> Result<(), String> {
     let mut rest = bytes;
     // A value has a byte at least, so that fewer values than bytes are missing.
     let mut values = 1_u64;
