@@ -8,11 +8,15 @@ use bevy::prelude::*;
 use super::keyframes::Keyframes;
 use super::rebuild::{RebuildSystems, Rebuilt};
 use super::shared::{DisplayFraction, Notice, Playback};
+use super::theme::minutes;
 use super::timeline::{self, Timeline, Way};
 use crate::cycle::CycleClock;
 use crate::record::cycle_record::CycleRecord;
 use crate::record::history::History;
 use crate::whatif::Moment;
+
+/// What the way is called that all others come from.
+const FIRST: &str = "The match as it was";
 
 /// Keeps the [`Branches`].
 pub struct BranchesPlugin;
@@ -48,8 +52,8 @@ pub enum BranchCommand {
 pub struct Branches {
     list: Vec<Branch>,
     shown: usize,
-    /// The moment that is to be played on as soon as it is known whole.
-    awaited: Option<u64>,
+    /// The moment that is to be played on as soon as it is known whole, and whether the match stood there.
+    awaited: Option<(u64, bool)>,
 }
 
 /// One way that the match went.
@@ -57,6 +61,8 @@ pub struct Branches {
 pub struct Branch {
     /// The one that it is from, and the cycle after which it went its own way.
     pub from: Option<(usize, u64)>,
+    /// What it is called.
+    pub name: String,
     /// The last cycle that was played, when it was put aside.
     pub last_cycle: u64,
     /// What tells it from other matches.
@@ -120,7 +126,8 @@ impl Branches {
 fn forget(keyframes: Res<Keyframes>, mut branches: ResMut<Branches>) {
     let is_known = branches.list.get(branches.shown).is_some_and(|branch| branch.keyframes.is_same(&keyframes));
     if !is_known {
-        let first = Branch { from: None, last_cycle: 0, keyframes: keyframes.clone(), aside: None };
+        let first =
+            Branch { from: None, name: FIRST.to_owned(), last_cycle: 0, keyframes: keyframes.clone(), aside: None };
         *branches = Branches { list: vec![first], ..default() };
     }
 }
@@ -131,7 +138,7 @@ fn obey(world: &mut World) {
         let result = match command {
             BranchCommand::PlayFromHere => play_from_here(world),
             BranchCommand::PlayOn { moment, cycle, seed } => {
-                fork(world, cycle, moment.time_s, |world| moment.restore(world, seed))
+                fork(world, cycle, moment.time_s, false, |world| moment.restore(world, seed))
             }
             BranchCommand::Show(index) => show(world, index),
         };
@@ -147,8 +154,11 @@ fn play_from_here(world: &mut World) -> Result<(), String> {
     }
     let cycle = world.resource::<CycleClock>().cycle;
     // The moment that is played on must not go by while it is worked out.
-    world.resource_mut::<Playback>().paused = true;
-    world.resource_mut::<Branches>().awaited = Some(cycle);
+    let stood = core::mem::replace(&mut world.resource_mut::<Playback>().paused, true);
+    let mut branches = world.resource_mut::<Branches>();
+    // Who asks twice has stopped it himself.
+    let stood = branches.awaited.filter(|(other, _)| *other == cycle).map_or(stood, |(_, before)| before);
+    branches.awaited = Some((cycle, stood));
     if world.resource::<Rebuilt>().moment(cycle, world.resource::<Keyframes>()).is_none() {
         world.resource_mut::<Notice>().tell("The match is played again to here…");
     }
@@ -157,7 +167,7 @@ fn play_from_here(world: &mut World) -> Result<(), String> {
 
 /// Plays on from the moment that was wanted, as soon as it is there.
 fn fork_when_known(world: &mut World) {
-    let Some(cycle) = world.resource::<Branches>().awaited else { return };
+    let Some((cycle, stood)) = world.resource::<Branches>().awaited else { return };
     if world.resource::<CycleClock>().cycle != cycle || !world.resource::<Timeline>().is_past() {
         world.resource_mut::<Branches>().awaited = None;
         return;
@@ -166,24 +176,27 @@ fn fork_when_known(world: &mut World) {
     let moment = rebuilt.moment(cycle, world.resource::<Keyframes>());
     let why_not = rebuilt.why_not(cycle, world.resource::<Keyframes>());
     let result = match (moment.map(|moment| (moment.is_same, moment.moment.clone())), why_not) {
-        (Some((true, moment)), _) => fork(world, cycle, moment.time_s, |world| moment.put_back(world)),
+        (Some((true, moment)), _) => fork(world, cycle, moment.time_s, stood, |world| moment.put_back(world)),
         (Some((false, _)), _) => Err("Played again, the match is another one here: it cannot go on from it".to_owned()),
         (None, Some(why)) => Err(why),
         (None, None) => return,
     };
     world.resource_mut::<Branches>().awaited = None;
     let text = match result {
-        Ok(()) => "Played on from here; the match that it is from stays, on the timeline".to_owned(),
+        Ok(()) if stood => "A match of its own from here: it stands as before, Space lets it go on".to_owned(),
+        Ok(()) => "A match of its own goes on from here; the one that it is from stays, on the timeline".to_owned(),
         Err(message) => message,
     };
     world.resource_mut::<Notice>().tell(text);
 }
 
-/// Begins a match that goes on from the end of a cycle of the one that is shown, at a time, s; `restore` puts it into the world.
+/// Begins a match that goes on from the end of a cycle of the one that is shown, at a time, s, and stands there, or goes on at once;
+/// `restore` puts it into the world.
 fn fork(
     world: &mut World,
     cycle: u64,
     time_s: f64,
+    stands: bool,
     restore: impl FnOnce(&mut World) -> Result<(), String>,
 ) -> Result<(), String> {
     let shown = world.resource::<Branches>().shown;
@@ -205,10 +218,12 @@ fn fork(
     keyframes.note_change();
     way.put(world);
     let mut branches = world.resource_mut::<Branches>();
-    branches.list.push(Branch { from: Some((shown, cycle)), last_cycle: cycle, keyframes, aside: None });
+    let number = branches.list.len();
+    let name = format!("{number}: from {}", minutes(time_s as f32));
+    branches.list.push(Branch { from: Some((shown, cycle)), name, last_cycle: cycle, keyframes, aside: None });
     branches.shown = branches.list.len() - 1;
     let mut playback = world.resource_mut::<Playback>();
-    (playback.paused, playback.failed, playback.problem) = (false, false, None);
+    (playback.paused, playback.failed, playback.problem) = (stands, false, None);
     *world.resource_mut::<DisplayFraction>() = DisplayFraction(1.0);
     Ok(())
 }
@@ -271,7 +286,8 @@ mod tests {
 
     #[test]
     fn two_ways_are_one_until_they_part() {
-        let branch = |from| Branch { from, last_cycle: 1000, keyframes: Keyframes::default(), aside: None };
+        let branch =
+            |from| Branch { from, name: String::new(), last_cycle: 1000, keyframes: Keyframes::default(), aside: None };
         // 1 and 2 leave the first one, 3 leaves 1.
         let list = vec![branch(None), branch(Some((0, 300))), branch(Some((0, 500))), branch(Some((1, 700)))];
         let branches = Branches { list, ..default() };

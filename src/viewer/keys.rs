@@ -79,7 +79,7 @@ pub const BINDINGS: &[Binding] = &[
     binding(KeyCode::End, "End", "To the present", Action::Timeline(TimelineCommand::Present)),
     binding(KeyCode::Comma, ",", "To the listed event before", Action::Find(FindEvent::Previous)),
     binding(KeyCode::Period, ".", "To the next listed event", Action::Find(FindEvent::Next)),
-    binding(KeyCode::KeyF, "F", "Play on from here, beside the match", Action::PlayFromHere),
+    binding(KeyCode::KeyF, "F", "Branch from here, beside the match", Action::PlayFromHere),
     binding(KeyCode::KeyR, "R", "Same match from the start", Action::Command(ViewerCommand::Restart)),
     with_shift(binding(
         KeyCode::KeyR,

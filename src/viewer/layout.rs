@@ -216,11 +216,19 @@ pub enum Edge {
     Below,
 }
 
+/// The least of the window's width, and of its height, that is left for the match.
+const MATCH: f32 = 0.35;
+/// Panels below the match have this height at least, whatever is left for it, logical pixels.
+const LEAST_BELOW: f32 = 70.0;
+
 impl Dock {
-    /// The sizes that it can have in a window of this size.
-    fn range(&self, window: egui::Vec2) -> Rangef {
+    /// The sizes that it can have in a window of this size, of which panels have left so much.
+    fn range(&self, window: egui::Vec2, left: egui::Vec2) -> Rangef {
         let of = if self.edge == Edge::Below { window.y } else { window.x };
         let most = self.most_share * of;
+        // The match keeps its part of the height, whatever is open below it.
+        let room = if self.edge == Edge::Below { (left.y - MATCH * window.y).max(LEAST_BELOW) } else { most };
+        let most = most.min(room);
         Rangef::new(self.least.min(most), most)
     }
 
@@ -231,17 +239,15 @@ impl Dock {
 
     /// Whether there would still be something of the match beside it.
     pub fn has_room(&self, context: &Context, sizes: &PanelSizes) -> bool {
-        /// The least of the window's width that is left for the match.
-        const MATCH: f32 = 0.35;
-        let window = context.content_rect().size();
-        let width = self.range(window).clamp(self.wanted(sizes));
-        free_area(context).width() - width >= MATCH * window.x
+        let (window, left) = (context.content_rect().size(), free_area(context).size());
+        let width = self.range(window, left).clamp(self.wanted(sizes));
+        left.x - width >= MATCH * window.x
     }
 
     /// Shows it.
     pub fn show<R>(self, context: &Context, sizes: &mut PanelSizes, show: impl FnOnce(&mut egui::Ui) -> R) -> R {
         let id = Id::new(self.name);
-        let range = self.range(context.content_rect().size());
+        let range = self.range(context.content_rect().size(), free_area(context).size());
         let panel = match self.edge {
             Edge::Left => Panel::left(id),
             Edge::Right => Panel::right(id),

@@ -4,6 +4,7 @@ use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy_egui::egui::{self, Align2, Margin, RichText, WidgetInfo, WidgetType};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
+use core::ops::Range;
 
 use super::display_settings::{DisplaySettings, Switch};
 use super::keys::{self, HelpGroup};
@@ -241,23 +242,34 @@ fn show_keys(ui: &mut egui::Ui) {
 
     let groups = keys::help();
     let columns = ((ui.available_width() / COLUMN) as usize).clamp(1, groups.len());
-    // Besides its lines a group has its name and a gap.
-    let height = |group: &HelpGroup| group.lines.len() + 2;
-    let each = groups.iter().map(height).sum::<usize>().div_ceil(columns);
+    let heights: Vec<usize> = groups.iter().map(|group| group.lines.len() + AROUND_GROUP).collect();
     ui.horizontal_top(|ui| {
-        let mut rest = &groups[..];
-        while !rest.is_empty() {
-            let mut filled = 0;
-            let is_full = |group: &HelpGroup| {
-                filled += height(group);
-                filled > each + 2
-            };
-            let end = rest.iter().position(is_full).unwrap_or(rest.len()).max(1);
-            ui.vertical(|ui| rest[..end].iter().for_each(|group| show_key_group(ui, group)));
+        for column in in_columns(&heights, columns) {
+            ui.vertical(|ui| groups[column].iter().for_each(|group| show_key_group(ui, group)));
             ui.add_space(20.0);
-            rest = &rest[end..];
         }
     });
+}
+
+/// Besides its lines a group of the help has its name and a gap.
+const AROUND_GROUP: usize = 2;
+
+/// What has these heights, one after another in at most so many columns, the highest of which is as low as can be.
+fn in_columns(heights: &[usize], columns: usize) -> Vec<Range<usize>> {
+    let split = |most: usize| {
+        let (mut split, mut begin, mut filled) = (Vec::new(), 0, 0);
+        for (index, height) in heights.iter().enumerate() {
+            if filled + height > most && index > begin {
+                split.push(begin..index);
+                (begin, filled) = (index, 0);
+            }
+            filled += height;
+        }
+        split.push(begin..heights.len());
+        split
+    };
+    let whole: usize = heights.iter().sum();
+    (whole / columns.max(1)..=whole).map(split).find(|split| split.len() <= columns.max(1)).unwrap_or_default()
 }
 
 fn show_key_group(ui: &mut egui::Ui, group: &HelpGroup) {
@@ -318,6 +330,13 @@ pub(super) fn state_name(state: GameState) -> &'static str {
 mod tests {
     use super::*;
     use crate::simulation::{self, NaoisisPlugins};
+
+    #[test]
+    fn groups_fill_no_more_columns_than_there_are_and_these_evenly() {
+        assert_eq!(in_columns(&[14, 10, 8, 12, 22, 8, 6], 3), [0..3, 3..5, 5..7]);
+        assert_eq!(in_columns(&[3, 3], 5), [0..1, 1..2]);
+        assert_eq!(in_columns(&[3, 9], 1).first(), Some(&(0..2)));
+    }
 
     #[test]
     fn times_are_minutes_and_seconds() {

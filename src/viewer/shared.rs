@@ -246,12 +246,15 @@ pub struct Notice {
 }
 
 impl Notice {
-    /// How long words are shown, s.
+    /// How long words are shown, s: at least, and more for each letter, as people read.
     const SHOWN_S: f32 = 6.0;
+    const LETTER_S: f32 = 0.1;
 
     /// Tells something.
     pub fn tell(&mut self, text: impl Into<String>) {
-        *self = Notice { text: text.into(), left_s: Self::SHOWN_S };
+        let text = text.into();
+        let left_s = Self::SHOWN_S.max(3.0 + Self::LETTER_S * text.chars().count() as f32);
+        *self = Notice { text, left_s };
     }
 }
 

@@ -8,7 +8,7 @@ use super::branches::{BranchCommand, Branches};
 use super::display_settings::Switch;
 use super::ghosts::Ghosts;
 use super::layout::{self, LayoutSystems};
-use super::shared::{Action, TimelineCommand};
+use super::shared::{Action, Playback, TimelineCommand};
 use super::theme::{bright, dim, minutes, problem_colour, team_colour};
 use super::timeline::Timeline;
 use crate::cycle::CycleClock;
@@ -38,14 +38,14 @@ fn show_bar(
     timeline: Res<Timeline>,
     history: Res<History>,
     clock: Res<CycleClock>,
-    branches: Res<Branches>,
+    (branches, playback): (Res<Branches>, Res<Playback>),
     mut commands: MessageWriter<TimelineCommand>,
     (mut ways, mut ghosts): (MessageWriter<BranchCommand>, ResMut<Ghosts>),
     mut actions: MessageWriter<Action>,
 ) -> Result {
     let Some(cycles) = history.cycles() else { return Ok(()) };
     let (first, end) = (*cycles.start(), *cycles.end());
-    let now = timeline.cursor().unwrap_or(end as f64);
+    let (now, is_paused) = (timeline.cursor().unwrap_or(end as f64), playback.paused);
     // Ways that went farther are beside it.
     let last = branches.list().iter().map(|branch| branch.last_cycle).fold(end, u64::max);
     layout::bar_below(contexts.ctx_mut()?, "timeline", |ui| {
@@ -76,8 +76,12 @@ fn show_bar(
                 response.on_hover_text(hint(cycle, history.marks(), last - first, &time(cycle as f64)));
             }
             ui.label(dim(time(end as f64)));
-            let button = ui.add_enabled(timeline.is_past(), egui::Button::new("Play from here"));
-            let hint = "F: this moment is played on as a match of its own; this one stays";
+            let button = ui.add_enabled(timeline.is_past(), egui::Button::new("Branch from here"));
+            let hint = if is_paused {
+                "F: a match of its own begins with this moment, and stands until Space; this one stays"
+            } else {
+                "F: a match of its own goes on from this moment; this one stays"
+            };
             if button.on_hover_text(hint).clicked() {
                 ways.write(BranchCommand::PlayFromHere);
             }
@@ -149,9 +153,15 @@ fn show_branches(
         let row = egui::Rect::from_center_size(area.center(), egui::vec2(area.width(), BRANCH_HEIGHT))
             .translate(egui::vec2(0.0, at(index, 0).y - area.center().y));
         let response = ui.interact(row, ui.id().with(("branch", index)), Sense::click());
-        let name = branch_name(index);
+        let name = branch.name.clone();
         response.widget_info(|| WidgetInfo::selected(egui::WidgetType::RadioButton, true, is_shown, &name));
-        if response.on_hover_text(&name).clicked() {
+        // Its name, behind the word for its ghosts.
+        let font = egui::FontId::proportional(BRANCH_HEIGHT - 1.0);
+        let beside = row.right_center() + egui::vec2(END + WORD + 8.0, 0.0);
+        let text = if is_shown { format!("{name} (shown)") } else { name.clone() };
+        let written = ui.painter().text(beside, egui::Align2::LEFT_CENTER, &text, font, colour);
+        let words = ui.interact(written, ui.id().with(("name of branch", index)), Sense::click());
+        if response.on_hover_text(&name).clicked() || words.on_hover_text("Show it").clicked() {
             clicked = Some(Clicked::Branch(index));
         }
         if is_shown {
@@ -181,11 +191,6 @@ fn show_branches(
         }
     }
     clicked
-}
-
-/// What a way that the match went is called.
-fn branch_name(index: usize) -> String {
-    if index == 0 { "The match as it was".to_owned() } else { format!("Played on, {index}") }
 }
 
 /// A goal is a disc, a penalty a triangle, a ball that is out a short upright line, the start or end of a half a long one.

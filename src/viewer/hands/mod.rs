@@ -90,9 +90,9 @@ fn is_live(timeline: &Timeline) -> bool {
 /// Why there is none.
 fn why_not(timeline: &Timeline) -> &'static str {
     if timeline.is_replay() {
-        "A replay cannot be changed: play on from here first (F)"
+        "A replay cannot be changed: branch from here first (F)"
     } else {
-        "The past cannot be changed: go to the present (End), or play on from here (F)"
+        "The past cannot be changed: go to the present (End), or branch from here (F)"
     }
 }
 

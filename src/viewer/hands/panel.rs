@@ -88,6 +88,10 @@ fn show_buttons(
     Ok(())
 }
 
+/// What is left free beside a notice, and about the width of a letter in it, logical pixels.
+const NOTICE_MARGIN: f32 = 60.0;
+const NOTICE_LETTER: f32 = 7.5;
+
 /// What was told, for a while.
 fn show_notice(
     mut contexts: EguiContexts,
@@ -102,10 +106,23 @@ fn show_notice(
     let context = contexts.ctx_mut()?;
     // Captions are below.
     let align = if display.workspace == Workspace::Teach { Align2::CENTER_TOP } else { Align2::CENTER_BOTTOM };
-    layout::floating(context, "notice", align).show(context, |ui| {
-        let words = egui::Label::new(bright(&notice.text).size(text_size::IMPORTANT)).extend();
-        card(ui).show(ui, |ui| ui.add(words));
+    let widest = layout::free_area(context).width() - NOTICE_MARGIN;
+    let shown = layout::floating(context, "notice", align).show(context, |ui| {
+        let text = bright(&notice.text).size(text_size::IMPORTANT);
+        card(ui).show(ui, |ui| {
+            // On one line, if it has room for it.
+            let long = notice.text.chars().count() as f32 * NOTICE_LETTER > widest;
+            if long {
+                ui.set_width(widest);
+            }
+            let words = egui::Label::new(text);
+            ui.add(if long { words.wrap() } else { words.extend() });
+        });
     });
+    // Who points at it reads it still.
+    if shown.response.contains_pointer() {
+        notice.left_s = notice.left_s.max(1.0);
+    }
     Ok(())
 }
 

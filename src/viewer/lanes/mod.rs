@@ -23,10 +23,10 @@ use super::timeline::Timeline;
 use crate::cycle::{Cycle, CycleClock};
 use crate::record::gather::{CurrentRecord, RecordSystems};
 use crate::record::history::{History, MarkKind};
-use crate::record::mistakes::Mistake;
+use crate::record::mistakes::{Mistake, MistakeKind};
 use crate::scenario::Scenario;
 use crate::team::RobotId;
-use tracks::{BallSource, Condition, Span, Tracks};
+use tracks::{BallSource, Condition, LaneTrack, Span, Tracks};
 
 /// The part of a frame in which the few records are read that came while a thread read the others.
 const BUDGET: Duration = Duration::from_millis(2);
@@ -64,6 +64,8 @@ pub struct Lanes {
     is_wanted: bool,
     /// The kind of events that is gone to.
     pub kind: EventKind,
+    /// The robot that is selected because an event of its was gone to: the next one may be another's.
+    followed: Option<RobotId>,
 }
 
 /// What one may want to find in a match.
@@ -172,7 +174,7 @@ fn find_event(
     mut wanted: MessageReader<FindEvent>,
     mut lanes: ResMut<Lanes>,
     history: Res<History>,
-    selection: Res<Selection>,
+    mut selection: ResMut<Selection>,
     (timeline, clock, listed): (Res<Timeline>, Res<CycleClock>, Option<Res<ListedEvents>>),
     mut playback: ResMut<Playback>,
     mut notice: ResMut<Notice>,
@@ -186,6 +188,9 @@ fn find_event(
                     moments.write(TimelineCommand::GoTo((entry.time_s / clock.period_s).round() as u64));
                     playback.paused = true;
                     notice.tell(&entry.text);
+                    if entry.robot.is_some() {
+                        (selection.0, lanes.followed) = (entry.robot, entry.robot);
+                    }
                 }
                 None => notice.tell(format!("No listed event {} this moment", side_of(*wanted))),
             }
@@ -196,23 +201,28 @@ fn find_event(
             notice.tell("The match is being read for it: once more, please");
             continue;
         }
-        let cycles = cycles_of(&lanes, &history, selection.0, clock.period_s);
+        // Whom somebody chose, and not whom the last event brought.
+        let chosen = selection.0.filter(|id| lanes.followed != Some(*id));
+        let cycles = cycles_of(&lanes, &history, chosen, clock.period_s);
         let found = match wanted {
-            FindEvent::Next => cycles.iter().find(|cycle| **cycle > now),
-            FindEvent::Previous => cycles.iter().rev().find(|cycle| **cycle < now),
+            FindEvent::Next => cycles.iter().find(|(cycle, _)| *cycle > now),
+            FindEvent::Previous => cycles.iter().rev().find(|(cycle, _)| *cycle < now),
         };
         match found {
-            Some(cycle) => {
+            Some((cycle, robot)) => {
                 moments.write(TimelineCommand::GoTo(*cycle));
                 playback.paused = true;
+                if chosen.is_none() && robot.is_some() {
+                    (selection.0, lanes.followed) = (*robot, *robot);
+                }
                 let is_there = |mistake: &&Mistake| cycle_of(mistake, clock.period_s) == *cycle;
                 let of_kind = lanes.tracks.mistakes().iter().filter(|_| lanes.kind == EventKind::Mistake);
-                if let Some(mistake) = of_kind.filter(|mistake| is_of(mistake, selection.0)).find(is_there) {
+                if let Some(mistake) = of_kind.filter(|mistake| is_of(mistake, *robot)).find(is_there) {
                     notice.tell(mistake_words(mistake));
                 }
             }
             None => {
-                let whose = selection.0.map_or_else(String::new, |id| format!(" of {id}"));
+                let whose = chosen.map_or_else(String::new, |id| format!(" of {id}"));
                 notice.tell(format!("No {}{whose} {} this moment", lanes.kind.name(), side_of(*wanted)));
             }
         }
@@ -252,29 +262,32 @@ fn neighbour(entries: &[LogEntry], wanted: FindEvent, now: u64, period_s: f64) -
     }
 }
 
-/// The cycles of the events of the chosen kind, in order: of a robot, if one is selected and the kind is about robots.
-fn cycles_of(lanes: &Lanes, history: &History, robot: Option<RobotId>, period_s: f64) -> Vec<u64> {
-    let marks = |kind| history.marks().iter().filter(move |mark| mark.kind == kind).map(|mark| mark.cycle);
-    let tracks =
-        || lanes.tracks.robots().filter(|(id, _)| robot.is_none_or(|robot| robot == *id)).map(|(_, track)| track);
-    let mut cycles: Vec<u64> = match lanes.kind {
+/// The cycles of the events of the chosen kind, in order, and whose they are: of a robot, if one is selected and the kind is about
+/// robots.
+fn cycles_of(lanes: &Lanes, history: &History, robot: Option<RobotId>, period_s: f64) -> Vec<(u64, Option<RobotId>)> {
+    let marks = |kind| history.marks().iter().filter(move |mark| mark.kind == kind).map(|mark| (mark.cycle, None));
+    let is_meant = |id: RobotId| robot.is_none_or(|robot| robot == id);
+    let of_tracks = |cycles: fn(&LaneTrack) -> Vec<u64>| {
+        let tracks = lanes.tracks.robots().filter(|(id, _)| is_meant(*id));
+        tracks.flat_map(move |(id, track)| cycles(track).into_iter().map(move |cycle| (cycle, Some(id)))).collect()
+    };
+    let mut cycles: Vec<(u64, Option<RobotId>)> = match lanes.kind {
         EventKind::Listed => Vec::new(),
         EventKind::Goal => marks(MarkKind::Goal).collect(),
         EventKind::Out => marks(MarkKind::Out).collect(),
-        EventKind::Penalty => tracks().flat_map(|track| begins(&track.conditions, &Condition::Penalised)).collect(),
-        EventKind::Fall => tracks().flat_map(|track| begins(&track.conditions, &Condition::Down)).collect(),
-        EventKind::BallLost => tracks().flat_map(|track| begins(&track.ball, &BallSource::Lost)).collect(),
-        EventKind::Kick => tracks().flat_map(|track| track.kicks.iter().map(|(cycle, _)| *cycle)).collect(),
-        EventKind::NewIntention => {
-            tracks().flat_map(|track| track.intentions.iter().skip(1).map(|span| span.first)).collect()
-        }
+        EventKind::Penalty => of_tracks(|track| begins(&track.conditions, &Condition::Penalised).collect()),
+        EventKind::Fall => of_tracks(|track| begins(&track.conditions, &Condition::Down).collect()),
+        EventKind::BallLost => of_tracks(|track| begins(&track.ball, &BallSource::Lost).collect()),
+        EventKind::Kick => of_tracks(|track| track.kicks.iter().map(|(cycle, _)| *cycle).collect()),
+        EventKind::NewIntention => of_tracks(|track| track.intentions.iter().skip(1).map(|span| span.first).collect()),
         EventKind::Mistake => {
             let of_robot = lanes.tracks.mistakes().iter().filter(|mistake| is_of(mistake, robot));
-            of_robot.map(|mistake| cycle_of(mistake, period_s)).collect()
+            of_robot.map(|mistake| (cycle_of(mistake, period_s), Some(mistake.robot))).collect()
         }
     };
     cycles.sort_unstable();
-    cycles.dedup();
+    // Of several at once, the first is gone to.
+    cycles.dedup_by_key(|(cycle, _)| *cycle);
     cycles
 }
 
@@ -290,7 +303,8 @@ fn cycle_of(mistake: &Mistake, period_s: f64) -> u64 {
 
 /// What went wrong, in a line.
 fn mistake_words(mistake: &Mistake) -> String {
-    let other = mistake.other.map_or_else(String::new, |other| format!(" with {other}"));
+    let joins = if mistake.kind == MistakeKind::BallGivenAway { "to" } else { "with" };
+    let other = mistake.other.map_or_else(String::new, |other| format!(" {joins} {other}"));
     let worst = mistake.worst.map_or_else(String::new, |worst| format!(", {worst:.2} {}", mistake.unit()));
     let length_s = mistake.until_s - mistake.from_s;
     let length = if length_s > 0.0 { format!(", for {length_s:.1} s") } else { String::new() };
@@ -340,10 +354,10 @@ mod tests {
             history.push(&record).unwrap();
             lanes.tracks.note(&record);
         }
-        assert_eq!(cycles_of(&lanes, &history, Some(PINK), 0.1), [20], "a goal is nobody's own");
+        assert_eq!(cycles_of(&lanes, &history, Some(PINK), 0.1), [(20, None)], "a goal is nobody's own");
         lanes.kind = EventKind::Penalty;
-        assert_eq!(cycles_of(&lanes, &history, None, 0.1), [40, 70]);
-        assert_eq!(cycles_of(&lanes, &history, Some(PINK), 0.1), [70]);
+        assert_eq!(cycles_of(&lanes, &history, None, 0.1), [(40, Some(BLUE)), (70, Some(PINK))]);
+        assert_eq!(cycles_of(&lanes, &history, Some(PINK), 0.1), [(70, Some(PINK))]);
     }
 
     #[test]
@@ -366,8 +380,11 @@ mod tests {
             let time_s = cycle as f64 * 0.1;
             lanes.tracks.note(&CycleRecord { cycle, time_s, events, game, ..default() });
         }
-        assert_eq!(cycles_of(&lanes, &history, Some(PINK), 0.1), [50]);
-        assert_eq!(cycles_of(&lanes, &history, Some(BLUE), 0.1), [0; 0]);
-        assert_eq!(mistake_words(&lanes.tracks.mistakes()[0]), "pink1: kick missed");
+        assert_eq!(cycles_of(&lanes, &history, Some(PINK), 0.1), [(50, Some(PINK))]);
+        assert_eq!(cycles_of(&lanes, &history, Some(BLUE), 0.1), []);
+        let mistake = lanes.tracks.mistakes()[0];
+        assert_eq!(mistake_words(&mistake), "pink1: kick missed");
+        let given_away = Mistake { kind: MistakeKind::BallGivenAway, other: Some(BLUE), ..mistake };
+        assert_eq!(mistake_words(&given_away), "pink1: ball given away to blue1");
     }
 }

@@ -16,7 +16,7 @@ use crate::record::mistakes::Mistake;
 use crate::team::RobotId;
 use crate::viewer::layout::{Dock, Edge, PanelSizes};
 use crate::viewer::palette;
-use crate::viewer::shared::{Action, FindEvent, Selection, SelectionCommand, TimelineCommand};
+use crate::viewer::shared::{Action, FindEvent, Notice, Selection, SelectionCommand, TimelineCommand};
 use crate::viewer::theme::{bright, dim, minutes, problem_colour, team_colour, text_size};
 use crate::viewer::time_axis::{Axis, ShownPart, upright};
 use crate::viewer::timeline::Timeline;
@@ -29,6 +29,8 @@ const LEAST: f32 = 2.0 * LANE;
 const AROUND: f32 = 100.0;
 /// Width of the names, logical pixels.
 const NAMES: f32 = 52.0;
+/// Half the width in which a click means the triangle of a mistake, logical pixels.
+const MISTAKE: f32 = 5.0;
 /// A word is written into a span of this width, logical pixels.
 const WIDE_ENOUGH: f32 = 46.0;
 
@@ -45,6 +47,7 @@ pub(super) fn show(
     mut moments: MessageWriter<TimelineCommand>,
     mut events: MessageWriter<FindEvent>,
     (mut actions, mut sizes, mut part): (MessageWriter<Action>, ResMut<PanelSizes>, ResMut<ShownPart>),
+    mut notice: ResMut<Notice>,
 ) -> Result {
     let Some(cycles) = history.cycles() else { return Ok(()) };
     let whole = [*cycles.start() as f64, (*cycles.end()).max(cycles.start() + 1) as f64];
@@ -81,17 +84,20 @@ pub(super) fn show(
         if let Some(changed) = axis.changed_part(ui, &response, whole) {
             *part = changed;
         }
+        // Which lane, and the cycles that the triangle of a mistake takes to either side.
+        let row = |at: Pos2| (at.y - rows.inner_rect.top()) / LANE + rows.state.offset.y / LANE;
+        let reach = (axis.cycle(axis.left + MISTAKE) - axis.cycle(axis.left)).abs().ceil() as u64;
         if let Some(at) = response.interact_pointer_pos().filter(|_| response.clicked()) {
-            moments.write(TimelineCommand::GoTo(axis.cycle(at.x).round().max(0.0) as u64));
+            let cycle = axis.cycle(at.x).round().max(0.0) as u64;
+            let mistake = mistake_at(&lanes, clock.period_s, cycle, row(at), reach);
+            moments.write(TimelineCommand::GoTo(mistake.map_or(cycle, |mistake| cycle_of(mistake, clock.period_s))));
+            if let Some(mistake) = mistake {
+                actions.write(Action::Select(SelectionCommand::Robot(mistake.robot)));
+                notice.tell(mistake_words(mistake));
+            }
         }
         if let Some(at) = response.hover_pos() {
-            let words = hint(
-                &lanes,
-                clock.period_s,
-                axis.cycle(at.x) as u64,
-                (at.y - rows.inner_rect.top()) / LANE,
-                rows.state.offset.y / LANE,
-            );
+            let words = hint(&lanes, clock.period_s, axis.cycle(at.x).max(0.0) as u64, row(at), reach);
             response.on_hover_text(format!("{}{words}", time(axis.cycle(at.x))));
         }
         show_legend(ui, &lanes.tracks, axis.part.map(time));
@@ -247,24 +253,37 @@ fn ball_words(source: BallSource) -> &'static str {
     }
 }
 
-/// What is under the mouse: in a lane, that far below the first one that is shown.
-fn hint(lanes: &Lanes, period_s: f64, cycle: u64, row: f32, hidden: f32) -> String {
-    let index = (row + hidden).floor();
-    let Some((id, track)) = (index >= 0.0).then(|| lanes.tracks.robots().nth(index as usize)).flatten() else {
-        return String::new();
-    };
+/// The robot of a lane, from above, and what it did.
+fn lane_at(lanes: &Lanes, row: f32) -> Option<(RobotId, &LaneTrack)> {
+    (row >= 0.0).then(|| lanes.tracks.robots().nth(row as usize)).flatten()
+}
+
+/// Whether a mistake goes on in a cycle, or its triangle is so near.
+fn is_near(mistake: &Mistake, period_s: f64, cycle: u64, reach: u64) -> bool {
+    let from = cycle_of(mistake, period_s);
+    let until = from + ((mistake.until_s - mistake.from_s) / period_s) as u64;
+    (from.saturating_sub(reach)..=until.max(from + reach)).contains(&cycle)
+}
+
+/// The mistake whose triangle is nearest to a place in a lane, if it is near.
+fn mistake_at(lanes: &Lanes, period_s: f64, cycle: u64, row: f32, reach: u64) -> Option<&Mistake> {
+    let (id, _) = lane_at(lanes, row)?;
+    let distance = |mistake: &&Mistake| cycle_of(mistake, period_s).abs_diff(cycle);
+    let of_robot = lanes.tracks.mistakes().iter().filter(|mistake| mistake.robot == id);
+    of_robot.filter(|mistake| distance(mistake) <= reach).min_by_key(distance)
+}
+
+/// What is under the mouse, in a lane.
+fn hint(lanes: &Lanes, period_s: f64, cycle: u64, row: f32, reach: u64) -> String {
+    let Some((id, track)) = lane_at(lanes, row) else { return String::new() };
     fn at<T>(spans: &[Span<T>], cycle: u64) -> Option<&T> {
         spans.get(spans.partition_point(|span| span.last < cycle)).map(|span| &span.what)
     }
     let intention = at(&track.intentions, cycle).map(|word| lanes.tracks.words()[*word].as_str());
     let ball = at(&track.ball, cycle).map(|source| ball_words(*source));
     let mut words = format!("   {id}: {}   {}", intention.unwrap_or_default(), ball.unwrap_or_default());
-    let is_there = |mistake: &&Mistake| {
-        let from = cycle_of(mistake, period_s);
-        mistake.robot == id
-            && (from..=from + ((mistake.until_s - mistake.from_s) / period_s) as u64 + 10).contains(&cycle)
-    };
-    for mistake in lanes.tracks.mistakes().iter().filter(is_there) {
+    let of_robot = lanes.tracks.mistakes().iter().filter(|mistake| mistake.robot == id);
+    for mistake in of_robot.filter(|mistake| is_near(mistake, period_s, cycle, reach)) {
         words.push('\n');
         words.push_str(&mistake_words(mistake));
     }

@@ -3,8 +3,10 @@
 use bevy::prelude::*;
 use std::collections::BTreeMap;
 
-use super::ManyTimes;
+use super::{ManyTimes, Run};
 use crate::behaviour::drawings::Ink;
+use crate::cycle::CycleClock;
+use crate::viewer::keyframes::Keyframes;
 use crate::viewer::overlays::Brush;
 use crate::viewer::palette;
 use crate::whatif::Continuation;
@@ -14,8 +16,10 @@ const CELL_M: f32 = 0.4;
 /// Lines in the cell where the ball ends most often.
 const MOST_LINES: usize = 6;
 
-pub(super) fn draw(many: Res<ManyTimes>, mut brush: Brush) {
-    let Some(run) = &many.run else { return };
+/// Draws it at the moment that was played on, and at no other.
+pub(super) fn draw(many: Res<ManyTimes>, clock: Res<CycleClock>, keyframes: Res<Keyframes>, mut brush: Brush) {
+    let is_of_moment = |run: &&Run| run.cycle == clock.cycle && run.keyframes.is_same(&keyframes);
+    let Some(run) = many.run.as_ref().filter(is_of_moment) else { return };
     for (cell, lines) in hatching(&run.rows) {
         let corner = CELL_M * cell.as_vec2();
         let colour = palette::ink(Ink::Orange).with_alpha(0.3 + 0.6 * lines as f32 / MOST_LINES as f32);

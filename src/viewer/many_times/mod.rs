@@ -1,10 +1,11 @@
 //! This moment, many times: played on in the background with other chance, for what comes of it and how often.
 //!
 //! One moment at a time is played on, on all cores but one. Where the ball ends is drawn on the pitch while the panel is open; any
-//! one of the times can be watched, as a [branch](super::branches), and the moment can be saved with what is expected of it.
+//! one of the times can be watched, as a [branch](super::branches), and the moment can be saved as a test.
 
 use bevy::prelude::*;
 use bevy_egui::{EguiPostUpdateSet, EguiPrimaryContextPass};
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -16,7 +17,6 @@ mod saved_test;
 
 use super::branches::BranchCommand;
 use super::display_settings::DisplaySettings;
-use super::hands::keep;
 use super::keyframes::{Keyframes, Simulator};
 use super::layout::LayoutSystems;
 use super::overlays::OverlaySystems;
@@ -24,9 +24,8 @@ use super::rebuild::{RebuildSystems, Rebuilt};
 use super::shared::{Notice, Playback};
 use super::timeline::Timeline;
 use crate::cycle::CycleClock;
-use crate::game::{Game, GameState};
+use crate::game::{Game, GameState, Intervention, Interventions};
 use crate::scenario::Scenario;
-use crate::simulation::situation;
 use crate::team::Team;
 use crate::whatif::{self, Continuation, Continuations, Moment};
 
@@ -59,12 +58,12 @@ pub enum ManyTimesCommand {
     Stop,
     /// To watch the first of the times that came out like this.
     Watch(Outcome),
-    /// To save the moment as a scenario that expects a team to score.
+    /// To save the moment, and beside it a scenario that goes on from it and expects a team to score.
     Save {
         /// The team.
         team: Team,
         /// In at least so many of a hundred times.
-        percent: u32,
+        percent: f64,
     },
 }
 
@@ -100,13 +99,15 @@ pub struct ManyTimes {
     pub for_s: f64,
     /// The last one, which may be under way.
     pub run: Option<Run>,
+    /// Where tests are saved.
+    pub folder: PathBuf,
     /// The cycle of the moment that is to be played on as soon as it is known whole.
     awaited: Option<u64>,
 }
 
 impl Default for ManyTimes {
     fn default() -> Self {
-        Self { times: 200, for_s: 30.0, run: None, awaited: None }
+        Self { times: 200, for_s: 30.0, run: None, folder: PathBuf::new(), awaited: None }
     }
 }
 
@@ -123,7 +124,10 @@ pub struct Run {
     /// Whether it is still being played.
     pub is_running: bool,
     moment: Moment,
-    situation: Result<Scenario, String>,
+    /// The name of the match, and the duration of its cycle, s.
+    of: (String, f64),
+    /// What had been asked for by hand, and had not happened yet.
+    asked: Vec<Intervention>,
     /// The match that the moment is of.
     keyframes: Keyframes,
     stop: Arc<AtomicBool>,
@@ -146,12 +150,13 @@ impl Drop for Run {
 
 impl Run {
     fn begin(simulator: Simulator, whole: Whole, times: usize, for_s: f64) -> std::io::Result<Run> {
-        let Whole { cycle, moment, situation, keyframes } = whole;
+        let Whole { cycle, moment, of, asked, keyframes } = whole;
         let (sender, said) = mpsc::channel();
         let stop = Arc::new(AtomicBool::new(false));
         let cores = thread::available_parallelism().map_or(1, usize::from);
         // One is left for the window.
-        let branches = Continuations { times, for_s, first_seed: 1, threads: cores.saturating_sub(1).max(1) };
+        let threads = cores.saturating_sub(1).max(1);
+        let branches = Continuations { times, for_s, first_seed: saved_test::FIRST_SEED, threads };
         let (of_thread, stopped) = (moment.clone(), stop.clone());
         thread::Builder::new().name("many times".to_owned()).spawn(move || {
             let played = |branch| drop(sender.send(Said::Played(branch)));
@@ -159,7 +164,12 @@ impl Run {
             let _nobody_listens = sender.send(Said::Over(result));
         })?;
         let said = Mutex::new(said);
-        Ok(Run { cycle, rows: Vec::new(), times, for_s, is_running: true, moment, situation, keyframes, stop, said })
+        Ok(Run { cycle, rows: Vec::new(), times, for_s, is_running: true, moment, of, asked, keyframes, stop, said })
+    }
+
+    /// Whether something was done by hand at this very moment since it was played on.
+    fn is_changed_since(&self, clock: &CycleClock, interventions: &Interventions, keyframes: &Keyframes) -> bool {
+        clock.cycle == self.cycle && keyframes.is_same(&self.keyframes) && interventions.queue != self.asked
     }
 }
 
@@ -167,7 +177,8 @@ impl Run {
 struct Whole {
     cycle: u64,
     moment: Moment,
-    situation: Result<Scenario, String>,
+    of: (String, f64),
+    asked: Vec<Intervention>,
     keyframes: Keyframes,
 }
 
@@ -223,6 +234,8 @@ fn begin_when_known(world: &mut World) {
 /// The moment that is shown, after a cycle, as soon as it is known whole.
 fn shown_moment(world: &mut World, cycle: u64) -> Result<Option<Whole>, String> {
     let keyframes = world.resource::<Keyframes>().clone();
+    let scenario = world.resource::<Scenario>();
+    let of = (scenario.name.clone(), scenario.cycle_s);
     if let Some(fault) = keyframes.fault() {
         return Err(format!("It cannot be played on: {fault}"));
     }
@@ -230,13 +243,13 @@ fn shown_moment(world: &mut World, cycle: u64) -> Result<Option<Whole>, String> 
         if world.resource::<Game>().state == GameState::Finished {
             return Err("The match is over: nothing comes of this moment any more".to_owned());
         }
-        let situation = situation(world).map_err(|fault| fault.to_string());
-        return Ok(Some(Whole { cycle, moment: Moment::of(world)?, situation, keyframes }));
+        let asked = world.resource::<Interventions>().queue.clone();
+        return Ok(Some(Whole { cycle, moment: Moment::of(world)?, of, asked, keyframes }));
     }
     let rebuilt = world.resource::<Rebuilt>();
     match rebuilt.moment(cycle, &keyframes) {
         Some(moment) if moment.is_same => {
-            Ok(Some(Whole { cycle, moment: moment.moment.clone(), situation: moment.situation.clone(), keyframes }))
+            Ok(Some(Whole { cycle, moment: moment.moment.clone(), of, asked: Vec::new(), keyframes }))
         }
         Some(_) => Err("Played again, the match is another one here: it cannot go on from it".to_owned()),
         None => rebuilt.why_not(cycle, &keyframes).map_or(Ok(None), Err),
@@ -274,13 +287,15 @@ fn watch(world: &mut World, outcome: Outcome) -> Result<(), String> {
     Ok(())
 }
 
-fn save_as_test(world: &mut World, team: Team, percent: u32) -> Result<(), String> {
-    let Some(run) = &world.resource::<ManyTimes>().run else { return Ok(()) };
-    let scenario = saved_test::of_moment(run.situation.clone()?, team, percent, run)?;
-    let path =
-        keep::write_scenario(&scenario, run.cycle).map_err(|message| format!("The test is not saved: {message}"))?;
+fn save_as_test(world: &mut World, team: Team, percent: f64) -> Result<(), String> {
+    let many = world.resource::<ManyTimes>();
+    let Some(run) = &many.run else { return Ok(()) };
+    let path = saved_test::save(&many.folder, team, percent, run)
+        .map_err(|message| format!("The test is not saved: {message}"))?;
     let path = path.display();
-    world.resource_mut::<Notice>().tell(format!("Saved as {path}: naoisis check --play {path}"));
+    world
+        .resource_mut::<Notice>()
+        .tell(format!("Saved as {path}, with its moment beside it: naoisis check --play {path}"));
     Ok(())
 }
 

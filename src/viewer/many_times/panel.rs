@@ -4,11 +4,13 @@ use bevy::prelude::*;
 use bevy_egui::EguiContexts;
 use bevy_egui::egui::{self, DragValue, Grid, ProgressBar};
 
-use super::{ManyTimes, ManyTimesCommand, Outcome, Run};
+use super::{ManyTimes, ManyTimesCommand, Outcome, Run, saved_test};
 use crate::cycle::CycleClock;
+use crate::game::Interventions;
 use crate::statistics::Estimate;
 use crate::team::Team;
 use crate::viewer::display_settings::Switch;
+use crate::viewer::keyframes::Keyframes;
 use crate::viewer::layout::{Dock, Edge, PanelSizes, title};
 use crate::viewer::shared::Action;
 use crate::viewer::theme::{dim, minutes, team_colour, text_size};
@@ -21,14 +23,14 @@ const DOCK: Dock = Dock { name: "many times", edge: Edge::Right, size: 330.0, le
 #[derive(Default)]
 pub(super) struct Expected {
     pink: bool,
-    percent: Option<u32>,
+    percent: Option<f64>,
 }
 
 pub(super) fn show(
     mut contexts: EguiContexts,
     mut expected: Local<Expected>,
     mut many: ResMut<ManyTimes>,
-    clock: Res<CycleClock>,
+    (clock, interventions, keyframes): (Res<CycleClock>, Res<Interventions>, Res<Keyframes>),
     mut commands: MessageWriter<ManyTimesCommand>,
     mut sizes: ResMut<PanelSizes>,
     mut actions: MessageWriter<Action>,
@@ -56,7 +58,8 @@ pub(super) fn show(
             });
             if let Some(run) = &many.run {
                 show_run(ui, run, &clock, &mut commands);
-                show_test(ui, run, &mut expected, &mut commands);
+                let is_changed = run.is_changed_since(&clock, &interventions, &keyframes);
+                show_test(ui, run, is_changed, &mut expected, &mut commands);
             }
         });
     });
@@ -103,29 +106,54 @@ fn show_run(ui: &mut egui::Ui, run: &Run, clock: &CycleClock, commands: &mut Mes
     for line in difference.into_iter().chain(first) {
         ui.label(dim(line).size(text_size::ENTRY));
     }
-    ui.label(dim("± and hatching: 95 % confidence; where the ball is in the end").size(text_size::SMALL));
+    ui.label(
+        dim("(… to …) and ±: 95 % confidence; hatching, at that moment: where the ball is in the end")
+            .size(text_size::SMALL),
+    );
 }
 
 /// What a test of this moment is to expect.
-fn show_test(ui: &mut egui::Ui, run: &Run, expected: &mut Expected, commands: &mut MessageWriter<ManyTimesCommand>) {
-    if run.is_running || run.rows.is_empty() {
+fn show_test(
+    ui: &mut egui::Ui,
+    run: &Run,
+    is_changed: bool,
+    expected: &mut Expected,
+    commands: &mut MessageWriter<ManyTimesCommand>,
+) {
+    let team = if expected.pink { Team::Pink } else { Team::Blue };
+    let Some((at_least, share)) = saved_test::measured_percent(run, team).filter(|_| !run.is_running) else {
         expected.percent = None;
         return;
-    }
+    };
     ui.separator();
-    let team = if expected.pink { Team::Pink } else { Team::Blue };
-    let scored = run.rows.iter().filter(|row| row.goals[team] > 0).count();
-    let percent = expected.percent.get_or_insert((100 * scored / run.rows.len()) as u32);
+    let before = expected.pink;
     ui.horizontal(|ui| {
         ui.label("A test:");
         for (is_pink, side) in [(false, Team::Blue), (true, Team::Pink)] {
             ui.selectable_value(&mut expected.pink, is_pink, side.name());
         }
         ui.label("scores in at least");
-        ui.add(DragValue::new(percent).range(0..=100).suffix(" %"));
+        let percent = expected.percent.get_or_insert(at_least);
+        let field = ui.add(DragValue::new(percent).range(0.0..=100.0).speed(0.2).max_decimals(1).suffix(" %"));
+        field.on_hover_text(
+            "At first the lower end of the interval: what was measured passes, and what is clearly worse fails",
+        );
+        ui.label(format!("of {}", run.rows.len()));
     });
-    let percent = *percent;
-    if ui.button("Save as a test").on_hover_text("A scenario of this moment; naoisis check --play plays it").clicked() {
+    if expected.pink != before {
+        // Another team has another share.
+        expected.percent = None;
+        return;
+    }
+    let percent = expected.percent.unwrap_or(at_least);
+    let verdict = if share >= percent { "it passes" } else { "it fails" };
+    ui.label(dim(format!("{share:.1} % were measured: as it is, {verdict}")).size(text_size::ENTRY));
+    if is_changed {
+        ui.label("Something was done by hand here since: begin again, so that the test has it");
+    }
+    let button = ui.add_enabled(!is_changed, egui::Button::new("Save as a test"));
+    let hint = "This very moment, and a scenario that goes on from it, for naoisis check --play";
+    if button.on_hover_text(hint).clicked() {
         commands.write(ManyTimesCommand::Save { team, percent });
     }
 }

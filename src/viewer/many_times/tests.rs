@@ -75,6 +75,10 @@ fn a_moment_of_the_past_is_played_on_and_the_match_stays() {
     send(&mut app, TimelineCommand::GoTo(120));
     send(&mut app, BranchCommand::PlayFromHere);
     wait(&mut app, "a branch", |app| shown(app) == 1);
+    // The match stood: so does this one, until it is let go on.
+    app.update();
+    assert_eq!((app.cycle(), app.world().resource::<Playback>().paused), (120, true));
+    send(&mut app, ViewerCommand::TogglePause);
     wait(&mut app, "it goes on", |app| app.cycle() > 150);
     // Nothing was changed: it goes on as it did.
     while app.cycle() < present.0 {
@@ -117,7 +121,34 @@ fn many_times_come_out_differently_and_one_can_be_watched() {
         rebuilt.moment(100, keyframes).is_some_and(|moment| moment.is_same)
     };
     wait(&mut app, "the moment", is_known);
+}
+
+#[test]
+fn a_saved_test_plays_what_was_played_here_with_what_was_done_by_hand() {
+    let mut app = app();
+    while app.cycle() < 200 {
+        app.update();
+    }
+    send(&mut app, ViewerCommand::TogglePause);
+    // The ball is put before pink's goal: what happens then is decided in the window alone.
+    let place = Intervention::PlaceBall { position_m: Vec2::new(2.6, 0.0), velocity_mps: Vec2::new(0.6, 0.2) };
+    app.world_mut().resource_mut::<Interventions>().queue.push(place);
+    let folder = tempfile::tempdir().unwrap();
+    let mut many = app.world_mut().resource_mut::<ManyTimes>();
+    (many.times, many.for_s, many.folder) = (12, 3.0, folder.path().to_owned());
+    send(&mut app, ManyTimesCommand::Begin);
+    let is_over = |app: &App| app.world().resource::<ManyTimes>().run.as_ref().is_some_and(|run| !run.is_running);
+    wait(&mut app, "all times", is_over);
     let run = app.world().resource::<ManyTimes>().run.as_ref().unwrap();
-    let test = saved_test::of_moment(run.situation.clone().unwrap(), Team::Blue, 30, run).unwrap();
-    assert_eq!(test.expectations[0].to_string(), "blue.goals >= 1 within 2 s in 30 % of 50");
+    let scored = run.rows.iter().filter(|row| row.goals.blue > 0).count();
+    assert!(scored > 0, "the test would say nothing");
+    let (at_least, share) = saved_test::measured_percent(run, Team::Blue).unwrap();
+    assert!(at_least <= share && share == 100.0 * scored as f64 / 12.0);
+    send(&mut app, ManyTimesCommand::Save { team: Team::Blue, percent: at_least });
+    let test = std::fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().path());
+    let test = test.into_iter().find(|path| path.extension().is_some_and(|ending| ending == "json")).unwrap();
+    let test = Scenario::load(&test).unwrap();
+    let verdicts = crate::expectations::play_all(simulator, &test, &test.expectations, 2).unwrap();
+    assert!(verdicts[0].holds);
+    assert!(verdicts[0].found.contains(&format!("({scored} of 12)")), "{}: {scored}", verdicts[0]);
 }

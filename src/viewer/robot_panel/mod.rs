@@ -5,6 +5,7 @@ use bevy::prelude::*;
 use bevy_egui::egui::{self, CollapsingHeader, Grid};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
+mod last_kick;
 mod pictures;
 mod pins;
 mod wall;
@@ -13,13 +14,15 @@ mod wording;
 use super::cycle_samples::CycleSamples;
 use super::display_settings::{DisplaySettings, Switch};
 use super::eyes::{EyesSystems, Watched};
+use super::keyframes::Keyframes;
 use super::layout::{Dock, Edge, LayoutSystems, PanelSizes};
 use super::plots::catalogue::FieldList;
 use super::plots::wording::component as component_words;
 use super::plots::{PlotCommand, Plots};
 use super::rebuild::ShownState;
-use super::shared::{Action, Selection, SelectionCommand, ViewPreset};
+use super::shared::{Action, Playback, Selection, SelectionCommand, TimelineCommand, ViewPreset};
 use super::theme::{band, bright, dim, text_size};
+use super::timeline::Timeline;
 use crate::belief::Belief;
 use crate::camera_model::CameraName;
 use crate::communication::{Inbox, TeamMessage};
@@ -28,6 +31,7 @@ use crate::game::{Game, Penalty};
 use crate::geometry::Pose;
 use crate::record::cycle_record::RobotRecord;
 use crate::record::gather::CurrentRecord;
+use crate::record::history::History;
 use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
 use crate::robot::{Roster, Velocity};
@@ -125,6 +129,12 @@ fn show_robot(
     mut sizes: ResMut<PanelSizes>,
     mut actions: MessageWriter<Action>,
     (plots, fields, mut commands): (Res<Plots>, Res<FieldList>, MessageWriter<PlotCommand>),
+    (mut history, keyframes, timeline): (ResMut<History>, Res<Keyframes>, Res<Timeline>),
+    (mut last_kick, mut moments, mut playback): (
+        Local<last_kick::Found>,
+        MessageWriter<TimelineCommand>,
+        ResMut<Playback>,
+    ),
 ) -> Result {
     let Some(id) = selection.0 else { return Ok(()) };
     let Some(robot) = roster.get(id).and_then(|robot| robots.get(robot).ok()) else { return Ok(()) };
@@ -173,7 +183,17 @@ fn show_robot(
                 }
                 None => drop(ui.label(dim("It keeps none."))),
             });
-            section(ui, "Why", true, |ui| show_reasons(ui, &state));
+            section(ui, "Why", true, |ui| {
+                show_reasons(ui, &state, timeline.is_past());
+                if let Some(words) = last_kick::refused_now(&current.record, id) {
+                    ui.add(egui::Label::new(egui::RichText::new(words).size(text_size::ENTRY)).wrap());
+                }
+                let kick = last_kick.last_kick((id, clock.cycle), history.bypass_change_detection(), &keyframes, &game);
+                if let Some(wanted) = kick.and_then(|kick| show_kick(ui, kick, &clock)) {
+                    moments.write(TimelineCommand::GoTo(wanted));
+                    playback.paused = true;
+                }
+            });
             section(ui, "Messages", false, |ui| {
                 let said = command.and_then(|command| command.say.as_ref());
                 show_messages(ui, said, &robot.inbox.0, clock.cycle);
@@ -272,15 +292,18 @@ fn show_messages(
 }
 
 /// The options that the behaviour had, each with a bar for what it was worth; the one that it chose is strong.
-fn show_reasons(ui: &mut egui::Ui, state: &ShownState) {
+fn show_reasons(ui: &mut egui::Ui, state: &ShownState, is_past: bool) {
     /// Width of the longest bar, logical pixels.
     const BAR: f32 = 70.0;
 
     let reasons = state.0.as_ref().ok().and_then(|state| state.reasons.as_ref());
     let Some(reasons) = reasons else {
-        ui.label(
-            dim("Of a moment of the past (Left): its options, where its behaviour tells them.").size(text_size::SMALL),
-        );
+        let words = match (&state.0, is_past) {
+            (Err(why), _) => why,
+            (Ok(_), true) => "Its behaviour does not tell what options it had.",
+            (Ok(_), false) => "What it weighs is asked of moments of the past: a cycle back (Left) shows it.",
+        };
+        ui.add(egui::Label::new(dim(words).size(text_size::SMALL)).wrap());
         return;
     };
     let values: Vec<f32> = reasons.options.iter().map(|option| option.value).collect();
@@ -300,6 +323,20 @@ fn show_reasons(ui: &mut egui::Ui, state: &ShownState) {
             ui.end_row();
         }
     });
+}
+
+/// The last kick, and the way to it and to when its behaviour wanted it; the cycle that was clicked.
+fn show_kick(ui: &mut egui::Ui, kick: &last_kick::LastKick, clock: &CycleClock) -> Option<u64> {
+    let ago_s = clock.cycle.saturating_sub(kick.cycle) as f64 * clock.period_s;
+    let when = if ago_s > 0.0 { format!("Last kick, {ago_s:.1} s ago") } else { "Kicks now".to_owned() };
+    let words = egui::RichText::new(format!("{when}: {}", kick.words)).size(text_size::ENTRY);
+    ui.add(egui::Label::new(words).wrap());
+    let places = [("Go to the decision", kick.decided), ("Go to the kick", Some(kick.cycle))];
+    let places = places.into_iter().filter_map(|(name, cycle)| cycle.map(|cycle| (name, cycle)));
+    let button = |ui: &mut egui::Ui, name: &str, cycle: u64| {
+        ui.add_enabled(cycle != clock.cycle, egui::Button::new(name).small()).clicked().then_some(cycle)
+    };
+    ui.horizontal(|ui| places.filter_map(|(name, cycle)| button(ui, name, cycle)).last()).inner
 }
 
 /// How long the bar of an option is that is worth so much, 0 to 1: from nought, or where some are worth less than nothing, from

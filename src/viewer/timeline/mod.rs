@@ -181,6 +181,8 @@ pub fn show_trace(world: &mut World, way: Way) -> Result<(), ScenarioFault> {
             robot.behaviour = BehaviourSpec::default();
         }
         scenario.interventions.clear();
+        // Every moment of it is put there by its record.
+        scenario.from = None;
         simulation::start_match(world, &scenario)?;
         // Nobody decides anything, but who did can be told.
         world.insert_resource(as_played);
