@@ -69,16 +69,12 @@ impl CameraViews {
     ) -> Self {
         let (yaw, pitch) = (unit(head.yaw), unit(head.pitch));
         let mounts = mounts.as_slice();
-        let mut views = Self {
-            views: [CameraView::NOWHERE; CameraMounts::MOST],
-            names: [CameraName::TOP; CameraMounts::MOST],
+        let view = |mount: &CameraMount| CameraView::from_units(intrinsics(mount), mount, neck, yaw, pitch);
+        Self {
+            views: core::array::from_fn(|index| mounts.get(index).map_or(CameraView::NOWHERE, view)),
+            names: core::array::from_fn(|index| mounts.get(index).map_or(CameraName::TOP, |mount| mount.name)),
             count: mounts.len(),
-        };
-        for (index, mount) in mounts.iter().enumerate() {
-            views.views[index] = CameraView::from_units(intrinsics(mount), mount, neck, yaw, pitch);
-            views.names[index] = mount.name;
         }
-        views
     }
 
     /// The name of the camera at a place in their order.

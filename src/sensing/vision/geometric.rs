@@ -7,7 +7,7 @@ use super::noise::HiddenFeet;
 use super::occlusion::{Occluders, Target};
 use super::{BallPercept, ClassNoise, GoalPostPercept, Percepts, RobotPercept, VisionNoise};
 use crate::appearance::scene::{Scene, SceneBall, ScenePost, SceneRobot};
-use crate::camera_model::{CameraName, CameraView, CameraViews, ViewSide};
+use crate::camera_model::{CameraMounts, CameraName, CameraView, CameraViews, ViewSide};
 use crate::geometry::{Pose, unrotate};
 use crate::random::RandomStream;
 use crate::robot::body::Waistband;
@@ -51,11 +51,11 @@ pub(super) struct Observer<'a> {
     pub(super) pose: Pose,
     forward: Vec2,
     /// Where the cameras are.
-    pub(super) actual: CameraViews,
+    pub(super) actual: &'a CameraViews,
     /// Which of them sees furthest aside.
     guide: usize,
     /// Where the robot thinks that they are.
-    believed: CameraViews,
+    believed: &'a CameraViews,
     pub(super) noise: &'a VisionNoise,
     occluders: &'a Occluders,
     pub(super) stream: &'a mut RandomStream,
@@ -74,22 +74,30 @@ enum Cue {
     Width(f32),
 }
 
+/// What the cameras see of a robot that measures its head's angles so, and what they do see.
+pub(super) fn believed_and_actual_views(
+    camera: &CameraSettings,
+    (measured, gaze): (HeadAngles, &GazeError),
+    noise: &VisionNoise,
+    stream: &mut RandomStream,
+) -> [CameraViews; 2] {
+    let believed = camera.views(measured);
+    let HeadAngles { yaw, pitch } = gaze.actual(measured);
+    let yaw = yaw + stream.gaussian(noise.head_angle_sd);
+    let pitch = pitch + stream.gaussian(noise.head_angle_sd);
+    let looks_there = measured == HeadAngles { yaw, pitch };
+    [believed, if looks_there { believed } else { camera.views(HeadAngles { yaw, pitch }) }]
+}
+
 impl<'a> Observer<'a> {
     pub(super) fn new(
-        camera: &CameraSettings,
-        (measured, gaze): (HeadAngles, &GazeError),
+        [believed, actual]: &'a [CameraViews; 2],
         pose: Pose,
         noise: &'a VisionNoise,
         occluders: &'a Occluders,
         [stream, recognition]: [&'a mut RandomStream; 2],
     ) -> Self {
-        let believed = camera.views(measured);
-        let HeadAngles { yaw, pitch } = gaze.actual(measured);
-        let yaw = yaw + stream.gaussian(noise.head_angle_sd);
-        let pitch = pitch + stream.gaussian(noise.head_angle_sd);
-        let looks_there = measured == HeadAngles { yaw, pitch };
-        let actual = if looks_there { believed } else { camera.views(HeadAngles { yaw, pitch }) };
-        let guide = widest(&believed);
+        let guide = widest(believed);
         Self { pose, forward: pose.forward(), guide, actual, believed, noise, occluders, stream, recognition }
     }
 
@@ -189,7 +197,11 @@ impl<'a> Observer<'a> {
             if !view.may_see(place.extend(height / 2.0), height / 2.0) {
                 return None;
             }
-            let visible = POST_HEIGHTS.map(|share| observer.is_visible(side, place.extend(share * height), target));
+            // In a loop, as a closure of `map` would be called for each point.
+            let mut visible = [false; POST_HEIGHTS.len()];
+            for (is_visible, share) in visible.iter_mut().zip(POST_HEIGHTS) {
+                *is_visible = observer.is_visible(side, place.extend(share * height), target);
+            }
             if visible.iter().filter(|&&visible| visible).count() < POST_POINTS_NEEDED {
                 return None;
             }
@@ -380,17 +392,19 @@ impl<'a> Observer<'a> {
     fn best_cue(&self, place: Vec2, target: Target, cue: impl Fn(&Self, usize) -> Option<Cue>) -> Option<(usize, Cue)> {
         let foot = place.extend(0.0);
         let mut best: Option<(usize, Cue)> = None;
+        let mut have_foot = [false; CameraMounts::MOST];
         for index in 0..self.actual.len() {
-            if let Some(cue) = cue(self, index)
-                && best.is_none_or(|(_, least)| cue < least)
-            {
-                best = Some((index, cue));
+            if let Some(cue) = cue(self, index) {
+                have_foot[index] = cue == Cue::Foot;
+                if best.is_none_or(|(_, least)| cue < least) {
+                    best = Some((index, cue));
+                }
             }
         }
         best?;
         let by_foot = self.best_camera(|observer, index| {
             let view = &observer.actual[index];
-            let sees_foot = observer.is_visible(index, foot, target);
+            let sees_foot = have_foot[index] || observer.is_visible(index, foot, target);
             sees_foot.then(|| view.offset_from_centre_squared(view.project_anywhere(foot)))
         });
         by_foot.map(|index| (index, Cue::Foot)).or(best)
@@ -458,8 +472,13 @@ fn widest(views: &CameraViews) -> usize {
 /// Where the waistband of a robot at `place` is looked at.
 fn waistband(view: &CameraView, place: Vec2, band: &Waistband) -> [[Vec3; 3]; 3] {
     let across = across_sight(view, place);
-    let offsets = WAISTBAND_OFFSETS.map(|share| share * band.half_size_m.y);
-    heights_of(band).map(|height| offsets.map(|offset| (place + offset * across).extend(height)))
+    // Written out, as arrays mapped within arrays are slow.
+    let at = |share: f32| place + (share * band.half_size_m.y) * across;
+    let [middle, right, left] = WAISTBAND_OFFSETS;
+    let [middle, right, left] = [at(middle), at(right), at(left)];
+    let row = |height: f32| [middle.extend(height), right.extend(height), left.extend(height)];
+    let [middle, lower, upper] = heights_of(band);
+    [row(middle), row(lower), row(upper)]
 }
 
 /// Heights on a waistband at which a robot is looked for, m: the middle first.

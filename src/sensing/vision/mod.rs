@@ -337,8 +337,9 @@ fn recognise(
             VisionSource::Image => {}
             VisionSource::Geometric => {
                 occluders.gather(&scene, own_index, pose);
+                let views = geometric::believed_and_actual_views(camera, (head, gaze), &settings.noise, vision);
                 let streams = [vision, recognition];
-                let mut observer = Observer::new(camera, (head, gaze), pose, &settings.noise, &occluders, streams);
+                let mut observer = Observer::new(&views, pose, &settings.noise, &occluders, streams);
                 observer.recognise_everything(&mut percepts, &scene, own_index);
                 mistaken.bypass_change_detection().advance(&settings.noise, &scene, clock.period(), false_places);
                 mistaken.see(&mut observer.with_stream(false_places), &mut percepts, &scene);
