@@ -393,9 +393,9 @@ impl<'a> Observer<'a> {
         let foot = place.extend(0.0);
         let mut best: Option<(usize, Cue)> = None;
         let mut have_foot = [false; CameraMounts::MOST];
-        for index in 0..self.actual.len() {
+        for (index, has_foot) in have_foot.iter_mut().enumerate().take(self.actual.len()) {
             if let Some(cue) = cue(self, index) {
-                have_foot[index] = cue == Cue::Foot;
+                *has_foot = cue == Cue::Foot;
                 if best.is_none_or(|(_, least)| cue < least) {
                     best = Some((index, cue));
                 }
