@@ -217,9 +217,9 @@ fn find_event(
                 }
                 let is_there = |mistake: &&Mistake| cycle_of(mistake, clock.period_s) == *cycle;
                 let of_kind = lanes.tracks.mistakes().iter().filter(|_| lanes.kind == EventKind::Mistake);
-                if let Some(mistake) = of_kind.filter(|mistake| is_of(mistake, *robot)).find(is_there) {
-                    notice.tell(mistake_words(mistake));
-                }
+                let mistake = of_kind.filter(|mistake| is_of(mistake, *robot)).find(is_there);
+                let of_robot = || robot.map_or_else(String::new, |robot| format!("{robot}: "));
+                notice.tell(mistake.map_or_else(|| format!("{}{}", of_robot(), lanes.kind.name()), mistake_words));
             }
             None => {
                 let whose = chosen.map_or_else(String::new, |id| format!(" of {id}"));

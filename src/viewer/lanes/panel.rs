@@ -35,7 +35,7 @@ const MISTAKE: f32 = 5.0;
 const WIDE_ENOUGH: f32 = 46.0;
 
 /// The colours of the words that robots say, in the order in which they are said first.
-const WORD_INKS: [Ink; 5] = [Ink::Sky, Ink::Yellow, Ink::Purple, Ink::White, Ink::Green];
+const WORD_INKS: [Ink; 6] = [Ink::Sky, Ink::Yellow, Ink::Purple, Ink::White, Ink::Green, Ink::Blue];
 
 pub(super) fn show(
     mut contexts: EguiContexts,
@@ -171,7 +171,7 @@ fn show_lane(
     };
     for span in shown(&track.intentions, &axis).filter(|span| !words[span.what].is_empty()) {
         let block = block(span.first, span.last, lane.top(), lane.bottom() - BALL);
-        painter.rect_filled(block, 1.0, word_colour(span.what).gamma_multiply(0.55));
+        painter.rect_filled(block, 1.0, word_colour(span.what));
         if block.width() > WIDE_ENOUGH {
             let font = FontId::proportional(10.0);
             painter.with_clip_rect(block.intersect(painter.clip_rect())).text(
@@ -232,7 +232,7 @@ fn ink(ink: Ink) -> Color32 {
 }
 
 fn word_colour(word: usize) -> Color32 {
-    ink(WORD_INKS[word % WORD_INKS.len()])
+    ink(WORD_INKS[word % WORD_INKS.len()]).gamma_multiply(0.55)
 }
 
 fn ball_colour(source: BallSource) -> Color32 {
@@ -246,7 +246,7 @@ fn ball_colour(source: BallSource) -> Color32 {
 
 fn ball_words(source: BallSource) -> &'static str {
     match source {
-        BallSource::Seen => "ball seen",
+        BallSource::Seen => "seen",
         BallSource::Remembered => "remembered",
         BallSource::Told => "told",
         BallSource::Lost => "lost",
@@ -281,7 +281,7 @@ fn hint(lanes: &Lanes, period_s: f64, cycle: u64, row: f32, reach: u64) -> Strin
     }
     let intention = at(&track.intentions, cycle).map(|word| lanes.tracks.words()[*word].as_str());
     let ball = at(&track.ball, cycle).map(|source| ball_words(*source));
-    let mut words = format!("   {id}: {}   {}", intention.unwrap_or_default(), ball.unwrap_or_default());
+    let mut words = format!("   {id}: {}   ball {}", intention.unwrap_or_default(), ball.unwrap_or_default());
     let of_robot = lanes.tracks.mistakes().iter().filter(|mistake| mistake.robot == id);
     for mistake in of_robot.filter(|mistake| is_near(mistake, period_s, cycle, reach)) {
         words.push('\n');
@@ -304,10 +304,16 @@ fn show_legend(ui: &mut egui::Ui, tracks: &Tracks, ends: [String; 2]) {
             (ink(Ink::Vermilion), "down, or off the pitch"),
             (ui.visuals().strong_text_color(), "disc: kick, ring: missed; triangle: mistake"),
         ];
-        for (colour, name) in words.chain(sources).chain(others) {
-            let (area, _) = ui.allocate_exact_size(egui::vec2(9.0, 9.0), Sense::hover());
-            ui.painter().rect_filled(area, 1.0, colour);
-            ui.label(RichText::new(name).weak().size(text_size::SMALL));
+        let words: Vec<(Color32, &str)> = words.collect();
+        for (group, entries) in [("says it means to:", &words[..]), ("edge, the ball is:", &sources), ("", &others)] {
+            if !(group.is_empty() || entries.is_empty()) {
+                ui.label(dim(group).size(text_size::SMALL));
+            }
+            for (colour, name) in entries {
+                let (area, _) = ui.allocate_exact_size(egui::vec2(9.0, 9.0), Sense::hover());
+                ui.painter().rect_filled(area, 1.0, *colour);
+                ui.label(RichText::new(*name).weak().size(text_size::SMALL));
+            }
         }
     });
 }
