@@ -20,18 +20,22 @@ const LARGEST_OFFSET: i64 = 55_000;
 #[command(group = ArgGroup::new("numbered").multiple(true))]
 pub struct GameControllerArguments {
     /// Tell robots of the game as the league's GameController does: control packets to UDP port 3838, twice a simulated second
-    /// and at each change; reports from robots at 3939, requests from monitors at 3636
+    /// and at each change; reports from robots at 3939
     #[arg(long, value_enum, value_name = "v18|v19", groups = ["protocol", "numbered"])]
     pub game_controller: Option<ProtocolVersion>,
     /// Let a real GameController decide about the match, which it is heard by at UDP port 3838 of this address: its operator
-    /// whistles, penalises and restarts. Real time, unless --pace says otherwise. Monitors are told where robots and ball are
-    /// [default: 127.0.0.1]
+    /// whistles, penalises and restarts. Real time, unless --pace says otherwise [default: 127.0.0.1]
     #[arg(long, value_name = "ADDRESS", num_args = 0..=1, default_missing_value = "127.0.0.1", groups = ["protocol", "numbered"])]
     pub listen_game_controller: Option<IpAddr>,
     /// Where its packets go [default: 127.0.0.1]; 127.255.255.255 reaches every program on this machine, a network's
     /// broadcast address every robot in it
     #[arg(long, value_name = "ADDRESS", requires = "game_controller")]
     pub game_controller_address: Option<IpAddr>,
+    /// Tell monitors the truth that ask for it at UDP port 3636, as they ask a GameController: the game at once and, with
+    /// --listen-game-controller, where robots and ball are. Who asks sees the truth, programs that play included; without this
+    /// nobody does
+    #[arg(long, requires = "protocol")]
+    pub truth_for_monitors: bool,
     /// Carry team messages over UDP for programs that want them, at 127.0.0.1 and port 10000 + the team's number; a robot's program
     /// sends from 127.1.TEAM.NUMBER and hears its team-mates there
     #[arg(long, group = "numbered")]
@@ -52,15 +56,19 @@ impl GameControllerArguments {
             let listener = Listener::open(address, port_offset, self.team_numbers);
             let listener =
                 listener.map_err(|error| format!("--listen-game-controller: {error}"))?.with_notes(report::note);
+            let listener = if self.truth_for_monitors { listener.with_truth_for_monitors() } else { listener };
             report::note(&format!("hearing a GameController at {address}; robots stand until it says something"));
             game_controller::listen_to(world, listener);
         }
         if let Some(version) = self.game_controller {
             let address = self.game_controller_address.unwrap_or(Ipv4Addr::LOCALHOST.into());
-            let network = NetworkSettings { address, port_offset };
+            let network = NetworkSettings { address, port_offset, tells_monitors: self.truth_for_monitors };
             let team_numbers = self.team_numbers.unwrap_or(TEAM_NUMBERS);
             let controller = GameController::open(GameControllerSettings { version, network, team_numbers });
             let controller = controller.map_err(|error| format!("--game-controller: {error}"))?;
+            if self.truth_for_monitors {
+                report::note(&format!("monitors are told the truth that ask for it at {}", network.requests()));
+            }
             game_controller::start(world, controller);
         }
         if self.team_messages {

@@ -3,7 +3,8 @@
 //!
 //! The listener asks the GameController for the truth, as a monitor does, and goes by what it tells robots only as long as no
 //! truth comes: that may be late, and without whose a free kick is. What robots with behaviours of their own believe is reported to
-//! it, as programs report for themselves; where they are, monitors are told that ask the match.
+//! it, as programs report for themselves; where they are, monitors are told that
+//! ask the match, by a listener that is to tell them.
 
 use bevy::prelude::*;
 use core::fmt;
@@ -54,7 +55,9 @@ pub struct Listener {
     /// The teams of another match that were heard last.
     strangers: Option<[u8; 2]>,
     reporter: Reporter,
-    /// What monitors are told, from when a GameController is heard: then it has the ports that it needs. None if there is no port.
+    /// Whether monitors that ask are told the truth.
+    tells_monitors: bool,
+    /// What they are told, from when a GameController is heard: then it has the ports that it needs. None if there is no port.
     truth: Option<Option<Truth>>,
     notes: Option<HeardNotes>,
 }
@@ -86,6 +89,7 @@ impl Listener {
             controller: None,
             strangers: None,
             reporter: Reporter::default(),
+            tells_monitors: false,
             truth: None,
             notes: None,
         })
@@ -95,6 +99,13 @@ impl Listener {
     #[must_use]
     pub fn with_notes(self, notes: impl Fn(&str) + Send + Sync + 'static) -> Self {
         Self { notes: Some(Box::new(notes)), ..self }
+    }
+
+    /// The listener, which tells monitors that ask where robots and the ball are. So is a program that plays told, if it asks:
+    /// without this nobody can.
+    #[must_use]
+    pub fn with_truth_for_monitors(self) -> Self {
+        Self { tells_monitors: true, ..self }
     }
 
     /// What was said last since the last time, if anything was.
@@ -146,9 +157,9 @@ impl Listener {
         None
     }
 
-    /// What monitors are told, if a GameController is heard. Where they ask for it is told once.
+    /// What monitors are told, if they are and a GameController is heard. Where they ask for it is told once.
     fn truth(&mut self) -> Option<&mut Truth> {
-        self.controller?;
+        self.controller.filter(|_| self.tells_monitors)?;
         let open = || {
             let (truth, note) = match Truth::open(self.address, self.port_offset) {
                 Ok((truth, requests)) => {
@@ -259,6 +270,7 @@ fn state(packet: &ControlPacket) -> GameState {
 
 #[cfg(test)]
 mod tests {
+    use super::super::division::Division;
     use super::super::packet::{MOST_PLAYERS, PlayerPacket, ProtocolVersion, TeamPacket};
     use super::*;
     use crate::game::PenaltyReason;
@@ -274,6 +286,7 @@ mod tests {
             packet_number: 0,
             players_per_team: 3,
             is_knockout: false,
+            division: Division::Small,
             is_stopped: false,
             is_shoot_out: false,
             state: GameState::Finished,

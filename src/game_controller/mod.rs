@@ -3,14 +3,17 @@
 //!
 //! With a [`GameController`] in the world the [`GameControllerPlugin`] sends [control packets](packet) twice a simulated second
 //! and at each change of more than a clock, and takes the robots' [reports](report), which are on the robots as
-//! [`StatusReport`], in traces, and in the window. Monitors that ask are told the truth: at once, and whose a free kick is.
+//! [`StatusReport`], in traces, and in the window. Where the [settings](NetworkSettings::tells_monitors) say so, monitors that ask
+//! are told the truth: at once, and whose a free kick is.
 //!
 //! With a [`Listener`] it is the other way round: a real GameController is heard, and whoever operates it decides about the match.
-//! Monitors that ask the match are then told where its robots and the ball are.
+//! Monitors that ask the match are then told where its robots and the ball are, if the
+//! [listener](Listener::with_truth_for_monitors) is to tell them. Whoever asks is told, programs that play included: without being asked for no truth leaves a match.
 //! With [`TeamMessages`] programs talk to their team-mates as on a field, too. A match with none of these opens no socket.
 
 use bevy::prelude::*;
 
+mod division;
 mod listener;
 mod monitors;
 mod network;
@@ -23,6 +26,7 @@ mod team_messages;
 mod telling;
 mod truth;
 
+pub use division::Division;
 pub use listener::{Listener, listen_to};
 pub use network::NetworkSettings;
 pub use packet::{ControlPacket, ProtocolVersion};

@@ -1,5 +1,8 @@
 //! Monitors: who is told the truth. They ask for it at a port of the match, and are told at ports of their own.
+//!
+//! Whoever reaches the port can ask, a program that plays as well: it is open only in a match that is to tell monitors the truth.
 
+use std::collections::BTreeSet;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, UdpSocket};
 
 use super::packet::ControlPacket;
@@ -17,7 +20,7 @@ pub(super) struct Monitors {
     port_offset: u16,
     hosts: Vec<IpAddr>,
     /// Hosts that are robots: they are not told the truth.
-    robots: Vec<IpAddr>,
+    robots: BTreeSet<IpAddr>,
 }
 
 impl Monitors {
@@ -26,7 +29,7 @@ impl Monitors {
     /// # Errors
     /// When that cannot be done, such as where somebody else does.
     pub fn open(requests: SocketAddr, port_offset: u16) -> Result<Self, NetworkError> {
-        Ok(Self { requests: bind(requests)?, port_offset, hosts: Vec::new(), robots: Vec::new() })
+        Ok(Self { requests: bind(requests)?, port_offset, hosts: Vec::new(), robots: BTreeSet::new() })
     }
 
     /// Lets in who has asked. Whether somebody is there who is to be told.
@@ -46,8 +49,7 @@ impl Monitors {
 
     /// A robot is at this host: it is told the truth no more.
     pub fn shut_out(&mut self, host: IpAddr) {
-        if !self.robots.contains(&host) {
-            self.robots.push(host);
+        if self.robots.insert(host) {
             self.hosts.retain(|monitor| *monitor != host);
         }
     }

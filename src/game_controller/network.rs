@@ -20,11 +20,13 @@ pub struct NetworkSettings {
     pub address: IpAddr,
     /// What is added to every port, so that several matches can be played on one machine.
     pub port_offset: u16,
+    /// Whether monitors that ask are told the truth. So is a program that plays, if it asks: without this nobody can.
+    pub tells_monitors: bool,
 }
 
 impl Default for NetworkSettings {
     fn default() -> Self {
-        Self { address: Ipv4Addr::LOCALHOST.into(), port_offset: 0 }
+        Self { address: Ipv4Addr::LOCALHOST.into(), port_offset: 0, tells_monitors: false }
     }
 }
 
@@ -59,7 +61,8 @@ impl NetworkSettings {
 pub struct Network {
     settings: NetworkSettings,
     reports: UdpSocket,
-    monitors: Monitors,
+    /// None where nobody is told the truth.
+    monitors: Option<Monitors>,
 }
 
 impl Network {
@@ -69,7 +72,8 @@ impl Network {
     /// When one cannot be opened, such as where another GameController is.
     pub fn open(settings: NetworkSettings) -> Result<Self, NetworkError> {
         let reports = bind(settings.reports())?;
-        let monitors = Monitors::open(settings.requests(), settings.port_offset)?;
+        let open = || Monitors::open(settings.requests(), settings.port_offset);
+        let monitors = settings.tells_monitors.then(open).transpose()?;
         let is_broadcast = reports.set_broadcast(true);
         is_broadcast.map_err(|error| NetworkError { address: settings.control(), error })?;
         Ok(Self { settings, reports, monitors })
@@ -78,26 +82,25 @@ impl Network {
     /// Sends a packet to the robots, or to the monitors. Nobody need be there.
     pub fn send(&self, packet: &ControlPacket) {
         if packet.for_monitors {
-            self.monitors.tell(packet, |_| true);
+            self.monitors.iter().for_each(|monitors| monitors.tell(packet, |_| true));
         } else {
             let _ = self.reports.send_to(&packet.to_bytes(), self.settings.control());
         }
     }
 
-    /// The reports that have come, at this time, s since the start. Monitors get them, too.
+    /// The reports that have come, at this time, s since the start. Monitors get them, too. Whoever sends something here is taken for a
+    /// robot, as a real GameController takes it, and is no monitor any more.
     pub fn take_reports(&mut self, time_s: f64) -> Vec<ReturnPacket> {
         let mut taken = Vec::new();
         // One byte more than a report has, to know what is longer.
         let mut bytes = [0; REPORT_BYTES + 1];
         for _ in 0..MOST_PACKETS {
             let Ok((length, from)) = self.reports.recv_from(&mut bytes) else { break };
+            self.monitors.iter_mut().for_each(|monitors| monitors.shut_out(from.ip()));
             let Ok(packet) = ReturnPacket::from_bytes(&bytes[..length], time_s) else { continue };
             taken.push(packet);
-            if !from.ip().is_loopback() {
-                self.monitors.shut_out(from.ip());
-            }
-            if let IpAddr::V4(host) = from.ip() {
-                self.monitors.forward(host, &bytes[..length]);
+            if let (Some(monitors), IpAddr::V4(host)) = (&self.monitors, from.ip()) {
+                monitors.forward(host, &bytes[..length]);
             }
         }
         taken
@@ -105,6 +108,6 @@ impl Network {
 
     /// Lets monitors in that have asked. Whether somebody is there who is to be told the truth.
     pub fn has_monitors(&mut self) -> bool {
-        self.monitors.let_in()
+        self.monitors.as_mut().is_some_and(Monitors::let_in)
     }
 }

@@ -5,6 +5,7 @@
 
 use clap::ValueEnum;
 
+use super::division::Division;
 use crate::game::{GameState, PenaltyReason, SetPlayKind};
 
 /// Robots of a team that a packet has room for.
@@ -156,6 +157,8 @@ pub struct ControlPacket {
     pub players_per_team: u8,
     /// Whether the match must have a winner (18 only).
     pub is_knockout: bool,
+    /// The division of the league (19 only).
+    pub division: Division,
     /// Whether play is interrupted (19 only).
     pub is_stopped: bool,
     /// Whether there is a penalty shoot-out.
@@ -244,10 +247,10 @@ impl ControlPacket {
         let mut bytes = Vec::with_capacity(self.version.packet_bytes());
         bytes.extend(if self.for_monitors { FOR_MONITORS } else { FOR_ROBOTS });
         bytes.extend([self.version.number(), self.packet_number, self.players_per_team]);
-        // 18: phase and type of the competition, where type 0 is a normal match. 19: the division, where 0 is the small one.
+        // 18: phase and type of the competition, where type 0 is a normal match. 19: the division as the type.
         bytes.extend(match self.version {
             ProtocolVersion::V18 => [u8::from(self.is_knockout), 0],
-            ProtocolVersion::V19 => [0, u8::from(self.is_stopped)],
+            ProtocolVersion::V19 => [self.division.code(), u8::from(self.is_stopped)],
         });
         bytes.extend([
             u8::from(self.is_shoot_out),
@@ -291,6 +294,12 @@ impl ControlPacket {
             return Err(PacketError::Length { found, expected });
         }
         let is_v18 = version == ProtocolVersion::V18;
+        let division = match (version, bytes[7]) {
+            (ProtocolVersion::V18, _) => Division::default(),
+            (ProtocolVersion::V19, code) => {
+                Division::of_code(code).ok_or(PacketError::UnknownCode { field: "competitionType", code })?
+            }
+        };
         let team = |start: usize| team_from(version, &bytes[start..]);
         Ok(ControlPacket {
             version,
@@ -298,6 +307,7 @@ impl ControlPacket {
             packet_number: bytes[5],
             players_per_team: bytes[6],
             is_knockout: is_v18 && bytes[7] == 1,
+            division,
             is_stopped: !is_v18 && bytes[8] == 1,
             is_shoot_out: bytes[9] == 1,
             state: state_of(bytes[10])?,
@@ -368,7 +378,7 @@ mod tests {
     );
     /// The same of version 19.
     const GOLDEN_19: &str = concat!(
-        "52476d6513c80700010003060105fdff2c010c010101030202015704092d0000070701020000000000000000000000000000",
+        "52476d6513c80702010003060105fdff2c010c010101030202015704092d0000070701020000000000000000000000000000",
         "0000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000000",
         "00000000000000000500000104000000ffff0000000000000000000000000000000000000000000000000000000000000000",
         "00000000000000000000000000000000000000000000000000000000000000000000000000000000000000000b000000",
@@ -402,6 +412,7 @@ mod tests {
             packet_number: 200,
             players_per_team: 7,
             is_knockout: version == ProtocolVersion::V18,
+            division: if version == ProtocolVersion::V19 { Division::Large } else { Division::default() },
             is_stopped: version == ProtocolVersion::V19,
             is_shoot_out: false,
             state: GameState::Playing,
@@ -433,16 +444,19 @@ mod tests {
     #[test]
     fn what_is_no_packet_is_told_from_one() {
         let bytes = packet(ProtocolVersion::V18).to_bytes();
-        let changed = |at: usize, value: u8| {
-            let mut bytes = bytes.clone();
+        let with = |bytes: &[u8], at: usize, value: u8| {
+            let mut bytes = bytes.to_vec();
             bytes[at] = value;
             ControlPacket::from_bytes(&bytes)
         };
+        let changed = |at: usize, value: u8| with(&bytes, at, value);
         assert_eq!(changed(0, b'X'), Err(PacketError::Header));
         assert_eq!(changed(4, 17), Err(PacketError::Version(17)));
         assert_eq!(changed(4, 19), Err(PacketError::Length { found: 118, expected: 198 }));
         assert_eq!(changed(10, 9), Err(PacketError::UnknownCode { field: "state", code: 9 }));
         assert_eq!(changed(11, 6), Err(PacketError::UnknownCode { field: "setPlay", code: 6 }));
+        let no_division = with(&packet(ProtocolVersion::V19).to_bytes(), 7, 3);
+        assert_eq!(no_division, Err(PacketError::UnknownCode { field: "competitionType", code: 3 }));
         assert_eq!(ControlPacket::from_bytes(&bytes[..3]), Err(PacketError::Header));
         let mut random = RandomStream::for_match(1, "packets");
         for round in 0..20_000 {

@@ -1,11 +1,12 @@
 //! A match as a GameController tells it.
 
 use crate::cycle::CycleClock;
-use crate::game::{Game, Penalty, Rules, SetPlay, ShootOut};
+use crate::game::{Game, GameState, Penalty, Rules, SetPlay, ShootOut};
 use crate::pitch::End;
 use crate::referee::{RobotMemory, SetPlayStatus};
 use crate::team::{PerTeam, RobotId, Team};
 
+use super::division::Division;
 use super::packet::{ControlPacket, MOST_PLAYERS, PlayerPacket, ProtocolVersion, TeamPacket};
 
 /// The number of the robot that keeps the goal.
@@ -18,6 +19,8 @@ pub struct Portrayed<'a> {
     pub game: &'a Game,
     /// The rules that are played by.
     pub rules: &'a Rules,
+    /// The division that plays.
+    pub division: Division,
     /// The clock; the instant is the end of its cycle.
     pub clock: &'a CycleClock,
     /// All robots.
@@ -35,9 +38,7 @@ impl Portrayed<'_> {
     pub fn packet(&self, version: ProtocolVersion, for_monitors: bool) -> ControlPacket {
         let Portrayed { game, rules, clock, .. } = *self;
         let left = Team::BOTH.into_iter().find(|team| game.own_end(*team) == End::NegativeX).unwrap_or_default();
-        let secondary = game.secondary_cycles_left(rules, clock).unwrap_or(0);
-        // Each shot of a shoot-out has a clock of its own, and there is no other.
-        let primary = if game.shoot_out.is_some() { secondary } else { game.cycles_left.unwrap_or(0) };
+        let [primary, secondary] = self.cycles_left();
         let numbers = |team: Team| self.robots.iter().filter(move |(id, _)| id.team == team);
         let largest_team = Team::BOTH.into_iter().map(|team| numbers(team).count()).max().unwrap_or(0);
         ControlPacket {
@@ -46,6 +47,7 @@ impl Portrayed<'_> {
             packet_number: 0,
             players_per_team: u8::try_from(largest_team).unwrap_or(u8::MAX),
             is_knockout: rules.shoot_out,
+            division: self.division,
             is_stopped: false,
             is_shoot_out: game.shoot_out.is_some(),
             state: game.state,
@@ -58,7 +60,23 @@ impl Portrayed<'_> {
         }
     }
 
-    /// The team that the ball is for, as far as it is told.
+    /// Cycles left on the game's clock and on its second one, as a GameController runs them. In `set` the second stands: the whistle is
+    /// heard, and nobody is told when it comes. A shot of a shoot-out is on the first.
+    fn cycles_left(&self) -> [u64; 2] {
+        let Portrayed { game, rules, clock, .. } = *self;
+        let of_half = game.cycles_left.unwrap_or(0);
+        match (game.state, game.shoot_out) {
+            (GameState::Set | GameState::Playing, Some(shoot_out)) => {
+                let shot = u64::from(clock.cycles_in(shoot_out.shot_s(rules)));
+                [shot.saturating_sub(shoot_out.shot.cycles), 0]
+            }
+            (_, Some(_)) => [0, 0],
+            (GameState::Set, None) => [of_half, 0],
+            (_, None) => [of_half, game.secondary_cycles_left(rules, clock).unwrap_or(0)],
+        }
+    }
+
+    /// The team that the ball is for, as far as it is told. In play it is nobody's when a kick-off or free kick is over.
     fn kicking_team(&self, for_monitors: bool) -> Option<Team> {
         let is_told = |set_play: SetPlay| match for_monitors {
             true => Some(set_play.team),
@@ -67,7 +85,10 @@ impl Portrayed<'_> {
         match (self.game.shoot_out, self.game.set_play) {
             (Some(shoot_out), _) => Some(shoot_out.team),
             (None, Some(set_play)) => is_told(set_play),
-            (None, None) => self.game.kick_off(),
+            (None, None) => match self.game.state {
+                GameState::Playing | GameState::Finished => None,
+                GameState::Initial | GameState::Standby | GameState::Ready | GameState::Set => self.game.kick_off(),
+            },
         }
     }
 
@@ -124,7 +145,7 @@ pub fn note_shots(scored: &mut PerTeam<u16>, before: Option<&ShootOut>, after: O
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::game::{ActivePenalty, GameState, PenaltyReason, SetPlayKind};
+    use crate::game::{ActivePenalty, PenaltyReason, SetPlayKind};
     use bevy::math::Vec2;
 
     const VERSION: ProtocolVersion = ProtocolVersion::V18;
@@ -136,8 +157,8 @@ mod tests {
 
     fn packet(game: &Game, rules: &Rules, robots: &[(RobotId, Penalty)], for_monitors: bool) -> ControlPacket {
         let (clock, team_numbers) = (CycleClock::default(), PerTeam { blue: 5, pink: 12 });
-        let shots_scored = PerTeam::default();
-        Portrayed { game, rules, clock: &clock, robots, records: &[], team_numbers, shots_scored }
+        let (division, shots_scored) = (Division::Small, PerTeam::default());
+        Portrayed { game, rules, division, clock: &clock, robots, records: &[], team_numbers, shots_scored }
             .packet(VERSION, for_monitors)
     }
 
@@ -150,7 +171,7 @@ mod tests {
         game.score.pink = 2;
         let told = packet(&game, &rules, &robots, false);
         assert_eq!((told.state, told.is_first_half, told.seconds_left), (GameState::Playing, true, 600));
-        assert_eq!((told.players_per_team, told.kicking_team), (2, Some(5)));
+        assert_eq!((told.players_per_team, told.kicking_team), (2, None));
         let [blue, pink] = &told.teams;
         assert_eq!((blue.number, blue.score, pink.number, pink.score), (5, 0, 12, 2));
         // 301 cycles are a little more than ten seconds.
@@ -162,8 +183,45 @@ mod tests {
         game.half = 2;
         let told = packet(&game, &rules, &robots, false);
         assert_eq!((told.teams[0].number, told.is_first_half), (12, false));
-        game.drop_ball = true;
-        assert_eq!(packet(&game, &rules, &robots, false).kicking_team, None);
+    }
+
+    #[test]
+    fn whose_a_kick_off_is_is_told_until_it_is_over_and_not_when_the_whistle_comes() {
+        let rules = Rules { ready_s: 45.0, set_s: 3.0, ..Rules::default() };
+        let kick_off = SetPlay::new(SetPlayKind::KickOff, Team::Pink, Vec2::ZERO, 300);
+        for for_monitors in [false, true] {
+            let told = |state, set_play| {
+                let game = Game { state, set_play, kick_off_team: Team::Pink, state_cycles: 30, ..Game::default() };
+                let told = packet(&game, &rules, &robots(), for_monitors);
+                (told.kicking_team, told.secondary_seconds_left)
+            };
+            assert_eq!(told(GameState::Initial, None), (Some(12), 0));
+            assert_eq!(told(GameState::Ready, None), (Some(12), 44));
+            assert_eq!(told(GameState::Set, None), (Some(12), 0));
+            assert_eq!(told(GameState::Playing, Some(kick_off)), (Some(12), 10));
+            assert_eq!(told(GameState::Playing, None), (None, 0));
+            assert_eq!(told(GameState::Finished, None), (None, 0));
+            // A penalty kick has a whistle, too.
+            let penalty_kick = SetPlay::new(SetPlayKind::PenaltyKick, Team::Pink, Vec2::ZERO, 900);
+            assert_eq!(told(GameState::Set, Some(penalty_kick)), (Some(12), 0));
+            assert_eq!(told(GameState::Playing, Some(penalty_kick)), (Some(12), 30));
+        }
+        let drop_ball = Game { state: GameState::Ready, drop_ball: true, ..Game::default() };
+        assert_eq!(packet(&drop_ball, &rules, &robots(), true).kicking_team, None);
+    }
+
+    #[test]
+    fn a_shot_of_a_shoot_out_is_on_the_first_clock_and_it_stands_before_the_whistle() {
+        let rules = Rules { shoot_out_s: 60.0, sudden_death_s: None, ..Rules::default() };
+        let told = |state, cycles| {
+            let mut shoot_out = ShootOut { team: Team::Pink, ..ShootOut::default() };
+            shoot_out.shot.cycles = cycles;
+            let game = Game { state, shoot_out: Some(shoot_out), cycles_left: Some(0), ..Game::default() };
+            let told = packet(&game, &rules, &robots(), false);
+            (told.kicking_team, told.seconds_left, told.secondary_seconds_left)
+        };
+        assert_eq!(told(GameState::Set, 0), (Some(12), 60, 0));
+        assert_eq!(told(GameState::Playing, 300), (Some(12), 50, 0));
     }
 
     #[test]

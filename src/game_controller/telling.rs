@@ -3,10 +3,12 @@
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 
+use super::division::Division;
 use super::packet::{ControlPacket, ProtocolVersion};
 use super::portrait::Portrayed;
 use crate::cycle::CycleClock;
 use crate::game::{Game, Penalty, Rules};
+use crate::pitch::Pitch;
 use crate::referee::RefereeMemory;
 use crate::team::{PerTeam, RobotId};
 
@@ -19,6 +21,7 @@ pub(super) struct ToldMatch<'w, 's> {
     pub clock: Res<'w, CycleClock>,
     pub game: Res<'w, Game>,
     rules: Res<'w, Rules>,
+    pitch: Res<'w, Pitch>,
     memory: Res<'w, RefereeMemory>,
     robots: Query<'w, 's, (&'static RobotId, &'static Penalty)>,
 }
@@ -37,12 +40,13 @@ impl ToldMatch<'_, '_> {
         team_numbers: PerTeam<u8>,
         shots_scored: PerTeam<u16>,
     ) -> ControlPacket {
-        let Self { clock, game, rules, memory, robots } = self;
+        let Self { clock, game, rules, pitch, memory, robots } = self;
         let mut robots: Vec<(RobotId, Penalty)> = robots.iter().map(|(id, penalty)| (*id, *penalty)).collect();
         robots.sort_by_key(|(id, _)| *id);
         let game = if for_monitors { game } else { memory.announcement.told(game) };
         let records = &memory.robots;
-        Portrayed { game, rules, clock, robots: &robots, records, team_numbers, shots_scored }
+        let division = Division::on(pitch);
+        Portrayed { game, rules, division, clock, robots: &robots, records, team_numbers, shots_scored }
             .packet(version, for_monitors)
     }
 }

@@ -1,7 +1,8 @@
 //! The truth of a match that a real GameController decides about: that one knows the game, and only the match knows where its
 //! robots and the ball are.
 //!
-//! It is told in the words that monitors know. They ask for it and hear how the game is as from a GameController, and what that
+//! Only a match that is to tells it, as whoever asks is told, programs that play included. It is told in the words that monitors
+//! know. They ask for it and hear how the game is as from a GameController, and what that
 //! passes on of the robots' reports has here the place of each robot and of the ball as they are.
 
 use bevy::math::Vec2;

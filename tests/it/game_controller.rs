@@ -8,8 +8,8 @@ use naoisis::events::{CommandKind, CycleEvents, MatchEvent, Refusal};
 use naoisis::game::{GameState, Penalty, PenaltyReason};
 use naoisis::game_controller::packet::TeamPacket;
 use naoisis::game_controller::{
-    self, ControlPacket, GameController, GameControllerPlugin, GameControllerSettings, Listener, NetworkSettings,
-    ProtocolVersion, ReturnPacket, TeamMessages,
+    self, ControlPacket, Division, GameController, GameControllerPlugin, GameControllerSettings, Listener,
+    NetworkSettings, ProtocolVersion, ReturnPacket, TeamMessages,
 };
 use naoisis::prelude::*;
 use naoisis::team::PerTeam;
@@ -40,6 +40,12 @@ fn free_ports() -> (u16, UdpSocket) {
 fn settings(version: ProtocolVersion, port_offset: u16) -> GameControllerSettings {
     let network = NetworkSettings { port_offset, ..default() };
     GameControllerSettings { version, network, team_numbers: PerTeam { blue: 5, pink: 12 } }
+}
+
+/// The same, and monitors that ask are told the truth.
+fn told_to_monitors(settings: GameControllerSettings) -> GameControllerSettings {
+    let network = NetworkSettings { tells_monitors: true, ..settings.network };
+    GameControllerSettings { network, ..settings }
 }
 
 /// A match of which a GameController tells.
@@ -81,15 +87,16 @@ fn robots_are_told_twice_a_second_and_at_each_change() {
 }
 
 #[test]
-fn what_robots_report_is_on_them_and_monitors_are_told_the_truth() {
+fn what_robots_report_is_on_them_and_monitors_that_are_no_robots_are_told_the_truth() {
     let (offset, control) = free_ports();
     let scenario = r#"{ "rules": { "preset": "spl2025", "standby_s": 1.0, "ready_s": 1.0, "set_s": 1.0 },
         "robots": [ { "team": "blue", "number": 1, "behaviour": "idle" }, { "team": "pink", "number": 1, "pose": [1, 0, 180] } ] }"#;
-    let mut app = told_match(scenario, settings(ProtocolVersion::V18, offset));
+    let mut app = told_match(scenario, told_to_monitors(settings(ProtocolVersion::V18, offset)));
     let robot = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
-    let forwarded = UdpSocket::bind((Ipv4Addr::LOCALHOST, 3940 + offset)).unwrap();
-    forwarded.set_nonblocking(true).unwrap();
-    robot.send_to(b"RGTr\0", (Ipv4Addr::LOCALHOST, 3636 + offset)).unwrap();
+    let [asking, game, forwarded] = monitor(Ipv4Addr::new(127, 0, 0, 2), offset);
+    for socket in [&robot, &asking] {
+        socket.send_to(b"RGTr\0", (Ipv4Addr::LOCALHOST, 3636 + offset)).unwrap();
+    }
     app.run_cycles(1);
     let report = StatusReport { fallen: true, pose: Pose::new(-1.0, 0.5, 0.25), ..default() };
     let packet = ReturnPacket { player: 1, team: 5, report }.to_bytes();
@@ -103,11 +110,73 @@ fn what_robots_report_is_on_them_and_monitors_are_told_the_truth() {
     let mut bytes = [0; 64];
     let length = forwarded.recv(&mut bytes).unwrap();
     assert_eq!(bytes[..length], [&[127, 0, 0, 1][..], &packet].concat());
+    // Who asks is told, but who has reported is a robot, and is told the truth no more, even if it asks again.
+    assert!(packets(&control).iter().any(|packet| packet.for_monitors));
+    robot.send_to(b"RGTr\0", (Ipv4Addr::LOCALHOST, 3636 + offset)).unwrap();
     // Play begins after standby, ready and set; robots are told 15 s later.
     app.run_cycles(5 * 30);
-    let (truth, told): (Vec<_>, Vec<_>) = packets(&control).into_iter().partition(|packet| packet.for_monitors);
+    let (truth, told) = (packets(&game), packets(&control));
     let has_played = |packets: &[ControlPacket]| packets.iter().any(|packet| packet.state == GameState::Playing);
+    assert!(truth.iter().all(|packet| packet.for_monitors) && told.iter().all(|packet| !packet.for_monitors));
     assert!(has_played(&truth) && !has_played(&told) && !told.is_empty());
+}
+
+#[test]
+fn without_being_asked_for_no_truth_leaves_a_match() {
+    // A match that tells, and one that listens: whoever asks, at either port, hears nothing that is for monitors.
+    let scenario = r#"{ "rules": "spl2025", "teams": { "blue": "chasers", "pink": "chasers" } }"#;
+    let (offset, control) = free_ports();
+    let told = told_match(scenario, settings(ProtocolVersion::V18, offset));
+    let (listening_offset, listening_control) = free_ports();
+    drop(listening_control);
+    let listening = decided_match(Listener::open(Ipv4Addr::LOCALHOST.into(), listening_offset, None).unwrap());
+    let operator = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
+    let packet = said(ProtocolVersion::V18).to_bytes();
+    operator.send_to(&packet, (Ipv4Addr::LOCALHOST, 3838 + listening_offset)).unwrap();
+    for (mut app, offset) in [(told, offset), (listening, listening_offset)] {
+        let [asking, game, robots] = monitor(Ipv4Addr::new(127, 0, 0, 2), offset);
+        for _ in 0..3 {
+            app.run_cycles(10);
+            for port in [3636, 3637] {
+                // Nobody is there, which some systems say.
+                let _ = asking.send_to(b"RGTr\0", (Ipv4Addr::LOCALHOST, port + offset));
+            }
+        }
+        assert_eq!((packets(&game), robots.recv(&mut [0; 64]).is_err()), (vec![], true));
+        // The ports are not even taken.
+        for port in [3636, 3637] {
+            UdpSocket::bind((Ipv4Addr::LOCALHOST, port + offset)).unwrap();
+        }
+    }
+    assert!(packets(&control).iter().all(|packet| !packet.for_monitors));
+}
+
+#[test]
+fn a_kick_off_is_told_as_a_gamecontroller_tells_it() {
+    let (offset, control) = free_ports();
+    let scenario = r#"{ "field": "hsl2026_middle",
+        "rules": { "preset": "spl2025", "standby_s": 0.0, "ready_s": 1.0, "set_s": 2.0, "status_delay_s": 0.0 },
+        "robots": [ { "team": "blue", "number": 1, "behaviour": "idle" }, { "team": "pink", "number": 1, "pose": [1, 0, 180] } ] }"#;
+    let mut app = told_match(scenario, settings(ProtocolVersion::V19, offset));
+    app.run_cycles(14 * 30);
+    let told = packets(&control);
+    assert!(told.iter().all(|packet| packet.division == Division::Middle));
+    let seconds = |state| {
+        let told = told.iter().filter(|packet| packet.state == state);
+        told.map(|packet| (packet.kicking_team, packet.secondary_seconds_left)).collect::<Vec<_>>()
+    };
+    // Nobody is told when the whistle comes.
+    let in_set = seconds(GameState::Set);
+    assert!(in_set.len() >= 4 && in_set.iter().all(|told| *told == (Some(5), 0)), "{in_set:?}");
+    // The ball is the team's own for ten seconds, and then nobody's.
+    let in_play = seconds(GameState::Playing);
+    let over = in_play.iter().position(|told| *told == (None, 0)).unwrap();
+    let (kick_off, rest) = in_play.split_at(over);
+    assert_eq!((kick_off.first(), kick_off.last()), (Some(&(Some(5), 10)), Some(&(Some(5), 1))));
+    assert!(
+        kick_off.is_sorted_by_key(|(_, seconds)| -seconds) && rest.iter().all(|told| *told == (None, 0)),
+        "{in_play:?}"
+    );
 }
 
 #[test]
@@ -163,6 +232,8 @@ fn a_port_in_use_is_a_mistake_of_the_command_line_and_so_are_numbers_that_are_no
         (&["--game-controller", "v18", "--team-numbers", "5,5"], "two different numbers"),
         (&["--game-controller", "v18", "--game-controller-address", "here"], "invalid"),
         (&["--team-numbers", "5,12"], "--game-controller"),
+        (&["--truth-for-monitors"], "--game-controller"),
+        (&["--team-messages", "--truth-for-monitors"], "--game-controller"),
         (&["--pace", "0"], "times real time"),
     ] {
         let output = naoisis(folder.path(), &[&["run", "match3v3", "--duration", "1"], arguments].concat());
@@ -184,6 +255,7 @@ fn said(version: ProtocolVersion) -> ControlPacket {
         packet_number: 0,
         players_per_team: 7,
         is_knockout: false,
+        division: Division::Small,
         is_stopped: false,
         is_shoot_out: false,
         state: GameState::Initial,
@@ -206,7 +278,7 @@ fn a_real_gamecontroller_decides_about_the_match() {
     app.start_match(&Scenario::from_json(scenario).unwrap()).unwrap();
     let listener = Listener::open(Ipv4Addr::LOCALHOST.into(), offset, None).unwrap();
     let (sender, notes) = mpsc::channel();
-    let listener = listener.with_notes(move |note| drop(sender.send(note.to_owned())));
+    let listener = listener.with_notes(move |note| drop(sender.send(note.to_owned()))).with_truth_for_monitors();
     game_controller::listen_to(app.world_mut(), listener);
     let reports = UdpSocket::bind((Ipv4Addr::LOCALHOST, 3939 + offset)).unwrap();
     reports.set_nonblocking(true).unwrap();
@@ -278,16 +350,21 @@ fn a_real_gamecontroller_decides_about_the_match() {
     assert!(app.is_finished() && !app.robot::<Penalty>(pink(3)).unwrap().is_active());
 }
 
-/// A match of two robots that stand, which a GameController at this address decides about.
-fn decided_match(listening: Ipv4Addr, offset: u16) -> App {
+/// A match of two robots that stand, about which decides who is heard.
+fn decided_match(listener: Listener) -> App {
     let mut app = headless_app();
     app.add_plugins(GameControllerPlugin);
     let scenario = r#"{ "rules": "spl2025", "ball": { "position_m": [0, -0.5] }, "robots": [
         { "team": "blue", "number": 2, "pose": [-1, 0.5, 0], "behaviour": "idle" },
         { "team": "pink", "number": 3, "pose": [1, -0.5, 180], "behaviour": "idle" } ] }"#;
     app.start_match(&Scenario::from_json(scenario).unwrap()).unwrap();
-    game_controller::listen_to(app.world_mut(), Listener::open(listening.into(), offset, None).unwrap());
+    game_controller::listen_to(app.world_mut(), listener);
     app
+}
+
+/// Hears a GameController at this address, and tells monitors the truth.
+fn truthful_listener(address: Ipv4Addr, offset: u16) -> Listener {
+    Listener::open(address.into(), offset, None).unwrap().with_truth_for_monitors()
 }
 
 /// Sockets at an address of this machine that do not wait: one that asks, and those where monitors are told of the game and of robots.
@@ -303,7 +380,7 @@ fn monitor(address: Ipv4Addr, offset: u16) -> [UdpSocket; 3] {
 fn monitors_are_told_where_robots_are_while_a_real_gamecontroller_decides() {
     let (offset, control) = free_ports();
     drop(control);
-    let mut app = decided_match(Ipv4Addr::LOCALHOST, offset);
+    let mut app = decided_match(truthful_listener(Ipv4Addr::LOCALHOST, offset));
     let [asking, game, robots] = monitor(Ipv4Addr::new(127, 0, 0, 2), offset);
     let robot = game_controller::robot_address(5, 2);
     let [cheating, cheats_game, cheats_robots] = monitor(robot, offset);
@@ -349,7 +426,7 @@ fn a_gamecontroller_that_broadcasts_is_heard_and_the_match_does_not_hear_itself(
     let (offset, control) = free_ports();
     drop(control);
     // The address of a network's interface, which need not be known.
-    let mut app = decided_match(Ipv4Addr::new(198, 51, 100, 7), offset);
+    let mut app = decided_match(truthful_listener(Ipv4Addr::new(198, 51, 100, 7), offset));
     let operator = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
     operator.set_broadcast(true).unwrap();
     let say = |state| {
