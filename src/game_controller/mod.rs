@@ -8,7 +8,8 @@
 //!
 //! With a [`Listener`] it is the other way round: a real GameController is heard, and whoever operates it decides about the match.
 //! Monitors that ask the match are then told where its robots and the ball are, if the
-//! [listener](Listener::with_truth_for_monitors) is to tell them. Whoever asks is told, programs that play included: without being asked for no truth leaves a match.
+//! [listener](Listener::with_truth_for_monitors) is to tell them. Whoever asks is told, programs that play
+//! included: unasked for, no truth leaves a match.
 //! With [`TeamMessages`] programs talk to their team-mates as on a field, too. A match with none of these opens no socket.
 
 use bevy::prelude::*;
