@@ -9,72 +9,71 @@ use std::net::{Shutdown, TcpStream};
 use std::os::unix::net::UnixStream;
 use std::time::Instant;
 
+pub use super::loss::Loss;
 use super::message::{read_message, write_message};
+#[cfg(unix)]
+use super::pipes::Pipes;
 use super::protocol::Encoding;
-use super::settings::BreakOff;
+use super::settings::{BreakOff, LOOK};
 use crate::events::AgentLoss;
 
 /// What is read at once, bytes.
 const CHUNK: usize = 4 << 10;
-/// Between two looks at the clock, while a program is silent.
-const LOOK: Duration = Duration::from_millis(20);
 /// What is said of who is silent too long.
 const TOO_LATE: &str = "it did not answer in time";
-
-/// Why there will be nothing more from a program.
-#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
-#[error("{message}")]
-pub struct Loss {
-    /// In a word.
-    pub reason: AgentLoss,
-    /// In a sentence.
-    pub message: String,
-}
-
-impl Loss {
-    pub(super) fn new(reason: AgentLoss, message: impl Into<String>) -> Self {
-        Self { reason, message: message.into() }
-    }
-}
 
 /// The bytes to and from a program.
 #[derive(Debug)]
 pub enum Stream {
-    /// Of a process, or a Unix socket.
+    /// Of a process.
+    #[cfg(unix)]
+    Pipes(Pipes),
+    /// Of a Unix socket.
     #[cfg(unix)]
     Unix(UnixStream),
     /// Of a TCP socket.
     Tcp(TcpStream),
 }
 
-/// Does the same with either kind of stream.
+/// Does the same with every kind of socket, and something else with pipes.
 macro_rules! with_stream {
-    ($stream:expr, $of:ident => $act:expr) => {
+    ($stream:expr, $pipes:ident => $act_on_pipes:expr, $socket:ident => $act:expr) => {
         match $stream {
             #[cfg(unix)]
-            Stream::Unix($of) => $act,
-            Stream::Tcp($of) => $act,
+            Stream::Pipes($pipes) => $act_on_pipes,
+            #[cfg(unix)]
+            Stream::Unix($socket) => $act,
+            Stream::Tcp($socket) => $act,
         }
     };
 }
 
 impl Stream {
+    /// Lets reads and writes of sockets end after this time, as those of pipes do.
     fn set_timeouts(&self, time: Duration) -> io::Result<()> {
         let time = Some(time);
-        with_stream!(self, stream => stream.set_read_timeout(time).and_then(|()| stream.set_write_timeout(time)))
+        with_stream!(self, _pipes => Ok(()),
+            socket => socket.set_read_timeout(time).and_then(|()| socket.set_write_timeout(time)))
+    }
+
+    /// Whether reads of sockets end at once.
+    fn set_nonblocking(&self, nonblocking: bool) -> io::Result<()> {
+        with_stream!(self, _pipes => Ok(()), socket => socket.set_nonblocking(nonblocking))
     }
 
     fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
-        with_stream!(self, stream => stream.read(bytes))
+        with_stream!(self, pipes => pipes.read(bytes), socket => socket.read(bytes))
     }
 
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        with_stream!(self, stream => stream.write(bytes))
+        with_stream!(self, pipes => pipes.write(bytes), socket => socket.write(bytes))
     }
 
-    fn shut_down(&self, how: Shutdown) {
+    /// Tells the program everything that it will be told.
+    fn end_writing(&mut self) {
         // Whoever has hung up already will not mind.
-        let _ = with_stream!(self, stream => stream.shutdown(how));
+        let _ =
+            with_stream!(self, pipes => { pipes.close_input(); Ok(()) }, socket => socket.shutdown(Shutdown::Write));
     }
 }
 
@@ -152,8 +151,19 @@ impl Connection {
         }
     }
 
-    /// Whether receiving does not wait: a message is there, or there will be none. It looks for no longer than 20 ms.
+    /// Whether receiving does not wait: a message is there, or there will be none. With a socket it does not wait itself.
     pub fn is_ready(&mut self) -> bool {
+        let is_broken = self.stream.set_nonblocking(true).is_err();
+        let is_ready = is_broken || self.has_message_or_end();
+        self.stream.set_nonblocking(false).is_err() || is_ready
+    }
+
+    /// Whether there will be nothing more from the program, which has nothing to say now.
+    pub fn has_hung_up(&mut self) -> bool {
+        self.is_ready() && !matches!(self.next_message(), Ok(Some(_)))
+    }
+
+    fn has_message_or_end(&mut self) -> bool {
         loop {
             if !matches!(self.next_message(), Ok(None)) {
                 return true;
@@ -167,7 +177,7 @@ impl Connection {
 
     /// Waits until the program hangs up, whatever else it says.
     pub fn wait_for_end(&mut self, deadline: Option<Instant>) {
-        self.stream.shut_down(Shutdown::Write);
+        self.stream.end_writing();
         loop {
             self.received.clear();
             if self.read_more(deadline).is_err() || deadline.is_some_and(|deadline| deadline <= Instant::now()) {

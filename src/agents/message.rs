@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::command::read_value;
-use super::connection::Loss;
+use super::loss::Loss;
 use super::protocol::Encoding;
 use crate::events::AgentLoss;
 

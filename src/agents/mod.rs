@@ -36,7 +36,10 @@
 
 mod command;
 pub mod connection;
+mod loss;
 mod message;
+#[cfg(unix)]
+mod pipes;
 mod player;
 mod plugin;
 #[cfg(unix)]

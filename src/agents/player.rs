@@ -8,7 +8,8 @@ use std::time::Instant;
 use serde_json::Value;
 
 use super::command::read_value;
-use super::connection::{Connection, Loss};
+use super::connection::Connection;
+use super::loss::Loss;
 use super::message::malformed;
 use super::process::{self, Process};
 use super::protocol::{
@@ -65,7 +66,12 @@ impl Agent {
         self.connection.is_ready()
     }
 
-    /// What the program says of itself.
+    /// Whether the program is gone.
+    pub(super) fn has_hung_up(&mut self) -> bool {
+        self.connection.has_hung_up()
+    }
+
+    /// What the program says of itself. Whoever says something else is told what is wrong with it.
     pub(super) fn hello(&mut self, deadline: Option<Instant>) -> Result<Hello, Loss> {
         let said = self.connection.receive::<Value>(deadline).and_then(|said| {
             // Looked at first: another version may have other fields.
@@ -83,6 +89,9 @@ impl Agent {
                 AgentLoss::TimedOut => "it did not say hello in time".to_owned(),
                 _ => loss.message,
             };
+            if loss.reason == AgentLoss::Malformed {
+                let _ = self.refuse(loss.message.clone(), deadline);
+            }
             self.told(loss)
         })?;
         self.connection.set_encoding(hello.hello.encoding);

@@ -3,7 +3,8 @@
 use bevy::prelude::*;
 use std::time::Instant;
 
-use super::connection::{Connection, Loss};
+use super::connection::Connection;
+use super::loss::Loss;
 use super::player::{Agent, AgentPlayer, FAREWELL};
 use super::process::Process;
 use super::protocol::Hello;
@@ -78,7 +79,8 @@ pub fn start_programs(world: &mut World) -> Result<(), ProgramStartError> {
         let player = match begun {
             Ok(()) => AgentPlayer(Some(agent)),
             Err(loss) => {
-                if loss.reason == AgentLoss::Refused {
+                // It may want to read why.
+                if matches!(loss.reason, AgentLoss::Refused | AgentLoss::Malformed) {
                     agent.wait_for_end(Instant::now() + FAREWELL);
                 }
                 world.resource_mut::<LostAgents>().0.push((robot, loss));

@@ -1,20 +1,19 @@
 //! The process of a program that plays a robot. Nothing of it outlives the match, however the match ends.
 //!
-//! It talks over its standard input and output, which are one socket, so that whoever waits for it can stop waiting. It and
-//! what it starts are a process group of their own, and a guard stands by it: a shell that waits for this program to end,
+//! It talks over the pipes of its standard input and output. It and what it starts are a process group of their own, and a guard stands by it: a shell that waits for this program to end,
 //! even by a signal that nobody can catch, and then ends the group.
 
 use core::time::Duration;
 use std::io::{BufRead, BufReader, Read};
-use std::os::fd::OwnedFd;
-use std::os::unix::net::UnixStream;
 use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::Instant;
 
 use super::connection::Stream;
+use super::pipes::{Pipes, SharedChild};
 use super::settings::ErrorLines;
 use crate::scenario::wording::quoted;
 use crate::team::RobotId;
@@ -31,7 +30,7 @@ const LONGEST_LINE: u64 = 4096;
 /// A program that plays a robot.
 #[derive(Debug)]
 pub struct Process {
-    child: Child,
+    child: SharedChild,
     guard: Child,
     /// Passes the lines of its standard error on.
     lines: Option<JoinHandle<()>>,
@@ -57,11 +56,10 @@ impl Process {
                 folder.display()
             ));
         }
-        let (here, there) = UnixStream::pair().map_err(cannot)?;
-        let end = || there.try_clone().map(|stream| Stdio::from(OwnedFd::from(stream)));
+        let (mut pipes, standard_input, standard_output) = Pipes::new().map_err(cannot)?;
         let mut command = Command::new(program);
         command.args(arguments).env("NAOISIS_ROBOT", robot.to_string()).process_group(0);
-        command.stdin(end().map_err(cannot)?).stdout(end().map_err(cannot)?);
+        command.stdin(standard_input).stdout(standard_output);
         command.stderr(if error_lines.is_some() { Stdio::piped() } else { Stdio::inherit() });
         if let Some(folder) = folder {
             command.current_dir(folder);
@@ -88,13 +86,20 @@ impl Process {
             .take()
             .zip(error_lines)
             .map(|(stderr, pass_on)| thread::spawn(move || pass_lines_on(stderr, |line| pass_on(robot, line))));
-        Ok((Self { child, guard, lines }, Stream::Unix(here)))
+        let child = Arc::new(Mutex::new(child));
+        pipes.belong_to(child.clone());
+        Ok((Self { child, guard, lines }, Stream::Pipes(pipes)))
+    }
+
+    fn child(&self) -> MutexGuard<'_, Child> {
+        self.child.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// How it ended; none if it has not by the deadline.
     pub fn exit_status(&mut self, deadline: Instant) -> Option<ExitStatus> {
         loop {
-            match self.child.try_wait() {
+            let status = self.child().try_wait();
+            match status {
                 Ok(None) if Instant::now() < deadline => thread::sleep(LOOK),
                 Ok(status) => return status,
                 Err(_) => return None,
@@ -109,7 +114,7 @@ impl Drop for Process {
         drop(self.guard.stdin.take());
         // What cannot be waited for has ended.
         let _ = self.guard.wait();
-        let _ = self.child.wait();
+        let _ = self.child().wait();
         let last = Instant::now() + LAST_LINES;
         while self.lines.as_ref().is_some_and(|lines| !lines.is_finished()) && Instant::now() < last {
             thread::sleep(LOOK);

@@ -16,7 +16,8 @@ use std::path::PathBuf;
 use std::thread;
 use std::time::Instant;
 
-use super::connection::{Connection, Loss, Stream};
+use super::connection::{Connection, Stream};
+use super::loss::Loss;
 use super::player::{Agent, AgentPlayer};
 use super::plugin::begin;
 use super::protocol::Hello;
@@ -30,7 +31,7 @@ use crate::team::RobotId;
 /// Between two looks whether somebody has come.
 const LOOK: Duration = Duration::from_millis(2);
 /// So many may have connected and said nothing yet. Others wait until they are listened to.
-const MOST_SILENT: usize = 32;
+const MOST_SILENT: usize = 256;
 /// What is said of who comes too late.
 const ALL_PLAYED: &str = "each robot of the match is played already";
 
@@ -147,6 +148,9 @@ impl Server {
             {
                 silent.push(Newcomer::of(stream, &settings));
             }
+            for robot in leave(world) {
+                said(&format!("{robot} is free again: its program has hung up"));
+            }
             // In the order in which they came.
             let spoken: Vec<Newcomer> = silent.extract_if(.., Newcomer::has_spoken).collect();
             for newcomer in spoken {
@@ -155,9 +159,7 @@ impl Server {
                     Err(loss) => said(&format!("a program was not let in: {loss}")),
                 }
             }
-            if silent.is_empty() {
-                thread::sleep(LOOK);
-            }
+            thread::sleep(LOOK);
         }
         for mut newcomer in silent {
             newcomer.agent.refuse(ALL_PLAYED.to_owned(), newcomer.deadline);
@@ -199,6 +201,21 @@ impl Drop for Server {
             let _ = std::fs::remove_file(path);
         }
     }
+}
+
+/// Frees the robots whose programs have connected and gone before the match began. Who they are.
+fn leave(world: &mut World) -> Vec<RobotId> {
+    let mut players = world.query::<(Entity, &RobotId, &mut AgentPlayer)>();
+    let gone = players.iter_mut(world).filter_map(|(entity, id, mut player)| {
+        let has_left = player.0.as_mut().is_some_and(Agent::has_hung_up);
+        has_left.then_some((*id, entity))
+    });
+    let mut gone: Vec<(RobotId, Entity)> = gone.collect();
+    gone.sort_by_key(|(id, _)| *id);
+    for (_, entity) in &gone {
+        world.entity_mut(*entity).remove::<AgentPlayer>();
+    }
+    gone.into_iter().map(|(id, _)| id).collect()
 }
 
 /// The remote robots that nobody plays yet.

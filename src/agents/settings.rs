@@ -8,6 +8,9 @@ use std::sync::Arc;
 
 use crate::team::{PerTeam, RobotId};
 
+/// Between two looks at the clock, while a program is silent.
+pub(super) const LOOK: Duration = Duration::from_millis(20);
+
 /// Whoever wants the lines that programs write to their standard error.
 pub type ErrorLines = Arc<dyn Fn(RobotId, &str) + Send + Sync>;
 

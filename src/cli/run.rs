@@ -76,10 +76,10 @@ pub(super) fn run_match(
     if let Err(error) = agents::start_programs(app.world_mut()) {
         return report::usage_error(&error.to_string());
     }
-    if let Some(address) = listen
-        && let Err(message) = let_programs_in(app.world_mut(), address, &interrupt)
-    {
-        return report::usage_error(&message);
+    match listen.map(|address| let_programs_in(app.world_mut(), address, &interrupt)) {
+        Some(Err(message)) => return report::usage_error(&message),
+        Some(Ok(())) => {}
+        None => tell_of_nobodys_robots(app.world()),
     }
     match arguments.recordings.open(app.world(), arguments.force) {
         Ok(recorders) if recorders.is_empty() => {}
@@ -110,6 +110,14 @@ pub(super) fn run_match(
     };
     let status = printer.finish(status);
     if outcome.reason == EndReason::Interrupted { interrupt.finish(status) } else { status }
+}
+
+/// Says who stands still, as somebody should connect, and cannot.
+fn tell_of_nobodys_robots(world: &World) {
+    let free: Vec<String> = free_robots(world).iter().map(ToString::to_string).collect();
+    if !free.is_empty() {
+        report::note(&format!("note: nobody plays {}: `naoisis serve` lets programs connect", free.join(", ")));
+    }
 }
 
 /// Waits until every remote robot of the match is played by a program that connects.

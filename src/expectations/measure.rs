@@ -35,6 +35,7 @@ struct OfTeam {
     penalties: u32,
     falls: u32,
     outs: u32,
+    programs_lost: u32,
     possession_cycles: u64,
 }
 
@@ -100,6 +101,7 @@ impl MatchMeasurement {
                 self.teams[robot.team].falls += 1;
                 self.robot(*robot).falls += 1;
             }
+            MatchEvent::AgentLost { robot, .. } => self.teams[robot.team].programs_lost += 1,
             MatchEvent::BallOut { last_touch, .. } => {
                 if let Some(team) = last_touch {
                     self.teams[*team].outs += 1;
@@ -138,6 +140,7 @@ impl MatchMeasurement {
                     TeamQuantity::Kicks => Some(own.kicks.into()),
                     TeamQuantity::Passes => Some(own.passes.into()),
                     TeamQuantity::Penalties => Some(own.penalties.into()),
+                    TeamQuantity::ProgramsLost => Some(own.programs_lost.into()),
                     TeamQuantity::Falls => Some(own.falls.into()),
                     TeamQuantity::Outs => Some(own.outs.into()),
                     TeamQuantity::Mistakes(_) => None,

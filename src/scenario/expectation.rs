@@ -40,6 +40,8 @@ pub enum TeamQuantity {
     Outs,
     /// The share of the time of play in which it had touched the ball last, of that in which somebody had, %.
     PossessionPercent,
+    /// Its programs that were lost: crashed, hung up, were silent or said something else.
+    ProgramsLost,
     /// What its robots did wrong: of one kind, or of all.
     Mistakes(Option<MistakeKind>),
 }
@@ -66,12 +68,13 @@ fn with_mistakes<Q>(
 }
 
 impl TeamQuantity {
-    const OWN: [(&str, TeamQuantity); 8] = [
+    const OWN: [(&str, TeamQuantity); 9] = [
         ("goals", TeamQuantity::Goals),
         ("own_goals", TeamQuantity::OwnGoals),
         ("kicks", TeamQuantity::Kicks),
         ("passes", TeamQuantity::Passes),
         ("penalties", TeamQuantity::Penalties),
+        ("programs_lost", TeamQuantity::ProgramsLost),
         ("falls", TeamQuantity::Falls),
         ("outs", TeamQuantity::Outs),
         ("possession_percent", TeamQuantity::PossessionPercent),

@@ -36,6 +36,8 @@ for line in sys.stdin:
     if cycle == 5:
         if misdeed == "leaves": sys.exit(0)
         if misdeed == "crashes": sys.exit(7)
+        if misdeed == "crashes and leaves a child": os.fork() == 0 and time.sleep(1000); os._exit(7)
+        if misdeed == "hangs up": os.close(1); time.sleep(1000)
         if misdeed == "is killed": os.kill(os.getpid(), 9)
         if misdeed == "sleeps": time.sleep(1000)
         if misdeed == "half a line": say('{"cycle": 5, "com'); sys.exit(0)
@@ -87,6 +89,9 @@ fn whatever_a_program_does_the_match_goes_on_and_the_trace_tells() {
         ("wants to know where it is", 1, "refused"),
         ("leaves", 5, "closed"),
         ("crashes", 5, "crashed"),
+        // The child has its standard output.
+        ("crashes and leaves a child", 5, "crashed"),
+        ("hangs up", 5, "closed"),
         ("is killed", 5, "crashed"),
         ("sleeps", 5, "timed_out"),
         ("half a line", 5, "closed"),
@@ -120,6 +125,24 @@ fn whatever_a_program_does_the_match_goes_on_and_the_trace_tells() {
         let last = lines(&trace).into_iter().rev().find(|line| line["type"] == "cycle").unwrap();
         assert!(last["robots"][1]["pose"][0].as_f64().unwrap() > -0.95, "{misdeed}: {last}");
     }
+}
+
+#[test]
+fn who_plays_may_open_standard_input_and_output_by_their_paths() {
+    let folder = tempfile::tempdir().unwrap();
+    let program = MISBEHAVING
+        .replace("for line in sys.stdin:", "for line in open('/dev/stdin'):")
+        .replace("    sys.stdout.", "    out.")
+        .replace("misdeed = sys.argv[1]", "misdeed, out = '', open('/dev/stdout', 'w')");
+    fs::write(folder.path().join("by_paths.py"), program).unwrap();
+    let team = "exec:python3 by_paths.py";
+    let expected = ["--expect", "blue.programs_lost == 0", "--expect", "blue2.path_m > 0.05"];
+    let run = ["run", "match3v3", "--duration", "1", "--agent-timeout", "60", "--blue", team];
+    let output = naoisis(folder.path(), &[&run[..], &expected].concat());
+    assert!(output.status.success(), "{}{}", text(&output.stdout), text(&output.stderr));
+    let one = ["run", "match3v3", "--duration", "1", "--blue", "exec:python3 none.py", "--expect"];
+    let output = naoisis(folder.path(), &[&one[..], &["blue.programs_lost == 3"]].concat());
+    assert!(output.status.success(), "{}{}", text(&output.stdout), text(&output.stderr));
 }
 
 #[test]
@@ -345,34 +368,77 @@ fn play_over(stream: UnixStream, encoding: &str, fields: &[&str]) -> Vec<Value> 
     }
 }
 
+/// A match with so many remote robots, and where programs connect to it. Nobody is given up for silence.
+fn served_match(folder: &Path, robots: u8) -> (App, Server, PathBuf) {
+    let path = folder.join("socket");
+    let server = Server::listen(&Address::Unix(path.clone())).unwrap();
+    let robots: Vec<Value> = (1..=robots)
+        .map(|number| json!({ "number": number, "pose": [-1, number, 0], "behaviour": "remote" }))
+        .collect();
+    let mut app = App::new();
+    app.add_plugins((NaoisisPlugins, AgentsPlugin));
+    app.insert_resource(AgentSettings { answer_timeout: None, ..default() });
+    app.start_match(&Scenario::from_json(&json!({ "robots": robots }).to_string()).unwrap()).unwrap();
+    (app, server, path)
+}
+
+/// A program that has connected and said this.
+fn connected(path: &Path, said: &str) -> UnixStream {
+    let mut stream = UnixStream::connect(path).unwrap();
+    stream.write_all(said.as_bytes()).unwrap();
+    stream
+}
+
+/// All that a program is told until the end.
+fn told(mut stream: UnixStream) -> String {
+    let mut told = String::new();
+    stream.read_to_string(&mut told).unwrap();
+    told
+}
+
 #[test]
 fn who_connects_and_says_nothing_keeps_nobody_waiting() {
-    let scenario = Scenario::from_json(r#"{ "robots": [{ "number": 1, "behaviour": "remote" }] }"#).unwrap();
     let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("socket");
-    let server = Server::listen(&Address::Unix(path.clone())).unwrap();
-    let mut app = App::new();
-    // Nobody is given up for silence.
-    app.add_plugins((NaoisisPlugins, AgentsPlugin))
-        .insert_resource(AgentSettings { answer_timeout: None, ..default() });
-    app.start_match(&scenario).unwrap();
-    let mut silent = UnixStream::connect(&path).unwrap();
-    let mut half = UnixStream::connect(&path).unwrap();
-    half.write_all(b"{\"hello\": ").unwrap();
-    let mut gone = UnixStream::connect(&path).unwrap();
-    gone.write_all(b"Hello!\n").unwrap();
-    let mut program = UnixStream::connect(&path).unwrap();
-    program.write_all(b"{\"hello\": {\"name\": \"quick\", \"protocol\": 1}}\n").unwrap();
+    let (mut app, server, path) = served_match(folder.path(), 1);
+    let silent: Vec<UnixStream> =
+        ["", "{\"hello\": "].iter().cycle().take(40).map(|said| connected(&path, said)).collect();
+    let wrong = connected(&path, "Hello!\n");
+    let program = connected(&path, "{\"hello\": {\"name\": \"quick\", \"protocol\": 1}}\n");
     let mut notes = Vec::new();
     server.let_in(app.world_mut(), || false, |note| notes.push(note.to_owned()));
     assert!(notes[0].starts_with("a program was not let in: it sent `Hello!`"), "{notes:?}");
     assert_eq!(notes[1..], ["blue1 is played by `quick`"]);
-    // Who has not spoken is told why it cannot play.
-    for late in [&mut silent, &mut half] {
-        let mut told = String::new();
-        late.read_to_string(&mut told).unwrap();
+    // Everybody else is told why it does not play.
+    let told_wrong = told(wrong);
+    assert!(told_wrong.contains("refused") && told_wrong.contains("expected a hello at first"), "{told_wrong}");
+    for late in silent {
+        let told = told(late);
         assert!(told.contains("refused") && told.contains("played already"), "{told}");
     }
+    drop(program);
+}
+
+#[test]
+fn a_robot_whose_program_hangs_up_before_the_match_is_free_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut app, server, path) = served_match(folder.path(), 2);
+    let hello = |robot: &str| format!("{{\"hello\": {{\"name\": \"x\", \"protocol\": 1, \"robot\": \"{robot}\"}}}}\n");
+    let programs = std::thread::spawn(move || {
+        let welcomed = |robot: &str| {
+            let mut program = BufReader::new(connected(&path, &hello(robot)));
+            let mut line = String::new();
+            program.read_line(&mut line).unwrap();
+            assert!(line.contains("welcome"), "{line}");
+            program
+        };
+        drop(welcomed("blue1"));
+        [welcomed("blue1"), welcomed("blue2")]
+    });
+    let mut notes = Vec::new();
+    server.let_in(app.world_mut(), || false, |note| notes.push(note.to_owned()));
+    let _programs = programs.join().unwrap();
+    let expected = ["blue1 is played by `x`", "blue1 is free again: its program has hung up"];
+    assert_eq!(notes, [&expected[..], &["blue1 is played by `x`", "blue2 is played by `x`"]].concat());
 }
 
 #[test]
