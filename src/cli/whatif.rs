@@ -11,6 +11,7 @@ use super::batch::progress_bar;
 use super::begin::{change_match, is_snapshot, scenario_file};
 use super::interrupt::Interrupt;
 use super::outputs::{Output, check_files};
+use super::teams::TeamArguments;
 use super::terminal::Printer;
 use super::{Program, report};
 use crate::behaviour::Program as PlayedByProgram;
@@ -18,7 +19,7 @@ use crate::cycle::{CycleClock, run_cycle};
 use crate::game::{Game, GameState};
 use crate::record::read::TraceReader;
 use crate::replace_file::replace_file;
-use crate::scenario::{Format, Scenario, Setting};
+use crate::scenario::{Format, SavedMatch, Scenario, ScenarioFile, Setting};
 use crate::simulation::{MatchApp, Snapshot};
 use crate::statistics::Estimate;
 use crate::team::Team;
@@ -39,6 +40,9 @@ pub struct WhatIfArguments {
     /// For how long after the moment, s; at most until the final whistle
     #[arg(long, value_name = "S", default_value_t = 30.0, value_parser = super::run_arguments::positive_seconds)]
     until: f32,
+    /// The teams that play on, instead of those of the moment.
+    #[command(flatten)]
+    teams: TeamArguments,
     /// Change a field of the scenario at the moment: messages.loss=1
     #[arg(long, value_name = "PATH=VALUE")]
     set: Vec<Setting>,
@@ -155,17 +159,37 @@ fn go_to_moment(app: &mut App, arguments: &WhatIfArguments) -> Result<(), ExitCo
     } else {
         return Err(no_moment(&arguments.moment));
     }
+    change_teams(app, arguments)?;
     refuse_programs(app)?;
     if arguments.set.is_empty() { Ok(()) } else { change_match(app, &arguments.moment, &arguments.set) }
+}
+
+/// Lets the teams of the command line, if there are any, play on from where the app's match is.
+fn change_teams(app: &mut App, arguments: &WhatIfArguments) -> Result<(), ExitCode> {
+    if Team::BOTH.into_iter().all(|team| arguments.teams.of(team).is_none()) {
+        return Ok(());
+    }
+    let failure = |message: String| report::failure(&message);
+    let moment = Moment::of(app.world_mut()).map_err(failure)?;
+    let saved = SavedMatch::of_bytes(moment.bytes()).map_err(failure)?;
+    let scenario = saved.scenario().map_err(failure)?;
+    let text = Scenario { from: Some(saved), ..scenario }.resolved_json();
+    let text = text.map_err(|error| report::failure(&error.to_string()))?;
+    let file = ScenarioFile::from_text(&text, Format::Json, &arguments.moment);
+    let mut file = file.map_err(|error| report::scenario_error(&error))?;
+    arguments.teams.choose(app.world(), &mut file).map_err(|message| report::usage_error(&message))?;
+    app.start_match(&file.scenario).map_err(|fault| report::scenario_error(&file.source.error(&fault)))?;
+    Ok(())
 }
 
 /// Puts the saved match of a scenario that goes on from one into the app, with the scenario's behaviours and settings.
 fn go_on_from_saved(app: &mut App, arguments: &WhatIfArguments) -> Result<(), ExitCode> {
     let file = scenario_file(&arguments.moment)?;
-    let file = file.check_with(&arguments.set).map_err(|errors| report::scenario_errors(&errors))?;
+    let mut file = file.check_with(&arguments.set).map_err(|errors| report::scenario_errors(&errors))?;
     if file.scenario.from.is_none() {
         return Err(no_moment(&arguments.moment));
     }
+    arguments.teams.choose(app.world(), &mut file).map_err(|message| report::usage_error(&message))?;
     app.start_match(&file.scenario).map_err(|fault| report::scenario_error(&file.source.error(&fault)))?;
     refuse_programs(app)
 }

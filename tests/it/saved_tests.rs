@@ -39,15 +39,36 @@ fn said(folder: &Path, arguments: &[&str], status: i32) -> String {
 
 /// What came of each time, with the seeds from 1 on.
 fn futures(folder: &Path, moment: &str) -> Value {
+    futures_with(folder, moment, &[])
+}
+
+/// The same, with these options.
+fn futures_with(folder: &Path, moment: &str, more: &[&str]) -> Value {
     let times = TIMES.to_string();
     let options = ["--times", &times, "--until", "8", "--json", "out.json", "--force", "--quiet"];
-    said(folder, &[&["whatif", moment], &options[..]].concat(), 0);
+    said(folder, &[&["whatif", moment], &options[..], more].concat(), 0);
     let value: Value = serde_json::from_slice(&fs::read(folder.join("out.json")).unwrap()).unwrap();
     value["branches"].clone()
 }
 
 fn goals_of_blue(futures: &Value) -> Vec<u64> {
     futures.as_array().unwrap().iter().map(|one| one["goals"]["blue"].as_u64().unwrap()).collect()
+}
+
+#[test]
+fn another_team_plays_on_from_any_moment() {
+    let folder = tempfile::tempdir().unwrap();
+    saved(folder.path());
+    let mut test: Value = serde_json::from_slice(&fs::read(folder.path().join("test.json")).unwrap()).unwrap();
+    test.as_object_mut().unwrap().remove("seed");
+    fs::write(folder.path().join("test.json"), test.to_string()).unwrap();
+    said(folder.path(), &["run", "shot.json", "--duration", "3", "--trace", "shot.jsonl", "--quiet"], 0);
+    let others = |moment: &str| futures_with(folder.path(), moment, &["--pink", "chasers"]);
+    let of_moment = others("m.naoisis");
+    assert_ne!(of_moment, futures(folder.path(), "m.naoisis"));
+    assert_eq!(of_moment, others("test.json"));
+    assert_eq!(of_moment, others("shot.jsonl@3"));
+    assert!(said(folder.path(), &["whatif", "m.naoisis", "--pink", "nobody"], 2).contains("there is no team `nobody`"));
 }
 
 #[test]
