@@ -38,7 +38,8 @@ pub struct GameStatus {
     pub half: u32,
     /// Seconds left in this half; none where the rules have no clock.
     pub time_left_s: Option<f32>,
-    /// Seconds left of what the game waits for: of `ready` and `set`, of a free kick, of a shot in a shoot-out.
+    /// Seconds left of what the game waits for: of `ready`, of a free kick, of a shot in a shoot-out; none in
+    /// `set`, as the GameController tells nobody when the whistle comes.
     pub secondary_time_left_s: Option<f32>,
     /// Seconds since the start of the match.
     pub time_s: f32,

@@ -208,7 +208,8 @@ pub(super) fn tell_status(
         let by_radio = radio.limits_with(own.unwrap_or(&radio.robots)).messages_left(messages[team].sent);
         by_the_rules.into_iter().chain(by_radio).min()
     };
-    let secondary = told.secondary_cycles_left(&rules, &clock);
+    // When the whistle comes, nobody is told.
+    let secondary = told.secondary_cycles_left(&rules, &clock).filter(|_| told.state != GameState::Set);
     for (id, penalty, own_limits, mut status) in &mut robots {
         let record = memory.record(*id);
         *status = GameStatus {
