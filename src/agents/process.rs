@@ -1,7 +1,7 @@
 //! The process of a program that plays a robot. Nothing of it outlives the match, however the match ends.
 //!
-//! It talks over the pipes of its standard input and output. It and what it starts are a process group of their own, and a guard stands by it: a shell that waits for this program to end,
-//! even by a signal that nobody can catch, and then ends the group.
+//! It talks over the pipes of its standard input and output. It and what it starts are a process group of their own, and a guard
+//! stands by it: a shell that waits for this program to end, even by a signal that nobody can catch, and then ends the group.
 
 use core::time::Duration;
 use std::io::{BufRead, BufReader, Read};

@@ -1,5 +1,5 @@
-//! The start of a match: a new one, or one that goes on from a saved one, as its scenario wants it: the very moment, with what everybody thinks and what is under way,
-//! and the chance of the scenario's seed.
+//! The start of a match: a new one, or one that goes on from a saved one, as its scenario wants it: the very moment, with what
+//! everybody thinks and what is under way, and the chance of the scenario's seed.
 //!
 //! A robot that is to behave otherwise begins afresh in that moment: where it is, moving as it does, without a thought in its head.
 

@@ -134,6 +134,7 @@ fn who_plays_may_open_standard_input_and_output_by_their_paths() {
         .replace("for line in sys.stdin:", "for line in open('/dev/stdin'):")
         .replace("    sys.stdout.", "    out.")
         .replace("misdeed = sys.argv[1]", "misdeed, out = '', open('/dev/stdout', 'w')");
+    assert!(program.contains("in open('/dev/stdin')") && program.contains("out.write(text)"), "{program}");
     fs::write(folder.path().join("by_paths.py"), program).unwrap();
     let team = "exec:python3 by_paths.py";
     let expected = ["--expect", "blue.programs_lost == 0", "--expect", "blue2.path_m > 0.05"];
