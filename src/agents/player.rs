@@ -158,16 +158,19 @@ impl Agent {
         self.connection.send(&turn, self.deadline).map_err(|loss| self.told(loss))
     }
 
-    /// The images that it wants, if they were taken in this cycle.
+    /// The images that it wants, if they arrived in this cycle.
     fn images_of<'a>(
         &self,
         clock: &CycleClock,
         images: Option<&'a CameraImages>,
     ) -> BTreeMap<CameraName, ImageMessage<'a>> {
         let wanted = self.hello.as_ref().map_or(&[][..], |hello| &hello.images);
-        let taken = images.filter(|images| !wanted.is_empty() && images.cycle == Some(clock.cycle));
-        let Some(taken) = taken else { return BTreeMap::new() };
-        wanted.iter().map(|camera| (*camera, ImageMessage::of(taken.of(*camera)))).collect()
+        let new = images.filter(|images| !wanted.is_empty() && images.arrived == Some(clock.cycle));
+        let Some((images, taken)) = new.and_then(|images| images.cycle.map(|taken| (images, taken))) else {
+            return BTreeMap::new();
+        };
+        let time_s = CycleClock { cycle: taken, ..*clock }.start_time_s();
+        wanted.iter().map(|camera| (*camera, ImageMessage::of(images.of(*camera), time_s))).collect()
     }
 
     /// What the program decides in this cycle.

@@ -236,6 +236,8 @@ impl Serialize for PerceptionParts<'_> {
 /// A camera image.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct ImageMessage<'a> {
+    /// When it was taken, s since the start.
+    pub time_s: f64,
     /// Pixels in a row.
     pub width: u32,
     /// Rows.
@@ -247,9 +249,9 @@ pub struct ImageMessage<'a> {
 }
 
 impl<'a> ImageMessage<'a> {
-    /// An image as it is sent.
-    pub fn of(image: &'a Image) -> Self {
-        Self { width: image.width, height: image.height, rgb: &image.rgb }
+    /// An image of that instant as it is sent.
+    pub fn of(image: &'a Image, time_s: f64) -> Self {
+        Self { time_s, width: image.width, height: image.height, rgb: &image.rgb }
     }
 }
 

@@ -10,8 +10,11 @@ use super::terminal::Printer;
 use crate::scenario::{MODELS, ModelError, RobotModel};
 use crate::trials::{self, MeasuredQuantity};
 
-/// A measured figure that is farther from the real one is pointed at, as a share of it.
-const FAR: f64 = 0.15;
+/// A measured figure that is farther from the real one is pointed at, as a share of it: as far as chance alone brings a spread in
+/// so many repetitions. Of a standard deviation's `1 / sqrt(2 n)`, that is three: 15 % of 200 repetitions.
+fn far(repetitions: u32) -> f64 {
+    f64::max(0.15, 3.0 / (2.0 * f64::from(repetitions)).sqrt())
+}
 
 /// Arguments of `naoisis realism`.
 #[derive(Args, Debug, Clone)]
@@ -41,7 +44,9 @@ pub fn realism(arguments: &RealismArguments) -> ExitCode {
     for model in chosen {
         let measured = trials::measure(&model, arguments.repetitions);
         match measured.and_then(|quantities| Ok((quantities, trials::not_measured(&model)?))) {
-            Ok((quantities, left_out)) => printer.print(table(&model, &quantities, &left_out)),
+            Ok((quantities, left_out)) => {
+                printer.print(table(&model, &quantities, &left_out, far(arguments.repetitions)));
+            }
             Err(error) => return report::failure(&error.to_string()),
         }
         if printer.is_closed() {
@@ -59,8 +64,9 @@ pub(super) fn no_model(argument: &str, error: &ModelError) -> ExitCode {
     }
 }
 
-/// The table of a model, with what of it is `left_out`. What is far off is marked by `!`, what no source gives by `?`.
-fn table(model: &RobotModel, quantities: &[MeasuredQuantity], left_out: &[&str]) -> String {
+/// The table of a model, with what of it is `left_out`. What is `far` off, as a share, is marked by `!`, what no source gives by
+/// `?`.
+fn table(model: &RobotModel, quantities: &[MeasuredQuantity], left_out: &[&str], far: f64) -> String {
     let names: Vec<String> = quantities
         .iter()
         .map(|quantity| match quantity.unit {
@@ -72,21 +78,26 @@ fn table(model: &RobotModel, quantities: &[MeasuredQuantity], left_out: &[&str])
     let mut text = format!("{}: {}\n", model.name, model.description);
     let _ = writeln!(text, "  {:width$}  simulated      real  difference    source", "quantity");
     for (name, quantity) in names.iter().zip(quantities) {
-        let mark = match quantity {
-            quantity if quantity.difference().abs() > FAR => '!',
-            quantity if quantity.is_guess() => '?',
-            _ => ' ',
+        let guess = if quantity.is_guess() { '?' } else { ' ' };
+        let MeasuredQuantity { measured, real, source, .. } = quantity;
+        let _ = match (quantity.difference(), quantity.not_seen) {
+            (Some(share), _) => {
+                let mark = if share.abs() > far { '!' } else { guess };
+                writeln!(text, "  {name:width$}  {measured:9.3} {real:9.3}  {:+8.1} % {mark}  {source}", 100.0 * share)
+            }
+            (None, why) => {
+                let why = why.unwrap_or_default();
+                writeln!(
+                    text,
+                    "  {name:width$}  {:>9} {real:9.3}  {:>8}   {guess}  {source} (not seen: {why})",
+                    "-", "-"
+                )
+            }
         };
-        let _ = writeln!(
-            text,
-            "  {name:width$}  {:9.3} {:9.3}  {:+8.1} % {mark}  {}",
-            quantity.measured,
-            quantity.real,
-            100.0 * quantity.difference(),
-            quantity.source
-        );
     }
-    text.push_str("  ! is farther from the real figure than 15 %; ? is a guess, for which no source is known\n");
+    let _ = write!(text, "  ! is farther from the real figure than {:.0} %", 100.0 * far);
+    text.push_str(if far > 0.15 { ", which so few repetitions may be by chance" } else { "" });
+    text.push_str("; ? is a guess, for which no source is known\n");
     for words in left_out {
         let _ = writeln!(text, "  note: {words}");
     }

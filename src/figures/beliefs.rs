@@ -35,7 +35,10 @@ fn scenario(model: &RobotModel) -> Result<String, FigureError> {
     let scenario = json!({
         "rules": "free", "seed": 7, "ball": { "position_m": [0.2, -0.55] },
         "robots": [
-            { "team": "blue", "number": 1, "pose": [-0.62, 0.16, -20.0] },
+            // While nobody looks, it comes nearer.
+            { "team": "blue", "number": 1, "pose": [-0.62, 0.16, -20.0], "behaviour": { "script": [
+                { "from_s": 2.9, "until_s": 4.2, "walk": [0.005, 0.0, 0.0] }
+            ] } },
             { "team": "pink", "number": 1, "pose": [0.85, -0.1, 172.0], "head_deg": away, "behaviour": { "script": [
                 { "from_s": 1.0, "head_deg": ahead },
                 { "from_s": 1.6, "until_s": 5.7, "walk": [0.006, 0.0, 0.0] },
@@ -104,6 +107,12 @@ impl Sample {
 
     fn heard(&self) -> bool {
         self.sonar.left.is_some() || self.sonar.right.is_some()
+    }
+
+    /// How far from the opponent's place it is believed to be, m.
+    fn error_m(&self) -> Option<f32> {
+        let place = point_pitch_from_team(self.track()?.position_m, End::PositiveX);
+        Some(place.distance(self.opponent.position))
     }
 
     /// The standard deviations of the opponent's place along and across the line of sight, m.
@@ -200,10 +209,12 @@ fn draw_stage(
     match sample.track() {
         Some(track) => {
             draw_track(&mut picture, &inner, track, YELLOW, 0.25);
-            let error = point_pitch_from_team(track.position_m, End::PositiveX).distance(sample.opponent.position);
+            let error = sample.error_m().unwrap_or_default();
             let sd = sample.sd().unwrap_or_default();
+            let before = earlier.and_then(Sample::error_m);
+            let before = before.map(|error| format!(", {:.0} cm before the echo", 100.0 * error)).unwrap_or_default();
             let words = format!(
-                "error {:.0} cm; along the line of sight \u{b1}{:.0} cm, across \u{b1}{:.0} cm",
+                "error {:.0} cm{before}; along the line of sight \u{b1}{:.0} cm, across \u{b1}{:.0} cm",
                 100.0 * error,
                 100.0 * sd[0],
                 100.0 * sd[1]
@@ -262,11 +273,7 @@ fn draw_deviations(canvas: &mut Canvas, samples: &[Sample], stages: [(&str, usiz
     };
     canvas.line(&curve(&|sample| Some(sample.sd()?[0])), VERMILION, 3.5);
     canvas.line(&curve(&|sample| Some(sample.sd()?[1])), marks::BLUE, 3.5);
-    let error = |sample: &Sample| {
-        let place = point_pitch_from_team(sample.track()?.position_m, End::PositiveX);
-        Some(place.distance(sample.opponent.position))
-    };
-    canvas.line(&curve(&error), INK, 2.0);
+    canvas.line(&curve(&Sample::error_m), INK, 2.0);
     axes.frame(canvas, [1.0, 0.1], ["time, s", "m"]);
     caption(canvas, "d", "Uncertainty and error over time", at - Vec2::Y * 16.0);
     for (index, (colour, words)) in [

@@ -15,7 +15,7 @@ use crate::scenario::RobotModel;
 use crate::sensing::camera::CameraSettings;
 use crate::sensing::camera::image::Image;
 
-const SIZE: Vec2 = Vec2::new(1600.0, 1336.0);
+const PAGE_WIDTH: f32 = 1600.0;
 /// Yaw and pitch of the head in each view, degrees.
 const HEAD_DEG: [[f32; 2]; 8] = [
     [55.0, -30.0],
@@ -31,8 +31,9 @@ const HEAD_DEG: [[f32; 2]; 8] = [
 const LOOK_S: f32 = 1.0;
 const SCENE: Vec2 = Vec2::new(1540.0, 560.0);
 const VIEW_WIDTH: f32 = 374.0;
-/// Height of a row of views, points.
+/// Height of a row of views as high as a NAO's, and what of it is between them, points.
 const ROW: f32 = 332.0;
+const BETWEEN: f32 = 51.5;
 /// Angles that differ by less are the same, degrees.
 const SAME_DEG: f32 = 0.5;
 
@@ -59,7 +60,12 @@ pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
     let Some(camera) = cameras.mounts.as_slice().last().copied() else {
         return Err(FigureError::Lacking { figure: 3, what: "what a camera sees" });
     };
-    let mut canvas = Canvas::scaled(SIZE, scale, PAPER);
+    let width = view_width(&cameras, &camera, looks.len());
+    let [own_width, own_height] = camera.size.unwrap_or([cameras.width, cameras.height]);
+    // One view has both rows for itself.
+    let view_height = width * own_height as f32 / own_width as f32;
+    let row_height = if looks.len() > 1 { view_height + BETWEEN } else { ROW };
+    let mut canvas = Canvas::scaled(Vec2::new(PAGE_WIDTH, 672.0 + 2.0 * row_height), scale, PAPER);
     let origin = Vec2::new(30.0, 56.0);
     caption(&mut canvas, "a", "The scene: the blue robot is on the halfway line", origin - Vec2::Y * 18.0);
     let target = Vec3::new(1.35, -0.35, 0.05);
@@ -67,14 +73,14 @@ pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
     let scene_view = view_from(target + away, target, 0.42, SCENE, scale);
     canvas.pixels(&figure_match::draw(played.scene(), &scene_view), origin);
 
-    let width = view_width(&cameras, &camera, looks.len());
+    let mut marked = 0;
     for (index, letter) in ('b'..='i').take(looks.len()).enumerate() {
         played.play((30.0 * LOOK_S) as usize, |_| ());
         let Some((view, _)) = played.view_of_robot(BLUE, camera.name, width, scale) else {
             return Err(FigureError::Missing { figure: 3, missing: "the robot is not on the pitch" });
         };
         let (column, row) = ((index % 4) as f32, (index / 4) as f32);
-        let at = Vec2::new(30.0 + 388.7 * column, 694.0 + ROW * row);
+        let at = Vec2::new(30.0 + 388.7 * column, 694.0 + row_height * row);
         let head: HeadAngles = played.robot(BLUE);
         let [yaw, pitch] = [head.yaw, head.pitch].map(|angle| degrees(to_degrees(angle)));
         let words = if looks.len() > 1 {
@@ -87,13 +93,15 @@ pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
         if let Some(pixel) = middle_on_the_ground(&view).and_then(|place| scene_view.project(place)) {
             let place = origin + pixel / scale;
             if place.cmpgt(origin).all() && place.cmplt(origin + SCENE).all() {
+                marked += 1;
                 canvas.disc(place, 3.5, PAPER, 1.0);
                 bright_words(&mut canvas, &letter.to_string(), place + Vec2::new(0.0, -7.0), 22.0, Anchor::Middle);
             }
         }
     }
+    let all = if marked < looks.len() { "; without one, it is above the ground or far away" } else { "" };
     let words = format!(
-        "Letters in the scene: where the middle of each view is on the ground. The {} camera looks {} further down than the head.",
+        "Letters in the scene: where the middle of each view is on the ground{all}. The {} camera looks {} further down than the head.",
         camera.name,
         degrees(to_degrees(camera.tilt()))
     );

@@ -1,4 +1,5 @@
-//! Figure 8: a match of one against one at a glance. Above the field, below what the pink robot sees.
+//! Figure 8: a match of one against one at a glance. Above the field, below what the pink robot sees: with the camera that shows it the
+//! ball, if one does.
 
 use bevy::math::Vec2;
 
@@ -6,6 +7,7 @@ use super::FigureError;
 use super::figure_match::{self, FigureMatch, PINK, pixels, supersampling, view_of_robot};
 use crate::appearance::scene::Scene;
 use crate::appearance::view::View;
+use crate::camera_model::{CameraMount, CameraName};
 use crate::events::MatchEvent;
 use crate::game::GameState;
 use crate::record::canvas::{Anchor, Canvas, GREY, INK, PAPER, ellipse};
@@ -17,7 +19,7 @@ use crate::sensing::camera::image::Image;
 use crate::simulation::MatchApp;
 use crate::team::Team;
 
-const SIZE: Vec2 = Vec2::new(1600.0, 1180.0);
+const PAGE_WIDTH: f32 = 1600.0;
 const COLUMNS: usize = 4;
 const SAMPLES: usize = 8;
 const WIDTH: f32 = 374.0;
@@ -36,17 +38,23 @@ struct Sample {
 /// Draws it.
 pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
     // Who sees nothing scores no goal that could be waited for.
-    let Some(camera) = model.scenario()?.cameras.mounts.names().next() else {
+    if model.scenario()?.cameras.mounts.as_slice().is_empty() {
         return Err(FigureError::Lacking { figure: 8, what: "what a camera sees" });
-    };
+    }
     let Goal { samples, scorer, cameras } = first_goal(model)?;
-    let mut canvas = Canvas::scaled(SIZE, scale, PAPER);
+    let height_of = |mount: &CameraMount| {
+        let [width, height] = mount.size.unwrap_or([cameras.width, cameras.height]);
+        WIDTH * height as f32 / width as f32
+    };
+    let view_height = cameras.mounts.as_slice().iter().map(height_of).fold(0.0, f32::max);
+    let row_height = FIELD_HEIGHT + view_height + 83.5;
+    let mut canvas = Canvas::scaled(Vec2::new(PAGE_WIDTH, 24.0 + 2.0 * row_height), scale, PAPER);
     let last = samples.len() - 1;
     let begin_s = samples[0].time_s;
     for place in 0..SAMPLES {
         let sample = &samples[place * last / (SAMPLES - 1)];
         let (column, row) = ((place % COLUMNS) as f32, (place / COLUMNS) as f32);
-        let at = Vec2::new(30.0 + 388.7 * column, 48.0 + 578.0 * row);
+        let at = Vec2::new(30.0 + 388.7 * column, 48.0 + row_height * row);
         let words = match place {
             0 => "kick-off".to_owned(),
             7 => format!("{:.1} s: goal for {scorer}", sample.time_s - begin_s),
@@ -63,16 +71,33 @@ pub fn draw(model: &RobotModel, scale: f32) -> Result<Image, FigureError> {
             canvas.outline(&ring, YELLOW, 2.0);
         }
         let below = at + Vec2::Y * (FIELD_HEIGHT + 4.0);
-        match view_of_robot(&sample.scene, &cameras, PINK, camera, WIDTH, scale) {
-            Some((view, _)) => canvas.pixels(&figure_match::draw(&sample.scene, &view), below),
+        match view_with_ball(sample, &cameras, scale) {
+            Some((camera, view)) => {
+                canvas.pixels(&figure_match::draw(&sample.scene, &view), below);
+                if cameras.mounts.as_slice().len() > 1 {
+                    let corner = at + Vec2::new(WIDTH, -10.0);
+                    canvas.words(&format!("below: {camera} camera"), corner, 17.0, Anchor::Right, GREY);
+                }
+            }
             None => {
-                let size = Vec2::new(WIDTH, 0.75 * WIDTH);
+                let size = Vec2::new(WIDTH, view_height);
                 canvas.rectangle(below, size, GREY, 0.25);
                 canvas.words("not on the pitch", below + size / 2.0, 18.0, Anchor::Middle, INK);
             }
         }
     }
     Ok(canvas.into_image())
+}
+
+/// What the pink robot sees with the camera that has the ball in its image, or else with its first; none if it is not on the pitch.
+fn view_with_ball(sample: &Sample, cameras: &CameraSettings, scale: f32) -> Option<(CameraName, View)> {
+    let view_of = |camera| Some((camera, view_of_robot(&sample.scene, cameras, PINK, camera, WIDTH, scale)?.0));
+    let has_ball = |(_, view): &(CameraName, View)| {
+        let pixel = sample.scene.ball.and_then(|ball| view.project(ball.centre()));
+        pixel.is_some_and(|pixel| pixel.cmpge(Vec2::ZERO).all() && pixel.cmple(view.intrinsics.size).all())
+    };
+    let names = || cameras.mounts.names();
+    names().filter_map(view_of).find(has_ball).or_else(|| names().find_map(view_of))
 }
 
 /// The cycles from the kick-off until the ball is in a goal.

@@ -153,7 +153,10 @@ fn what_came_of_it(result: KickResult, direction: Option<f32>, path: &[Vec2]) ->
     let rolled = path.first().zip(path.last()).map_or(0.0, |(from, to)| from.distance(*to));
     let direction = direction.map_or(0.0, |direction| to_degrees(wrap_angle(direction - ROBOT.heading)));
     let side = if direction > 0.0 { "left" } else { "right" };
-    let direction = format!("{:.0}\u{b0} to the {side}", direction.abs());
+    let direction = match direction.abs() {
+        straight if straight < 0.5 => "straight ahead".to_owned(),
+        aside => format!("{aside:.0}\u{b0} to the {side}"),
+    };
     match result {
         KickResult::Kicked => format!("rolls {rolled:.2} m, {direction}"),
         KickResult::Reduced => format!("straight at half the speed: {rolled:.2} m"),
@@ -263,6 +266,7 @@ mod tests {
         let path = [Vec2::ZERO, Vec2::new(0.5, 0.0), Vec2::new(1.0, 0.0)];
         let said = |result, direction| what_came_of_it(result, direction, &path);
         assert_eq!(said(KickResult::Kicked, Some(-0.5)), "rolls 1.00 m, 29\u{b0} to the right");
+        assert_eq!(said(KickResult::Kicked, Some(0.001)), "rolls 1.00 m, straight ahead");
         assert!(said(KickResult::Missed, None).contains("stays"));
     }
 }

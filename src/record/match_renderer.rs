@@ -136,7 +136,7 @@ pub(super) fn newest_image(world: &World, id: RobotId, side: CameraName) -> Opti
     let images = world.get::<CameraImages>(entity)?;
     let every = world.get::<CameraSettings>(entity).map_or(1, |settings| settings.every_cycles.max(1));
     let taken = images.cycle?;
-    let age = world.resource::<CycleClock>().cycle.checked_sub(taken)?;
+    let age = world.resource::<CycleClock>().cycle.checked_sub(images.arrived?)?;
     (age < u64::from(every) && !images.of(side).is_empty()).then(|| (taken, images.of(side)))
 }
 

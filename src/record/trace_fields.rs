@@ -34,6 +34,10 @@ pub const TRACE_FIELDS: &[TraceField] = &[
     field("robots.sonar_m", "the distances that its sonars measure, m"),
     field("robots.sonar_m.left", "of the left sonar, or null"),
     field("robots.sonar_m.right", "of the right sonar, or null"),
+    field(
+        "robots.sonar_m.time_s",
+        "when they pinged, s since the start, of sonars that do not ping at each cycle's start or are late",
+    ),
     field("robots.percepts", "what it recognises; places on the ground in the robot's frame, m; pixels `[u, v]`"),
     field("robots.percepts.time_s", "when it was seen, s since the start"),
     field("robots.percepts.ball", "the ball, or null"),

@@ -130,7 +130,7 @@ impl Announcement {
             *self = Self { instead: Some(before.clone()), cycles_left: delay_cycles };
         } else if self.cycles_left == 0
             || is_told_at_once(before, after)
-            || self.instead.as_ref().is_some_and(|told| events.iter().any(|event| contradicts(told, event)))
+            || self.instead.as_ref().is_some_and(|told| events.iter().any(|event| contradicts(told, seen, event)))
         {
             *self = Self::default();
         }
@@ -150,12 +150,19 @@ fn is_told_at_once(before: &Game, after: &Game) -> bool {
     begins_set_play || rest(before) != rest(after)
 }
 
-/// Whether a robot is penalised for what nobody can do in the game that they are told of.
-fn contradicts(told: &Game, event: &MatchEvent) -> bool {
-    let MatchEvent::Penalty { reason, .. } = event else { return false };
-    match told.state {
-        GameState::Standby => *reason != PenaltyReason::MotionInStandby,
-        GameState::Set => matches!(reason, PenaltyReason::BallHolding | PenaltyReason::GameStuck),
+/// Whether a robot is penalised for what nobody can do in the game that they are told of, or comes back when nobody can.
+fn contradicts(told: &Game, seen: &MatchSnapshot, event: &MatchEvent) -> bool {
+    match (told.state, event) {
+        (GameState::Standby, MatchEvent::Penalty { reason, .. }) => *reason != PenaltyReason::MotionInStandby,
+        (GameState::Set, MatchEvent::Penalty { reason, .. }) => {
+            matches!(reason, PenaltyReason::BallHolding | PenaltyReason::GameStuck)
+        }
+        // The time of a penalty does not run in `set`. Those who moved in it are let go by the clock, not by a call.
+        (GameState::Set, MatchEvent::PenaltyOver { robot, .. }) => seen
+            .robots
+            .iter()
+            .filter(|other| other.id == *robot)
+            .any(|robot| robot.penalty.0.is_some_and(|penalty| !penalty.reason.is_in_place())),
         _ => false,
     }
 }
@@ -269,6 +276,28 @@ mod tests {
         };
         assert_eq!(told(PenaltyReason::BallHolding), GameState::Playing);
         assert_eq!(told(PenaltyReason::Fallen), GameState::Set);
+    }
+
+    #[test]
+    fn a_penalty_that_is_over_in_set_tells_that_play_has_begun() {
+        let told = |reason| {
+            let mut situation = delayed();
+            situation.game.state = GameState::Set;
+            let penalty = Intervention::Penalise { robot: BLUE2, reason, duration_s: Some(0.05) };
+            situation.interventions = vec![penalty, Intervention::Whistle];
+            situation.pass();
+            let told = [(); 4].map(|()| {
+                situation.pass();
+                (
+                    situation.robots.iter().any(|robot| robot.penalty.0.is_some()),
+                    situation.memory.announcement.told(&situation.game).state,
+                )
+            });
+            assert!(told.contains(&(true, GameState::Set)) && !told[3].0, "{told:?}");
+            told[3].1
+        };
+        assert_eq!(told(PenaltyReason::Pushing), GameState::Playing);
+        assert_eq!(told(PenaltyReason::MotionInSet), GameState::Set);
     }
 
     #[test]

@@ -23,6 +23,7 @@ impl Plugin for HeadPlugin {
     fn build(&self, app: &mut App) {
         app.register_type::<HeadAngles>()
             .register_type::<HeadCommand>()
+            .register_type::<LateHeadCommand>()
             .register_type::<HeadLimits>()
             .add_systems(Cycle, turn_heads.in_set(ActSystems::Head));
     }
@@ -47,6 +48,11 @@ pub struct HeadCommand {
     /// Downwards, radians; beyond the limit it is clamped.
     pub pitch: f32,
 }
+
+/// The command that the joints go by instead of the [`HeadCommand`], where commands are [late](crate::sensing::latency).
+#[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
+#[reflect(Component, @Knowledge::Truth)]
+pub struct LateHeadCommand(pub Option<HeadCommand>);
 
 /// Limits of the head's joints.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
@@ -198,15 +204,16 @@ fn turn_heads(
     roster: Res<Roster>,
     clock: Res<CycleClock>,
     mut events: ResMut<CycleEvents>,
-    mut robots: Query<(&RobotId, &HeadLimits, &mut HeadCommand, &mut HeadAngles)>,
+    mut robots: Query<(&RobotId, &HeadLimits, Option<&LateHeadCommand>, &mut HeadCommand, &mut HeadAngles)>,
 ) {
     for entity in roster.entities() {
-        let Ok((id, limits, mut command, mut angles)) = robots.get_mut(entity) else { continue };
+        let Ok((id, limits, late, mut command, mut angles)) = robots.get_mut(entity) else { continue };
         if let Some(reason) = Refusal::of_numbers([command.yaw, command.pitch]) {
             events.push(MatchEvent::CommandRefused { robot: *id, command: CommandKind::Head, reason });
             *command = HeadCommand { yaw: angles.yaw, pitch: angles.pitch };
         }
-        *angles = turned(*angles, *command, limits, clock.period());
+        let arrived = late.and_then(|late| late.0).unwrap_or(*command);
+        *angles = turned(*angles, arrived, limits, clock.period());
     }
 }
 

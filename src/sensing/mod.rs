@@ -15,7 +15,7 @@
 //! | [status] | | [`status::BodyStatus`], [`GameStatus`](crate::referee::GameStatus) |
 //! | [team messages](crate::communication) | [`MessageSettings`](crate::communication::MessageSettings) | [`Inbox`](crate::communication::Inbox) |
 //!
-//! What is seen can be [late](latency).
+//! What they say can be [late](latency).
 //!
 //! How true a sensor is can be chosen for each robot and sensor, in a scenario or at run time: see [`fidelity`]. The
 //! behaviours' code does not change.

@@ -116,7 +116,7 @@ fn take_images(
             continue;
         };
         is_wanted[settings.design as usize] |= !is_gpu;
-        images.cycle = Some(clock.cycle);
+        (images.cycle, images.arrived) = (Some(clock.cycle), Some(clock.cycle));
         let looks = gaze.map_or(*head, |gaze| gaze.actual(*head));
         let views = settings.views(looks);
         let turn = if settings.lens.exposure_s > 0.0 {

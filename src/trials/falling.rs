@@ -16,6 +16,9 @@ const TIME_S: u32 = 60;
 /// Falls are rare: robots are tried that fall so much more often.
 const OFTENER: f32 = 10.0;
 
+const NOBODY_FELL: &str = "nobody fell in so few repetitions";
+const NOBODY_GOT_UP: &str = "nobody fell and got up in so few repetitions";
+
 /// What came of a robot that always gets up again.
 #[derive(Default)]
 struct Falls {
@@ -108,20 +111,27 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuant
 
     let quantity = |name, unit, measured, real: f32, path| laboratory.quantity(name, unit, measured, real.into(), path);
     let a_minute = 60.0 * falls.falls / falls.walked_s.max(1.0) / f64::from(OFTENER);
-    let get_up_s = real.get_up_s.unwrap_or_default();
+    let get_up_s = real.get_up_s.unwrap_or(scenario.rules.get_up_s);
     let quantities = [
         has_walk.then(|| {
-            quantity("falls in a minute at full speed", "", a_minute, real.falls_per_min, "falls.falls_per_min")
+            let path = "falls.falls_per_min";
+            quantity("falls in a minute at full speed", "", a_minute, real.falls_per_min, path)
+                .if_seen(falls.falls, NOBODY_FELL)
         }),
         kicks.map(|kicks| {
             let share = kicks.falls / kicks.kicked.max(1.0);
             quantity("kicks in which it falls", "", share, real.kick_probability, "falls.kick_probability")
+                .if_seen(kicks.falls, NOBODY_FELL)
         }),
         // Who does not walk does not fall in these trials.
-        has_walk.then(|| quantity("getting up", "s", mean_of(&ups.got_up_s), get_up_s, "falls.get_up_s")),
+        has_walk.then(|| {
+            quantity("getting up", "s", mean_of(&ups.got_up_s), get_up_s, "falls.get_up_s")
+                .if_seen(ups.got_up_s.len() as f64, NOBODY_GOT_UP)
+        }),
         has_walk.then(|| {
             let share = tries.fell_back / (tries.fell_back + tries.got_up_s.len() as f64).max(1.0);
             quantity("tries to get up that fail", "", share, real.get_up_failure, "falls.get_up_failure")
+                .if_seen(tries.fell_back, "no try failed in so few repetitions")
         }),
     ];
     Ok(quantities.into_iter().flatten().collect())

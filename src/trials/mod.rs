@@ -11,7 +11,7 @@
 //! let model = RobotModel::named("nao").unwrap();
 //! let speed = trials::walking::measure(&model, 3)?.remove(0);
 //! assert_eq!((speed.name.as_str(), speed.unit), ("speed forward", "m/s"));
-//! assert!(speed.difference().abs() < 0.15);
+//! assert!(speed.difference().is_some_and(|share| share.abs() < 0.15));
 //! # Ok::<(), naoisis::trials::TrialError>(())
 //! ```
 
@@ -25,6 +25,7 @@ use crate::team::{RobotId, Team};
 
 pub mod falling;
 pub mod kicking;
+pub mod lateness;
 pub mod seeing;
 pub mod sensing;
 pub mod walking;
@@ -37,8 +38,10 @@ pub struct MeasuredQuantity {
     pub name: String,
     /// Its unit, as it is printed.
     pub unit: &'static str,
-    /// What the simulated robot does.
+    /// What the simulated robot does; nought where that was [not seen](Self::not_seen).
     pub measured: f64,
+    /// Why it was not seen what the simulated robot does, as in "nobody fell"; none if it was.
+    pub not_seen: Option<&'static str>,
     /// What the real one does.
     pub real: f64,
     /// Where the real figure is from: what the model's `sources` say of it, [`NOT_GIVEN`] of a figure of its own of which they say nothing,
@@ -50,9 +53,15 @@ pub struct MeasuredQuantity {
 pub const NOT_GIVEN: &str = "not given";
 
 impl MeasuredQuantity {
-    /// How far the measured value is from the real one, as a share of the real one.
-    pub fn difference(&self) -> f64 {
-        if self.real == 0.0 { self.measured } else { self.measured / self.real - 1.0 }
+    /// How far the measured value is from the real one, as a share of the real one; none if it was not seen.
+    pub fn difference(&self) -> Option<f64> {
+        let share = if self.real == 0.0 { self.measured } else { self.measured / self.real - 1.0 };
+        self.not_seen.is_none().then_some(share)
+    }
+
+    /// The same if it was seen so often, and else not seen: what happens seldom need not happen in few trials.
+    fn if_seen(self, times: f64, otherwise: &'static str) -> Self {
+        Self { not_seen: (times == 0.0 && self.real != 0.0).then_some(otherwise), ..self }
     }
 
     /// Whether no source gives the real figure.
@@ -83,6 +92,7 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuant
     quantities.extend(kicking::measure(model, repetitions)?);
     quantities.extend(falling::measure(model, repetitions)?);
     quantities.extend(sensing::measure(model, repetitions)?);
+    quantities.extend(lateness::measure(model)?);
     Ok(quantities)
 }
 
@@ -168,7 +178,7 @@ impl<'a> Laboratory<'a> {
             None => NOT_GIVEN,
         };
         let source = source.to_owned();
-        MeasuredQuantity { name: name.to_owned(), unit, measured, real, source }
+        MeasuredQuantity { name: name.to_owned(), unit, measured, not_seen: None, real, source }
     }
 }
 
@@ -199,7 +209,8 @@ mod tests {
             let quantities = measure(&model, 200).unwrap();
             assert!(quantities.len() >= 15);
             for quantity in quantities {
-                assert!(quantity.difference().abs() <= 0.15, "{}: {quantity:?}", model.name);
+                let difference = quantity.difference();
+                assert!(difference.is_some_and(|share| share.abs() <= 0.15), "{}: {quantity:?}", model.name);
             }
         }
     }
@@ -231,7 +242,7 @@ mod tests {
         for quantity in &quantities {
             let is_of_what_it_lacks =
                 ["kick", "ball", "sonar", "image"].iter().any(|word| quantity.name.contains(word));
-            assert!(!is_of_what_it_lacks && quantity.difference() > -0.9, "{quantity:?}");
+            assert!(!is_of_what_it_lacks && quantity.difference().is_none_or(|share| share > -0.9), "{quantity:?}");
         }
         // A camera that looks at the ground, and a kick of another name than those of the paper.
         let flap = "(max_distance_m: 3, wind_up_s: 0.3, region: (x_m: (0.1, 0.3), y_m: (-0.1, 0.1), foot_m: (0.1, 0), best_m: (0.2, 0), direction: ahead))";
@@ -243,8 +254,22 @@ mod tests {
         assert!(left_out.iter().any(|reason| reason.starts_with("its cameras do not show it a ball 2 m ahead")));
         assert!(left_out.iter().any(|reason| reason.starts_with("it does not walk")), "{left_out:?}");
         for quantity in &quantities {
-            assert!(quantity.difference() > -0.9 && !quantity.name.contains("speed forward"), "{quantity:?}");
+            let is_there = quantity.difference().is_none_or(|share| share > -0.9);
+            assert!(is_there && !quantity.name.contains("speed forward"), "{quantity:?}");
         }
+    }
+
+    #[test]
+    fn what_did_not_happen_in_few_trials_is_not_seen_and_differs_by_nothing() {
+        let seldom = "motion: (max_linear_mps: 0.5), falls: (falls_per_min: 0.0001, get_up_s: Some(3.0))";
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("own.ron");
+        let text = format!(r#"(name: "own", description: "", settings: ({seldom}), realistic: (), sources: {{}})"#);
+        std::fs::write(&path, text).unwrap();
+        let falls = falling::measure(&RobotModel::find(&path.to_string_lossy()).unwrap(), 2).unwrap();
+        let fell = falls.iter().find(|quantity| quantity.name.starts_with("falls in a minute")).unwrap();
+        assert_eq!((fell.measured, fell.difference()), (0.0, None));
+        assert!(fell.not_seen.is_some_and(|why| why.contains("nobody fell")), "{fell:?}");
     }
 
     #[test]

@@ -277,7 +277,8 @@ fn measure_sonars(model: &RobotModel, real: &Scenario, cycles: u32) -> Result<Ve
             share(echoes.len() - heard.len(), echoes.len()),
             real.sonar.miss_probability,
             "sonar.miss_probability",
-        ),
+        )
+        .if_seen((echoes.len() - heard.len()) as f64, "none was missed in so few repetitions"),
         quantity(
             "sonar: half of its cone",
             "°",
@@ -298,7 +299,8 @@ fn measure_sonars(model: &RobotModel, real: &Scenario, cycles: u32) -> Result<Ve
             false_echoes,
             real.sonar.crosstalk_probability,
             "sonar.crosstalk_probability",
-        ),
+        )
+        .if_seen(false_echoes, "there was none in so few repetitions"),
     ])
 }
 
@@ -385,7 +387,8 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuant
             to_degrees(noise.gaze.bias_sd),
             "vision.noise.gaze.bias_sd_deg",
         ),
-        quantity("a false ball stands for", "s", mean_of(&lives), noise.false_balls.life_s, "vision.noise.false_balls"),
+        quantity("a false ball stands for", "s", mean_of(&lives), noise.false_balls.life_s, "vision.noise.false_balls")
+            .if_seen(lives.len() as f64, "there was none in so few repetitions"),
         quantity(
             "robot without feet seems further away by",
             "",
@@ -399,7 +402,8 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuant
             share(messages.lost as usize, (messages.lost + messages.delivered) as usize),
             real.messages.loss,
             "messages.loss",
-        ),
+        )
+        .if_seen(messages.lost as f64, "none was lost in so few repetitions"),
     ];
     let [has_gap, has_cameras, sees_ahead] = [has_gap(&real.cameras), has_cameras(&real), sees_ahead(&real)];
     let has = |quantity: &MeasuredQuantity| match quantity.name.as_str() {

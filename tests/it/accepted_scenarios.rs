@@ -115,7 +115,16 @@ fn motion() -> impl Strategy<Value = MotionLimits> {
 
 fn latency() -> impl Strategy<Value = Latency> {
     let seconds = || within(0.0..=2.0);
-    (seconds(), seconds(), seconds()).prop_map(|(vision_s, walk_s, kick_s)| Latency { vision_s, walk_s, kick_s })
+    let sensed = (seconds(), seconds(), seconds());
+    let acted = (seconds(), seconds(), seconds());
+    (sensed, acted).prop_map(|((vision_s, image_s, sonar_s), (walk_s, kick_s, head_s))| Latency {
+        vision_s,
+        image_s,
+        sonar_s,
+        walk_s,
+        kick_s,
+        head_s,
+    })
 }
 
 fn falls() -> impl Strategy<Value = Balance> {

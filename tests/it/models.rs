@@ -278,7 +278,14 @@ fn equipped(body: &Body, random: [f32; 12]) -> Equipment {
             max_m: between(sonar, 0.5, 1.5),
             ..default()
         },
-        latency: Latency { vision_s: 0.1 * late, walk_s: 0.06 * late, kick_s: 0.06 * late },
+        latency: Latency {
+            vision_s: 0.1 * late,
+            image_s: 0.05 * late,
+            sonar_s: 0.05 * late,
+            walk_s: 0.06 * late,
+            kick_s: 0.06 * late,
+            head_s: 0.06 * late,
+        },
         falls: if fall < 0.5 {
             Balance::default()
         } else {

@@ -5,6 +5,7 @@ use bevy::prelude::*;
 use naoisis::events::{FallCause, MatchEvent};
 use naoisis::prelude::*;
 use naoisis::robot::Roster;
+use naoisis::sensing::camera::CameraImages;
 use naoisis::sensing::odometry::Odometry;
 use naoisis::sensing::vision::Percepts;
 
@@ -84,6 +85,65 @@ fn what_is_seen_late_is_where_it_was_and_says_when_that_was() {
         let place = seen.position_m - Vec2::new(2.0, 0.0);
         assert!(place.distance(places[then]) < 1e-3, "cycle {cycle}: {place} instead of {}", places[then]);
     }
+}
+
+#[test]
+fn echoes_and_images_are_those_of_earlier_and_say_when_that_was() {
+    for (rate_hz, every_cycles) in [("null", 1), ("10.0", 2)] {
+        let match_with = |latency: &str| {
+            match_of(&format!(
+                r#"{{ "latency": {latency}, "rules": "free", "ball": null, "sonar": {{ "noise": "none", "rate_hz": {rate_hz} }},
+                     "cameras": {{ "render": "software", "width": 32, "height": 24, "every_cycles": {every_cycles} }},
+                     "posts": [{{ "position_m": [0.6, 0.15] }}], "robots": [{{ "number": 1, "pose": [0, 0, 0],
+                     "behaviour": {{ "script": [{{ "from_s": 0, "until_s": 9, "walk": [0.003, 0, 0] }}] }} }}] }}"#
+            ))
+        };
+        let (mut fresh, mut late) = (match_with("{}"), match_with(r#"{ "sonar_s": 0.1, "image_s": 0.1 }"#));
+        let read = |app: &App| {
+            (*app.robot::<SonarReading>(blue(1)).unwrap(), app.robot::<CameraImages>(blue(1)).unwrap().clone())
+        };
+        let mut earlier = Vec::new();
+        let mut echoes = 0;
+        for cycle in 1..=60 {
+            fresh.run_cycles(1);
+            late.run_cycles(1);
+            earlier.push(read(&fresh));
+            let (heard, images) = read(&late);
+            // Three cycles of 1/30 s.
+            let Some((echo, image)) = earlier.len().checked_sub(4).map(|index| &earlier[index]) else {
+                assert_eq!(([heard.left, heard.right], images.cycle), ([None; 2], None));
+                continue;
+            };
+            assert_eq!([heard.left, heard.right], [echo.left, echo.right], "cycle {cycle}");
+            if heard.left.is_some() {
+                echoes += 1;
+                let pinged_s = echo.time_s.unwrap_or(f64::from(cycle - 4) / 30.0);
+                assert!((heard.time_s.unwrap() - pinged_s).abs() < 1e-9, "cycle {cycle}: {heard:?}");
+            }
+            assert_eq!(images.cycle, image.cycle, "cycle {cycle}");
+            assert!(images.iter().eq(image.iter()) && images.iter().all(|(_, image)| !image.is_empty()));
+        }
+        assert!(echoes > 20, "{echoes}");
+    }
+}
+
+#[test]
+fn a_head_turns_later_than_it_is_told_and_as_far() {
+    let match_with = |latency: &str| {
+        match_of(&format!(
+            r#"{{ "latency": {latency}, "rules": "free", "ball": null, "robots": [{{ "number": 1, "head_deg": [-20, 5],
+                 "behaviour": {{ "script": [{{ "from_s": 0.2, "head_deg": [60, 20] }}, {{ "from_s": 0.4, "head_deg": [0, -10] }}] }} }}] }}"#
+        ))
+    };
+    let (mut fresh, mut late) = (match_with("{}"), match_with(r#"{ "head_s": 0.1 }"#));
+    let mut earlier = vec![*fresh.robot::<HeadAngles>(blue(1)).unwrap(); 3];
+    for cycle in 0..40 {
+        fresh.run_cycles(1);
+        late.run_cycles(1);
+        earlier.push(*fresh.robot::<HeadAngles>(blue(1)).unwrap());
+        assert_eq!(*late.robot::<HeadAngles>(blue(1)).unwrap(), earlier[cycle], "cycle {cycle}");
+    }
+    assert_eq!(fresh.robot::<HeadAngles>(blue(1)), late.robot::<HeadAngles>(blue(1)));
 }
 
 #[test]

@@ -349,7 +349,7 @@ fn the_guide_describes_every_field_of_a_trace() {
         }
     };
     // Robots that fall, dive and hear, kick-ins, and a shoot-out.
-    let eventful = r#"{ "teams": { "blue": "passers", "pink": "roles" }, "motion": { "max_linear_mps": 0.8 },
+    let eventful = r#"{ "teams": { "blue": "passers", "pink": "roles" }, "sonar": { "rate_hz": 10 }, "motion": { "max_linear_mps": 0.8 },
         "ball": { "velocity_mps": [0.4, 2.5] },
         "rules": { "preset": "spl2025", "half_s": 8, "halves": 1, "standby_s": 0.5, "ready_s": 1, "set_s": 0.5, "penalty_s": 1, "falls": true,
                    "fall_from_mps": 0, "fall_certain_mps": 0.2, "get_up_s": 1, "shoot_out": true, "shoot_out_s": 1 } }"#;

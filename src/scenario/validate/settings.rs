@@ -134,8 +134,7 @@ impl Checks {
     }
 
     pub(super) fn latency(&mut self, path: &FieldPath, latency: Latency) {
-        for (name, seconds) in [("vision_s", latency.vision_s), ("walk_s", latency.walk_s), ("kick_s", latency.kick_s)]
-        {
+        for (name, seconds) in latency.by_name() {
             self.range(path.field(name), seconds, 0.0..=2.0, " s");
         }
     }

@@ -146,6 +146,9 @@ impl<'de> Deserialize<'de> for CameraChoice {
 pub struct CameraImages {
     /// The cycle at the start of which they were taken; none without images.
     pub cycle: Option<u64>,
+    /// The cycle in which they arrived: the same, unless they are [late](crate::sensing::latency).
+    #[serde(default)]
+    pub arrived: Option<u64>,
     /// The images of the cameras that ever had one, by their names; empty without one.
     images: Vec<(CameraName, Image)>,
 }
@@ -174,7 +177,7 @@ impl CameraImages {
 
     /// Forgets the images, and keeps the memory.
     pub fn clear(&mut self) {
-        self.cycle = None;
+        (self.cycle, self.arrived) = (None, None);
         self.images.iter_mut().for_each(|(_, image)| image.clear());
     }
 }

@@ -80,7 +80,7 @@ impl Plugin for SonarPlugin {
     }
 }
 
-/// What the two sonars measured in this cycle, m; nothing in range is no reading.
+/// What the two sonars measured last, m; nothing in range is no reading.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize, JsonSchema)]
 #[reflect(Component, @Knowledge::Sensor)]
 pub struct SonarReading {
@@ -88,6 +88,10 @@ pub struct SonarReading {
     pub left: Option<f32>,
     /// The right sonar's distance, m.
     pub right: Option<f32>,
+    /// When they pinged, s since the start; none if that was at the start of this cycle, as it always is of sonars that have
+    /// neither a [rate](SonarSettings::rate_hz) nor a [latency](crate::sensing::latency).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub time_s: Option<f64>,
 }
 
 /// When a robot's sonars ping.
@@ -261,6 +265,9 @@ fn measure_distances(
             continue;
         }
         *reading = measure(settings, echoes(settings, id, pose, &scene), &mut streams.sonar);
+        if settings.source == SonarSource::Echo && settings.rate_hz.is_some() {
+            reading.time_s = Some(clock.start_time_s());
+        }
         if settings.source == SonarSource::Echo && settings.crosstalk_probability > 0.0 {
             let sonar_of = |other: RobotId| sonars.iter().find(|(id, _)| **id == other).map(|(_, sonar)| *sonar);
             let hears = hears_pings(settings, id, pose, &scene, sonar_of);
@@ -338,7 +345,7 @@ fn with_crosstalk(
             .then(|| settings.min_m + (settings.max_m - settings.min_m) * stream.uniform());
         nearer(measured, false_echo)
     };
-    SonarReading { left: listen(reading.left, left), right: listen(reading.right, right) }
+    SonarReading { left: listen(reading.left, left), right: listen(reading.right, right), ..reading }
 }
 
 impl SonarSettings {
@@ -391,7 +398,7 @@ pub fn measure(settings: &SonarSettings, [left, right]: [Option<f32>; 2], stream
             Some(measured.max(settings.min_m).min(settings.max_m))
         }
     };
-    SonarReading { left: listen(left), right: listen(right) }
+    SonarReading { left: listen(left), right: listen(right), time_s: None }
 }
 
 #[cfg(test)]

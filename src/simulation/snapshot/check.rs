@@ -32,7 +32,7 @@ use crate::robot::{PreviousPose, Velocity};
 use crate::scenario::{BallSpec, BehaviourSpec, MOST_POSTS, Numbers, RobotSpec, Scenario, ScenarioFault};
 use crate::sensing::camera::image::Image;
 use crate::sensing::camera::{CameraImages, CameraSettings};
-use crate::sensing::latency::Latency;
+use crate::sensing::latency::{Latency, OnTheirWay};
 use crate::sensing::odometry::OdometrySettings;
 use crate::sensing::sonar::SonarSettings;
 use crate::sensing::vision::VisionSettings;
@@ -160,10 +160,13 @@ fn check_robot(
     if !(is_sound(bounds.torso) && is_sound(bounds.base)) {
         return Err(parts.wrong::<Body>("this is no body of a robot"));
     }
-    if let Some(images) = parts.get::<CameraImages>()
-        && !images.iter().all(|(_, image)| is_whole(image))
-    {
-        return Err(parts.wrong::<CameraImages>("an image has more or fewer pixels than its width and height say"));
+    let are_whole = |images: &CameraImages| images.iter().all(|(_, image)| is_whole(image));
+    const NOT_WHOLE: &str = "an image has more or fewer pixels than its width and height say";
+    if !parts.get::<CameraImages>().is_none_or(are_whole) {
+        return Err(parts.wrong::<CameraImages>(NOT_WHOLE));
+    }
+    if !parts.get::<OnTheirWay>().is_none_or(|late| late.images().all(are_whole)) {
+        return Err(parts.wrong::<OnTheirWay>(NOT_WHOLE));
     }
     parts.need::<PreviousPose>()?;
     parts.need::<HeadAngles>()?;

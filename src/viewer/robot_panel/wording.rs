@@ -251,6 +251,6 @@ mod tests {
         assert_eq!(head(-0.349_07, 0.174_53), "20° right, 10° down");
         assert_eq!(pose(Pose::new(-0.001, 0.0, -0.001)), "0.00, 0.00 m, 0°");
         assert_eq!(percepts(&Percepts::default()), "recognises nothing");
-        assert_eq!(sonar(SonarReading { left: None, right: Some(0.3) }), "left —, right 0.30 m");
+        assert_eq!(sonar(SonarReading { left: None, right: Some(0.3), time_s: None }), "left —, right 0.30 m");
     }
 }
