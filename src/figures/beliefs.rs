@@ -211,15 +211,18 @@ fn draw_stage(
             draw_track(&mut picture, &inner, track, YELLOW, 0.25);
             let error = sample.error_m().unwrap_or_default();
             let sd = sample.sd().unwrap_or_default();
-            let before = earlier.and_then(Sample::error_m);
-            let before = before.map(|error| format!(", {:.0} cm before the echo", 100.0 * error)).unwrap_or_default();
             let words = format!(
-                "error {:.0} cm{before}; along the line of sight \u{b1}{:.0} cm, across \u{b1}{:.0} cm",
+                "error {:.0} cm; along the line of sight \u{b1}{:.0} cm, across \u{b1}{:.0} cm",
                 100.0 * error,
                 100.0 * sd[0],
                 100.0 * sd[1]
             );
             remark(canvas, &words, at + Vec2::new(0.0, plan.axes.size.y + 76.0));
+            if let Some(error) = earlier.and_then(Sample::error_m) {
+                let words =
+                    format!("it came nearer unseen: just before the echo, the error was {:.0} cm", 100.0 * error);
+                remark(canvas, &words, at + Vec2::new(0.0, plan.axes.size.y + 100.0));
+            }
         }
         None => {
             let words = format!("the head is turned by {:.0}\u{b0}: no opponent is known", to_degrees(sample.head.yaw));

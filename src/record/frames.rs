@@ -57,11 +57,13 @@ impl FrameRecorder {
         let pictures = if self.pictures.is_empty() { what_there_is(world) } else { self.pictures.clone() };
         let before = self.recorded.replace(cycle);
         for picture in pictures {
-            let cycle = match picture {
-                Picture::Camera(robot, side) => newest_image(world, robot, side).map_or(cycle, |(taken, _)| taken),
-                Picture::Field => cycle,
+            let [cycle, arrived] = match picture {
+                Picture::Camera(robot, side) => {
+                    newest_image(world, robot, side).map_or([cycle; 2], |(cycles, _)| cycles)
+                }
+                Picture::Field => [cycle; 2],
             };
-            if before.is_some_and(|before| cycle <= before) {
+            if before.is_some_and(|before| arrived <= before) {
                 continue;
             }
             if let Some(image) = picture.take(renderer, world) {

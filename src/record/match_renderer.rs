@@ -129,15 +129,15 @@ impl MatchRenderer {
     }
 }
 
-/// The newest image that the match rendered for a robot's camera, and in which cycle; none that the camera should have
-/// replaced by now.
-pub(super) fn newest_image(world: &World, id: RobotId, side: CameraName) -> Option<(u64, &Image)> {
+/// The newest image that the match rendered for a robot's camera, and in which cycles it was taken and arrived; none that the
+/// camera should have replaced by now.
+pub(super) fn newest_image(world: &World, id: RobotId, side: CameraName) -> Option<([u64; 2], &Image)> {
     let entity = world.resource::<Roster>().get(id)?;
     let images = world.get::<CameraImages>(entity)?;
     let every = world.get::<CameraSettings>(entity).map_or(1, |settings| settings.every_cycles.max(1));
-    let taken = images.cycle?;
-    let age = world.resource::<CycleClock>().cycle.checked_sub(images.arrived?)?;
-    (age < u64::from(every) && !images.of(side).is_empty()).then(|| (taken, images.of(side)))
+    let (taken, arrived) = images.cycle.zip(images.arrived)?;
+    let age = world.resource::<CycleClock>().cycle.checked_sub(arrived)?;
+    (age < u64::from(every) && !images.of(side).is_empty()).then(|| ([taken, arrived], images.of(side)))
 }
 
 /// The whole pitch and all goals, from above one side line and as large as they can be in a picture of this size in

@@ -347,6 +347,12 @@ fn frames_are_numbered_by_cycle_and_nothing_is_written_over() {
     for name in ["blue1_top", "blue1_top_labels", "blue1_top_depth"] {
         assert!(folder.path().join("learning").join(name).join("000002.png").exists(), "{name}");
     }
+    // Late images have the number of the cycle in which they were taken, and there is one a cycle.
+    let late = ["run", "one.json", "--duration", "0.2", "--frames", "late", "--cameras", "software", "--quiet"];
+    let output = naoisis(folder.path(), &[&late[..], &["--set", "latency.image_s=0.067"]].concat());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let count = fs::read_dir(folder.path().join("late/blue1_top")).unwrap().count();
+    assert_eq!((count, folder.path().join("late/blue1_top/000004.png").exists()), (4, true));
     // Chosen views are drawn whether or not the match renders images; those of robots that do not play cannot be.
     let arguments = ["run", "one.json", "--duration", "0.1", "--frames", "chosen", "--quiet", "--views"];
     assert!(naoisis(folder.path(), &[&arguments[..], &["blue1.bottom"]].concat()).status.success());
