@@ -1,8 +1,11 @@
 """Many matches on many machines, where Ray is installed."""
 
+import importlib.util
+import json
 import os
 import threading
 import time
+from pathlib import Path
 
 import pytest
 
@@ -69,6 +72,42 @@ def test_a_function_is_called_for_each_scenario_and_seed(nodes):
         cluster.map("match3v3", [], [])
     with pytest.raises(naoisis.ScenarioError, match="scenario"):
         cluster.batch("match9v9", 3)
+
+
+def test_a_scenarios_files_are_found_from_where_others_work(nodes, tmp_path, monkeypatch):
+    """The processes that play work in other folders than this one."""
+    match = naoisis.Match("match3v3", seed=3)
+    match.run(2)
+    (tmp_path / "moment.naoisis").write_bytes(match.snapshot())
+    (tmp_path / "on.json").write_text(json.dumps({"from": "moment.naoisis"}))
+    monkeypatch.chdir(tmp_path)
+    for scenario in ("on.json", {"from": "moment.naoisis"}):
+        table = cluster.batch(scenario, 3, seed=1, duration_s=1.0, progress=False)
+        assert table.to_csv() == naoisis.batch(scenario, 3, seed=1, duration_s=1.0, threads=1).to_csv()
+
+
+def _example(name):
+    path = Path(__file__).parent.parent / "examples" / "ray" / f"{name}.py"
+    spec = importlib.util.spec_from_file_location(name, path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_the_sweep_of_the_examples_is_that_of_one_machine(nodes):
+    found = _example("sweep").main(2, duration_s=5.0)
+    assert [row["settings"]["messages.loss"] for row in found] == ["0.0", "0.5", "1.0"]
+    assert all(row["matches"] == 2 and row["failed"] == 0 for row in found)
+
+
+def test_ray_tune_finds_parameters_that_score(tmp_path):
+    pytest.importorskip("ray.tune")
+    try:
+        parameters, others = _example("tune").main(2, episodes=8, out=str(tmp_path))
+    finally:
+        ray.shutdown()
+    # The second of the two scores in four of ten episodes, the first in hardly any.
+    assert others > 0.1 and parameters["goal_m"] == pytest.approx(0.3455, abs=1e-3)
 
 
 def test_a_record_may_have_several_lines():

@@ -1,5 +1,9 @@
 """The environment of RLlib, where it is installed."""
 
+import importlib.util
+import math
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -16,3 +20,20 @@ def test_an_episode_is_played_with_all_agents_to_its_end():
         observations, rewards, terminateds, truncateds, _ = env.step(actions)
         assert env.observation_spaces["blue_1"].contains(observations["blue_1"])
         assert truncateds["__all__"] == (step == 9) and not terminateds["__all__"]
+
+
+def test_other_processes_play_what_the_example_learns_from(capsys):
+    ray = pytest.importorskip("ray")
+    pytest.importorskip("torch")
+    spec = importlib.util.spec_from_file_location("rllib_main", Path(__file__).parent.parent / "examples" / "rllib" / "main.py")
+    example = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(example)
+    # Two processors are needed: each of them plays one.
+    ray.init(num_cpus=3, include_dashboard=False, log_to_driver=False)
+    try:
+        mean = example.main(2, runners=2)
+    finally:
+        ray.shutdown()
+    assert "iteration 2: mean return" in capsys.readouterr().out
+    # No episode may have ended yet.
+    assert math.isnan(mean) or -20 < mean < 20

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -53,6 +54,15 @@ def spread(features: np.ndarray) -> np.ndarray:
     return np.concatenate([np.clip(features / 3, -3, 3), np.arcsinh(20 * features) / 3], axis=1).astype(np.float32)
 
 
+class Policy(Protocol):
+    """What decides for robots from their observations, row by row."""
+
+    def __call__(self, observations: np.ndarray) -> np.ndarray: ...
+
+    def begin(self, over: np.ndarray) -> None:
+        """The episodes of these rows are over."""
+
+
 class Learned:
     """A policy of a file: decides for robots from their observations, row by row, and remembers for each what it needs.
 
@@ -84,11 +94,12 @@ class Learned:
         return np.argmax(signal @ weight.T + bias + self.random.gumbel(size=(len(signal), len(bias))), axis=1)
 
 
-def success_rate(task: str, observation: str, policy: Learned, episodes: int, seed: int = 1_000_000) -> float:
-    """The share of so many episodes that are a success."""
+def success_rate(task: str, observation: str, policy: Policy, episodes: int, seed: int = 1_000_000, **options: Any) -> float:
+    """The share of so many episodes that are a success. The options are those of the worlds."""
     import naoisis
 
-    envs = naoisis.vector_env(task, min(episodes, 32), observation=observation, action="discrete", autoreset_mode="same_step")
+    options = {"observation": observation, "action": "discrete", "autoreset_mode": "same_step", **options}
+    envs = naoisis.vector_env(task, min(episodes, 32), **options)
     seen, _ = envs.reset(seed=seed)
     # Each world plays as many, so that quick ones do not count more.
     left = np.full(envs.num_envs, -(-episodes // envs.num_envs))

@@ -1,8 +1,8 @@
-"""A team of two learns with RLlib's PPO, one policy for both: ``python main.py [iterations]``."""
+"""A team of two learns with RLlib's PPO, one policy for both: ``python main.py [iterations] [--runners 2]``."""
 
 from __future__ import annotations
 
-import sys
+import argparse
 
 from ray.rllib.algorithms.ppo import PPOConfig
 
@@ -11,13 +11,17 @@ from naoisis.rllib import MatchEnv
 TASK = {"scenario": "TwoOnTwo", "control": "blue", "observation": "belief", "action": "discrete"}
 
 
-def main(iterations: int = 20) -> float:
-    """Learns for so many iterations. The mean return of the last one."""
+def main(iterations: int = 20, runners: int = 0) -> float:
+    """Learns for so many iterations. The mean return of the last one.
+
+    Matches are played in so many other processes, on any machine of Ray's cluster; with none of them, in this one.
+    """
+    # Each has its part of a batch.
+    rows = 1024 // max(runners, 2)
     config = (
         PPOConfig()
         .environment(MatchEnv, env_config=TASK)
-        # Environments in processes of their own: num_env_runners=8, on any machine of Ray's cluster.
-        .env_runners(num_env_runners=0, rollout_fragment_length=512)
+        .env_runners(num_env_runners=runners, rollout_fragment_length=rows)
         .training(train_batch_size=1024, minibatch_size=256, num_epochs=4, gamma=0.995, lr=5e-4, entropy_coeff=0.01)
         .multi_agent(policies={"team"}, policy_mapping_fn=lambda agent, episode, **_: "team")
     )
@@ -31,4 +35,7 @@ def main(iterations: int = 20) -> float:
 
 
 if __name__ == "__main__":
-    main(*map(int, sys.argv[1:]))
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("iterations", type=int, nargs="?", default=20)
+    parser.add_argument("--runners", type=int, default=0, help="processes that play, besides this one")
+    main(**vars(parser.parse_args()))

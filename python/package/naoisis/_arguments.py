@@ -8,6 +8,8 @@ import os
 from collections.abc import Iterable, Mapping
 from typing import Any, Union
 
+from naoisis.errors import ScenarioError
+
 Scenario = Union[str, "os.PathLike[str]", Mapping[str, Any]]
 """A built-in scenario's name, the path of a ``.ron`` or ``.json`` file, or the scenario itself."""
 
@@ -67,6 +69,11 @@ def match_of(
     """What a match is made of, as the compiled part reads it."""
     if set is not None and not isinstance(set, Mapping):
         raise TypeError(f"set: expected a dictionary of fields and their values, not {set!r}")
+    check_set(set)
+    if isinstance(scenario, (str, os.PathLike)) and os.fspath(scenario).endswith(".naoisis"):
+        expected = f"a scenario that goes on from it, {{'from': {os.fspath(scenario)!r}}}, or Match.restore of its bytes"
+        words = f"{os.fspath(scenario)} is a saved match; expected {expected}"
+        raise ScenarioError(words, os.fspath(scenario), expected=expected)
     return {
         "scenario": dict(scenario) if isinstance(scenario, Mapping) else scenario,
         "seed": seed_of(seed),
@@ -75,6 +82,13 @@ def match_of(
         "pink": word_of(pink, "pink"),
         "realism": word_of(realism, "realism"),
     }
+
+
+def check_set(set: Mapping[str, Any] | None) -> None:
+    """That what is set can be: what a match goes on from is for the scenario to say."""
+    if set is not None and any(field == "from" for field in set):
+        expected = "a scenario that goes on from the saved match, {'from': 'moment.naoisis'}"
+        raise ScenarioError(f"set: `from` is no field to be set; expected {expected}", field="from", expected=expected)
 
 
 def control_of(control: str | Iterable[str]) -> list[str]:

@@ -10,7 +10,7 @@ import numpy as np
 from gymnasium import spaces
 
 from naoisis import _naoisis
-from naoisis._arguments import Scenario, control_of, count_of, match_of, seed_of, word_of
+from naoisis._arguments import Scenario, check_set, control_of, count_of, match_of, seed_of, word_of
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -187,6 +187,7 @@ def changes_of(options: Mapping[str, Any]) -> dict[str, Any] | None:
         if value is not None and not isinstance(value, Mapping):
             raise TypeError(f"options: {name}: expected a dictionary, not {value!r}")
         changes[name] = None if value is None else dict(value)
+    check_set(changes["set"])
     snapshot = options.get("snapshot")
     if snapshot is not None:
         if not isinstance(snapshot, (bytes, bytearray)):

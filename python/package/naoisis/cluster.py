@@ -47,7 +47,7 @@ def batch(
 ) -> naoisis.Batch:
     """Plays matches on all machines of the cluster: the same table as :func:`naoisis.batch` plays on one.
 
-    A scenario's file is read here; the machines need nothing but the package. Ctrl-C leaves the rows that are finished in ``csv``, and
+    The machines need nothing but the package, and a file that the scenario is, or goes on from, at its path. Ctrl-C leaves the rows that are finished in ``csv``, and
     the same call goes on from there.
 
     Args:
@@ -59,6 +59,7 @@ def batch(
         ScenarioError: The scenario, or one of the combinations, is wrong.
     """
     matches = count_of(matches, "matches", most=10_000_000)
+    scenario = _from_anywhere(scenario)
     # What is wrong is said before anything goes out; it also tells the seed, and the scenario as files have it.
     first = naoisis.batch(scenario, 1, seed, set, 1, sweep=sweep, **{**options, "duration_s": 0.001})
     begin = seed_of(seed) if seed is not None else int(first["seed"][0])
@@ -179,6 +180,15 @@ def _task(play: Callable[[range], list[Result]]) -> Any:
         return play(block), time.perf_counter() - begun
 
     return timed
+
+
+def _from_anywhere(scenario: Scenario) -> Scenario:
+    """The scenario with the paths of its files as they are, whatever folder somebody works in."""
+    if isinstance(scenario, Mapping):
+        saved = scenario.get("from")
+        return {**scenario, "from": os.path.abspath(saved)} if isinstance(saved, (str, os.PathLike)) else scenario
+    # Else it is a built-in scenario's name, or wrong, and then its error names what was given.
+    return os.path.abspath(scenario) if isinstance(scenario, (str, os.PathLike)) and os.path.isfile(scenario) else scenario
 
 
 def _text(path: Path) -> str:

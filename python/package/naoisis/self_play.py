@@ -133,4 +133,6 @@ class SelfPlay(gymnasium.vector.VectorEnv):
         return {name: self._info(value) if isinstance(value, dict) else value[mine] for name, value in info.items()}
 
     def close_extras(self, **options: Any) -> None:
-        self.envs.close()
+        # There are none where the arguments were wrong.
+        if "envs" in vars(self):
+            self.envs.close()
