@@ -1,6 +1,7 @@
 """Ray Tune finds parameters of a behaviour, on all machines that Ray knows: ``python tune.py [tries]``.
 
 The behaviour is that of ``by_hand.py``, alone before an empty goal: how often does it score within 11 seconds?
+Needs ``pip install naoisis[tune]``.
 """
 
 from __future__ import annotations
