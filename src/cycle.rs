@@ -204,7 +204,9 @@ impl CycleClock {
 /// When the [`CyclePlugin`] was not added, or when two systems of the schedule are ambiguous.
 pub fn run_cycle(world: &mut World) {
     world.run_schedule(Cycle);
-    world.insert_resource(CyclePart::Whole);
+    if *world.resource::<CyclePart>() != CyclePart::Whole {
+        world.insert_resource(CyclePart::Whole);
+    }
 }
 
 /// Begins a cycle: the clock advances, all robots sense, hear and update what they believe. What is decided for them until

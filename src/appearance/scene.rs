@@ -11,7 +11,7 @@ use crate::geometry::{Pose, unit};
 use crate::kick_geometry::Side;
 use crate::knowledge::Knowledge;
 use crate::pitch::{Markings, Pitch, Post};
-use crate::robot::body::Body;
+use crate::robot::body::{Body, BodyBox};
 use crate::robot::head::HeadAngles;
 use crate::robot::posture::Posture;
 use crate::team::RobotId;
@@ -50,8 +50,8 @@ pub struct SceneRobot {
     pub stride: Stride,
     /// Its body on its feet.
     pub body: Body,
-    /// The room that its body takes, as it stands or lies.
-    pub bounds: Body,
+    /// The room that its body takes, as it stands or lies: torso and base.
+    pub boxes: [BodyBox; 2],
     /// The greatest distance of a point of its boxes from its origin, on the ground, m.
     pub reach: f32,
 }
@@ -121,7 +121,7 @@ impl SceneRobot {
             head: HeadAngles::default(),
             stride: Stride::default(),
             body,
-            bounds: body,
+            boxes: [body.torso, body.base],
             reach: body.torso.reach().max(body.base.reach()),
         }
     }
@@ -129,7 +129,8 @@ impl SceneRobot {
     /// The robot in this posture instead.
     #[must_use]
     pub fn in_posture(self, posture: Posture) -> Self {
-        Self { posture, bounds: self.body.in_posture(posture), ..self }
+        let Body { torso, base, .. } = self.body.in_posture(posture);
+        Self { posture, boxes: [torso, base], ..self }
     }
 
     /// Where its body is: standing, lying or in the air.

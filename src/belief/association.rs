@@ -61,20 +61,22 @@ impl Innovations {
     }
 }
 
-/// The likeliest explanation of what is seen, if every other is clearly less likely.
-pub(super) fn clearly_nearest(explanations: impl Iterator<Item = Innovation>) -> Option<Innovation> {
-    let mut best: Option<Innovation> = None;
+/// What is seen, if it is one of the candidates, and every other is clearly less likely.
+pub(super) fn clearly_nearest<Candidate: Copy>(
+    candidates: impl IntoIterator<Item = Candidate>,
+    explain: impl Fn(Candidate) -> Innovation,
+) -> Option<Innovation> {
+    let mut best: Option<(Candidate, f32)> = None;
     let mut second = f32::MAX;
-    for innovation in explanations {
-        match &best {
-            Some(nearest) if nearest.distance_squared <= innovation.distance_squared => {
-                second = second.min(innovation.distance_squared);
-            }
+    for candidate in candidates {
+        let distance_squared = explain(candidate).distance_squared;
+        match best {
+            Some((_, least)) if least <= distance_squared => second = second.min(distance_squared),
             nearest => {
-                second = nearest.as_ref().map_or(second, |nearest| nearest.distance_squared);
-                best = Some(innovation);
+                second = nearest.map_or(second, |(_, least)| least);
+                best = Some((candidate, distance_squared));
             }
         }
     }
-    best.filter(|best| second - best.distance_squared > AMBIGUITY)
+    best.filter(|(_, least)| second - least > AMBIGUITY).map(|(candidate, _)| explain(candidate))
 }

@@ -239,7 +239,7 @@ impl KalmanLocaliser {
         let innovations = self.innovations(observation);
         let pose = self.estimate.pose;
         let candidates = landmarks.lines().iter().filter(|line| seen.can_be_of(line, pose));
-        let association = clearly_nearest(candidates.map(|line| innovations.of_line(line, seen)));
+        let association = clearly_nearest(candidates, |line| innovations.of_line(line, seen));
         if let Some(innovation) = association.filter(|innovation| innovation.distance_squared < model.gate) {
             self.believe(&innovation);
         }
@@ -253,7 +253,7 @@ impl KalmanLocaliser {
         observation: &PitchObservation,
     ) -> Option<Innovation> {
         let innovations = self.innovations(observation);
-        clearly_nearest(candidates.into_iter().map(|place| innovations.of_point(place, sighting)))
+        clearly_nearest(candidates, |place| innovations.of_point(place, sighting))
     }
 
     /// Takes over what a landmark says, unless it is too unlikely.

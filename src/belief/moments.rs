@@ -32,7 +32,13 @@ pub(super) struct Moments(VecDeque<Moment>);
 impl Moments {
     /// The moment `time_s` after the start, if it is remembered, else `now`; and remembers that.
     pub(super) fn at(&mut self, time_s: f64, now: Moment) -> Moment {
-        self.0.retain(|moment| (now.time_s - LONGEST_S..now.time_s).contains(&moment.time_s));
+        while self.0.front().is_some_and(|oldest| oldest.time_s < now.time_s - LONGEST_S) {
+            self.0.pop_front();
+        }
+        // Of a match that was played on from an earlier moment.
+        while self.0.back().is_some_and(|latest| latest.time_s >= now.time_s) {
+            self.0.pop_back();
+        }
         self.0.push_back(now);
         self.0.iter().rev().find(|moment| moment.time_s < time_s + SAME_S).copied().unwrap_or(now)
     }

@@ -52,7 +52,7 @@ impl CameraIntrinsics {
 }
 
 /// The views of all cameras of a robot at one instant, in the order of its model.
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, Debug)]
 pub struct CameraViews {
     views: [CameraView; CameraMounts::MOST],
     names: [CameraName; CameraMounts::MOST],
@@ -60,31 +60,40 @@ pub struct CameraViews {
 }
 
 impl CameraViews {
-    /// The views of cameras in a head at these angles, which turns about `neck`, m, robot frame; each with its pinhole.
-    pub fn new(
+    /// Makes these the views of cameras in a head at these angles, which turns about `neck`, m, robot frame; each with its
+    /// pinhole.
+    pub fn set(
+        &mut self,
         mounts: &CameraMounts,
         intrinsics: impl Fn(&CameraMount) -> CameraIntrinsics,
         neck: Vec3,
         head: HeadAngles,
-    ) -> Self {
+    ) {
         let (yaw, pitch) = (unit(head.yaw), unit(head.pitch));
         let mounts = mounts.as_slice();
-        let view = |mount: &CameraMount| CameraView::from_units(intrinsics(mount), mount, neck, yaw, pitch);
-        Self {
-            views: core::array::from_fn(|index| mounts.get(index).map_or(CameraView::NOWHERE, view)),
-            names: core::array::from_fn(|index| mounts.get(index).map_or(CameraName::TOP, |mount| mount.name)),
-            count: mounts.len(),
+        self.count = mounts.len();
+        for ((view, name), mount) in self.views.iter_mut().zip(&mut self.names).zip(mounts) {
+            *view = CameraView::from_units(intrinsics(mount), mount, neck, yaw, pitch);
+            *name = mount.name;
         }
     }
 
-    /// The name of the camera at a place in their order.
-    pub fn name(&self, index: usize) -> CameraName {
-        self.names[index]
+    /// The names of the cameras, in their order.
+    pub fn names(&self) -> &[CameraName] {
+        &self.names[..self.count]
     }
 
     /// Names and views.
     pub fn named(&self) -> impl Iterator<Item = (CameraName, &CameraView)> {
         self.names.iter().copied().zip(self.iter())
+    }
+}
+
+impl Default for CameraViews {
+    /// Of a robot without cameras.
+    fn default() -> Self {
+        let (views, names) = ([CameraView::NOWHERE; CameraMounts::MOST], [CameraName::TOP; CameraMounts::MOST]);
+        Self { views, names, count: 0 }
     }
 }
 
@@ -208,7 +217,7 @@ impl CameraView {
     }
 
     /// The pixel of a point of the robot frame, m, if it is in the image.
-    #[inline]
+    #[inline(always)]
     pub fn pixel_in_image(&self, point: Vec3) -> Option<Vec2> {
         let offset = point - self.lens;
         let ahead = self.forward.dot(offset);
@@ -271,28 +280,27 @@ impl CameraView {
         let (start, end) = (self.camera_from_robot(start), self.camera_from_robot(end));
         let CameraIntrinsics { focal_length, centre, size } = self.intrinsics;
         let far_corner = size - centre;
-        // Each plane of the view's frustum as its signed "inside" distance at both ends (Liang and Barsky, 1984).
-        let planes = |point: Vec3| {
-            let Vec3 { x, y, z } = point;
-            [
-                z - NEAR_PLANE_M,
-                focal_length * x + centre.x * z,
-                far_corner.x * z - focal_length * x,
-                focal_length * y + centre.y * z,
-                far_corner.y * z - focal_length * y,
-            ]
-        };
-        let (at_start, at_end) = (planes(start), planes(end));
         let mut part = [0.0f32, 1.0];
-        for (inside_start, inside_end) in at_start.into_iter().zip(at_end) {
-            if inside_start < 0.0 && inside_end < 0.0 {
-                return None;
+        // A plane of the view's frustum, by its signed "inside" distance at both ends (Liang and Barsky, 1984).
+        let mut cut = |at_start: f32, at_end: f32| {
+            if at_start < 0.0 && at_end < 0.0 {
+                return false;
             }
-            if inside_start < 0.0 {
-                part[0] = part[0].max(inside_start / (inside_start - inside_end));
-            } else if inside_end < 0.0 {
-                part[1] = part[1].min(inside_start / (inside_start - inside_end));
+            if at_start < 0.0 {
+                part[0] = part[0].max(at_start / (at_start - at_end));
+            } else if at_end < 0.0 {
+                part[1] = part[1].min(at_start / (at_start - at_end));
             }
+            true
+        };
+        // Most lines that are ahead at all are above or below the image.
+        let is_in_view = cut(start.z - NEAR_PLANE_M, end.z - NEAR_PLANE_M)
+            && cut(focal_length * start.y + centre.y * start.z, focal_length * end.y + centre.y * end.z)
+            && cut(far_corner.y * start.z - focal_length * start.y, far_corner.y * end.z - focal_length * end.y)
+            && cut(focal_length * start.x + centre.x * start.z, focal_length * end.x + centre.x * end.z)
+            && cut(far_corner.x * start.z - focal_length * start.x, far_corner.x * end.z - focal_length * end.x);
+        if !is_in_view {
+            return None;
         }
         (part[0] < part[1]).then_some(part)
     }

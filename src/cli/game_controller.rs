@@ -73,7 +73,7 @@ impl GameControllerArguments {
         }
         if self.team_messages {
             let messages = TeamMessages::open(self.team_numbers.unwrap_or(TEAM_NUMBERS), port_offset);
-            world.insert_resource(messages.map_err(|error| format!("--team-messages: {error}"))?);
+            game_controller::carry(world, messages.map_err(|error| format!("--team-messages: {error}"))?);
         }
         Ok(())
     }

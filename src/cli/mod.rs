@@ -33,7 +33,6 @@ use std::io;
 use std::process::ExitCode;
 
 use crate::agents::AgentsPlugin;
-use crate::game_controller::GameControllerPlugin;
 use crate::record::RecordPlugin;
 use crate::simulation::NaoisisPlugins;
 
@@ -195,7 +194,7 @@ impl Program<'_> {
 
     /// Adds the simulation, and the program's own.
     fn add_to(self, app: &mut App) {
-        app.add_plugins((NaoisisPlugins, AgentsPlugin, GameControllerPlugin));
+        app.add_plugins((NaoisisPlugins, AgentsPlugin));
         (self.extend)(app);
     }
 }

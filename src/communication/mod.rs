@@ -51,6 +51,7 @@ pub struct CommunicationPlugin;
 impl Plugin for CommunicationPlugin {
     fn build(&self, app: &mut App) {
         app.register_type::<Outbox>()
+            .register_type::<StatusReport>()
             .register_type::<Inbox>()
             .register_type::<MessageLimits>()
             .register_type::<MessageSettings>()

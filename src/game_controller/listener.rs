@@ -174,12 +174,6 @@ impl Listener {
     }
 }
 
-/// Lets the GameController that is heard decide about the match in `world`, from now on. Until it says something, robots stand.
-pub fn listen_to(world: &mut World, listener: Listener) {
-    world.insert_resource(listener);
-    world.insert_resource(OutsideReferee { half: 1, ..default() });
-}
-
 pub(super) fn listen(
     clock: Res<CycleClock>,
     roster: Res<Roster>,

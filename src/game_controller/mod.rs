@@ -1,16 +1,17 @@
 //! The league's GameController: a match tells robots of the game in the protocol that they know from real ones, over UDP, in
 //! simulated time.
 //!
-//! With a [`GameController`] in the world the [`GameControllerPlugin`] sends [control packets](packet) twice a simulated second
-//! and at each change of more than a clock, and takes the robots' [reports](report), which are on the robots as
-//! [`StatusReport`], in traces, and in the window. Where the [settings](NetworkSettings::tells_monitors) say so, monitors that ask
+//! A [`GameController`] that is [started](start) in a world sends [control packets](packet) twice a simulated second and at each
+//! change of more than a clock, and takes the robots' [reports](report), which are on the robots as [`StatusReport`](crate::communication::StatusReport), in traces, and
+//! in the window. Where the [settings](NetworkSettings::tells_monitors) say so, monitors that ask
 //! are told the truth: at once, and whose a free kick is.
 //!
-//! With a [`Listener`] it is the other way round: a real GameController is heard, and whoever operates it decides about the match.
+//! With a [`Listener`] ([`listen_to`]) it is the other way round: a real GameController is heard, and whoever operates it decides about the match.
 //! Monitors that ask the match are then told where its robots and the ball are, if the
 //! [listener](Listener::with_truth_for_monitors) is to tell them. Whoever asks is told, programs that play
 //! included: unasked for, no truth leaves a match.
-//! With [`TeamMessages`] programs talk to their team-mates as on a field, too. A match with none of these opens no socket.
+//! With [`TeamMessages`] ([`carry`]) programs talk to their team-mates as on a field, too. A match with none of these opens no socket,
+//! and runs no system of this module.
 
 use bevy::prelude::*;
 
@@ -28,7 +29,7 @@ mod telling;
 mod truth;
 
 pub use division::Division;
-pub use listener::{Listener, listen_to};
+pub use listener::Listener;
 pub use network::NetworkSettings;
 pub use packet::{ControlPacket, ProtocolVersion};
 pub use portrait::Portrayed;
@@ -39,46 +40,11 @@ pub use team_messages::TeamMessages;
 use network::Network;
 use telling::{PacketSeries, ToldMatch};
 
-use crate::communication::{StatusReport, deliver_messages};
+use crate::communication::deliver_messages;
 use crate::cycle::{ActSystems, Cycle, CycleClock, CycleSystems};
-use crate::game::ShootOut;
+use crate::game::{OutsideReferee, ShootOut};
 use crate::robot::Roster;
 use crate::team::{PerTeam, RobotId, Team};
-
-/// Lets a [`GameController`] tell of the match, if there is one, a [`Listener`] hear who decides about it, and [`TeamMessages`]
-/// carry what teams say.
-pub struct GameControllerPlugin;
-
-impl Plugin for GameControllerPlugin {
-    fn build(&self, app: &mut App) {
-        app.register_type::<StatusReport>()
-            .add_systems(Cycle, listener::listen.in_set(CycleSystems::Communicate).run_if(resource_exists::<Listener>))
-            .add_systems(
-                Cycle,
-                (listener::report, listener::tell_the_truth)
-                    .chain()
-                    .in_set(CycleSystems::Last)
-                    .run_if(resource_exists::<Listener>),
-            );
-        app.add_systems(
-            Cycle,
-            (
-                tell_changes.in_set(CycleSystems::Communicate),
-                take_reports.in_set(CycleSystems::Act),
-                tell.in_set(CycleSystems::Last),
-            )
-                .run_if(resource_exists::<GameController>),
-        );
-        app.add_systems(
-            Cycle,
-            (
-                team_messages::hand_out.in_set(CycleSystems::Communicate).after(deliver_messages),
-                team_messages::take.in_set(CycleSystems::Act).before(ActSystems::Say),
-            )
-                .run_if(resource_exists::<TeamMessages>),
-        );
-    }
-}
 
 /// How a match is told of.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -140,9 +106,48 @@ impl GameController {
 
 /// Lets a GameController tell of the match in `world` from now on, its beginning first.
 pub fn start(world: &mut World, controller: GameController) {
+    if !world.contains_resource::<GameController>() {
+        world.get_resource_or_init::<Schedules>().add_systems(
+            Cycle,
+            (
+                tell_changes.in_set(CycleSystems::Communicate),
+                take_reports.in_set(CycleSystems::Act),
+                tell.in_set(CycleSystems::Last),
+            ),
+        );
+    }
     world.insert_resource(controller);
     // It fails only where there is no match.
     let _ = world.run_system_cached(tell);
+}
+
+/// Lets the GameController that is heard decide about the match in `world`, from now on. Until it says something, robots stand.
+pub fn listen_to(world: &mut World, listener: Listener) {
+    if !world.contains_resource::<Listener>() {
+        world.get_resource_or_init::<Schedules>().add_systems(
+            Cycle,
+            (
+                listener::listen.in_set(CycleSystems::Communicate),
+                (listener::report, listener::tell_the_truth).chain().in_set(CycleSystems::Last),
+            ),
+        );
+    }
+    world.insert_resource(listener);
+    world.insert_resource(OutsideReferee { half: 1, ..default() });
+}
+
+/// Carries what teams in `world` say, from now on.
+pub fn carry(world: &mut World, messages: TeamMessages) {
+    if !world.contains_resource::<TeamMessages>() {
+        world.get_resource_or_init::<Schedules>().add_systems(
+            Cycle,
+            (
+                team_messages::hand_out.in_set(CycleSystems::Communicate).after(deliver_messages),
+                team_messages::take.in_set(CycleSystems::Act).before(ActSystems::Say),
+            ),
+        );
+    }
+    world.insert_resource(messages);
 }
 
 /// What has changed since the last cycle: a match begins at the beginning of one.

@@ -170,7 +170,7 @@ pub(super) fn officiate(
         velocity.0 = decisions.ball_velocity;
     }
     for ((before, after), entity) in seen.iter().zip(&decisions.robots).zip(entities) {
-        if before == after {
+        if before.pose == after.pose && before.penalty == after.penalty {
             continue;
         }
         let Ok(mut robot) = robots.get_mut(*entity) else { continue };

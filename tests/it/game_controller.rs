@@ -8,8 +8,8 @@ use naoisis::events::{CommandKind, CycleEvents, MatchEvent, Refusal};
 use naoisis::game::{GameState, Penalty, PenaltyReason};
 use naoisis::game_controller::packet::TeamPacket;
 use naoisis::game_controller::{
-    self, ControlPacket, Division, GameController, GameControllerPlugin, GameControllerSettings, Listener,
-    NetworkSettings, ProtocolVersion, ReturnPacket, TeamMessages,
+    self, ControlPacket, Division, GameController, GameControllerSettings, Listener, NetworkSettings, ProtocolVersion,
+    ReturnPacket, TeamMessages,
 };
 use naoisis::prelude::*;
 use naoisis::team::PerTeam;
@@ -51,7 +51,6 @@ fn told_to_monitors(settings: GameControllerSettings) -> GameControllerSettings 
 /// A match of which a GameController tells.
 fn told_match(scenario: &str, settings: GameControllerSettings) -> App {
     let mut app = headless_app();
-    app.add_plugins(GameControllerPlugin);
     app.start_match(&Scenario::from_json(scenario).unwrap()).unwrap();
     game_controller::start(app.world_mut(), GameController::open(settings).unwrap());
     app
@@ -273,7 +272,6 @@ fn a_real_gamecontroller_decides_about_the_match() {
     let (offset, control) = free_ports();
     drop(control);
     let mut app = headless_app();
-    app.add_plugins(GameControllerPlugin);
     let scenario = r#"{ "rules": "spl2025", "teams": { "blue": "roles", "pink": "chasers" } }"#;
     app.start_match(&Scenario::from_json(scenario).unwrap()).unwrap();
     let listener = Listener::open(Ipv4Addr::LOCALHOST.into(), offset, None).unwrap();
@@ -353,7 +351,6 @@ fn a_real_gamecontroller_decides_about_the_match() {
 /// A match of two robots that stand, about which decides who is heard.
 fn decided_match(listener: Listener) -> App {
     let mut app = headless_app();
-    app.add_plugins(GameControllerPlugin);
     let scenario = r#"{ "rules": "spl2025", "ball": { "position_m": [0, -0.5] }, "robots": [
         { "team": "blue", "number": 2, "pose": [-1, 0.5, 0], "behaviour": "idle" },
         { "team": "pink", "number": 3, "pose": [1, -0.5, 180], "behaviour": "idle" } ] }"#;
@@ -456,14 +453,13 @@ fn robot_socket(team_number: u8, number: u8, offset: u16) -> UdpSocket {
 fn what_programs_say_over_udp_is_a_message_of_the_match() {
     let (offset, _control) = free_ports();
     let mut app = headless_app();
-    app.add_plugins(GameControllerPlugin);
     let scenario = r#"{ "rules": "free", "messages": { "delay_cycles": 2 }, "robots": [
         { "team": "blue", "number": 1, "behaviour": "remote" },
         { "team": "blue", "number": 2, "pose": [1, 1, 0], "behaviour": "remote" },
         { "team": "blue", "number": 3, "pose": [1, -1, 0], "behaviour": "idle" },
         { "team": "pink", "number": 1, "pose": [2, 0, 0], "behaviour": "remote" } ] }"#;
     app.start_match(&Scenario::from_json(scenario).unwrap()).unwrap();
-    app.insert_resource(TeamMessages::open(PerTeam { blue: 5, pink: 12 }, offset).unwrap());
+    game_controller::carry(app.world_mut(), TeamMessages::open(PerTeam { blue: 5, pink: 12 }, offset).unwrap());
     let [sender, team_mate, opponent] =
         [(5, 1), (5, 2), (12, 1)].map(|(team, number)| robot_socket(team, number, offset));
     let here = (game_controller::HERE, 10_005 + offset);

@@ -1,6 +1,7 @@
 //! What a robot knows of what its cameras have in view: enough to decide where to look, and whether something should be seen.
 
 use bevy::math::{Vec2, ops};
+use std::sync::LazyLock;
 
 use super::CameraSettings;
 use crate::camera_model::{CameraIntrinsics, CameraMount, CameraMounts};
@@ -29,7 +30,9 @@ const NAO_LENS_HEIGHT_M: f32 = 0.5;
 impl FieldOfView {
     /// That of a robot's cameras.
     pub fn of(cameras: &CameraSettings) -> Self {
-        let nao = half_size(CameraIntrinsics::from(&CameraSettings::default()));
+        /// Of a NAO's cameras.
+        static NAO: LazyLock<Vec2> = LazyLock::new(|| half_size(CameraIntrinsics::from(&CameraSettings::default())));
+        let common = half_size(CameraIntrinsics::from(cameras)) / *NAO;
         let mounts = cameras.mounts.as_slice();
         let mut view = Self {
             lens_height_m: NAO_LENS_HEIGHT_M * (mean_height(mounts) / mean_height(CameraMounts::NAO.as_slice())),
@@ -41,7 +44,10 @@ impl FieldOfView {
         for (index, mount) in mounts.iter().enumerate() {
             view.tilts[index] = mount.tilt();
             view.pans[index] = mount.pan();
-            view.sizes[index] = half_size(cameras.intrinsics(mount)) / nao;
+            view.sizes[index] = match (mount.size, mount.diagonal_fov) {
+                (None, None) => common,
+                _ => half_size(cameras.intrinsics(mount)) / *NAO,
+            };
         }
         view
     }

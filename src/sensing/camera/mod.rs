@@ -266,12 +266,19 @@ impl CameraSettings {
 
     /// What all cameras see in a head at these angles.
     pub fn views(&self, head: HeadAngles) -> CameraViews {
+        let mut views = CameraViews::default();
+        self.look(head, &mut views);
+        views
+    }
+
+    /// Makes these views those of all cameras in a head at these angles.
+    pub fn look(&self, head: HeadAngles, views: &mut CameraViews) {
         let common = CameraIntrinsics::from(self);
         let own = |mount: &CameraMount| match (mount.size, mount.diagonal_fov) {
             (None, None) => common,
             _ => self.intrinsics(mount),
         };
-        CameraViews::new(&self.mounts, own, self.neck_m, head)
+        views.set(&self.mounts, own, self.neck_m, head);
     }
 
     /// What one camera sees in a head at these angles, if there is one of this name.

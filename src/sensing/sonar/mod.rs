@@ -378,7 +378,8 @@ fn distance_to_body(
         let corners = [(rear, -half_width), (front, -half_width), (front, half_width), (rear, half_width)];
         sector.distance_to_polygon(corners.map(|(x, y)| centre + facing.rotate(Vec2::new(x, y))))
     };
-    [robot.bounds.torso, robot.bounds.base]
+    robot
+        .boxes
         .into_iter()
         .filter(|body| (body.z_m[0]..=body.z_m[1]).contains(&height))
         .filter_map(distance_to)

@@ -51,11 +51,12 @@ pub(super) struct Observer<'a> {
     pub(super) pose: Pose,
     forward: Vec2,
     /// Where the cameras are.
-    pub(super) actual: &'a CameraViews,
+    pub(super) actual: &'a [CameraView],
     /// Which of them sees furthest aside.
     guide: usize,
     /// Where the robot thinks that they are.
-    believed: &'a CameraViews,
+    believed: &'a [CameraView],
+    pub(super) names: &'a [CameraName],
     pub(super) noise: &'a VisionNoise,
     occluders: &'a Occluders,
     pub(super) stream: &'a mut RandomStream,
@@ -74,31 +75,49 @@ enum Cue {
     Width(f32),
 }
 
-/// What the cameras see of a robot that measures its head's angles so, and what they do see.
-pub(super) fn believed_and_actual_views(
-    camera: &CameraSettings,
-    (measured, gaze): (HeadAngles, &GazeError),
-    noise: &VisionNoise,
-    stream: &mut RandomStream,
-) -> [CameraViews; 2] {
-    let believed = camera.views(measured);
-    let HeadAngles { yaw, pitch } = gaze.actual(measured);
-    let yaw = yaw + stream.gaussian(noise.head_angle_sd);
-    let pitch = pitch + stream.gaussian(noise.head_angle_sd);
-    let looks_there = measured == HeadAngles { yaw, pitch };
-    [believed, if looks_there { believed } else { camera.views(HeadAngles { yaw, pitch }) }]
+/// What a robot's cameras see by the angles that its head measures, and what they do see. Kept from robot to robot, so that
+/// its memory is written in its place.
+#[derive(Default)]
+pub(super) struct Views {
+    believed: CameraViews,
+    actual: CameraViews,
+    look_as_believed: bool,
+}
+
+impl Views {
+    pub(super) fn look(
+        &mut self,
+        camera: &CameraSettings,
+        (measured, gaze): (HeadAngles, &GazeError),
+        noise: &VisionNoise,
+        stream: &mut RandomStream,
+    ) {
+        let HeadAngles { yaw, pitch } = gaze.actual(measured);
+        let yaw = yaw + stream.gaussian(noise.head_angle_sd);
+        let pitch = pitch + stream.gaussian(noise.head_angle_sd);
+        self.look_as_believed = measured == HeadAngles { yaw, pitch };
+        camera.look(measured, &mut self.believed);
+        if !self.look_as_believed {
+            camera.look(HeadAngles { yaw, pitch }, &mut self.actual);
+        }
+    }
+
+    fn actual(&self) -> &CameraViews {
+        if self.look_as_believed { &self.believed } else { &self.actual }
+    }
 }
 
 impl<'a> Observer<'a> {
     pub(super) fn new(
-        [believed, actual]: &'a [CameraViews; 2],
+        views: &'a Views,
         pose: Pose,
         noise: &'a VisionNoise,
         occluders: &'a Occluders,
         [stream, recognition]: [&'a mut RandomStream; 2],
     ) -> Self {
+        let (actual, believed, names) = (views.actual(), &views.believed, views.believed.names());
         let guide = widest(believed);
-        Self { pose, forward: pose.forward(), guide, actual, believed, noise, occluders, stream, recognition }
+        Self { pose, forward: pose.forward(), guide, actual, believed, names, noise, occluders, stream, recognition }
     }
 
     /// The same robot in the same cycle, whose noise is drawn from another stream.
@@ -145,7 +164,7 @@ impl<'a> Observer<'a> {
     }
 
     pub(super) fn see_ball(&mut self, ball: SceneBall) -> Option<BallPercept> {
-        let class = self.noise.ball;
+        let class = &self.noise.ball;
         let place = self.in_robot_frame(ball.position);
         if class.is_too_far(place) || self.side_of(place) != ViewSide::Inside {
             return None;
@@ -157,7 +176,12 @@ impl<'a> Observer<'a> {
         let target = self.judge(Target::Other, place, ball.radius);
         let points = |view: &CameraView| {
             let across = across_sight(view, place) * ball.radius;
-            BALL_OFFSETS.map(|[right, up]| centre + (right * across).extend(up * ball.radius))
+            // In a loop, as a closure of `map` would be called for each point.
+            let mut points = [centre; BALL_OFFSETS.len()];
+            for (point, [right, up]) in points.iter_mut().zip(BALL_OFFSETS) {
+                *point += (right * across).extend(up * ball.radius);
+            }
+            points
         };
         let side = self.best_camera(|observer, side| {
             let view = &observer.actual[side];
@@ -166,7 +190,7 @@ impl<'a> Observer<'a> {
                 .sees_enough(side, &points(view), target, BALL_POINTS_NEEDED)
                 .then(|| view.offset_from_centre_squared(pixel))
         })?;
-        let is_noticed = self.is_noticed(&class, |observer| {
+        let is_noticed = self.is_noticed(class, |observer| {
             let points = points(&observer.actual[side]);
             let visible = points.iter().filter(|&&point| observer.is_visible(side, point, target)).count();
             place.length() * Self::seems_further_by(visible, points.len())
@@ -176,12 +200,12 @@ impl<'a> Observer<'a> {
         }
         let pixel = self.measured_pixel_in_image(side, centre, class.pixel_sd)?;
         let position_m = on_pitch(self.believed[side].point_at_height(pixel, ball.radius))?;
-        Some(BallPercept { camera: self.actual.name(side), pixel, position_m })
+        Some(BallPercept { camera: self.names[side], pixel, position_m })
     }
 
     fn see_goal_post(&mut self, index: usize, post: &ScenePost) -> Option<GoalPostPercept> {
         let colour = post.post.colour?;
-        let class = self.noise.goal_posts;
+        let class = &self.noise.goal_posts;
         let place = self.in_robot_frame(post.position);
         let height = post.post.height;
         let is_beside = height <= 2.0 * self.actual[self.guide].lens.z && self.side_of(place) != ViewSide::Inside;
@@ -197,7 +221,6 @@ impl<'a> Observer<'a> {
             if !view.may_see(place.extend(height / 2.0), height / 2.0) {
                 return None;
             }
-            // In a loop, as a closure of `map` would be called for each point.
             let mut visible = [false; POST_HEIGHTS.len()];
             for (is_visible, share) in visible.iter_mut().zip(POST_HEIGHTS) {
                 *is_visible = observer.is_visible(side, place.extend(share * height), target);
@@ -213,7 +236,7 @@ impl<'a> Observer<'a> {
                 _ => Cue::Width(POST_HEIGHTS[lowest] * height),
             })
         })?;
-        let is_noticed = self.is_noticed(&class, |observer| {
+        let is_noticed = self.is_noticed(class, |observer| {
             let is_visible = |share: f32| observer.is_visible(side, place.extend(share * height), target);
             let visible = POST_HEIGHTS.into_iter().filter(|&share| is_visible(share)).count();
             place.length() * Self::seems_further_by(visible, POST_HEIGHTS.len())
@@ -222,7 +245,7 @@ impl<'a> Observer<'a> {
             return None;
         }
         let (pixel, position_m) = self.measured_standing_point(side, place, post.post.radius, cue, class.pixel_sd)?;
-        Some(GoalPostPercept { camera: self.actual.name(side), colour, pixel, position_m })
+        Some(GoalPostPercept { camera: self.names[side], colour, pixel, position_m })
     }
 
     fn see_robot(&mut self, index: usize, robot: &SceneRobot) -> Option<RobotPercept> {
@@ -235,7 +258,7 @@ impl<'a> Observer<'a> {
     }
 
     fn see_waistband(&mut self, position: Vec2, team: Team, band: &Waistband, target: Target) -> Option<RobotPercept> {
-        let class = self.noise.robots;
+        let class = &self.noise.robots;
         let place = self.in_robot_frame(position);
         if class.is_too_far(place) || self.side_of(place) != ViewSide::Inside {
             return None;
@@ -246,7 +269,7 @@ impl<'a> Observer<'a> {
         let target = self.judge(target, place, radius_of(band));
         let (side, cue) =
             self.best_cue(place, target, |observer, side| observer.robot_cue(side, place, band, target))?;
-        let is_noticed = self.is_noticed(&class, |observer| {
+        let is_noticed = self.is_noticed(class, |observer| {
             let points = waistband(&observer.actual[side], place, band);
             let points = points.as_flattened();
             let visible = points.iter().filter(|&&point| observer.is_visible(side, point, target)).count();
@@ -261,7 +284,7 @@ impl<'a> Observer<'a> {
             position_m = on_pitch(Some(position_m * self.error_without_feet(side, place, band, target)))?;
             pixel = self.believed[side].project_anywhere(position_m.extend(0.0));
         }
-        Some(RobotPercept { camera: self.actual.name(side), team, pixel, position_m })
+        Some(RobotPercept { camera: self.names[side], team, pixel, position_m })
     }
 
     /// By which factor a robot seems further away whose foot is not seen: the more, the higher it is hidden.
@@ -290,10 +313,10 @@ impl<'a> Observer<'a> {
 
     /// Things where there are none.
     fn imagine(&mut self, percepts: &mut Percepts, scene: &Scene) {
-        let VisionNoise { ball, goal_posts, robots, .. } = *self.noise;
+        let VisionNoise { ball, goal_posts, robots, .. } = self.noise;
         if percepts.ball.is_none() && self.stream.chance(ball.false_positive_probability) {
             let radius = scene.ball.map_or(0.0, |ball| ball.radius);
-            percepts.ball = self.imagined_place(&ball, radius).map(|(camera, pixel, position_m)| BallPercept {
+            percepts.ball = self.imagined_place(ball, radius).map(|(camera, pixel, position_m)| BallPercept {
                 camera,
                 pixel,
                 position_m,
@@ -303,7 +326,7 @@ impl<'a> Observer<'a> {
             let [one, other] = scene.markings.goal_colours;
             let colour = if self.stream.chance(0.5) { one } else { other };
             percepts.goal_posts.extend(
-                self.imagined_place(&goal_posts, 0.0).map(|(camera, pixel, position_m)| GoalPostPercept {
+                self.imagined_place(goal_posts, 0.0).map(|(camera, pixel, position_m)| GoalPostPercept {
                     camera,
                     colour,
                     pixel,
@@ -313,7 +336,7 @@ impl<'a> Observer<'a> {
         }
         if self.stream.chance(robots.false_positive_probability) {
             let team = if self.stream.chance(0.5) { Team::Blue } else { Team::Pink };
-            percepts.robots.extend(self.imagined_place(&robots, 0.0).map(|(camera, pixel, position_m)| RobotPercept {
+            percepts.robots.extend(self.imagined_place(robots, 0.0).map(|(camera, pixel, position_m)| RobotPercept {
                 camera,
                 team,
                 pixel,
@@ -330,7 +353,7 @@ impl<'a> Observer<'a> {
             let view = &self.believed[side];
             let pixel = view.intrinsics.size * Vec2::new(self.stream.uniform(), self.stream.uniform());
             let place = on_pitch(view.point_at_height(pixel, height)).filter(|&place| !class.is_too_far(place))?;
-            Some((self.actual.name(side), pixel, place))
+            Some((self.names[side], pixel, place))
         })
     }
 
@@ -345,10 +368,11 @@ impl<'a> Observer<'a> {
     }
 
     /// Whether a camera sees a point (robot frame, m) of a target.
-    #[inline]
+    // What a call would pass in memory is read again at once, which takes longer than the rest.
+    #[inline(always)]
     pub(super) fn is_visible(&self, side: usize, point: Vec3, target: Target) -> bool {
         let view = &self.actual[side];
-        view.pixel_in_image(point).is_some() && !self.occluders.hide(view.lens, point, target)
+        view.pixel_in_image(point).is_some() && !self.occluders.hide(&view.lens, point.truncate(), point.z, target)
     }
 
     /// Whether a camera sees `needed` of these points.
@@ -463,7 +487,7 @@ impl<'a> Observer<'a> {
 }
 
 /// Which of the cameras sees furthest aside; the first of several. They all look the same way.
-fn widest(views: &CameraViews) -> usize {
+fn widest(views: &[CameraView]) -> usize {
     let slope = |view: &CameraView| view.intrinsics.centre.x / view.intrinsics.focal_length;
     let widest = |best: usize, next: usize| if slope(&views[next]) > slope(&views[best]) { next } else { best };
     (1..views.len()).fold(0, widest)

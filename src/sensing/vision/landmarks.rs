@@ -25,7 +25,7 @@ const CIRCLE_POINTS_NEEDED: usize = 3;
 
 impl Observer<'_> {
     pub(super) fn see_landmarks(&mut self, landmarks: &mut Vec<LandmarkPercept>, markings: &Markings) {
-        let noise = *self.noise;
+        let noise = self.noise;
         for line in &markings.lines {
             self.see_line(landmarks, *line, &noise.lines);
         }
@@ -50,8 +50,8 @@ impl Observer<'_> {
     /// The stretches of a line that the cameras see, one each.
     fn see_line(&mut self, landmarks: &mut Vec<LandmarkPercept>, line: LineSegment, class: &ClassNoise) {
         let ends = [self.in_robot_frame(line.start), self.in_robot_frame(line.end)];
-        let sides = ends.map(|end| self.side_of(end));
-        if sides[0] == sides[1] && sides[0] != ViewSide::Inside {
+        let side = self.side_of(ends[0]);
+        if side != ViewSide::Inside && side == self.side_of(ends[1]) {
             return;
         }
         let reach = self.draw_reach(class);
@@ -68,7 +68,8 @@ impl Observer<'_> {
         if view.project(start)?.distance_squared(view.project(end)?) < SHORTEST_LINE_PX * SHORTEST_LINE_PX {
             return None;
         }
-        let points = LINE_SAMPLES.map(|share| start.lerp(end, share));
+        let [middle, first, last] = LINE_SAMPLES;
+        let points = [start.lerp(end, middle), start.lerp(end, first), start.lerp(end, last)];
         if self.stream.chance(class.miss_probability)
             || !self.sees_enough(side, &points, Target::Other, LINE_POINTS_NEEDED)
         {
@@ -80,7 +81,7 @@ impl Observer<'_> {
         let (pixel, end_pixel) =
             if start_pixel.x <= end_pixel.x { (start_pixel, end_pixel) } else { (end_pixel, start_pixel) };
         Some(LandmarkPercept {
-            camera: self.actual.name(side),
+            camera: self.names[side],
             kind: LandmarkKind::Line { end_pixel, end_position_m: self.place_on_ground(side, end_pixel)? },
             pixel,
             position_m: self.place_on_ground(side, pixel)?,
@@ -139,7 +140,7 @@ impl Observer<'_> {
 
     fn landmark(&self, side: usize, kind: LandmarkKind, pixel: Vec2) -> Option<LandmarkPercept> {
         let position_m = self.place_on_ground(side, pixel)?;
-        Some(LandmarkPercept { camera: self.actual.name(side), kind, pixel, position_m })
+        Some(LandmarkPercept { camera: self.names[side], kind, pixel, position_m })
     }
 
     fn offset_in_image(&self, side: usize, point: Vec3) -> f32 {

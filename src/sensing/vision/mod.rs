@@ -72,7 +72,7 @@ mod truth;
 
 pub use false_places::MistakenPlaces;
 use gaze::GazeError;
-use geometric::Observer;
+use geometric::{Observer, Views};
 pub use noise::{ClassNoise, Falloff, FalsePlaces, GazeNoise, HiddenFeet, VisionNoise};
 use occlusion::Occluders;
 
@@ -315,7 +315,7 @@ pub struct VisionSettings {
 fn recognise(
     scene: Res<Scene>,
     clock: Res<CycleClock>,
-    mut occluders: Local<Occluders>,
+    (mut occluders, mut views): (Local<Occluders>, Local<Views>),
     mut robots: Query<(
         &RobotId,
         &Pose,
@@ -337,7 +337,7 @@ fn recognise(
             VisionSource::Image => {}
             VisionSource::Geometric => {
                 occluders.gather(&scene, own_index, pose);
-                let views = geometric::believed_and_actual_views(camera, (head, gaze), &settings.noise, vision);
+                views.look(camera, (head, gaze), &settings.noise, vision);
                 let streams = [vision, recognition];
                 let mut observer = Observer::new(&views, pose, &settings.noise, &occluders, streams);
                 observer.recognise_everything(&mut percepts, &scene, own_index);

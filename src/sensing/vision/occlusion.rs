@@ -1,8 +1,6 @@
 //! What hides things from a robot's eyes: the bodies of other robots and posts.
 
 use bevy::prelude::*;
-use parry3d::bounding_volume::Aabb;
-use parry3d::query::{Ray, RayCast};
 
 use crate::appearance::scene::Scene;
 use crate::geometry::{Pose, unrotate};
@@ -23,7 +21,7 @@ struct OccludingRobot {
     position: Vec2,
     forward: Vec2,
     reach: f32,
-    boxes: [Aabb; 2],
+    boxes: [Bounds; 2],
 }
 
 #[derive(Debug)]
@@ -57,7 +55,7 @@ impl Occluders {
                 position: unrotate(own_forward, robot.pose.position - own_pose.position),
                 forward: unrotate(own_forward, robot.forward),
                 reach: robot.reach,
-                boxes: [robot.bounds.torso, robot.bounds.base].map(bounding_box),
+                boxes: [Bounds::of(robot.boxes[0]), Bounds::of(robot.boxes[1])],
             },
         ));
         self.posts.clear();
@@ -81,14 +79,15 @@ impl Occluders {
         if is_obstructed { target } else { Target::Unobstructed }
     }
 
-    /// Whether something other than the target itself is between the lens and a point of the target (both in the
-    /// robot frame, m).
-    pub fn hide(&self, lens: Vec3, point: Vec3, target: Target) -> bool {
+    /// Whether something other than the target itself is between the lens and a point of the target at `place` and so high
+    /// above the ground (all in the robot frame, m).
+    pub fn hide(&self, lens: &Vec3, place: Vec2, height_m: f32, target: Target) -> bool {
         if target == Target::Unobstructed {
             return false;
         }
-        let sight = Sight::new(lens, point.truncate());
-        let direction = point - lens;
+        let lens = *lens;
+        let sight = Sight::new(lens, place);
+        let direction = sight.direction.extend(height_m - lens.z);
         self.robots.iter().any(|robot| {
             target != Target::Robot(robot.index)
                 && sight.passes(robot.position, robot.reach)
@@ -131,8 +130,47 @@ impl Sight {
 impl OccludingRobot {
     fn is_in_the_way(&self, lens: Vec3, sight: Vec3) -> bool {
         let origin = unrotate(self.forward, lens.truncate() - self.position).extend(lens.z);
-        let ray = Ray::new(origin, unrotate(self.forward, sight.truncate()).extend(sight.z));
-        self.boxes.iter().any(|body| body.intersects_local_ray(&ray, 1.0))
+        let sight = unrotate(self.forward, sight.truncate()).extend(sight.z);
+        let inverse = sight.recip();
+        let [torso, base] = &self.boxes;
+        torso.are_in_the_way(origin, sight, inverse) || base.are_in_the_way(origin, sight, inverse)
+    }
+}
+
+/// A box along the axes, by two of its corners.
+#[derive(Debug)]
+struct Bounds {
+    least: Vec3,
+    greatest: Vec3,
+}
+
+impl Bounds {
+    fn of(body: BodyBox) -> Self {
+        Self {
+            least: Vec3::new(body.x_m[0], -body.half_width_m, body.z_m[0]),
+            greatest: Vec3::new(body.x_m[1], body.half_width_m, body.z_m[1]),
+        }
+    }
+
+    /// Whether the sight meets the box: its stretch between each pair of faces has something in common with the others
+    /// (Kay and Kajiya, 1986).
+    #[inline(always)]
+    fn are_in_the_way(&self, lens: Vec3, sight: Vec3, inverse: Vec3) -> bool {
+        let (mut from, mut to) = (0.0_f32, 1.0_f32);
+        for axis in 0..3 {
+            let (least, greatest) = (self.least[axis] - lens[axis], self.greatest[axis] - lens[axis]);
+            if sight[axis] == 0.0 {
+                if least > 0.0 || greatest < 0.0 {
+                    return false;
+                }
+                continue;
+            }
+            let (one, other) = (least * inverse[axis], greatest * inverse[axis]);
+            let (enter, leave) = if one < other { (one, other) } else { (other, one) };
+            from = if enter > from { enter } else { from };
+            to = if leave < to { leave } else { to };
+        }
+        from <= to
     }
 }
 
@@ -152,13 +190,6 @@ impl OccludingPost {
         let (enter, leave) = (((-half_b - root) / a).max(0.0), ((-half_b + root) / a).min(1.0));
         enter <= leave && (lens.z + enter * sight.z).min(lens.z + leave * sight.z) <= self.height
     }
-}
-
-fn bounding_box(body: BodyBox) -> Aabb {
-    Aabb::new(
-        Vec3::new(body.x_m[0], -body.half_width_m, body.z_m[0]),
-        Vec3::new(body.x_m[1], body.half_width_m, body.z_m[1]),
-    )
 }
 
 #[cfg(test)]
@@ -184,6 +215,12 @@ mod tests {
         occluders
     }
 
+    impl Occluders {
+        fn hide_point(&self, point: Vec3, target: Target) -> bool {
+            self.hide(&LENS, point.truncate(), point.z, target)
+        }
+    }
+
     #[test]
     fn a_body_hides_what_is_just_behind_its_edge_and_no_more() {
         // A robot at 1 m that faces this one: its torso reaches to y = ±0.15 and its front is at x = 0.95. On the way to
@@ -194,17 +231,17 @@ mod tests {
         // The outermost sight touches the near corner (0.95, 0.15): slope 0.15 / (0.95 - 0.0539) = 0.16739; at x = 3
         // that is y = 0.49315.
         for side in [-1.0, 1.0] {
-            assert!(occluders.hide(LENS, Vec3::new(3.0, side * 0.492, 0.0), Target::Other));
-            assert!(!occluders.hide(LENS, Vec3::new(3.0, side * 0.494, 0.0), Target::Other));
+            assert!(occluders.hide_point(Vec3::new(3.0, side * 0.492, 0.0), Target::Other));
+            assert!(!occluders.hide_point(Vec3::new(3.0, side * 0.494, 0.0), Target::Other));
         }
         // In front of it, and the robot itself, nothing is hidden.
-        assert!(!occluders.hide(LENS, Vec3::new(0.8, 0.0, 0.0), Target::Other));
-        assert!(!occluders.hide(LENS, Vec3::new(1.0, 0.0, 0.3), Target::Robot(1)));
+        assert!(!occluders.hide_point(Vec3::new(0.8, 0.0, 0.0), Target::Other));
+        assert!(!occluders.hide_point(Vec3::new(1.0, 0.0, 0.3), Target::Robot(1)));
         // Above its shoulders the sight is free: at x = 0.95 it must be above 0.46, which the sight to a point at
         // x = 3 is if its height z satisfies 0.5372 + (z - 0.5372) 0.3042 > 0.46 at x = 0.95 and, lower, at 1.03
         // (0.3313): z > 0.3042.
-        assert!(!occluders.hide(LENS, Vec3::new(3.0, 0.0, 0.306), Target::Other));
-        assert!(occluders.hide(LENS, Vec3::new(3.0, 0.0, 0.302), Target::Other));
+        assert!(!occluders.hide_point(Vec3::new(3.0, 0.0, 0.306), Target::Other));
+        assert!(occluders.hide_point(Vec3::new(3.0, 0.0, 0.302), Target::Other));
     }
 
     #[test]
@@ -213,11 +250,11 @@ mod tests {
         // Facing +y, the torso reaches from y = -0.03 to 0.05 and from x = 0.85 to 1.15, the feet to y = 0.11 and from
         // x = 0.9 to 1.1. The sight to the ground at x = 2 comes below their upper edge, 0.25, after 1 - 0.25 / 0.5372 =
         // 0.53462 of its way, x = 1.0943: it meets them if y < 0.11 / 0.53462 = 0.20575.
-        assert!(occluders.hide(LENS, Vec3::new(2.0, 0.2052, 0.0), Target::Other));
-        assert!(!occluders.hide(LENS, Vec3::new(2.0, 0.2063, 0.0), Target::Other));
+        assert!(occluders.hide_point(Vec3::new(2.0, 0.2052, 0.0), Target::Other));
+        assert!(!occluders.hide_point(Vec3::new(2.0, 0.2063, 0.0), Target::Other));
         // To the right, the corner (0.85, -0.03): slope 0.03 / 0.7961 = 0.03768; at x = 2 y = -0.07334.
-        assert!(occluders.hide(LENS, Vec3::new(2.0, -0.0730, 0.2), Target::Other));
-        assert!(!occluders.hide(LENS, Vec3::new(2.0, -0.0737, 0.2), Target::Other));
+        assert!(occluders.hide_point(Vec3::new(2.0, -0.0730, 0.2), Target::Other));
+        assert!(!occluders.hide_point(Vec3::new(2.0, -0.0737, 0.2), Target::Other));
     }
 
     #[test]
@@ -227,14 +264,14 @@ mod tests {
         let tall = around(&[], &[post(0.8)]);
         // At 1 m from the lens a radius of 5 cm hides ±asin(0.05): at x = 2.0539, 2 m away, ±0.100125 m.
         for side in [-1.0, 1.0] {
-            assert!(tall.hide(LENS, Vec3::new(2.0539, side * 0.0999, 0.0), Target::Other));
-            assert!(!tall.hide(LENS, Vec3::new(2.0539, side * 0.1003, 0.0), Target::Other));
+            assert!(tall.hide_point(Vec3::new(2.0539, side * 0.0999, 0.0), Target::Other));
+            assert!(!tall.hide_point(Vec3::new(2.0539, side * 0.1003, 0.0), Target::Other));
         }
-        assert!(!tall.hide(LENS, Vec3::new(1.0539, 0.0, 0.3), Target::Post(0)));
-        assert!(!tall.hide(LENS, Vec3::new(0.9, 0.0, 0.0), Target::Other));
+        assert!(!tall.hide_point(Vec3::new(1.0539, 0.0, 0.3), Target::Post(0)));
+        assert!(!tall.hide_point(Vec3::new(0.9, 0.0, 0.0), Target::Other));
         // The sight to the ground at 2 m leaves the cylinder at 1.05 m, at z = 0.5372 * 0.475 = 0.2552.
         let sight = Vec3::new(2.0539, 0.0, 0.0);
-        assert!(around(&[], &[post(0.256)]).hide(LENS, sight, Target::Other));
-        assert!(!around(&[], &[post(0.254)]).hide(LENS, sight, Target::Other));
+        assert!(around(&[], &[post(0.256)]).hide_point(sight, Target::Other));
+        assert!(!around(&[], &[post(0.254)]).hide_point(sight, Target::Other));
     }
 }

@@ -23,7 +23,7 @@ pub(super) fn know_everything(
     let Some(last) = views.len().checked_sub(1) else { return };
     let pixel_of = |point: Vec3| {
         let index = (0..=last).rev().find(|&index| views[index].pixel_in_image(point).is_some()).unwrap_or(0);
-        (views.name(index), views[index].project_anywhere(point))
+        (views.names()[index], views[index].project_anywhere(point))
     };
     let look_at = |point: Vec2| {
         let position_m = pose.inverse_transform_point(point);

@@ -40,7 +40,7 @@ use crate::sensing::camera::lens::LensBuffer;
 use crate::sensing::camera::noise::NoiseBuffer;
 use crate::sensing::camera::software::{Detail, PreparedScene, Renderer};
 use crate::sensing::vision::gaze::GazeError;
-use crate::sensing::vision::geometric::{Observer, believed_and_actual_views};
+use crate::sensing::vision::geometric::{Observer, Views};
 use crate::sensing::vision::occlusion::Occluders;
 use crate::sensing::vision::{Percepts, VisionNoise, VisionSettings, VisionSource};
 use crate::team::{PerTeam, Team};
@@ -161,7 +161,8 @@ impl Workshop {
         let own = scene.robots[0];
         self.occluders.gather(scene, Some(0), own.pose);
         let looks = (own.head, &GazeError::default());
-        let views = believed_and_actual_views(cameras, looks, noise, streams[0]);
+        let mut views = Views::default();
+        views.look(cameras, looks, noise, streams[0]);
         let mut observer = Observer::new(&views, own.pose, noise, &self.occluders, streams);
         observer.recognise_everything(percepts, scene, Some(0));
     }
