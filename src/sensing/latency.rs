@@ -37,14 +37,8 @@ impl Plugin for LatencyPlugin {
         app.register_type::<Latency>()
             .register_type::<OnTheirWay>()
             .add_systems(Cycle, set_images_aside.after(SensingSystems::Scene).before(SensingSystems::Images))
-            .add_systems(
-                Cycle,
-                (hold_back_percepts, hold_back_images, hold_back_sonars).chain().in_set(SensingSystems::Late),
-            )
-            .add_systems(
-                Cycle,
-                (hold_back_commands, hold_back_heads).chain().in_set(CycleSystems::Act).before(ActSystems::Say),
-            );
+            .add_systems(Cycle, hold_back_readings.in_set(SensingSystems::Late))
+            .add_systems(Cycle, hold_back_commands.in_set(CycleSystems::Act).before(ActSystems::Say));
     }
 }
 
@@ -72,6 +66,14 @@ pub struct Latency {
 }
 
 impl Latency {
+    fn senses_at_once(&self) -> bool {
+        [self.vision_s, self.image_s, self.sonar_s] == [0.0; 3]
+    }
+
+    fn acts_at_once(&self) -> bool {
+        [self.walk_s, self.kick_s, self.head_s] == [0.0; 3]
+    }
+
     /// All of them, by the names that files have for them.
     pub fn by_name(&self) -> [(&'static str, f32); 6] {
         [
@@ -105,26 +107,24 @@ pub struct OnTheirWay {
 }
 
 impl OnTheirWay {
+    fn readings_are_none(&self) -> bool {
+        self.percepts.is_empty() && self.images.is_empty() && self.sonars.is_empty()
+    }
+
+    fn commands_are_none(&self) -> bool {
+        self.walks.is_empty() && self.kicks.is_empty() && self.heads.is_empty()
+    }
+
     /// The images among it.
     pub(crate) fn images(&self) -> impl Iterator<Item = &CameraImages> {
         self.images.iter().chain([&self.aside])
     }
 }
 
-fn hold_back_percepts(clock: Res<CycleClock>, mut robots: Query<(&Latency, &mut Percepts, &mut OnTheirWay)>) {
-    for (latency, mut percepts, mut on_their_way) in &mut robots {
-        percepts.time_s = clock.start_time_s();
-        let cycles = clock.cycles_in(latency.vision_s);
-        if cycles > 0 || !on_their_way.percepts.is_empty() {
-            *percepts = after(cycles, &mut on_their_way.percepts, core::mem::take(&mut *percepts));
-        }
-    }
-}
-
 /// Where images are late, new ones are not drawn over those that arrived last.
 fn set_images_aside(clock: Res<CycleClock>, mut robots: Query<(&Latency, &mut CameraImages, &mut OnTheirWay)>) {
     for (latency, mut images, mut on_their_way) in &mut robots {
-        if clock.cycles_in(latency.image_s) > 0 {
+        if latency.image_s != 0.0 && clock.cycles_in(latency.image_s) > 0 {
             core::mem::swap(&mut *images, &mut on_their_way.aside);
             images.clear();
             // Whoever has no images now clears this, too.
@@ -133,89 +133,125 @@ fn set_images_aside(clock: Res<CycleClock>, mut robots: Query<(&Latency, &mut Ca
     }
 }
 
-fn hold_back_images(clock: Res<CycleClock>, mut robots: Query<(&Latency, &mut CameraImages, &mut OnTheirWay)>) {
-    for (latency, mut images, mut on_their_way) in &mut robots {
-        let OnTheirWay { images: queue, aside, .. } = &mut *on_their_way;
-        let cycles = clock.cycles_in(latency.image_s);
-        if cycles == 0 {
-            if !queue.is_empty() {
-                queue.clear();
-            }
+fn hold_back_readings(
+    clock: Res<CycleClock>,
+    mut robots: Query<(
+        &Latency,
+        &mut Percepts,
+        Option<&mut CameraImages>,
+        Option<(&SonarSettings, &mut SonarReading)>,
+        &mut OnTheirWay,
+    )>,
+) {
+    for (latency, mut percepts, images, sonars, mut on_their_way) in &mut robots {
+        percepts.time_s = clock.start_time_s();
+        if latency.senses_at_once() && on_their_way.readings_are_none() {
             continue;
         }
-        if images.cycle == Some(clock.cycle) {
-            queue.push_back(core::mem::take(&mut *images));
-        } else if images.arrived.is_none() {
-            queue.clear();
-            aside.clear();
+        let [vision, image, sonar] =
+            [latency.vision_s, latency.image_s, latency.sonar_s].map(|seconds| clock.cycles_in(seconds));
+        let queue = &mut on_their_way.percepts;
+        if vision > 0 || !queue.is_empty() {
+            *percepts = after(vision, queue, core::mem::take(&mut *percepts));
         }
-        core::mem::swap(&mut *images, aside);
-        let has_arrived =
-            |image: &CameraImages| image.cycle.is_some_and(|taken| taken + u64::from(cycles) <= clock.cycle);
-        while queue.front().is_some_and(has_arrived) {
-            *aside = core::mem::replace(&mut *images, queue.pop_front().unwrap_or_default());
-            images.arrived = Some(clock.cycle);
+        if let Some(mut images) = images {
+            hold_back_images(image, clock.cycle, &mut images, &mut on_their_way);
         }
-    }
-}
-
-fn hold_back_sonars(
-    clock: Res<CycleClock>,
-    mut robots: Query<(&Latency, &SonarSettings, &mut SonarReading, &mut OnTheirWay)>,
-) {
-    let now = clock.start_time_s();
-    for (latency, settings, mut reading, mut on_their_way) in &mut robots {
-        let cycles = clock.cycles_in(latency.sonar_s);
-        if settings.fitted && (cycles > 0 || !on_their_way.sonars.is_empty()) {
-            // Who has no rate pings in every cycle. Between two pings, what is on its way last is still the newest.
-            let pings_always = settings.rate_hz.is_none() || settings.source == SonarSource::Truth;
-            let time_s = reading.time_s.or(pings_always.then_some(now));
-            let under_way = on_their_way.sonars.back().filter(|_| time_s != Some(now)).copied();
-            let newest = under_way.unwrap_or(SonarReading { time_s, ..*reading });
-            *reading = after(cycles, &mut on_their_way.sonars, newest);
+        if let Some((settings, mut reading)) = sonars.filter(|(settings, _)| settings.fitted) {
+            hold_back_sonars(sonar, clock.start_time_s(), settings, &mut reading, &mut on_their_way.sonars);
         }
     }
 }
 
 fn hold_back_commands(
     clock: Res<CycleClock>,
-    mut robots: Query<(&Latency, &mut WalkCommand, &mut KickCommand, &mut OnTheirWay)>,
+    mut robots: Query<(
+        &Latency,
+        &mut WalkCommand,
+        &mut KickCommand,
+        &HeadCommand,
+        &HeadAngles,
+        &mut LateHeadCommand,
+        &mut OnTheirWay,
+    )>,
 ) {
-    for (latency, mut walk, mut kick, mut on_their_way) in &mut robots {
-        let [walk_cycles, kick_cycles] = [latency.walk_s, latency.kick_s].map(|seconds| clock.cycles_in(seconds));
+    for (latency, mut walk, mut kick, head, angles, mut late_head, mut on_their_way) in &mut robots {
+        if latency.acts_at_once() && on_their_way.commands_are_none() && late_head.0.is_none() {
+            continue;
+        }
+        let [walk_cycles, kick_cycles, head_cycles] =
+            [latency.walk_s, latency.kick_s, latency.head_s].map(|seconds| clock.cycles_in(seconds));
         if walk_cycles > 0 || !on_their_way.walks.is_empty() {
             *walk = after(walk_cycles, &mut on_their_way.walks, *walk);
         }
         if kick_cycles > 0 || !on_their_way.kicks.is_empty() {
             kick.0 = after(kick_cycles, &mut on_their_way.kicks, kick.0);
         }
+        hold_back_head(head_cycles, (head, angles), &mut late_head, &mut on_their_way.heads);
+    }
+}
+
+/// In this cycle, with images that are late by so many.
+fn hold_back_images(cycles: u32, now: u64, images: &mut CameraImages, on_their_way: &mut OnTheirWay) {
+    let OnTheirWay { images: queue, aside, .. } = on_their_way;
+    if cycles == 0 {
+        if !queue.is_empty() {
+            queue.clear();
+        }
+        return;
+    }
+    if images.cycle == Some(now) {
+        queue.push_back(core::mem::take(images));
+    } else if images.arrived.is_none() {
+        queue.clear();
+        aside.clear();
+    }
+    core::mem::swap(images, aside);
+    let has_arrived = |image: &CameraImages| image.cycle.is_some_and(|taken| taken + u64::from(cycles) <= now);
+    while queue.front().is_some_and(has_arrived) {
+        *aside = core::mem::replace(images, queue.pop_front().unwrap_or_default());
+        images.arrived = Some(now);
+    }
+}
+
+/// At this time, s, with sonars that are late by so many cycles.
+fn hold_back_sonars(
+    cycles: u32,
+    now: f64,
+    settings: &SonarSettings,
+    reading: &mut SonarReading,
+    queue: &mut VecDeque<SonarReading>,
+) {
+    if cycles > 0 || !queue.is_empty() {
+        // Who has no rate pings in every cycle. Between two pings, what is on its way last is still the newest.
+        let pings_always = settings.rate_hz.is_none() || settings.source == SonarSource::Truth;
+        let time_s = reading.time_s.or(pings_always.then_some(now));
+        let under_way = queue.back().filter(|_| time_s != Some(now)).copied();
+        let newest = under_way.unwrap_or(SonarReading { time_s, ..*reading });
+        *reading = after(cycles, queue, newest);
     }
 }
 
 /// A head's command stays until it is changed: the joints go by what it was, and before the first by where they are.
-fn hold_back_heads(
-    clock: Res<CycleClock>,
-    mut robots: Query<(&Latency, &HeadCommand, &HeadAngles, &mut LateHeadCommand, &mut OnTheirWay)>,
+fn hold_back_head(
+    cycles: u32,
+    (command, angles): (&HeadCommand, &HeadAngles),
+    late: &mut LateHeadCommand,
+    queue: &mut VecDeque<HeadCommand>,
 ) {
-    for (latency, command, angles, mut late, mut on_their_way) in &mut robots {
-        let cycles = clock.cycles_in(latency.head_s);
-        if cycles == 0 {
-            if late.0.is_some() {
-                late.0 = None;
-                on_their_way.heads.clear();
-            }
-            continue;
-        }
-        let stays = HeadCommand { yaw: angles.yaw, pitch: angles.pitch };
-        // One that is not a number is refused, and the head stays where it is.
-        let is_refused = Refusal::of_numbers([command.yaw, command.pitch]).is_some();
-        let heads = &mut on_their_way.heads;
-        heads.push_back(if is_refused { stays } else { *command });
-        while heads.len() > cycles as usize {
-            late.0 = heads.pop_front();
-        }
-        late.0 = Some(late.0.unwrap_or(stays));
+    if cycles == 0 {
+        late.0 = None;
+        queue.clear();
+        return;
     }
+    let stays = HeadCommand { yaw: angles.yaw, pitch: angles.pitch };
+    // One that is not a number is refused, and the head stays where it is.
+    let is_refused = Refusal::of_numbers([command.yaw, command.pitch]).is_some();
+    queue.push_back(if is_refused { stays } else { *command });
+    while queue.len() > cycles as usize {
+        late.0 = queue.pop_front();
+    }
+    late.0 = Some(late.0.unwrap_or(stays));
 }
 
 /// Sends a value on its way, and takes the one that arrives after so many cycles; nothing while there is none.
