@@ -25,6 +25,7 @@ use crate::game::{GameState, ReturnPlace, Rules};
 use crate::geometry::{Pose, unit};
 use crate::knowledge::Knowledge;
 use crate::pitch::{End, Pitch};
+use crate::referee::shoot_out::places_for_shot;
 use crate::referee::{GameStatus, formation};
 use crate::robot::head::HeadAngles;
 use crate::robot::motion_limits::MotionLimits;
@@ -146,8 +147,9 @@ fn estimate(
         let id = *robot.id;
         let place = |kicking_off| formation(&pitch, rules.team_size, id.number, End::NegativeX, kicking_off);
         let kicking_off = id.team == status.kick_off_team && !status.drop_ball;
+        let shot = status.shoot_out.map(|team| places_for_shot(&pitch, rules.shoot_out_procedure, team == id.team));
         let start = || Localiser::placed(settings.localisation, id, belief.pose);
-        memory.begin_cycle(start, odometry.0, status, landmarks, kicking_off, rules.return_place, place);
+        memory.begin_cycle(start, odometry.0, status, landmarks, kicking_off, (rules.return_place, shot), place);
         let ground = robot.steps.0.gait.map_or(1.0, |gait| gait.slip.scale);
         let is_walking = odometry.0 != memory.odometry;
         memory.pass_time(odometry.0, ground, settings, period);
@@ -199,7 +201,7 @@ impl SimpleBeliefMemory {
         status: &GameStatus,
         landmarks: &Landmarks,
         kicking_off: bool,
-        return_place: ReturnPlace,
+        (return_place, shot): (ReturnPlace, Option<(Pose, Vec2)>),
         kick_off_place: impl Fn(bool) -> Pose,
     ) {
         if !self.begun {
@@ -217,9 +219,13 @@ impl SimpleBeliefMemory {
         }
         if status.hand_placements != self.hand_placements {
             self.hand_placements = status.hand_placements;
-            self.place_for_kick_off(kick_off_place(false));
+            match shot {
+                Some((pose, ball)) => self.place(pose, ball),
+                None => self.place_for_kick_off(kick_off_place(false)),
+            }
         }
-        if self.penalised && !status.penalised && status.state != GameState::Finished {
+        let comes_back = self.penalised && !status.penalised;
+        if comes_back && shot.is_none() && status.state != GameState::Finished {
             let ball = self.heard.iter().find_map(|heard| heard.ball);
             match return_place {
                 ReturnPlace::HalfwayLine => self.own.come_back_at_halfway_line(landmarks, ball),
@@ -232,10 +238,14 @@ impl SimpleBeliefMemory {
     }
 
     fn place_for_kick_off(&mut self, pose: Pose) {
+        self.place(pose, Vec2::ZERO);
+    }
+
+    /// The robot is put there, and the ball on its mark: a look will tell.
+    fn place(&mut self, pose: Pose, mark: Vec2) {
         self.own.place(pose);
         self.tracks.clear();
-        // The ball lies on the centre mark; a look will tell.
-        self.ball = Some(BallEstimate::at_rest(pose.inverse_transform_point(Vec2::ZERO), 0.1));
+        self.ball = Some(BallEstimate::at_rest(pose.inverse_transform_point(mark), 0.1));
     }
 
     /// Everything moves and ages by a cycle. `ground` is the share of a step's way that the ground gives on average.

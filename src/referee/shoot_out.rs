@@ -17,7 +17,7 @@ use crate::game::{
     ActivePenalty, Evidence, GameState, Penalty, PenaltyReason, ShootOut, ShootOutProcedure, Shot, ShotRank, Standing,
 };
 use crate::geometry::Pose;
-use crate::pitch::End;
+use crate::pitch::{End, Pitch};
 use crate::team::Team;
 
 /// The goal that all shots are at.
@@ -132,6 +132,22 @@ fn place_in_area(snapshot: &MatchSnapshot, place: Vec2) -> (f32, f32) {
     (GOAL.sign() * place.x - front, area.width_m / 2.0 + half_line - place.y.abs())
 }
 
+/// Where a robot and the ball are put for a shot, team frame: who shoots behind the ball, or in 2010 at the centre, and who keeps
+/// on its goal line.
+pub fn places_for_shot(pitch: &Pitch, procedure: ShootOutProcedure, shoots: bool) -> (Pose, Vec2) {
+    if !shoots {
+        return (Pose::new(-pitch.half_length(), 0.0, 0.0), penalty_mark(pitch, End::NegativeX));
+    }
+    let x = match procedure {
+        ShootOutProcedure::Spl2010 => 0.0,
+        ShootOutProcedure::Spl2025 => {
+            let from_goal = pitch.penalty_area.depth_m.max(pitch.penalty_mark_distance_m + BEHIND_BALL_M);
+            pitch.half_length() - from_goal
+        }
+    };
+    (Pose::new(x, 0.0, 0.0), penalty_mark(pitch, End::PositiveX))
+}
+
 impl Referee<'_, '_> {
     /// A drawn match goes on with a shoot-out.
     pub(super) fn begin_shoot_out(&mut self) {
@@ -155,13 +171,8 @@ impl Referee<'_, '_> {
         let attacker = self.first_of(team, 2);
         let keeper = self.first_of(team.opponent(), 1);
         let pitch = self.seen.pitch;
-        let attacker_x = match self.seen.rules.shoot_out_procedure {
-            ShootOutProcedure::Spl2010 => 0.0,
-            ShootOutProcedure::Spl2025 => {
-                let from_goal = pitch.penalty_area.depth_m.max(pitch.penalty_mark_distance_m + BEHIND_BALL_M);
-                GOAL.sign() * (pitch.half_length() - from_goal)
-            }
-        };
+        let (behind_ball, _) = places_for_shot(pitch, self.seen.rules.shoot_out_procedure, true);
+        let attacker_x = GOAL.sign() * behind_ball.position.x;
         let poses = [Pose::new(attacker_x, 0.0, PI), Pose::new(GOAL.sign() * pitch.half_length(), 0.0, 0.0)];
         for robot in self.decisions.robots.iter_mut().filter(|robot| !robot.is_sent_off()) {
             let penalty = ActivePenalty { reason: PenaltyReason::ShootOut, cycles_left: u64::from(u32::MAX) };
@@ -178,8 +189,11 @@ impl Referee<'_, '_> {
                 self.wait_beside(index);
             }
         }
-        for record in &mut self.memory.robots {
+        for (index, record) in self.memory.robots.iter_mut().enumerate() {
             record.forgive();
+            if [attacker, keeper].contains(&Some(index)) {
+                record.hand_placements += 1;
+            }
         }
         self.put_ball(penalty_mark(self.seen.pitch, GOAL));
         self.enter(GameState::Set);
