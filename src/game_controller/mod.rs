@@ -2,16 +2,16 @@
 //! simulated time.
 //!
 //! A [`GameController`] that is [started](start) in a world sends [control packets](packet) twice a simulated second and at each
-//! change of more than a clock, and takes the robots' [reports](report), which are on the robots as [`StatusReport`](crate::communication::StatusReport), in traces, and
-//! in the window. Where the [settings](NetworkSettings::tells_monitors) say so, monitors that ask
-//! are told the truth: at once, and whose a free kick is.
+//! change of more than a clock, and takes the robots' [reports](report), which are on the robots as
+//! [`StatusReport`](crate::communication::StatusReport), in traces, and in the window. Where the
+//! [settings](NetworkSettings::tells_monitors) say so, monitors that ask are told the truth: at once, and whose a free kick is.
 //!
-//! With a [`Listener`] ([`listen_to`]) it is the other way round: a real GameController is heard, and whoever operates it decides about the match.
-//! Monitors that ask the match are then told where its robots and the ball are, if the
+//! With a [`Listener`] ([`listen_to`]) it is the other way round: a real GameController is heard, and whoever operates it decides
+//! about the match. Monitors that ask the match are then told where its robots and the ball are, if the
 //! [listener](Listener::with_truth_for_monitors) is to tell them. Whoever asks is told, programs that play
 //! included: unasked for, no truth leaves a match.
-//! With [`TeamMessages`] ([`carry`]) programs talk to their team-mates as on a field, too. A match with none of these opens no socket,
-//! and runs no system of this module.
+//! With [`TeamMessages`] ([`carry`]) programs talk to their team-mates as on a field, too. A match with none of these opens no
+//! socket, and runs no system of this module.
 
 use bevy::prelude::*;
 

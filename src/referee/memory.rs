@@ -56,7 +56,7 @@ pub struct RobotMemory {
     pub id: RobotId,
     /// How often it was placed for a kick-off, in its team's formation.
     pub restarts: u32,
-    /// How often it was placed by hand because it was at an illegal place.
+    /// How often it was placed by hand, because it was at an illegal place or for a shot of a shoot-out.
     pub hand_placements: u32,
     /// How often it was cautioned in this match.
     pub cautions: u32,

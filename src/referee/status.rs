@@ -63,8 +63,9 @@ pub struct GameStatus {
     /// How often this robot was placed for a restart: when it changes, the robot has been placed at its kick-off
     /// position, in its team's agreed formation.
     pub restarts: u32,
-    /// How often this robot was placed by hand because it stood at an illegal place: when it changes, the robot has
-    /// been placed at its position for the other team's kick-off, whoever kicks off.
+    /// How often this robot was placed by hand: when it changes, it stood at an illegal place and has been placed at its
+    /// position for the other team's kick-off, whoever kicks off; or, in a shoot-out, behind the ball to shoot, or on its
+    /// goal line to keep.
     pub hand_placements: u32,
     /// How many whistles there have been. The whistle is heard at once, even if the change that it means is told
     /// later.
