@@ -102,7 +102,8 @@ impl Views {
         }
     }
 
-    fn actual(&self) -> &CameraViews {
+    /// Where the cameras are.
+    pub(super) fn actual(&self) -> &CameraViews {
         if self.look_as_believed { &self.believed } else { &self.actual }
     }
 }

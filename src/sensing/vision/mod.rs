@@ -336,8 +336,8 @@ fn recognise(
             // That comes next.
             VisionSource::Image => {}
             VisionSource::Geometric => {
-                occluders.gather(&scene, own_index, pose);
                 views.look(camera, (head, gaze), &settings.noise, vision);
+                occluders.gather(&scene, own_index, pose, views.actual());
                 let streams = [vision, recognition];
                 let mut observer = Observer::new(&views, pose, &settings.noise, &occluders, streams);
                 observer.recognise_everything(&mut percepts, &scene, own_index);

@@ -1,12 +1,15 @@
 //! What hides things from a robot's eyes: the bodies of other robots and posts.
 
+use bevy::math::Vec3A;
 use bevy::prelude::*;
 
 use crate::appearance::scene::Scene;
+use crate::camera_model::CameraView;
 use crate::geometry::{Pose, unrotate};
+use crate::pitch::Post;
 use crate::robot::body::BodyBox;
 
-/// The bodies and posts around one robot, in its frame. Filled anew for each robot, keeping its memory.
+/// The bodies and posts that a robot may have in view, in its frame. Filled anew for each robot, keeping its memory.
 #[derive(Default, Debug)]
 pub struct Occluders {
     robots: Vec<OccludingRobot>,
@@ -26,6 +29,8 @@ struct OccludingRobot {
 
 #[derive(Debug)]
 struct OccludingPost {
+    /// Index in [`Scene::posts`].
+    index: usize,
     position: Vec2,
     radius: f32,
     height: f32,
@@ -45,25 +50,33 @@ pub enum Target {
 }
 
 impl Occluders {
-    /// Takes over everything around the robot at `own_pose`, which has this index in the scene if it has a body.
-    pub fn gather(&mut self, scene: &Scene, own_index: Option<usize>, own_pose: Pose) {
+    /// Takes over what may hide something from these cameras of the robot at `own_pose`, which has this index in the scene if
+    /// it has a body. What is not in view itself hides nothing that is.
+    pub fn gather(&mut self, scene: &Scene, own_index: Option<usize>, own_pose: Pose, views: &[CameraView]) {
         let own_forward = own_pose.forward();
+        let in_view = |position: Vec2, reach: f32, height: f32| {
+            let middle = height / 2.0;
+            let radius = Vec2::new(reach, middle).length();
+            views.iter().any(|view| view.may_see(position.extend(middle), radius))
+        };
         self.robots.clear();
-        self.robots.extend(scene.robots.iter().enumerate().filter(|&(index, _)| Some(index) != own_index).map(
-            |(index, robot)| OccludingRobot {
-                index,
-                position: unrotate(own_forward, robot.pose.position - own_pose.position),
-                forward: unrotate(own_forward, robot.forward),
-                reach: robot.reach,
-                boxes: [Bounds::of(robot.boxes[0]), Bounds::of(robot.boxes[1])],
-            },
-        ));
+        for (index, robot) in scene.robots.iter().enumerate() {
+            let position = unrotate(own_forward, robot.pose.position - own_pose.position);
+            let [torso, base] = robot.boxes;
+            if Some(index) != own_index && in_view(position, robot.reach, torso.z_m[1].max(base.z_m[1])) {
+                let forward = unrotate(own_forward, robot.forward);
+                let boxes = [Bounds::of(torso), Bounds::of(base)];
+                self.robots.push(OccludingRobot { index, position, forward, reach: robot.reach, boxes });
+            }
+        }
         self.posts.clear();
-        self.posts.extend(scene.posts.iter().map(|post| OccludingPost {
-            position: unrotate(own_forward, post.position - own_pose.position),
-            radius: post.post.radius,
-            height: post.post.height,
-        }));
+        for (index, post) in scene.posts.iter().enumerate() {
+            let position = unrotate(own_forward, post.position - own_pose.position);
+            let Post { radius, height, .. } = post.post;
+            if in_view(position, radius, height) {
+                self.posts.push(OccludingPost { index, position, radius, height });
+            }
+        }
     }
 
     /// The target, or [`Target::Unobstructed`] if nothing at all is near the sight of any point within `radius` m of
@@ -73,9 +86,10 @@ impl Occluders {
         let is_obstructed =
             self.robots.iter().any(|robot| {
                 target != Target::Robot(robot.index) && sight.passes(robot.position, robot.reach + radius)
-            }) || self.posts.iter().enumerate().any(|(index, post)| {
-                target != Target::Post(index) && sight.passes(post.position, post.radius + radius)
-            });
+            }) || self
+                .posts
+                .iter()
+                .any(|post| target != Target::Post(post.index) && sight.passes(post.position, post.radius + radius));
         if is_obstructed { target } else { Target::Unobstructed }
     }
 
@@ -92,8 +106,8 @@ impl Occluders {
             target != Target::Robot(robot.index)
                 && sight.passes(robot.position, robot.reach)
                 && robot.is_in_the_way(lens, direction)
-        }) || self.posts.iter().enumerate().any(|(index, post)| {
-            target != Target::Post(index)
+        }) || self.posts.iter().any(|post| {
+            target != Target::Post(post.index)
                 && sight.passes(post.position, post.radius)
                 && post.is_in_the_way(lens, direction)
         })
@@ -128,49 +142,40 @@ impl Sight {
 }
 
 impl OccludingRobot {
+    #[inline]
     fn is_in_the_way(&self, lens: Vec3, sight: Vec3) -> bool {
-        let origin = unrotate(self.forward, lens.truncate() - self.position).extend(lens.z);
-        let sight = unrotate(self.forward, sight.truncate()).extend(sight.z);
-        let inverse = sight.recip();
+        let origin = unrotate(self.forward, lens.truncate() - self.position);
+        let along = unrotate(self.forward, sight.truncate());
+        let origin = Vec3A::new(origin.x, origin.y, lens.z);
+        // Along an axis on which the sight does not move, as good as never.
+        let inverse = Vec3A::new(along.x, along.y, sight.z).recip().clamp(Vec3A::MIN, Vec3A::MAX);
         let [torso, base] = &self.boxes;
-        torso.are_in_the_way(origin, sight, inverse) || base.are_in_the_way(origin, sight, inverse)
+        torso.are_in_the_way(origin, inverse) || base.are_in_the_way(origin, inverse)
     }
 }
 
 /// A box along the axes, by two of its corners.
 #[derive(Debug)]
 struct Bounds {
-    least: Vec3,
-    greatest: Vec3,
+    least: Vec3A,
+    greatest: Vec3A,
 }
 
 impl Bounds {
     fn of(body: BodyBox) -> Self {
         Self {
-            least: Vec3::new(body.x_m[0], -body.half_width_m, body.z_m[0]),
-            greatest: Vec3::new(body.x_m[1], body.half_width_m, body.z_m[1]),
+            least: Vec3A::new(body.x_m[0], -body.half_width_m, body.z_m[0]),
+            greatest: Vec3A::new(body.x_m[1], body.half_width_m, body.z_m[1]),
         }
     }
 
-    /// Whether the sight meets the box: its stretch between each pair of faces has something in common with the others
-    /// (Kay and Kajiya, 1986).
+    /// Whether the sight, of which the inverse is given, meets the box: its stretch between each pair of faces has something
+    /// in common with the others (Kay and Kajiya, 1986).
     #[inline(always)]
-    fn are_in_the_way(&self, lens: Vec3, sight: Vec3, inverse: Vec3) -> bool {
-        let (mut from, mut to) = (0.0_f32, 1.0_f32);
-        for axis in 0..3 {
-            let (least, greatest) = (self.least[axis] - lens[axis], self.greatest[axis] - lens[axis]);
-            if sight[axis] == 0.0 {
-                if least > 0.0 || greatest < 0.0 {
-                    return false;
-                }
-                continue;
-            }
-            let (one, other) = (least * inverse[axis], greatest * inverse[axis]);
-            let (enter, leave) = if one < other { (one, other) } else { (other, one) };
-            from = if enter > from { enter } else { from };
-            to = if leave < to { leave } else { to };
-        }
-        from <= to
+    fn are_in_the_way(&self, lens: Vec3A, inverse: Vec3A) -> bool {
+        let (one, other) = ((self.least - lens) * inverse, (self.greatest - lens) * inverse);
+        let (enter, leave) = (one.min(other), one.max(other));
+        enter.max_element().max(0.0) <= leave.min_element().min(1.0)
     }
 }
 
@@ -196,8 +201,12 @@ impl OccludingPost {
 mod tests {
     use super::*;
     use crate::appearance::scene::{ScenePost, SceneRobot};
-    use crate::pitch::Post;
+    use crate::camera_model::{CameraIntrinsics, CameraMount, CameraName};
+    use crate::random::RandomStream;
     use crate::robot::body::Body;
+    use crate::robot::head::HeadAngles;
+    use crate::robot::posture::Posture;
+    use crate::sensing::camera::CameraSettings;
     use crate::team::{RobotId, Team};
 
     const LENS: Vec3 = Vec3::new(0.0539, 0.0, 0.5372);
@@ -206,12 +215,21 @@ mod tests {
         SceneRobot::standing(RobotId::new(team, 1), Pose::new(x, y, heading), Body::default())
     }
 
+    /// Cameras at the lens that see everything around, 60° to each side and up and down.
+    fn all_around() -> [CameraView; 4] {
+        let intrinsics = CameraIntrinsics { focal_length: 100.0, centre: Vec2::splat(173.2), size: Vec2::splat(346.4) };
+        [0.0, 0.5, 1.0, 1.5].map(|pan: f32| {
+            let mount = CameraMount::new(CameraName::TOP, LENS, 0.0).panned(pan * core::f32::consts::PI);
+            CameraView::new(intrinsics, &mount, LENS, HeadAngles::default())
+        })
+    }
+
     fn around(others: &[SceneRobot], posts: &[ScenePost]) -> Occluders {
         let mut scene = Scene { robots: vec![robot(Team::Blue, 0.0, 0.0, 0.0)], ..default() };
         scene.robots.extend_from_slice(others);
         scene.posts.extend_from_slice(posts);
         let mut occluders = Occluders::default();
-        occluders.gather(&scene, Some(0), Pose::default());
+        occluders.gather(&scene, Some(0), Pose::default(), &all_around());
         occluders
     }
 
@@ -273,5 +291,41 @@ mod tests {
         let sight = Vec3::new(2.0539, 0.0, 0.0);
         assert!(around(&[], &[post(0.256)]).hide_point(sight, Target::Other));
         assert!(!around(&[], &[post(0.254)]).hide_point(sight, Target::Other));
+    }
+
+    #[test]
+    fn what_is_not_in_view_hides_nothing_that_is() {
+        let mut stream = RandomStream::new(11, RobotId::new(Team::Blue, 1), "test");
+        let mut within = |least: f32, greatest: f32| least + stream.uniform() * (greatest - least);
+        let (mut hidden, mut left_out) = (0, 0);
+        for _ in 0..300 {
+            let others: Vec<_> = (0..6)
+                .map(|index| {
+                    let upright = robot(Team::Pink, within(-2.0, 2.0), within(-2.0, 2.0), within(-3.0, 3.0));
+                    if index == 0 { upright.in_posture(Posture::Fallen { cycles: 9 }) } else { upright }
+                })
+                .collect();
+            let post = Post { radius: 0.05, height: 0.8, colour: None };
+            let posts = [(); 4].map(|()| ScenePost { position: Vec2::new(within(-2.0, 2.0), within(-2.0, 2.0)), post });
+            let everything = around(&others, &posts);
+            let mut scene =
+                Scene { robots: vec![robot(Team::Blue, 0.0, 0.0, 0.0)], posts: posts.to_vec(), ..default() };
+            scene.robots.extend(others);
+            let views =
+                CameraSettings::default().views(HeadAngles { yaw: within(-2.0, 2.0), pitch: within(-0.6, 0.5) });
+            let mut in_view = Occluders::default();
+            in_view.gather(&scene, Some(0), Pose::default(), &views);
+            left_out += everything.robots.len() - in_view.robots.len();
+            for _ in 0..100 {
+                let point = Vec3::new(within(-4.0, 4.0), within(-4.0, 4.0), within(0.0, 1.0));
+                for view in views.iter().filter(|view| view.pixel_in_image(point).is_some()) {
+                    let hide =
+                        |occluders: &Occluders| occluders.hide(&view.lens, point.truncate(), point.z, Target::Other);
+                    assert_eq!(hide(&in_view), hide(&everything), "{point} {view:?}");
+                    hidden += usize::from(hide(&everything));
+                }
+            }
+        }
+        assert!(hidden > 300 && left_out > 600, "{hidden} {left_out}");
     }
 }

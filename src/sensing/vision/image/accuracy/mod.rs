@@ -159,10 +159,10 @@ impl Workshop {
     ) {
         percepts.clear();
         let own = scene.robots[0];
-        self.occluders.gather(scene, Some(0), own.pose);
         let looks = (own.head, &GazeError::default());
         let mut views = Views::default();
         views.look(cameras, looks, noise, streams[0]);
+        self.occluders.gather(scene, Some(0), own.pose, views.actual());
         let mut observer = Observer::new(&views, own.pose, noise, &self.occluders, streams);
         observer.recognise_everything(percepts, scene, Some(0));
     }
