@@ -205,7 +205,7 @@ macro_rules! embedded {
     };
 }
 
-embedded! { "FindBall" "ScoreEmptyGoal" "ScoreAgainstKeeper" "TwoOnTwo" "Match3v3" }
+embedded! { "FindBall" "ScoreEmptyGoal" "ScoreAgainstKeeper" "TwoOnTwo" "FirstGoal" "Match3v3" }
 
 impl Challenge {
     /// The challenge of this name.
