@@ -182,7 +182,8 @@ impl Environments {
         let sees_images = shape.observation == "image";
         let observation: ObservationKind =
             if sees_images { ObservationKind::Body } else { word(&shape.observation, "observation", expected)? };
-        let action: ActionKind = word(&shape.action, "action", "'continuous', 'multi_discrete' or 'discrete'")?;
+        let action: ActionKind =
+            word(&shape.action, "action", "'continuous', 'multi_discrete', 'discrete' or 'velocities'")?;
         let auto_reset = match shape.auto_reset.as_str() {
             "next_step" => AutoReset::NextStep,
             "same_step" => AutoReset::SameStep,

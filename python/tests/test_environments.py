@@ -27,7 +27,7 @@ def test_gymnasium_accepts_every_task(task, observation):
     assert env.unwrapped.render().shape == (540, 960, 3)
 
 
-@pytest.mark.parametrize("action", ["continuous", "multi_discrete", "discrete"])
+@pytest.mark.parametrize("action", ["continuous", "multi_discrete", "discrete", "velocities"])
 def test_every_number_has_a_name_and_every_choice_does_what_it_says(action):
     env = gymnasium.make("naoisis/ScoreEmptyGoal-v0", action=action, observation="truth").unwrapped
     assert len(env.observation_names) == len(set(env.observation_names)) == env.observation_space.shape[0]
@@ -37,7 +37,7 @@ def test_every_number_has_a_name_and_every_choice_does_what_it_says(action):
         assert env.action_names[0][0] == "walk.forward"
     else:
         index = env.action_names[0].index("forward")
-        forward = index if action == "discrete" else np.array([index, 0, 0])
+        forward = index if action == "discrete" else np.array([index, *[0] * (len(env.action_names) - 1)])
     names = env.observation_names
     for _ in range(10):
         last, *_ = env.step(forward)
@@ -279,6 +279,33 @@ def test_bad_actions_are_clear_exceptions_and_change_nothing():
     env.close()
     with pytest.raises(naoisis.MatchError, match="closed"):
         env.step(good)
+
+
+def test_who_says_only_how_it_walks_looks_at_the_ball():
+    envs = naoisis.vector_env("ScoreEmptyGoal", 8, observation="belief", action="velocities", autoreset_mode="disabled")
+    assert [names[0] for names in envs.action_names] == ["stay", "stay", "straight", "no_kick"]
+    envs.reset(seed=3)
+    stand, turn = np.zeros((8, 4), int), np.zeros((8, 4), int)
+    turn[:, 2] = envs.action_names[2].index("turn_slowly_left")
+    # It searches, and then keeps the ball in view while the body turns by 27 deg.
+    for action in [stand] * 50 + [turn] * 10:
+        seen, *_ = envs.step(action)
+    known, age = (seen[:, envs.observation_names.index(f"ball.{name}")] for name in ("known", "age"))
+    assert known.all() and np.median(age) < 0.3, (known, age)
+
+
+def test_robots_with_beliefs_tell_each_other_where_they_are():
+    def share_known(loss):
+        envs = naoisis.vector_env(
+            "TwoOnTwo", 8, control="blue", observation="belief", action="discrete", set={"messages": {"loss": loss}}
+        )
+        envs.reset(seed=1)
+        for _ in range(5):
+            seen, *_ = envs.step(np.zeros(16, int))
+        known, age = (seen[:, envs.observation_names.index(f"team_mate1.{name}")] for name in ("known", "age"))
+        return np.mean((known > 0.5) & (age < 0.3))
+
+    assert share_known(0.0) == 1.0 > share_known(1.0)
 
 
 def test_a_second_thread_in_an_environment_is_told_so():

@@ -9,7 +9,7 @@ from stable_baselines3 import PPO  # noqa: E402
 from naoisis.sb3 import VecEnv  # noqa: E402
 
 
-@pytest.mark.parametrize("action", ["continuous", "multi_discrete", "discrete"])
+@pytest.mark.parametrize("action", ["continuous", "multi_discrete", "discrete", "velocities"])
 def test_a_policy_learns_for_some_steps(action):
     envs = VecEnv("TwoOnTwo", 2, control="blue", action=action, set={"duration_s": 1})
     model = PPO("MlpPolicy", envs, n_steps=16, batch_size=16, n_epochs=1, seed=1, device="cpu").learn(128)

@@ -3,9 +3,12 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::gaze;
 use crate::agents::RobotCommand;
+use crate::belief::Belief;
 use crate::cycle::CycleClock;
 use crate::kick_geometry::KickType;
+use crate::pitch::Pitch;
 use crate::robot::Roster;
 use crate::robot::head::{HeadCommand, HeadLimits};
 use crate::robot::kick::{KickRequest, KickSettings};
@@ -29,6 +32,9 @@ pub enum ActionKind {
     MultiDiscrete,
     /// One choice: a walk or else a kick. The head looks at the ball, and searches where it sees none.
     Discrete,
+    /// Four choices, of speeds ahead, aside and of turning, and of a kick: see [`AHEAD`], [`ASIDE`], [`TURNS`] and [`KICKS`]. The
+    /// head looks at the ball, and at the goals when the robot must see where it is.
+    Velocities,
 }
 
 /// The numbers of a continuous action, each from -1 to 1, and what they mean.
@@ -54,6 +60,26 @@ pub const WALKS: [(&str, [f32; 3]); 9] = [
     ("turn_right", [0.0, 0.0, -1.0]),
     ("forward_turn_left", [1.0, 0.0, 0.5]),
     ("forward_turn_right", [1.0, 0.0, -0.5]),
+];
+
+/// What is done slowly is done at this share of the greatest speed.
+const SLOWLY: f32 = 0.3;
+
+/// Speeds ahead by name: shares of the greatest one.
+pub const AHEAD: [(&str, f32); 5] =
+    [("stay", 0.0), ("forward", 1.0), ("backward", -1.0), ("slowly_forward", SLOWLY), ("slowly_backward", -SLOWLY)];
+
+/// Speeds to the left by name: shares of the greatest one.
+pub const ASIDE: [(&str, f32); 5] =
+    [("stay", 0.0), ("left", 1.0), ("right", -1.0), ("slowly_left", SLOWLY), ("slowly_right", -SLOWLY)];
+
+/// Speeds of turning by name, counter-clockwise: shares of the greatest one.
+pub const TURNS: [(&str, f32); 5] = [
+    ("straight", 0.0),
+    ("turn_left", 1.0),
+    ("turn_right", -1.0),
+    ("turn_slowly_left", SLOWLY),
+    ("turn_slowly_right", -SLOWLY),
 ];
 
 /// Where the head looks by name: yaw and pitch, deg; none for where it looks already.
@@ -92,6 +118,7 @@ impl ActionKind {
         match self {
             ActionKind::Continuous => CONTINUOUS.len(),
             ActionKind::MultiDiscrete => 3,
+            ActionKind::Velocities => 4,
             ActionKind::Discrete => 1,
         }
     }
@@ -104,6 +131,7 @@ impl ActionKind {
     /// The names of its numbers, or of what can be chosen, list by list.
     pub fn names(self) -> Vec<Vec<&'static str>> {
         let kicks = || KICKS.iter().map(|(name, _)| *name);
+        let speeds = |speeds: &[(&'static str, f32)]| speeds.iter().map(|(name, _)| *name).collect();
         match self {
             ActionKind::Continuous => vec![CONTINUOUS.iter().map(|(name, _)| *name).collect()],
             ActionKind::MultiDiscrete => vec![
@@ -112,6 +140,7 @@ impl ActionKind {
                 kicks().collect(),
             ],
             ActionKind::Discrete => vec![WALKS.iter().map(|(name, _)| *name).chain(kicks().skip(1)).collect()],
+            ActionKind::Velocities => vec![speeds(&AHEAD), speeds(&ASIDE), speeds(&TURNS), kicks().collect()],
         }
     }
 
@@ -129,7 +158,7 @@ impl ActionKind {
                     return wrong(CONTINUOUS[index % CONTINUOUS.len()].0, "a number from -1 to 1".to_owned());
                 }
                 ActionKind::Continuous => {}
-                ActionKind::MultiDiscrete | ActionKind::Discrete => {
+                ActionKind::MultiDiscrete | ActionKind::Discrete | ActionKind::Velocities => {
                     let choices = names.get(index % names.len().max(1)).map_or(0, Vec::len);
                     if !(0.0..choices as f32).contains(&value) || value.fract() != 0.0 {
                         let expected = format!("a whole number from 0 to {}", choices.saturating_sub(1));
@@ -197,19 +226,41 @@ pub(super) fn command(kind: ActionKind, action: &[f32], world: &World, id: Robot
             }
         }
         ActionKind::Discrete => {
-            let ball = robot.get::<Percepts>().and_then(|percepts| percepts.ball);
-            let view = robot.get::<CameraSettings>().map_or_else(FieldOfView::default, FieldOfView::of);
-            let head = Head::new(&head, view);
-            let searched = || head.search(clock.start_time_s() as f32);
+            let (ball, now_s) = (seen_ball(&robot), clock.start_time_s() as f32);
             let kicked = choice(0).checked_sub(WALKS.len()).and_then(|index| KICKS.get(index + 1));
             RobotCommand {
                 walk: WALKS.get(choice(0)).and_then(|(_, shares)| walk(*shares)),
-                head: Some(ball.map_or_else(searched, |ball| head.look_at(ball.position_m))),
+                head: Some(gaze::at_what_is_seen(&head_of(&robot), ball, now_s)),
                 kick: kicked.and_then(|(_, kind)| kick((*kind)?, 1.0)),
                 ..default()
             }
         }
+        ActionKind::Velocities => {
+            let share = |speeds: &[(&str, f32)], index| speeds.get(choice(index)).map_or(0.0, |(_, share)| *share);
+            let now_s = clock.start_time_s() as f32;
+            let head = match robot.get::<Belief>() {
+                Some(belief) => gaze::at_what_is_believed(&head_of(&robot), belief, world.resource::<Pitch>(), now_s),
+                None => gaze::at_what_is_seen(&head_of(&robot), seen_ball(&robot), now_s),
+            };
+            RobotCommand {
+                walk: walk([share(&AHEAD, 0), share(&ASIDE, 1), share(&TURNS, 2)]),
+                head: Some(head),
+                kick: KICKS.get(choice(3)).and_then(|(_, kind)| kick((*kind)?, 1.0)),
+                ..default()
+            }
+        }
     }
+}
+
+/// A robot's head, with what is in view of it.
+fn head_of(robot: &EntityRef) -> Head {
+    let limits = robot.get::<HeadLimits>().copied().unwrap_or_default();
+    Head::new(&limits, robot.get::<CameraSettings>().map_or_else(FieldOfView::default, FieldOfView::of))
+}
+
+/// Where a robot sees the ball, robot frame, m.
+fn seen_ball(robot: &EntityRef) -> Option<Vec2> {
+    robot.get::<Percepts>().and_then(|percepts| percepts.ball).map(|ball| ball.position_m)
 }
 
 #[cfg(test)]
@@ -218,12 +269,13 @@ mod tests {
 
     #[test]
     fn an_action_has_a_name_for_each_number_and_each_choice() {
-        for kind in [ActionKind::Continuous, ActionKind::MultiDiscrete, ActionKind::Discrete] {
+        for kind in [ActionKind::Continuous, ActionKind::MultiDiscrete, ActionKind::Discrete, ActionKind::Velocities] {
             let names = kind.names();
             assert_eq!(if kind == ActionKind::Continuous { names[0].len() } else { names.len() }, kind.len());
             assert_eq!(kind.check(&vec![0.0; kind.len()]), Ok(()));
         }
         assert_eq!(ActionKind::Discrete.names()[0].len(), 13);
+        assert_eq!(ActionKind::Velocities.names().iter().map(Vec::len).collect::<Vec<_>>(), [5; 4]);
     }
 
     #[test]
@@ -234,5 +286,6 @@ mod tests {
         assert!(ActionKind::MultiDiscrete.check(&[0.5, 0.0, 0.0]).is_err());
         assert!(ActionKind::MultiDiscrete.check(&[8.0, 4.0, 4.0]).is_ok());
         assert!(ActionKind::MultiDiscrete.check(&[0.0, 5.0, 0.0]).is_err());
+        assert!(ActionKind::Velocities.check(&[4.0; 4]).is_ok() && ActionKind::Velocities.check(&[5.0; 4]).is_err());
     }
 }

@@ -9,12 +9,15 @@ use super::challenge::{EndConditions, Situation};
 use super::observation::{Memory, ObservationKind, observe};
 use super::reward::{RewardWeights, Standing};
 use crate::agents::{self, RobotCommand};
+use crate::belief::Belief;
 use crate::camera_model::CameraName;
+use crate::communication::TeamMessage;
 use crate::cycle::{CycleClock, perceive, run_cycle};
 use crate::events::CycleEvents;
 use crate::game::{Game, GameState};
 use crate::geometry::Pose;
 use crate::random::RandomStream;
+use crate::referee::GameStatus;
 use crate::robot::Roster;
 use crate::scenario::{Scenario, ScenarioFault};
 use crate::sensing::camera::CameraImages;
@@ -159,7 +162,10 @@ impl Episode {
             .control
             .iter()
             .zip(actions.chunks(length))
-            .map(|(id, action)| command(settings.action, action, world, *id))
+            .map(|(id, action)| {
+                let say = (settings.observation == ObservationKind::Belief).then(|| words(world, *id)).flatten();
+                RobotCommand { say, ..command(settings.action, action, world, *id) }
+            })
             .collect();
         let mut progress = EpisodeProgress::default();
         let mut cycles = 0;
@@ -219,6 +225,20 @@ fn one_of<'a>(first: &'a Scenario, others: &'a [Scenario], seed: u64) -> &'a Sce
 /// A robot's way by its own steps.
 fn odometry(world: &World, robot: Entity) -> Pose {
     world.get::<Odometry>(robot).map(|odometry| odometry.0).unwrap_or_default()
+}
+
+/// What a robot that believes something tells its team-mates, as those of the built-in teams do: where it is, and where it has
+/// seen the ball of late. Nothing where a league counts messages.
+fn words(world: &World, id: RobotId) -> Option<TeamMessage> {
+    /// A ball seen within this time is worth telling of, s.
+    const FRESH_BALL_S: f32 = 0.5;
+    let robot = world.get_entity(world.resource::<Roster>().get(id)?).ok()?;
+    let belief = robot.get::<Belief>()?;
+    if robot.get::<GameStatus>().is_some_and(|status| status.penalised || status.messages_left.is_some()) {
+        return None;
+    }
+    let ball = belief.ball.filter(|ball| ball.heard_from.is_none() && ball.age_s < FRESH_BALL_S);
+    Some(TeamMessage { pose: Some(belief.pose), ball_m: ball.map(|ball| ball.position_m), ..default() })
 }
 
 fn seeds(seed: u64) -> RandomStream {

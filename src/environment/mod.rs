@@ -9,6 +9,7 @@ pub mod attempts;
 pub mod challenge;
 pub mod entry;
 mod episode;
+mod gaze;
 pub mod observation;
 pub mod reward;
 mod vector;

@@ -37,7 +37,7 @@ class MatchEnv(gymnasium.Env):
         opponents: The name of the other team, where the scenario lines up teams; of a list of names one is drawn for each episode.
         observation: ``"perception"`` (sensors, and what the robot is told), ``"belief"`` (the built-in estimator), ``"truth"``
             (what no robot can know), or ``"image"`` (a dictionary of a camera image and what the body knows).
-        action: ``"continuous"``, ``"multi_discrete"`` or ``"discrete"``: see ``action_names``.
+        action: ``"continuous"``, ``"multi_discrete"``, ``"discrete"`` or ``"velocities"``: see ``action_names``.
         reward: Weights of the parts of the reward (:func:`naoisis.rewards`), or a function of the truth and the robot's name
             [default: the task's, and else the score].
         cycles_per_step: Cycles that an action lasts [default: the task's, and else 3].

@@ -12,7 +12,8 @@ __all__ = ["page"]
 
 KINDS = {
     "perception": "What its sensors say now, and what it is told. Places are in the robot's own frame: x ahead, y to the left.",
-    "belief": "What the built-in estimator makes of that. Its own pose is in its team's frame: the own goal is at -x.",
+    "belief": "What the built-in estimator makes of that. Its own pose is in its team's frame: the own goal is at -x. Robots that observe"
+    "\ntheir beliefs tell team-mates where they are and where they see the ball, as the built-in teams do (`messages.loss` 1: nobody hears).",
     "truth": "What no robot can know: for critics, and to see what perfect knowledge is worth.",
     "image": "What a robot knows besides its camera image: the part `body` of the observation.",
 }
@@ -37,11 +38,15 @@ def page() -> str:
         ]
     parts += ["", "## Actions `continuous`: 8 numbers from -1 to 1", "", "| index | name | what it does |", "|---|---|---|"]
     parts += [f"| {index} | `{name}` | {says} |" for index, (name, says) in enumerate(_naoisis.Environments.continuous())]
-    for kind in ("multi_discrete", "discrete"):
+    for kind in ("multi_discrete", "discrete", "velocities"):
         lists = MatchEnv("TwoOnTwo", action=kind).action_names
         parts += ["", f"## Actions `{kind}`", ""]
         parts += [f"{index + 1}. " + ", ".join(f"`{name}`" for name in names) for index, names in enumerate(lists)]
-    parts += ["", "With `discrete` the head looks at the ball, and searches where the robot sees none."]
+    parts += [
+        "",
+        "With `discrete` the head looks at the ball, and searches where the robot sees none; with `velocities` it looks where the ball is",
+        "believed to be, where beliefs are observed, and now and then at a goal post, if the robot has not seen of late where it is.",
+    ]
     parts += ["", "## Rewards", "", "| part | what it counts |", "|---|---|"]
     parts += [f"| `{name}` | {says} |" for name, says in _naoisis.Environments.rewards()]
     parts += ["", "## Tasks", "", "| Gymnasium's name | what is to be done | rewards by default |", "|---|---|---|"]
