@@ -1,4 +1,4 @@
-"""Draws the learning curves of the folder ``policies``: ``python plot.py`` writes ``curves.png``."""
+"""Draws the learning curves of the folder ``policies``: ``python plot.py`` writes ``curves.png`` and ``self_play.png``."""
 
 from __future__ import annotations
 
@@ -7,17 +7,25 @@ from pathlib import Path
 
 import matplotlib
 
+from team_policy import Record
+
 matplotlib.use("agg")
 from matplotlib import pyplot  # noqa: E402
 
 FOLDER = Path(__file__).parent
 
 
-def main() -> None:
+def rows_of(path: Path) -> list[dict[str, float]]:
+    """The rows of a curve."""
+    with open(path, newline="") as file:
+        return [{name: float(cell) for name, cell in row.items()} for row in csv.DictReader(file)]
+
+
+def of_tasks(paths: list[Path]) -> None:
+    """How often one robot succeeds."""
     figure, plot = pyplot.subplots(figsize=(7, 3.2), constrained_layout=True)
-    for path in sorted((FOLDER / "policies").glob("*.csv")):
-        with open(path, newline="") as file:
-            rows = [{name: float(cell) for name, cell in row.items()} for row in csv.DictReader(file)]
+    for path in paths:
+        rows = rows_of(path)
         task, observation = path.stem.split("-")
         minutes = rows[-1]["minutes"]
         label = f"{task}, {observation} ({minutes:.0f} min)"
@@ -28,5 +36,24 @@ def main() -> None:
     figure.savefig(FOLDER / "curves.png", dpi=110)
 
 
+def of_self_play(path: Path) -> None:
+    """How often a team wins that learns by self-play, against one that it never learns against."""
+    rows = rows_of(path)
+    steps = [row["steps"] / 1e6 for row in rows]
+    records = [Record(*(int(row[name]) for name in ("won", "lost", "undecided"))) for row in rows]
+    low, high = zip(*(record.interval for record in records))
+    figure, plot = pyplot.subplots(figsize=(7, 3.2), constrained_layout=True)
+    plot.plot(steps, [100 * record.share for record in records], marker=".", label="won, of those that are decided")
+    plot.fill_between(steps, [100 * share for share in low], [100 * share for share in high], alpha=0.2, label="95 % interval")
+    undecided = [100 * record.undecided / (record.won + record.lost + record.undecided) for record in records]
+    plot.plot(steps, undecided, color="grey", linestyle="--", label="undecided, of all")
+    plot.axhline(50, color="black", linewidth=0.8)
+    plot.set(xlabel="steps of all robots that learn, millions", ylabel="% of 100 episodes against chasers", ylim=(0, 100), xlim=(0, None))
+    plot.grid(alpha=0.3)
+    plot.legend(loc="upper left", ncols=3, fontsize="small")
+    figure.savefig(FOLDER / "self_play.png", dpi=110)
+
+
 if __name__ == "__main__":
-    main()
+    of_tasks(sorted((FOLDER / "policies").glob("ScoreEmptyGoal-*.csv")))
+    of_self_play(FOLDER / "policies" / "FirstGoal-belief.csv")
