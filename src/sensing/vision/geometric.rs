@@ -22,8 +22,11 @@ const WAISTBAND_OFFSETS: [f32; 3] = [0.0, -0.04 / 0.074, 0.04 / 0.074];
 /// band's lower edge.
 const LEG_HEIGHTS: [f32; 5] = [0.2, 0.4, 0.6, 0.8, 1.0];
 
-/// Visible points that make a waistband seen, of nine.
+/// Visible points that make a waistband seen.
 const WAISTBAND_POINTS_NEEDED: usize = 3;
+
+/// Points at which a waistband is looked for.
+const WAISTBAND_POINTS: usize = 9;
 
 /// Heights at which a goal post is looked for, as shares of its own.
 const POST_HEIGHTS: [f32; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
@@ -143,18 +146,19 @@ impl<'a> Observer<'a> {
         self.imagine(percepts, scene);
     }
 
-    /// How much further away than it is a thing seems, by its size in the image, of which this many of so many points
-    /// are visible.
-    fn seems_further_by(visible: usize, of: usize) -> f32 {
-        (of as f32 / visible as f32).sqrt()
-    }
-
-    /// Whether a thing at this distance, m, by its size in the image, is near enough to be recognised this time.
-    pub(super) fn is_noticed(&mut self, class: &ClassNoise, distance: impl FnOnce(&Self) -> f32) -> bool {
-        match class.falloff {
-            None => true,
-            Some(falloff) => falloff.draw_reach(self.recognition) >= distance(self),
-        }
+    /// Whether a thing at this distance, m, is near enough to be recognised this time, by its size in the image: of which so
+    /// many of the points are `visible`, at least `at_least` and at most `of`. They are counted only where it depends on them.
+    pub(super) fn is_noticed(
+        &mut self,
+        class: &ClassNoise,
+        distance_m: f32,
+        (at_least, of): (usize, usize),
+        visible: impl FnOnce(&Self) -> usize,
+    ) -> bool {
+        let Some(falloff) = class.falloff else { return true };
+        let reach = falloff.draw_reach(self.recognition);
+        let seems_at = |visible: usize| distance_m * (of as f32 / visible as f32).sqrt();
+        reach >= distance_m && (reach >= seems_at(at_least) || reach >= seems_at(visible(self)))
     }
 
     /// How far things of a class are recognised this time, m.
@@ -191,10 +195,10 @@ impl<'a> Observer<'a> {
                 .sees_enough(side, &points(view), target, BALL_POINTS_NEEDED)
                 .then(|| view.offset_from_centre_squared(pixel))
         })?;
-        let is_noticed = self.is_noticed(class, |observer| {
+        let counts = (BALL_POINTS_NEEDED, BALL_OFFSETS.len());
+        let is_noticed = self.is_noticed(class, place.length(), counts, |observer| {
             let points = points(&observer.actual[side]);
-            let visible = points.iter().filter(|&&point| observer.is_visible(side, point, target)).count();
-            place.length() * Self::seems_further_by(visible, points.len())
+            points.iter().filter(|&&point| observer.is_visible(side, point, target)).count()
         });
         if !is_noticed {
             return None;
@@ -237,10 +241,10 @@ impl<'a> Observer<'a> {
                 _ => Cue::Width(POST_HEIGHTS[lowest] * height),
             })
         })?;
-        let is_noticed = self.is_noticed(class, |observer| {
+        // Its foot alone may be in this image, and the rest in the other.
+        let is_noticed = self.is_noticed(class, place.length(), (1, POST_HEIGHTS.len()), |observer| {
             let is_visible = |share: f32| observer.is_visible(side, place.extend(share * height), target);
-            let visible = POST_HEIGHTS.into_iter().filter(|&share| is_visible(share)).count();
-            place.length() * Self::seems_further_by(visible, POST_HEIGHTS.len())
+            POST_HEIGHTS.into_iter().filter(|&share| is_visible(share)).count()
         });
         if !is_noticed {
             return None;
@@ -270,13 +274,13 @@ impl<'a> Observer<'a> {
         let target = self.judge(target, place, radius_of(band));
         let (side, cue) =
             self.best_cue(place, target, |observer, side| observer.robot_cue(side, place, band, target))?;
-        let is_noticed = self.is_noticed(class, |observer| {
-            let points = waistband(&observer.actual[side], place, band);
-            let points = points.as_flattened();
-            let visible = points.iter().filter(|&&point| observer.is_visible(side, point, target)).count();
-            // Of a robot whose foot alone is in this image, the waistband is in the other.
-            place.length() * Self::seems_further_by(visible.max(WAISTBAND_POINTS_NEEDED), points.len())
-        });
+        let is_noticed =
+            self.is_noticed(class, place.length(), (WAISTBAND_POINTS_NEEDED, WAISTBAND_POINTS), |observer| {
+                let points = waistband(&observer.actual[side], place, band);
+                let is_visible = |point: &&Vec3| observer.is_visible(side, **point, target);
+                // Of a robot whose foot alone is in this image, the waistband is in the other.
+                points.as_flattened().iter().filter(is_visible).count().max(WAISTBAND_POINTS_NEEDED)
+            });
         if !is_noticed {
             return None;
         }

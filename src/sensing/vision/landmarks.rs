@@ -100,7 +100,7 @@ impl Observer<'_> {
         let side = self.best_camera(|observer, side| {
             observer.is_visible(side, place, Target::Other).then(|| observer.offset_in_image(side, place))
         })?;
-        if !self.is_noticed(class, |_| place.truncate().length()) {
+        if !self.is_noticed(class, place.truncate().length(), (1, 1), |_| 1) {
             return None;
         }
         let pixel = self.measured_pixel_in_image(side, place, class.pixel_sd)?;
@@ -131,7 +131,7 @@ impl Observer<'_> {
                 && observer.sees_enough(side, places, Target::Other, CIRCLE_POINTS_NEEDED);
             is_seen.then(|| observer.offset_in_image(side, centre))
         })?;
-        if !self.is_noticed(class, |_| centre.truncate().length()) {
+        if !self.is_noticed(class, centre.truncate().length(), (1, 1), |_| 1) {
             return None;
         }
         let pixel = self.measured_pixel(side, centre, class.pixel_sd)?;
