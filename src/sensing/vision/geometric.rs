@@ -3,6 +3,8 @@
 use bevy::prelude::*;
 
 use super::gaze::GazeError;
+use super::landmarks::{nearest_point, within_distance};
+use super::noise::Falloff;
 use super::noise::HiddenFeet;
 use super::occlusion::{Occluders, Target};
 use super::{BallPercept, ClassNoise, GoalPostPercept, Percepts, RobotPercept, VisionNoise};
@@ -156,16 +158,27 @@ impl<'a> Observer<'a> {
         visible: impl FnOnce(&Self) -> usize,
     ) -> bool {
         let Some(falloff) = class.falloff else { return true };
-        let reach = falloff.draw_reach(self.recognition);
+        let odds = Falloff::draw_odds(self.recognition);
         let seems_at = |visible: usize| distance_m * (of as f32 / visible as f32).sqrt();
-        reach >= distance_m && (reach >= seems_at(at_least) || reach >= seems_at(visible(self)))
+        let is_near_enough = |distance_m: f32| falloff.odds_against(distance_m) <= odds;
+        is_near_enough(distance_m)
+            && (at_least == of || is_near_enough(seems_at(at_least)) || is_near_enough(seems_at(visible(self))))
     }
 
-    /// How far things of a class are recognised this time, m.
-    pub(super) fn draw_reach(&mut self, class: &ClassNoise) -> Option<f32> {
-        let Some(falloff) = class.falloff else { return class.max_distance_m };
-        let reach = falloff.draw_reach(self.recognition);
-        Some(class.max_distance_m.map_or(reach, |distance| reach.min(distance)))
+    /// The part of a stretch of line (robot frame, m) that is near enough to be recognised this time.
+    pub(super) fn part_in_reach(&mut self, ends: [Vec2; 2], class: &ClassNoise) -> Option<[Vec2; 2]> {
+        let Some(falloff) = class.falloff else { return within_distance(ends, class.max_distance_m) };
+        let odds = Falloff::draw_odds(self.recognition);
+        let is_near_enough = |distance_squared: f32| falloff.odds_against(distance_squared.sqrt()) <= odds;
+        let [start, end] = ends;
+        let reach_m = if is_near_enough(start.length_squared().max(end.length_squared())) {
+            None
+        } else if is_near_enough(nearest_point(ends).length_squared()) {
+            Some(falloff.distance_of(odds))
+        } else {
+            return None;
+        };
+        within_distance(ends, reach_m.into_iter().chain(class.max_distance_m).reduce(f32::min))
     }
 
     pub(super) fn see_ball(&mut self, ball: SceneBall) -> Option<BallPercept> {

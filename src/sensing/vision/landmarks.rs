@@ -54,8 +54,7 @@ impl Observer<'_> {
         if side != ViewSide::Inside && side == self.side_of(ends[1]) {
             return;
         }
-        let reach = self.draw_reach(class);
-        let Some([start, end]) = within_distance(ends, reach) else { return };
+        let Some([start, end]) = self.part_in_reach(ends, class) else { return };
         for side in 0..self.actual.len() {
             landmarks.extend(self.see_stretch(side, [start.extend(0.0), end.extend(0.0)], class));
         }
@@ -149,8 +148,15 @@ impl Observer<'_> {
     }
 }
 
+/// The point of a segment that is nearest to the origin.
+pub(super) fn nearest_point([start, end]: [Vec2; 2]) -> Vec2 {
+    let along = end - start;
+    let share = -start.dot(along) / along.length_squared().max(f32::MIN_POSITIVE);
+    start + share.clamp(0.0, 1.0) * along
+}
+
 /// The part of a segment that is within a distance of the origin.
-fn within_distance([start, end]: [Vec2; 2], distance: Option<f32>) -> Option<[Vec2; 2]> {
+pub(super) fn within_distance([start, end]: [Vec2; 2], distance: Option<f32>) -> Option<[Vec2; 2]> {
     let Some(distance) = distance else { return Some([start, end]) };
     let radius_squared = distance * distance;
     if start.length_squared() <= radius_squared && end.length_squared() <= radius_squared {
@@ -181,6 +187,8 @@ mod tests {
         let [start, end] = within_distance(ends, Some(5.0)).unwrap();
         assert!(start.distance(Vec2::new(3.0, -4.0)) < 1e-5 && end == ends[1]);
         assert_eq!(within_distance(ends, Some(2.9)), None);
+        assert!(nearest_point(ends).distance(Vec2::new(3.0, 0.0)) < 1e-5);
+        assert_eq!(nearest_point([Vec2::new(3.0, 1.0), Vec2::new(3.0, 4.0)]), Vec2::new(3.0, 1.0));
         assert_eq!(within_distance([Vec2::new(6.0, 0.0), Vec2::new(9.0, 0.0)], Some(5.0)), None);
     }
 }

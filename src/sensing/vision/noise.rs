@@ -40,16 +40,43 @@ pub struct Falloff {
 impl Falloff {
     /// The share of those at this distance, m, that is recognised of what would be from near by.
     pub fn share_at(&self, distance_m: f32) -> f32 {
-        (1.0 + ops::powf(distance_m / self.half_distance_m, self.exponent)).recip()
+        (1.0 + self.odds_against(distance_m)).recip()
     }
 
-    /// How far it is recognised this time, m: at least as far as d with the probability that a thing at d is recognised.
-    pub fn draw_reach(&self, stream: &mut RandomStream) -> f32 {
+    /// How much more often a thing at this distance, m, is not recognised than it is.
+    pub fn odds_against(&self, distance_m: f32) -> f32 {
+        power(distance_m / self.half_distance_m, self.exponent)
+    }
+
+    /// How much a thing may have against it, by [`odds_against`](Falloff::odds_against), to be recognised this time: as much as
+    /// one at d has with the probability that it is recognised.
+    pub fn draw_odds(stream: &mut RandomStream) -> f32 {
         // From (0, 1].
         let share = 1.0 - stream.uniform();
-        // By the logarithm: a power takes four times as long.
-        self.half_distance_m * ops::exp(ops::ln((1.0 - share) / share) / self.exponent)
+        (1.0 - share) / share
     }
+
+    /// The distance at which things have so much against them, m.
+    pub fn distance_of(&self, odds_against: f32) -> f32 {
+        self.half_distance_m * ops::powf(odds_against, self.exponent.recip())
+    }
+}
+
+/// A power, by products alone if the exponent is one of the usual: otherwise it takes as long as the rest of the vision of a thing.
+fn power(base: f32, exponent: f32) -> f32 {
+    const MOST: f32 = 16.0;
+    if exponent != exponent.trunc() || !(0.0..=MOST).contains(&exponent) {
+        return ops::powf(base, exponent);
+    }
+    let (mut left, mut square, mut product) = (exponent as u32, base, 1.0);
+    while left > 0 {
+        if left % 2 == 1 {
+            product *= square;
+        }
+        square *= square;
+        left /= 2;
+    }
+    product
 }
 
 /// How the cameras look elsewhere than the robot thinks by its joints and its upright body: as it rocks, as its joints have
@@ -198,13 +225,25 @@ mod tests {
     fn recognition_falls_off_as_a_function_of_the_distance() {
         let falloff = Falloff { half_distance_m: 4.0, exponent: 3.0 };
         let mut stream = RandomStream::for_match(3, "falloff");
-        let reaches: Vec<f32> = (0..20_000).map(|_| falloff.draw_reach(&mut stream)).collect();
+        let draws: Vec<f32> = (0..20_000).map(|_| Falloff::draw_odds(&mut stream)).collect();
         // 1 / (1 + (d / 4)³): 8/9 at 2 m, a half at 4 m, 1/9 at 8 m. Binomial: four standard errors are at most 0.0141.
         for (distance, expected) in [(2.0, 8.0 / 9.0), (4.0, 0.5), (8.0, 1.0 / 9.0)] {
-            let share = reaches.iter().filter(|&&reach| reach >= distance).count() as f32 / 20_000.0;
+            let share = draws.iter().filter(|&&odds| odds >= falloff.odds_against(distance)).count() as f32 / 20_000.0;
             assert!((share - expected).abs() < 0.0141, "{share} at {distance} m");
+            assert!((falloff.share_at(distance) - expected).abs() < 1e-6);
         }
-        assert!(reaches.iter().all(|reach| *reach >= 0.0 && reach.is_finite()));
+        assert!(draws.iter().all(|odds| falloff.distance_of(*odds).is_finite()));
+    }
+
+    #[test]
+    fn odds_and_distances_are_the_same_thing_for_any_exponent() {
+        for exponent in [0.5, 1.0, 3.0, 6.0, 7.3, 16.0, 17.0] {
+            let falloff = Falloff { half_distance_m: 4.0, exponent };
+            for distance in [0.5, 2.0, 4.0, 5.0, 9.0] {
+                let there_and_back = falloff.distance_of(falloff.odds_against(distance));
+                assert!((there_and_back - distance).abs() < 1e-4 * distance, "{there_and_back} {distance} {exponent}");
+            }
+        }
     }
 
     #[test]
