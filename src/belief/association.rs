@@ -48,7 +48,7 @@ impl Innovations {
     pub(super) fn of_line(&self, line: &LineSegment, seen: &SeenLine) -> Innovation {
         let measured = match &self.points {
             None => self.estimate.measured_line(self.forward, line, seen),
-            Some(points) => points.measured(|pose| seen.residual(line, pose)),
+            Some(points) => points.measured(|pose| seen.residual(line, pose.position, pose.forward())),
         };
         self.weighed(measured, |motion| seen.camera_slopes(line, self.forward, motion))
     }

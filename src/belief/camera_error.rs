@@ -11,7 +11,6 @@ use serde::{Deserialize, Serialize};
 
 use super::innovation::{CameraShare, Innovation, Measured};
 use super::sighting::Sighting;
-use crate::geometry::unit;
 use crate::sensing::vision::GazeNoise;
 
 /// How the cameras of a robot may err in a cycle.
@@ -21,8 +20,8 @@ pub struct CameraMotion {
     pub noise: GazeNoise,
     /// Whether the robot walks, which rocks them.
     pub is_walking: bool,
-    /// Where the head looks, radians.
-    pub head_yaw: f32,
+    /// Where the head looks: a unit vector, robot frame.
+    pub head_forward: Vec2,
     /// How high the cameras are, m.
     pub lens_height_m: f32,
     /// How long a cycle is, s.
@@ -43,7 +42,7 @@ impl CameraMotion {
     /// down have them seem higher up in the image, so further away: along the head's own axis by h + x² / h, with the height
     /// h and x the distance along that axis, and across it by x y / h.
     pub(super) fn slopes(&self, place: Vec2) -> [Vec2; 2] {
-        let axis = unit(self.head_yaw);
+        let axis = self.head_forward;
         let height_m = self.lens_height_m;
         [-place.perp(), axis * height_m + place * (place.dot(axis) / height_m)]
     }
@@ -140,6 +139,7 @@ impl CameraError {
     }
 
     /// What a measurement says of the pose and of this error, if yaw and pitch of the error change what is measured by `slopes`.
+    #[inline]
     pub(super) fn innovation(&self, measured: Measured, slopes: [Vec2; 2]) -> Innovation {
         let Measured { difference, rows: pose_rows, cross, spread } = measured;
         let camera_rows = rows(slopes);
@@ -204,7 +204,7 @@ mod tests {
     use crate::belief::pose_estimate::PoseEstimate;
     use crate::belief::sighting::LENS_HEIGHT_M;
     use crate::camera_model::CameraName;
-    use crate::geometry::Pose;
+    use crate::geometry::{Pose, unit};
     use crate::pitch::{End, GoalColour, JunctionShape, Pitch};
     use crate::random::RandomStream;
     use crate::sensing::vision::{GoalPostPercept, LandmarkKind, LandmarkPercept, Percepts};
@@ -213,7 +213,8 @@ mod tests {
     const NOISE: GazeNoise = GazeNoise { bias_sd: 0.016, standing_sd: 0.012, walking_sd: 0.037, correlation_s: 0.4 };
 
     fn motion(is_walking: bool, head_yaw: f32) -> CameraMotion {
-        CameraMotion { noise: NOISE, is_walking, head_yaw, lens_height_m: LENS_HEIGHT_M, period_s: 1.0 / 30.0 }
+        let head_forward = unit(head_yaw);
+        CameraMotion { noise: NOISE, is_walking, head_forward, lens_height_m: LENS_HEIGHT_M, period_s: 1.0 / 30.0 }
     }
 
     /// Where something at `place` seems to be to cameras that look to the left and down by more than they should.

@@ -237,8 +237,9 @@ impl KalmanLocaliser {
     fn see_line(&mut self, seen: &SeenLine, observation: &PitchObservation) {
         let PitchObservation { landmarks, model, .. } = *observation;
         let innovations = self.innovations(observation);
-        let pose = self.estimate.pose;
-        let candidates = landmarks.lines().iter().filter(|line| seen.can_be_of(line, pose));
+        let Pose { position, .. } = self.estimate.pose;
+        let forward = self.estimate.pose.forward();
+        let candidates = landmarks.lines().iter().filter(|line| seen.can_be_of(line, position, forward));
         let association = clearly_nearest(candidates, |line| innovations.of_line(line, seen));
         if let Some(innovation) = association.filter(|innovation| innovation.distance_squared < model.gate) {
             self.believe(&innovation);

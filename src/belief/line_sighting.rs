@@ -7,7 +7,7 @@ use bevy::prelude::*;
 
 use super::camera_error::CameraMotion;
 use super::sighting::{Residual, Sighting};
-use crate::geometry::{Pose, unrotate};
+use crate::geometry::unrotate;
 use crate::pitch::LineSegment;
 
 /// A stretch may be seen to go on for so much beyond the end of the line, m: ends are measured with errors.
@@ -32,20 +32,21 @@ impl SeenLine {
         self.ends[0].distance_squared(self.ends[1]) > LEAST_LENGTH_M * LEAST_LENGTH_M
     }
 
-    /// Whether it can be a stretch of this line (m, team frame), for a robot at about this pose.
-    pub fn can_be_of(&self, line: &LineSegment, pose: Pose) -> bool {
+    /// Whether it can be a stretch of this line (m, team frame), for a robot at about this place that faces
+    /// along the unit vector `forward`.
+    pub fn can_be_of(&self, line: &LineSegment, position: Vec2, forward: Vec2) -> bool {
         let (direction, length) = direction(line);
         self.ends.iter().all(|end| {
-            let along = direction.dot(pose.transform_point(*end) - line.start);
+            let along = direction.dot(position + forward.rotate(*end) - line.start);
             (-BEYOND_M..length + BEYOND_M).contains(&along)
         })
     }
 
-    /// Measured minus expected distances from `line` (m, team frame) of both ends, for a robot at `pose`, m.
-    pub fn residual(&self, line: &LineSegment, pose: Pose) -> Residual {
+    /// Measured minus expected distances from `line` (m, team frame) of both ends, for a robot at `position`, m, that faces
+    /// along the unit vector `forward`.
+    pub fn residual(&self, line: &LineSegment, position: Vec2, forward: Vec2) -> Residual {
         let normal = direction(line).0.perp();
-        let forward = pose.forward();
-        let place = pose.position - line.start;
+        let place = position - line.start;
         let away = self.ends.map(|end| normal.dot(place + forward.rotate(end)));
         // The error of an end across the line.
         let across = unrotate(forward, normal);
@@ -79,10 +80,15 @@ fn direction(line: &LineSegment) -> (Vec2, f32) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Pose;
     use approx::assert_abs_diff_eq;
 
     /// The line x = 3.
     const LINE: LineSegment = LineSegment { start: Vec2::new(3.0, -2.0), end: Vec2::new(3.0, 2.0) };
+
+    fn residual(seen: &SeenLine, pose: Pose) -> Residual {
+        seen.residual(&LINE, pose.position, pose.forward())
+    }
 
     fn seen_from(pose: Pose) -> SeenLine {
         let ends = [Vec2::new(3.0, -0.5), Vec2::new(3.0, 1.0)].map(|end| pose.inverse_transform_point(end));
@@ -93,8 +99,8 @@ mod tests {
     fn a_line_tells_how_far_away_it_is_and_nothing_along_it() {
         let seen = seen_from(Pose::new(1.0, 0.0, 0.0));
         // Half a metre to the side it looks the same; 0.2 m ahead of the true place it should be 0.2 m nearer.
-        assert_abs_diff_eq!(seen.residual(&LINE, Pose::new(1.0, 0.5, 0.0)).difference.length(), 0.0, epsilon = 1e-6);
-        let ahead = seen.residual(&LINE, Pose::new(1.2, 0.0, 0.0)).difference;
+        assert_abs_diff_eq!(residual(&seen, Pose::new(1.0, 0.5, 0.0)).difference.length(), 0.0, epsilon = 1e-6);
+        let ahead = residual(&seen, Pose::new(1.2, 0.0, 0.0)).difference;
         assert_abs_diff_eq!(ahead.abs(), Vec2::splat(0.2), epsilon = 1e-6);
     }
 
@@ -102,7 +108,7 @@ mod tests {
     fn slopes_are_the_changes_of_what_is_expected() {
         let seen = seen_from(Pose::new(0.8, 0.3, 0.4));
         let pose = Pose::new(1.0, -0.2, 0.3);
-        let expected = |pose: Pose| -seen.residual(&LINE, pose).difference;
+        let expected = |pose: Pose| -residual(&seen, pose).difference;
         let step = 1e-3;
         for (axis, moved) in [
             Pose::new(pose.position.x + step, pose.position.y, pose.heading),
@@ -120,8 +126,8 @@ mod tests {
 
     #[test]
     fn what_goes_on_beyond_the_end_is_another_line() {
-        let pose = Pose::new(1.0, 0.0, 0.0);
-        assert!(seen_from(pose).can_be_of(&LINE, pose));
-        assert!(!seen_from(pose).can_be_of(&LINE, Pose::new(1.0, 1.5, 0.0)));
+        let seen = seen_from(Pose::new(1.0, 0.0, 0.0));
+        assert!(seen.can_be_of(&LINE, Vec2::new(1.0, 0.0), Vec2::X));
+        assert!(!seen.can_be_of(&LINE, Vec2::new(1.0, 1.5), Vec2::X));
     }
 }

@@ -182,8 +182,8 @@ impl ParticleFilter {
         }
         let mut sum = 0.0;
         for particle in &mut self.particles {
-            let forward = particle.pose.forward();
-            let expected = |place: Vec2| unrotate(forward, place - particle.pose.position);
+            let (position, forward) = (particle.pose.position, particle.pose.forward());
+            let expected = |place: Vec2| unrotate(forward, place - position);
             let mut distance = 0.0;
             for post in &percepts.goal_posts {
                 let sighting = sighting_of_post(post, image, model);
@@ -201,8 +201,8 @@ impl ParticleFilter {
                 };
             }
             for line in &lines {
-                let candidates = landmarks.lines().iter().filter(|other| line.can_be_of(other, particle.pose));
-                distance += least(candidates.map(|other| line.residual(other, particle.pose)));
+                let candidates = landmarks.lines().iter().filter(|other| line.can_be_of(other, position, forward));
+                distance += least(candidates.map(|other| line.residual(other, position, forward)));
             }
             // Errors of neighbouring images have much in common, so that each counts for less.
             let likelihood = ops::exp(-0.25 * distance / (seen as f32).sqrt());

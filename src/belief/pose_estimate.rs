@@ -151,7 +151,7 @@ impl PoseEstimate {
 
     /// That a stretch of `line` (m, team frame) is seen there, beside what this estimate makes expect.
     pub(super) fn measured_line(&self, forward: Vec2, line: &LineSegment, seen: &SeenLine) -> Measured {
-        self.measured(seen.residual(line, self.pose), seen.slopes(line, forward))
+        self.measured(seen.residual(line, self.pose.position, forward), seen.slopes(line, forward))
     }
 
     /// A residual, if a change of the pose changes what is expected by so much, row by row.

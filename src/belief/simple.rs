@@ -155,14 +155,14 @@ fn estimate(
         memory.pass_time(odometry.0, ground, settings, period);
         let now = Moment { time_s: clock.start_time_s(), odometry: odometry.0, head_yaw: robot.head.yaw, is_walking };
         let then = memory.moments.at(percepts.time_s, now);
-        let motion = CameraMotion {
-            noise: robot.vision.noise.gaze,
+        let noise = robot.vision.noise.gaze;
+        let motion = (noise != GazeNoise::default()).then(|| CameraMotion {
+            noise,
             is_walking: then.is_walking,
-            head_yaw: then.head_yaw,
+            head_forward: unit(then.head_yaw),
             lens_height_m: view.lens_height_m,
             period_s: period,
-        };
-        let motion = (motion.noise != GazeNoise::default()).then_some(motion);
+        });
         let ball = memory.ball.as_ref().map(|ball| ball.velocity);
         let percepts = as_seen_now(percepts, (then, now), ball, &mut late);
         memory.listen(&robot.inbox.0);
