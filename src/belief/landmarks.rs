@@ -208,7 +208,7 @@ impl<'a> PitchObservation<'a> {
         let LandmarkModel { line_angle_sd: angle_sd, lens_height_m, .. } = *self.model;
         self.in_turn(most, |mark| matches!(mark.kind, LandmarkKind::Line { .. })).filter_map(move |mark| {
             let LandmarkKind::Line { end_position_m, .. } = mark.kind else { return None };
-            Some(SeenLine { ends: [mark.position_m, end_position_m], angle_sd, lens_height_m })
+            Some(SeenLine::new([mark.position_m, end_position_m], angle_sd, lens_height_m))
         })
     }
 

@@ -19,14 +19,18 @@ const LEAST_LENGTH_M: f32 = 0.3;
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct SeenLine {
     /// Its measured ends, m, robot frame.
-    pub ends: [Vec2; 2],
-    /// Standard deviation of the angles by which they were measured, radians.
-    pub angle_sd: f32,
-    /// The height from which it was seen, m.
-    pub lens_height_m: f32,
+    ends: [Vec2; 2],
+    /// The covariance of their measurement, m², robot frame.
+    noise: [Mat2; 2],
 }
 
 impl SeenLine {
+    /// A stretch between these ends, m, robot frame, measured by angles with this standard deviation, radians, from so high, m.
+    pub fn new(ends: [Vec2; 2], angle_sd: f32, lens_height_m: f32) -> Self {
+        let sighting = |end| Sighting::new(end, angle_sd).from_height(lens_height_m);
+        Self { ends, noise: ends.map(|end| sighting(end).noise_at(end)) }
+    }
+
     /// Whether it is long enough to say something.
     pub fn is_useful(&self) -> bool {
         self.ends[0].distance_squared(self.ends[1]) > LEAST_LENGTH_M * LEAST_LENGTH_M
@@ -50,8 +54,7 @@ impl SeenLine {
         let away = self.ends.map(|end| normal.dot(place + forward.rotate(end)));
         // The error of an end across the line.
         let across = unrotate(forward, normal);
-        let sighting = |end| Sighting::new(end, self.angle_sd).from_height(self.lens_height_m);
-        let variance = self.ends.map(|end| across.dot(sighting(end).noise_at(end) * across));
+        let variance = self.noise.map(|noise| across.dot(noise * across));
         Residual { difference: -Vec2::from(away), noise: Mat2::from_diagonal(Vec2::from(variance)) }
     }
 
@@ -92,7 +95,7 @@ mod tests {
 
     fn seen_from(pose: Pose) -> SeenLine {
         let ends = [Vec2::new(3.0, -0.5), Vec2::new(3.0, 1.0)].map(|end| pose.inverse_transform_point(end));
-        SeenLine { ends, angle_sd: 0.01, lens_height_m: 0.5 }
+        SeenLine::new(ends, 0.01, 0.5)
     }
 
     #[test]
