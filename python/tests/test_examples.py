@@ -29,7 +29,7 @@ def test_what_was_learned_scores(observation, least):
 
 
 def test_what_was_learned_by_self_play_wins_against_chasers(monkeypatch):
-    """Of those that are decided it wins six in ten, and who stands none: 50 episodes tell these apart, also where chance falls otherwise."""
+    """Of those that are decided it wins 64 in 100, and before it has learned none: 50 episodes tell these apart, also where chance falls otherwise."""
     monkeypatch.syspath_prepend(FOLDER / "ppo")
     team = importlib.import_module("team_policy")
     names = naoisis.MatchEnv("FirstGoal", observation="belief").observation_names

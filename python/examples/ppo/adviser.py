@@ -1,4 +1,4 @@
-"""A behaviour by hand, whose advice a team begins with: to the ball, round it, in line with the goal, and a kick. NumPy alone.
+"""A behaviour by hand, whose advice a team is told: to the ball, round it, in line with the goal, and a kick. NumPy alone.
 
 It is what the built-in ``chasers`` do, in short, as choices of the actions ``velocities``.
 """

@@ -1,8 +1,9 @@
 """Two robots learn to play two others, by playing against themselves: ``python self_play.py``.
 
-One policy decides for all four robots. It begins with the advice of a behaviour by hand, which it follows until it has learned better. In
-most worlds it plays against itself as it is, and learns from both sides; in the others against itself as it was earlier. It never learns
-against a built-in team: those are who it is measured with. ``python self_play.py --play 1000`` only measures.
+One policy decides for all four robots. It is told what a behaviour by hand would do, and leans towards that a little: an eighth of its steps
+are those at first, and it loses against everybody. What the advice is worth, and when, it has to learn. In most worlds it plays against itself
+as it is, and learns from both sides; in the others against itself as it was earlier. It never learns against a built-in team: those are who
+it is measured with. ``python self_play.py --play 1000`` only measures.
 """
 
 from __future__ import annotations
