@@ -3,7 +3,6 @@
 use bevy::prelude::*;
 
 use super::gaze::GazeError;
-use super::landmarks::{nearest_point, within_distance};
 use super::noise::Falloff;
 use super::noise::HiddenFeet;
 use super::occlusion::{Occluders, Target};
@@ -66,7 +65,7 @@ pub(super) struct Observer<'a> {
     occluders: &'a Occluders,
     pub(super) stream: &'a mut RandomStream,
     /// For what depends on distance and on what is hidden.
-    recognition: &'a mut RandomStream,
+    pub(super) recognition: &'a mut RandomStream,
 }
 
 /// What of a thing that stands on the ground its place is told by, best first.
@@ -163,22 +162,6 @@ impl<'a> Observer<'a> {
         let is_near_enough = |distance_m: f32| falloff.odds_against(distance_m) <= odds;
         is_near_enough(distance_m)
             && (at_least == of || is_near_enough(seems_at(at_least)) || is_near_enough(seems_at(visible(self))))
-    }
-
-    /// The part of a stretch of line (robot frame, m) that is near enough to be recognised this time.
-    pub(super) fn part_in_reach(&mut self, ends: [Vec2; 2], class: &ClassNoise) -> Option<[Vec2; 2]> {
-        let Some(falloff) = class.falloff else { return within_distance(ends, class.max_distance_m) };
-        let odds = Falloff::draw_odds(self.recognition);
-        let is_near_enough = |distance_squared: f32| falloff.odds_against(distance_squared.sqrt()) <= odds;
-        let [start, end] = ends;
-        let reach_m = if is_near_enough(start.length_squared().max(end.length_squared())) {
-            None
-        } else if is_near_enough(nearest_point(ends).length_squared()) {
-            Some(falloff.distance_of(odds))
-        } else {
-            return None;
-        };
-        within_distance(ends, reach_m.into_iter().chain(class.max_distance_m).reduce(f32::min))
     }
 
     pub(super) fn see_ball(&mut self, ball: SceneBall) -> Option<BallPercept> {

@@ -3,6 +3,7 @@
 use bevy::prelude::*;
 
 use super::geometric::Observer;
+use super::noise::Falloff;
 use super::occlusion::Target;
 use super::{ClassNoise, LandmarkKind, LandmarkPercept};
 use crate::camera_model::ViewSide;
@@ -58,6 +59,22 @@ impl Observer<'_> {
         for side in 0..self.actual.len() {
             landmarks.extend(self.see_stretch(side, [start.extend(0.0), end.extend(0.0)], class));
         }
+    }
+
+    /// The part of a stretch of line (robot frame, m) that is near enough to be recognised this time.
+    fn part_in_reach(&mut self, ends: [Vec2; 2], class: &ClassNoise) -> Option<[Vec2; 2]> {
+        let Some(falloff) = class.falloff else { return within_distance(ends, class.max_distance_m) };
+        let odds = Falloff::draw_odds(self.recognition);
+        let is_near_enough = |distance_squared: f32| falloff.odds_against(distance_squared.sqrt()) <= odds;
+        let [start, end] = ends;
+        let reach_m = if is_near_enough(start.length_squared().max(end.length_squared())) {
+            None
+        } else if is_near_enough(nearest_point(ends).length_squared()) {
+            Some(falloff.distance_of(odds))
+        } else {
+            return None;
+        };
+        within_distance(ends, reach_m.into_iter().chain(class.max_distance_m).reduce(f32::min))
     }
 
     fn see_stretch(&mut self, side: usize, [start, end]: [Vec3; 2], class: &ClassNoise) -> Option<LandmarkPercept> {
@@ -149,14 +166,14 @@ impl Observer<'_> {
 }
 
 /// The point of a segment that is nearest to the origin.
-pub(super) fn nearest_point([start, end]: [Vec2; 2]) -> Vec2 {
+fn nearest_point([start, end]: [Vec2; 2]) -> Vec2 {
     let along = end - start;
     let share = -start.dot(along) / along.length_squared().max(f32::MIN_POSITIVE);
     start + share.clamp(0.0, 1.0) * along
 }
 
 /// The part of a segment that is within a distance of the origin.
-pub(super) fn within_distance([start, end]: [Vec2; 2], distance: Option<f32>) -> Option<[Vec2; 2]> {
+fn within_distance([start, end]: [Vec2; 2], distance: Option<f32>) -> Option<[Vec2; 2]> {
     let Some(distance) = distance else { return Some([start, end]) };
     let radius_squared = distance * distance;
     if start.length_squared() <= radius_squared && end.length_squared() <= radius_squared {
