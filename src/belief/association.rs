@@ -4,13 +4,12 @@ use bevy::prelude::*;
 
 use super::camera_error::{CameraError, CameraMotion};
 use super::innovation::{Innovation, Measured};
-use super::line_sighting::SeenLine;
+use super::line_sighting::{PitchLine, SeenLine};
 use super::pose_estimate::PoseEstimate;
 use super::sighting::Sighting;
 use super::unscented::SigmaPoints;
 use crate::belief::localisation_method::KalmanFilter;
 use crate::geometry::unrotate;
-use crate::pitch::LineSegment;
 
 /// What is seen is taken for a landmark only if every other is less likely by so much: squared Mahalanobis distance.
 const AMBIGUITY: f32 = 6.0;
@@ -45,7 +44,7 @@ impl Innovations {
     }
 
     /// What a stretch of a line says if it is of this line.
-    pub(super) fn of_line(&self, line: &LineSegment, seen: &SeenLine) -> Innovation {
+    pub(super) fn of_line(&self, line: &PitchLine, seen: &SeenLine) -> Innovation {
         let measured = match &self.points {
             None => self.estimate.measured_line(self.forward, line, seen),
             Some(points) => points.measured(|pose| seen.residual(line, pose.position, pose.forward())),

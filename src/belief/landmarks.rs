@@ -4,11 +4,11 @@ use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::camera_error::CameraMotion;
-use super::line_sighting::SeenLine;
+use super::line_sighting::{PitchLine, SeenLine};
 use super::point_team_from_pitch;
 use super::sighting::{LENS_HEIGHT_M, Sighting};
 use crate::geometry::Pose;
-use crate::pitch::{End, GoalColour, JunctionShape, LineSegment, Pitch};
+use crate::pitch::{End, GoalColour, JunctionShape, Pitch};
 use crate::sensing::vision::{GoalPostPercept, LandmarkKind, LandmarkPercept, Percepts};
 
 /// Distance of a waiting robot from the side line, m (2025 rule book).
@@ -102,7 +102,7 @@ pub struct Landmarks {
     junctions: Vec<(JunctionShape, Vec2)>,
     crosses: [Vec2; 2],
     arcs: Vec<Vec2>,
-    lines: Vec<LineSegment>,
+    lines: Vec<PitchLine>,
     goals: [GoalLandmark; 2],
     carpet_half_extents: Vec2,
     half_width: f32,
@@ -120,7 +120,7 @@ impl Landmarks {
             junctions: pitch.line_junctions().iter().map(|junction| (junction.shape, junction.position)).collect(),
             crosses: [negative_cross, positive_cross],
             arcs: pitch.corner_arcs().iter().map(|arc| arc.corner).collect(),
-            lines: pitch.line_segments(),
+            lines: pitch.line_segments().into_iter().map(PitchLine::from).collect(),
             goals: End::BOTH.map(goal),
             carpet_half_extents: pitch.carpet_half_extents(),
             half_width: pitch.half_width(),
@@ -153,7 +153,7 @@ impl Landmarks {
     }
 
     /// The lines of the pitch, straight ones only, m, team frame.
-    pub(super) fn lines(&self) -> &[LineSegment] {
+    pub(super) fn lines(&self) -> &[PitchLine] {
         &self.lines
     }
 

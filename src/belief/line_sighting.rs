@@ -38,18 +38,17 @@ impl SeenLine {
 
     /// Whether it can be a stretch of this line (m, team frame), for a robot at about this place that faces
     /// along the unit vector `forward`.
-    pub fn can_be_of(&self, line: &LineSegment, position: Vec2, forward: Vec2) -> bool {
-        let (direction, length) = direction(line);
+    pub fn can_be_of(&self, line: &PitchLine, position: Vec2, forward: Vec2) -> bool {
         self.ends.iter().all(|end| {
-            let along = direction.dot(position + forward.rotate(*end) - line.start);
-            (-BEYOND_M..length + BEYOND_M).contains(&along)
+            let along = line.direction.dot(position + forward.rotate(*end) - line.start);
+            (-BEYOND_M..line.length_m + BEYOND_M).contains(&along)
         })
     }
 
     /// Measured minus expected distances from `line` (m, team frame) of both ends, for a robot at `position`, m, that faces
     /// along the unit vector `forward`.
-    pub fn residual(&self, line: &LineSegment, position: Vec2, forward: Vec2) -> Residual {
-        let normal = direction(line).0.perp();
+    pub fn residual(&self, line: &PitchLine, position: Vec2, forward: Vec2) -> Residual {
+        let normal = line.direction.perp();
         let place = position - line.start;
         let away = self.ends.map(|end| normal.dot(place + forward.rotate(end)));
         // The error of an end across the line.
@@ -59,25 +58,36 @@ impl SeenLine {
     }
 
     /// What x, y and heading of the pose change of the expected distances: a row for each end.
-    pub(super) fn slopes(&self, line: &LineSegment, forward: Vec2) -> [Vec3; 2] {
-        let normal = direction(line).0.perp();
+    pub(super) fn slopes(&self, line: &PitchLine, forward: Vec2) -> [Vec3; 2] {
+        let normal = line.direction.perp();
         self.ends.map(|end| normal.extend(normal.dot(forward.rotate(end).perp())))
     }
 
     /// What yaw and pitch of the cameras' error change of the expected distances: columns of (first end, second end).
-    pub(super) fn camera_slopes(&self, line: &LineSegment, forward: Vec2, camera: &CameraMotion) -> [Vec2; 2] {
+    pub(super) fn camera_slopes(&self, line: &PitchLine, forward: Vec2, camera: &CameraMotion) -> [Vec2; 2] {
         // An end is measured beside where it is by what the error makes of it, and is on the line without that.
-        let across = unrotate(forward, direction(line).0.perp());
+        let across = unrotate(forward, line.direction.perp());
         let [first, second] = self.ends.map(|end| camera.slopes(end).map(|slope| -across.dot(slope)));
         [Vec2::new(first[0], second[0]), Vec2::new(first[1], second[1])]
     }
 }
 
-/// Direction and length of a line, m.
-fn direction(line: &LineSegment) -> (Vec2, f32) {
-    let along = line.end - line.start;
-    let length = along.length();
-    (along / length.max(f32::MIN_POSITIVE), length)
+/// A straight line of the pitch, m, team frame.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct PitchLine {
+    /// Where it begins.
+    start: Vec2,
+    /// Where it goes from there, a unit vector.
+    direction: Vec2,
+    length_m: f32,
+}
+
+impl From<LineSegment> for PitchLine {
+    fn from(LineSegment { start, end }: LineSegment) -> Self {
+        let along = end - start;
+        let length_m = along.length();
+        Self { start, direction: along / length_m.max(f32::MIN_POSITIVE), length_m }
+    }
 }
 
 #[cfg(test)]
@@ -87,7 +97,7 @@ mod tests {
     use approx::assert_abs_diff_eq;
 
     /// The line x = 3.
-    const LINE: LineSegment = LineSegment { start: Vec2::new(3.0, -2.0), end: Vec2::new(3.0, 2.0) };
+    const LINE: PitchLine = PitchLine { start: Vec2::new(3.0, -2.0), direction: Vec2::Y, length_m: 4.0 };
 
     fn residual(seen: &SeenLine, pose: Pose) -> Residual {
         seen.residual(&LINE, pose.position, pose.forward())

@@ -7,10 +7,9 @@ use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::innovation::{Innovation, Measured};
-use super::line_sighting::SeenLine;
+use super::line_sighting::{PitchLine, SeenLine};
 use super::sighting::{Residual, Sighting};
 use crate::geometry::{Pose, angle_of, unit, unrotate, wrap_angle};
-use crate::pitch::LineSegment;
 use crate::robot::motion_limits::{Gait, Slip};
 use crate::sensing::odometry::OdometryNoise;
 
@@ -150,7 +149,7 @@ impl PoseEstimate {
     }
 
     /// That a stretch of `line` (m, team frame) is seen there, beside what this estimate makes expect.
-    pub(super) fn measured_line(&self, forward: Vec2, line: &LineSegment, seen: &SeenLine) -> Measured {
+    pub(super) fn measured_line(&self, forward: Vec2, line: &PitchLine, seen: &SeenLine) -> Measured {
         self.measured(seen.residual(line, self.pose.position, forward), seen.slopes(line, forward))
     }
 
