@@ -139,7 +139,6 @@ impl CameraError {
     }
 
     /// What a measurement says of the pose and of this error, if yaw and pitch of the error change what is measured by `slopes`.
-    #[inline]
     pub(super) fn innovation(&self, measured: Measured, slopes: [Vec2; 2]) -> Innovation {
         let Measured { difference, rows: pose_rows, cross, spread } = measured;
         let camera_rows = rows(slopes);

@@ -19,7 +19,6 @@ pub(super) struct Measured {
 
 impl Measured {
     /// What it says about the pose alone.
-    #[inline]
     pub(super) fn innovation(&self) -> Innovation {
         Innovation::new(self.difference, self.cross, self.spread)
     }
@@ -54,8 +53,6 @@ pub struct Innovation {
 impl Innovation {
     /// Of a measurement with this difference from what was expected, covariance with the pose (column by column), and
     /// covariance.
-    // Of most candidates only the distance is asked for: inlined, the rest is not worked out.
-    #[inline]
     pub(super) fn new(difference: Vec2, cross: [Vec3; 2], spread: Mat2) -> Self {
         let inverse = inverse(spread);
         let gain = [
@@ -67,7 +64,6 @@ impl Innovation {
     }
 
     /// The same of a measurement that has this covariance with the error of the cameras, column by column.
-    #[inline]
     pub(super) fn with_camera(self, cross: [Vec4; 2]) -> Self {
         let information = self.information;
         let gain = [
