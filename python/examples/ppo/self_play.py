@@ -93,6 +93,8 @@ if __name__ == "__main__":
     parser.add_argument("--out", type=Path, default=FOLDER)
     parser.add_argument("--play", type=int, metavar="EPISODES", help="learn nothing: measure the policy that is in the folder")
     given = parser.parse_args()
+    if given.steps < 1 or (given.play is not None and given.play < 1):
+        parser.error("there must be a step to learn from, and an episode to measure")
     if given.play is None:
         learn(given.steps, given.seed, given.out)
     measure(given.play or 1000, given.out / f"{TASK}-belief.npz")
