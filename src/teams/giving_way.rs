@@ -15,9 +15,11 @@ const STOP_M: f32 = 0.4;
 /// What gives an echo is nearer than its middle by this, m.
 const ECHO_DEPTH_M: f32 = 0.05;
 /// What is not walking at an opponent, m/s: the referee overlooks less than 0.05.
-const GIVE_WAY_MPS: f32 = 0.03;
+pub(super) const HARMLESS_MPS: f32 = 0.03;
 /// Two who face each other with the ball so near to the line between them may fight for it, m.
 const FIGHT_M: f32 = 0.2;
+/// The ball is between them up to this share of the way to the opponent: who stands right at the ball does not face who comes.
+const BETWEEN: f32 = 0.75;
 
 /// The step without what would run into an opponent.
 pub fn give_way(player: &Player, walk: WalkCommand, opponents: &[RobotBelief]) -> WalkCommand {
@@ -31,9 +33,9 @@ pub fn give_way(player: &Player, walk: WalkCommand, opponents: &[RobotBelief]) -
         let distance = way.length();
         let Some(line) = way.try_normalize() else { continue };
         let most_mps = match &player.limits.gait {
-            Some(gait) => gait.braking_speed(distance - STOP_M - wider_m).max(GIVE_WAY_MPS),
+            Some(gait) => gait.braking_speed(distance - STOP_M - wider_m).max(HARMLESS_MPS),
             None if distance > GIVE_WAY_M + wider_m => continue,
-            None => GIVE_WAY_MPS,
+            None => HARMLESS_MPS,
         };
         let towards = step.dot(line);
         let most = most_mps * player.period;
@@ -59,9 +61,9 @@ fn heard<'a>(player: &'a Player) -> impl Iterator<Item = Vec2> + use<'a> {
 /// Whether the player faces an opponent in this direction and at this distance with the ball between them.
 fn fights(player: &Player, line: Vec2, distance: f32) -> bool {
     let Some(ball) = player.ball() else { return false };
-    let along = line.dot(ball.position_m - player.position()).clamp(0.0, distance);
-    let between = ball.position_m.distance(player.position() + line * along) < FIGHT_M;
-    between && player.forward.dot(line) > 0.5
+    let along = line.dot(ball.position_m - player.position());
+    let aside = ball.position_m.distance(player.position() + line * along.max(0.0));
+    along < BETWEEN * distance && aside < FIGHT_M && player.forward.dot(line) > 0.5
 }
 
 #[cfg(test)]
@@ -92,6 +94,9 @@ mod tests {
         assert!(dx(&situation, 0.45) < 0.005 && dx(&situation, 0.9) == 0.006);
         situation.belief.ball.as_mut().unwrap().position_m = Vec2::new(0.2, 0.0);
         assert_eq!(dx(&situation, 0.35), 0.006);
+        // It stands at the opponent's side: that does not face the ball, and is run into from the side.
+        situation.belief.ball.as_mut().unwrap().position_m = Vec2::new(0.3, 0.15);
+        assert!(dx(&situation, 0.35) < 0.002);
     }
 
     #[test]

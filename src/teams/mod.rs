@@ -17,6 +17,7 @@ pub mod hearing;
 pub mod keeper;
 pub mod kicking;
 pub mod looking;
+pub mod lookout;
 pub mod obeying;
 pub mod options;
 pub mod passer;
@@ -256,6 +257,7 @@ fn play<R: Role>(
             forward: robot.belief.pose.forward(),
         };
         let memory = &mut *robot.memory;
+        memory.looked_around.note(player.pose().heading + robot.head_angles.yaw, status.time_s);
         let before = robot.reasons.is_some().then(|| memory.clone());
         let decision = decide_in_game(&player, memory, R::decide);
         if let (Some(reasons), Some(before)) = (&mut robot.reasons, before) {
@@ -300,19 +302,23 @@ fn decide_in_game(
     match player.status.state {
         GameState::Playing => {
             let decision = decide(player, memory);
-            let decision = obeying::obey(player, memory, decision);
-            // Who walks step by step cannot stop when it touches.
-            let walk = match player.limits.gait {
-                Some(_) => giving_way::give_way(player, decision.walk, &player.belief.opponents),
-                None => decision.walk,
-            };
-            Decision { walk, ..decision }
+            without_pushing(player, obeying::obey(player, memory, decision))
         }
-        GameState::Ready => obeying::take_place(player),
+        GameState::Ready => without_pushing(player, obeying::take_place(player)),
         GameState::Initial | GameState::Standby | GameState::Set | GameState::Finished => {
             Decision { intention: "wait", ..default() }
         }
     }
+}
+
+/// The decision without what would run into an opponent.
+fn without_pushing(player: &Player, decision: Decision) -> Decision {
+    // Who walks step by step cannot stop when it touches.
+    let walk = match player.limits.gait {
+        Some(_) => giving_way::give_way(player, decision.walk, &player.belief.opponents),
+        None => decision.walk,
+    };
+    Decision { walk, ..decision }
 }
 
 /// What the player tells its team-mates.

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::hearing::Whistles;
 use super::looking::Head;
+use super::lookout::LookedAround;
 use super::passing::Pass;
 use super::walking::{
     BALL_CLEARANCE_M, OBSTACLE_MEMORY_S, OBSTACLE_RANGE_M, Obstacles, POST_CLEARANCE_M, ROBOT_CLEARANCE_M,
@@ -144,6 +145,9 @@ pub struct PlayerMemory {
     pub free_place: Option<Vec2>,
     /// Opponents that team-mates tell of: who, where, m, team frame, and when, s.
     pub told_opponents: Vec<(RobotId, Vec2, f32)>,
+    /// Where it has looked of late.
+    #[serde(default)]
+    pub looked_around: LookedAround,
 }
 
 impl<'a> Player<'a> {

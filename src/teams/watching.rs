@@ -3,6 +3,7 @@
 use bevy::prelude::*;
 
 use super::attack::FACE_BALL_M;
+use super::lookout::place_to_check;
 use super::player::{Player, PlayerMemory};
 use crate::robot::head::HeadCommand;
 use crate::robot::motion::WalkCommand;
@@ -32,7 +33,12 @@ pub fn watch(player: &Player, memory: &mut PlayerMemory, walk: &WalkCommand) -> 
     {
         return player.head.look_at(post);
     }
-    player.head.look_at(way_to_look_along(player, ball, walk).unwrap_or(ball))
+    // Who walks step by step cannot stop when it touches, and looks out for it.
+    let besides = match player.limits.gait {
+        Some(_) => place_to_check(player, &memory.looked_around, walk),
+        None => way_to_look_along(player, ball, walk),
+    };
+    player.head.look_at(besides.unwrap_or(ball))
 }
 
 /// A place on the way (m, robot frame) of a player that walks elsewhere than it looks, when it is time to look there: whoever is in
