@@ -2,19 +2,14 @@
 //! with their eyes on the ball.
 
 use bevy::prelude::*;
-use core::f32::consts::TAU;
-use serde::{Deserialize, Serialize};
 
 use super::giving_way::HARMLESS_MPS;
+use super::looked_around::LookedAround;
 use super::player::Player;
 use super::walking::{OBSTACLE_MEMORY_S, ROBOT_CLEARANCE_M};
-use crate::geometry::{angle_of, unit, wrap_angle};
+use crate::geometry::{angle_of, unit};
 use crate::robot::motion::WalkCommand;
 
-/// Into so many directions the surroundings are divided.
-const DIRECTIONS: usize = 12;
-/// What is beside the gaze by less than this is seen as well: a little less than half of a NAO's image, radians.
-const HALF_VIEW: f32 = 0.45;
 /// Of so many seconds the ball has the first, however much there is to look at besides, s.
 const EVERY_S: f32 = 1.5;
 /// See [`EVERY_S`].
@@ -33,29 +28,6 @@ const NEAR_S: f32 = 2.2;
 const AT_FEET_M: f32 = 0.4;
 /// How far ahead it looks: the time to walk there, and at least so far, s and m.
 const AHEAD: (f32, f32) = (3.0, 0.8);
-
-/// When a player last had each direction in view, s; directions are those of the team frame.
-#[derive(Clone, Copy, PartialEq, Debug, Default, Reflect, Serialize, Deserialize)]
-pub struct LookedAround([f32; DIRECTIONS]);
-
-impl LookedAround {
-    /// Takes note of where the player looks: an angle, team frame.
-    pub fn note(&mut self, gaze: f32, now_s: f32) {
-        for (index, looked_s) in self.0.iter_mut().enumerate() {
-            let middle = (index as f32 + 0.5) * (TAU / DIRECTIONS as f32);
-            if wrap_angle(middle - gaze).abs() < HALF_VIEW {
-                *looked_s = now_s;
-            }
-        }
-    }
-
-    /// How long ago the player looked into a direction, an angle in the team frame: s.
-    fn age_s(&self, direction: f32, now_s: f32) -> f32 {
-        let share = (direction / TAU).rem_euclid(1.0);
-        let index = (share * DIRECTIONS as f32) as usize;
-        now_s - self.0[index.min(DIRECTIONS - 1)]
-    }
-}
 
 /// A place (m, robot frame) that a player which walks so should have a look at now, if there is one: on its way, where an opponent was,
 /// or beside its way.
@@ -98,8 +70,10 @@ fn neighbour(player: &Player) -> Option<Vec2> {
 mod tests {
     use super::*;
     use crate::belief::RobotBelief;
-    use crate::geometry::Pose;
+    use crate::geometry::{Pose, wrap_angle};
+    use crate::teams::looked_around::{DIRECTIONS, HALF_VIEW};
     use crate::teams::player::tests::PlayerFixture;
+    use core::f32::consts::TAU;
 
     const PERIOD: f32 = 1.0 / 30.0;
 

@@ -16,6 +16,7 @@ pub mod giving_way;
 pub mod hearing;
 pub mod keeper;
 pub mod kicking;
+pub mod looked_around;
 pub mod looking;
 pub mod lookout;
 pub mod obeying;

@@ -4,8 +4,8 @@ use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::hearing::Whistles;
+use super::looked_around::LookedAround;
 use super::looking::Head;
-use super::lookout::LookedAround;
 use super::passing::Pass;
 use super::walking::{
     BALL_CLEARANCE_M, OBSTACLE_MEMORY_S, OBSTACLE_RANGE_M, Obstacles, POST_CLEARANCE_M, ROBOT_CLEARANCE_M,
