@@ -216,6 +216,17 @@ impl CameraView {
             && focal_length * in_camera.y.abs() <= half_size.y * in_camera.z + (focal_length + half_size.y) * radius
     }
 
+    /// Whether all of a ball of this radius, m, about a point of the robot frame certainly is in the image.
+    pub fn surely_sees(&self, centre: Vec3, radius: f32) -> bool {
+        let in_camera = self.camera_from_robot(centre);
+        let CameraIntrinsics { focal_length, centre, size } = self.intrinsics;
+        // As in `may_see`, from within, to the nearer edge of the image.
+        let half_size = centre.min(size - centre);
+        in_camera.z >= NEAR_PLANE_M + radius
+            && focal_length * in_camera.x.abs() <= half_size.x * in_camera.z - (focal_length + half_size.x) * radius
+            && focal_length * in_camera.y.abs() <= half_size.y * in_camera.z - (focal_length + half_size.y) * radius
+    }
+
     /// The pixel of a point of the robot frame, m, if it is in the image.
     #[inline(always)]
     pub fn pixel_in_image(&self, point: Vec3) -> Option<Vec2> {

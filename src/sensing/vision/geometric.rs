@@ -4,30 +4,15 @@ use bevy::prelude::*;
 
 use super::gaze::GazeError;
 use super::noise::Falloff;
-use super::noise::HiddenFeet;
 use super::occlusion::{Occluders, Target};
 use super::{BallPercept, ClassNoise, GoalPostPercept, Percepts, RobotPercept, VisionNoise};
-use crate::appearance::scene::{Scene, SceneBall, ScenePost, SceneRobot};
+use crate::appearance::scene::{Scene, SceneBall, ScenePost};
 use crate::camera_model::{CameraMounts, CameraName, CameraView, CameraViews, ViewSide};
 use crate::geometry::{Pose, unrotate};
 use crate::random::RandomStream;
-use crate::robot::body::Waistband;
 use crate::robot::head::HeadAngles;
 use crate::sensing::camera::CameraSettings;
 use crate::team::Team;
-
-/// Where across the line of sight a waistband is looked at, as shares of half its width: 4 cm on a NAO's.
-const WAISTBAND_OFFSETS: [f32; 3] = [0.0, -0.04 / 0.074, 0.04 / 0.074];
-
-/// Heights from the foot up to the waistband at which a robot whose foot is not seen may be seen, as shares of that of the
-/// band's lower edge.
-const LEG_HEIGHTS: [f32; 5] = [0.2, 0.4, 0.6, 0.8, 1.0];
-
-/// Visible points that make a waistband seen.
-const WAISTBAND_POINTS_NEEDED: usize = 3;
-
-/// Points at which a waistband is looked for.
-const WAISTBAND_POINTS: usize = 9;
 
 /// Heights at which a goal post is looked for, as shares of its own.
 const POST_HEIGHTS: [f32; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
@@ -59,7 +44,7 @@ pub(super) struct Observer<'a> {
     /// Which of them sees furthest aside.
     guide: usize,
     /// Where the robot thinks that they are.
-    believed: &'a [CameraView],
+    pub(super) believed: &'a [CameraView],
     pub(super) names: &'a [CameraName],
     pub(super) noise: &'a VisionNoise,
     occluders: &'a Occluders,
@@ -70,7 +55,7 @@ pub(super) struct Observer<'a> {
 
 /// What of a thing that stands on the ground its place is told by, best first.
 #[derive(Clone, Copy, PartialEq, PartialOrd, Debug)]
-enum Cue {
+pub(super) enum Cue {
     /// The point where it stands.
     Foot,
     /// A point of it this high above the ground, m.
@@ -187,12 +172,15 @@ impl<'a> Observer<'a> {
         let side = self.best_camera(|observer, side| {
             let view = &observer.actual[side];
             let pixel = view.may_see(centre, ball.radius).then(|| view.project(centre))??;
-            observer
-                .sees_enough(side, &points(view), target, BALL_POINTS_NEEDED)
-                .then(|| view.offset_from_centre_squared(pixel))
+            let is_seen = observer.sees_all(side, centre, ball.radius, target)
+                || observer.sees_enough(side, &points(view), target, BALL_POINTS_NEEDED);
+            is_seen.then(|| view.offset_from_centre_squared(pixel))
         })?;
         let counts = (BALL_POINTS_NEEDED, BALL_OFFSETS.len());
         let is_noticed = self.is_noticed(class, place.length(), counts, |observer| {
+            if observer.sees_all(side, centre, ball.radius, target) {
+                return BALL_OFFSETS.len();
+            }
             let points = points(&observer.actual[side]);
             points.iter().filter(|&&point| observer.is_visible(side, point, target)).count()
         });
@@ -247,69 +235,6 @@ impl<'a> Observer<'a> {
         }
         let (pixel, position_m) = self.measured_standing_point(side, place, post.post.radius, cue, class.pixel_sd)?;
         Some(GoalPostPercept { camera: self.names[side], colour, pixel, position_m })
-    }
-
-    fn see_robot(&mut self, index: usize, robot: &SceneRobot) -> Option<RobotPercept> {
-        self.see_waistband(robot.pose.position, robot.id.team, &robot.body.waistband, Target::Robot(index))
-    }
-
-    /// Something at a place on the pitch that looks like a robot of this team with such a waistband.
-    pub(super) fn see_like_robot(&mut self, position: Vec2, team: Team, band: &Waistband) -> Option<RobotPercept> {
-        self.see_waistband(position, team, band, Target::Other)
-    }
-
-    fn see_waistband(&mut self, position: Vec2, team: Team, band: &Waistband, target: Target) -> Option<RobotPercept> {
-        let class = &self.noise.robots;
-        let place = self.in_robot_frame(position);
-        if class.is_too_far(place) || self.side_of(place) != ViewSide::Inside {
-            return None;
-        }
-        if self.stream.chance(class.miss_probability) {
-            return None;
-        }
-        let target = self.judge(target, place, radius_of(band));
-        let (side, cue) =
-            self.best_cue(place, target, |observer, side| observer.robot_cue(side, place, band, target))?;
-        let is_noticed =
-            self.is_noticed(class, place.length(), (WAISTBAND_POINTS_NEEDED, WAISTBAND_POINTS), |observer| {
-                let points = waistband(&observer.actual[side], place, band);
-                let is_visible = |point: &&Vec3| observer.is_visible(side, **point, target);
-                // Of a robot whose foot alone is in this image, the waistband is in the other.
-                points.as_flattened().iter().filter(is_visible).count().max(WAISTBAND_POINTS_NEEDED)
-            });
-        if !is_noticed {
-            return None;
-        }
-        let (mut pixel, mut position_m) = self.measured_standing_point(side, place, 0.0, cue, class.pixel_sd)?;
-        if cue != Cue::Foot && self.noise.hidden_feet != HiddenFeet::default() {
-            position_m = on_pitch(Some(position_m * self.error_without_feet(side, place, band, target)))?;
-            pixel = self.believed[side].project_anywhere(position_m.extend(0.0));
-        }
-        Some(RobotPercept { camera: self.names[side], team, pixel, position_m })
-    }
-
-    /// By which factor a robot seems further away whose foot is not seen: the more, the higher it is hidden.
-    fn error_without_feet(&mut self, side: usize, place: Vec2, band: &Waistband, target: Target) -> f32 {
-        let HiddenFeet { bias, sd } = self.noise.hidden_feet;
-        let is_visible = |height: &f32| self.is_visible(side, place.extend(*height), target);
-        let [middle_m, lower_m, _] = heights_of(band);
-        let hidden_m: f32 = LEG_HEIGHTS.map(|share| share * lower_m).into_iter().find(is_visible).unwrap_or(middle_m);
-        let share = hidden_m / middle_m;
-        (1.0 + share * (bias + self.recognition.gaussian(sd))).max(0.1)
-    }
-
-    /// By what one camera sees a robot, if it sees enough of its waistband.
-    fn robot_cue(&self, side: usize, place: Vec2, band: &Waistband, target: Target) -> Option<Cue> {
-        let view = &self.actual[side];
-        if !view.may_see(place.extend(heights_of(band)[0]), radius_of(band)) {
-            return None;
-        }
-        let points = waistband(view, place, band);
-        let mut visible =
-            points.as_flattened().iter().filter(|&&point| self.is_visible(side, point, target)).map(|point| point.z);
-        let height = visible.next()?;
-        visible.nth(WAISTBAND_POINTS_NEEDED - 2)?;
-        Some(if self.is_visible(side, place.extend(0.0), target) { Cue::Foot } else { Cue::Height(height) })
     }
 
     /// Things where there are none.
@@ -372,21 +297,29 @@ impl<'a> Observer<'a> {
     // What a call would pass in memory is read again at once, which takes longer than the rest.
     #[inline(always)]
     pub(super) fn is_visible(&self, side: usize, point: Vec3, target: Target) -> bool {
-        let view = &self.actual[side];
-        view.pixel_in_image(point).is_some() && !self.occluders.hide(&view.lens, point.truncate(), point.z, target)
+        self.visible_pixel(side, point, target).is_some()
+    }
+
+    /// The pixel of a point (robot frame, m) of a target that a camera sees.
+    #[inline(always)]
+    pub(super) fn visible_pixel(&self, side: usize, point: Vec3, target: Target) -> Option<Vec2> {
+        self.actual[side].pixel_in_image(point).filter(|_| !self.is_hidden(side, point, target))
+    }
+
+    /// Whether something hides a point (robot frame, m) of a target from a camera.
+    #[inline(always)]
+    pub(super) fn is_hidden(&self, side: usize, point: Vec3, target: Target) -> bool {
+        self.occluders.hide(&self.actual[side].lens, point.truncate(), point.z, target)
+    }
+
+    /// Whether a camera certainly sees all of a target, which is within `radius` m of a point (robot frame, m).
+    pub(super) fn sees_all(&self, side: usize, centre: Vec3, radius: f32, target: Target) -> bool {
+        target == Target::Unobstructed && self.actual[side].surely_sees(centre, radius)
     }
 
     /// Whether a camera sees `needed` of these points.
     pub(super) fn sees_enough(&self, side: usize, points: &[Vec3], target: Target, needed: usize) -> bool {
-        let mut visible = 0;
-        for (index, &point) in points.iter().enumerate() {
-            visible += usize::from(self.is_visible(side, point, target));
-            let left = points.len() - index - 1;
-            if visible >= needed || visible + left < needed {
-                break;
-            }
-        }
-        visible >= needed
+        are_enough(points, needed, |point| self.is_visible(side, point, target))
     }
 
     /// The target as [`Occluders::judge`] sees it, for either camera.
@@ -414,7 +347,12 @@ impl<'a> Observer<'a> {
     /// The camera and the cue by which a target that stands at `place` is best located, if a camera recognises it by a
     /// cue at all. Then the foot of the target counts, whichever camera sees it: of two, that which has it nearer to the
     /// middle of its image.
-    fn best_cue(&self, place: Vec2, target: Target, cue: impl Fn(&Self, usize) -> Option<Cue>) -> Option<(usize, Cue)> {
+    pub(super) fn best_cue(
+        &self,
+        place: Vec2,
+        target: Target,
+        cue: impl Fn(&Self, usize) -> Option<Cue>,
+    ) -> Option<(usize, Cue)> {
         let foot = place.extend(0.0);
         let mut best: Option<(usize, Cue)> = None;
         let mut have_foot = [false; CameraMounts::MOST];
@@ -438,13 +376,23 @@ impl<'a> Observer<'a> {
     /// The measured pixel of a point (robot frame, m).
     pub(super) fn measured_pixel(&mut self, side: usize, point: Vec3, pixel_sd: f32) -> Option<Vec2> {
         let pixel = self.actual[side].project(point)?;
-        Some(pixel + Vec2::new(self.stream.gaussian(pixel_sd), self.stream.gaussian(pixel_sd)))
+        Some(pixel + self.pixel_error(pixel_sd))
+    }
+
+    fn pixel_error(&mut self, pixel_sd: f32) -> Vec2 {
+        Vec2::new(self.stream.gaussian(pixel_sd), self.stream.gaussian(pixel_sd))
     }
 
     /// The measured pixel of a point in view: noise does not push it out of the image.
     pub(super) fn measured_pixel_in_image(&mut self, side: usize, point: Vec3, pixel_sd: f32) -> Option<Vec2> {
-        let pixel = self.measured_pixel(side, point, pixel_sd)?;
-        Some(self.actual[side].clamp_to_image(pixel))
+        let pixel = self.actual[side].project(point)?;
+        Some(self.measured_in_image(side, pixel, pixel_sd))
+    }
+
+    /// What is measured of a pixel of the image: noise does not push it out.
+    pub(super) fn measured_in_image(&mut self, side: usize, pixel: Vec2, pixel_sd: f32) -> Vec2 {
+        let pixel = pixel + self.pixel_error(pixel_sd);
+        self.actual[side].clamp_to_image(pixel)
     }
 
     /// Where a pixel lies on the ground, as the robot sees it.
@@ -454,7 +402,7 @@ impl<'a> Observer<'a> {
 
     /// The pixel where a thing at `place` stands, and its estimated place, measured by one of its cues. The pixel
     /// belongs to the estimate, and is outside the image when the cue is not the foot.
-    fn measured_standing_point(
+    pub(super) fn measured_standing_point(
         &mut self,
         side: usize,
         place: Vec2,
@@ -487,6 +435,19 @@ impl<'a> Observer<'a> {
     }
 }
 
+/// Whether `needed` of these points are visible, looking at no more of them than it takes.
+pub(super) fn are_enough(points: &[Vec3], needed: usize, is_visible: impl Fn(Vec3) -> bool) -> bool {
+    let mut visible = 0;
+    for (index, &point) in points.iter().enumerate() {
+        visible += usize::from(is_visible(point));
+        let left = points.len() - index - 1;
+        if visible >= needed || visible + left < needed {
+            break;
+        }
+    }
+    visible >= needed
+}
+
 /// Which of the cameras sees furthest aside; the first of several. They all look the same way.
 fn widest(views: &[CameraView]) -> usize {
     let slope = |view: &CameraView| view.intrinsics.centre.x / view.intrinsics.focal_length;
@@ -494,35 +455,12 @@ fn widest(views: &[CameraView]) -> usize {
     (1..views.len()).fold(0, widest)
 }
 
-/// Where the waistband of a robot at `place` is looked at.
-fn waistband(view: &CameraView, place: Vec2, band: &Waistband) -> [[Vec3; 3]; 3] {
-    let across = across_sight(view, place);
-    // Written out, as arrays mapped within arrays are slow.
-    let at = |share: f32| place + (share * band.half_size_m.y) * across;
-    let [middle, right, left] = WAISTBAND_OFFSETS;
-    let [middle, right, left] = [at(middle), at(right), at(left)];
-    let row = |height: f32| [middle.extend(height), right.extend(height), left.extend(height)];
-    let [middle, lower, upper] = heights_of(band);
-    [row(middle), row(lower), row(upper)]
-}
-
-/// Heights on a waistband at which a robot is looked for, m: the middle first.
-fn heights_of(band: &Waistband) -> [f32; 3] {
-    let [lower, upper] = band.z_m;
-    [(lower + upper) / 2.0, lower, upper]
-}
-
-/// All points at which a waistband is looked for are within this distance of its middle, m: 7 cm of a NAO's.
-fn radius_of(band: &Waistband) -> f32 {
-    0.5 * band.height() + 0.27 * band.half_size_m.y
-}
-
 /// The horizontal unit vector across the line of sight to `place`, to the left.
-fn across_sight(view: &CameraView, place: Vec2) -> Vec2 {
+pub(super) fn across_sight(view: &CameraView, place: Vec2) -> Vec2 {
     (place - view.lens.truncate()).normalize_or(Vec2::X).perp()
 }
 
 /// A place that something on a pitch may have.
-fn on_pitch(place: Option<Vec2>) -> Option<Vec2> {
+pub(super) fn on_pitch(place: Option<Vec2>) -> Option<Vec2> {
     place.filter(|place| place.length_squared() <= GREATEST_DISTANCE_M * GREATEST_DISTANCE_M)
 }

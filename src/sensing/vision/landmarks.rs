@@ -2,7 +2,7 @@
 
 use bevy::prelude::*;
 
-use super::geometric::Observer;
+use super::geometric::{Observer, are_enough};
 use super::noise::Falloff;
 use super::occlusion::Target;
 use super::{ClassNoise, LandmarkKind, LandmarkPercept};
@@ -81,18 +81,21 @@ impl Observer<'_> {
         let view = &self.actual[side];
         let [from, to] = view.visible_part(start, end)?;
         let (start, end) = (start.lerp(end, from), start.lerp(end, to));
-        if view.project(start)?.distance_squared(view.project(end)?) < SHORTEST_LINE_PX * SHORTEST_LINE_PX {
+        let (start_pixel, end_pixel) = (view.project(start)?, view.project(end)?);
+        if start_pixel.distance_squared(end_pixel) < SHORTEST_LINE_PX * SHORTEST_LINE_PX {
             return None;
         }
         let [middle, first, last] = LINE_SAMPLES;
         let points = [start.lerp(end, middle), start.lerp(end, first), start.lerp(end, last)];
-        if self.stream.chance(class.miss_probability)
-            || !self.sees_enough(side, &points, Target::Other, LINE_POINTS_NEEDED)
-        {
+        if self.stream.chance(class.miss_probability) {
             return None;
         }
-        let start_pixel = self.measured_pixel_in_image(side, start, class.pixel_sd)?;
-        let end_pixel = self.measured_pixel_in_image(side, end, class.pixel_sd)?;
+        // All of them are in the image, as both ends are.
+        if !are_enough(&points, LINE_POINTS_NEEDED, |point| !self.is_hidden(side, point, Target::Other)) {
+            return None;
+        }
+        let start_pixel = self.measured_in_image(side, start_pixel, class.pixel_sd);
+        let end_pixel = self.measured_in_image(side, end_pixel, class.pixel_sd);
         // The left end first: which end the pitch's list calls the start, no image tells.
         let (pixel, end_pixel) =
             if start_pixel.x <= end_pixel.x { (start_pixel, end_pixel) } else { (end_pixel, start_pixel) };
@@ -114,7 +117,8 @@ impl Observer<'_> {
         }
         let place = place.extend(0.0);
         let side = self.best_camera(|observer, side| {
-            observer.is_visible(side, place, Target::Other).then(|| observer.offset_in_image(side, place))
+            let pixel = observer.visible_pixel(side, place, Target::Other)?;
+            Some(observer.actual[side].offset_from_centre_squared(pixel))
         })?;
         if !self.is_noticed(class, place.truncate().length(), (1, 1), |_| 1) {
             return None;

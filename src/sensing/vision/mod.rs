@@ -68,6 +68,7 @@ pub mod image;
 mod landmarks;
 mod noise;
 mod occlusion;
+mod robots;
 mod truth;
 
 pub use false_places::MistakenPlaces;
@@ -238,19 +239,19 @@ impl Percepts {
     /// Whether every number in them is finite.
     pub fn is_finite(&self) -> bool {
         let Percepts { time_s, ball, goal_posts, robots, landmarks } = self;
-        let seen = ball.iter().map(|seen| (seen.pixel, seen.position_m));
-        let seen = seen.chain(goal_posts.iter().map(|seen| (seen.pixel, seen.position_m)));
-        let seen = seen.chain(robots.iter().map(|seen| (seen.pixel, seen.position_m)));
-        let seen = seen.chain(landmarks.iter().map(|seen| (seen.pixel, seen.position_m)));
-        let mut ends = landmarks.iter().filter_map(|seen| match seen.kind {
-            LandmarkKind::Line { end_pixel, end_position_m } => Some((end_pixel, end_position_m)),
+        let is_finite = |pixel: Vec2, place: Vec2| pixel.is_finite() && place.is_finite();
+        let is_kind_finite = |kind: &LandmarkKind| match *kind {
+            LandmarkKind::Line { end_pixel, end_position_m } => is_finite(end_pixel, end_position_m),
             LandmarkKind::Junction { .. }
             | LandmarkKind::PenaltyCross
             | LandmarkKind::CentreCircle
-            | LandmarkKind::CornerArc => None,
-        });
-        let is_finite = |(pixel, place): (Vec2, Vec2)| pixel.is_finite() && place.is_finite();
-        seen.into_iter().all(is_finite) && ends.all(is_finite) && time_s.is_finite()
+            | LandmarkKind::CornerArc => true,
+        };
+        time_s.is_finite()
+            && ball.is_none_or(|seen| is_finite(seen.pixel, seen.position_m))
+            && goal_posts.iter().all(|seen| is_finite(seen.pixel, seen.position_m))
+            && robots.iter().all(|seen| is_finite(seen.pixel, seen.position_m))
+            && landmarks.iter().all(|seen| is_finite(seen.pixel, seen.position_m) && is_kind_finite(&seen.kind))
     }
 
     /// The same things in the frame in which the robot is now, if `now` is that in the frame in which it saw them.
