@@ -194,7 +194,8 @@ impl CycleClock {
 
     /// The number of whole cycles nearest to a duration in seconds.
     pub fn cycles_in(&self, duration_s: f32) -> u32 {
-        (f64::from(duration_s) / self.period_s).round() as u32
+        // The nearest; rounding proper is a call, which is made for each robot in each cycle.
+        (f64::from(duration_s) / self.period_s + 0.5) as u32
     }
 }
 

@@ -14,61 +14,63 @@ use crate::geometry::unrotate;
 /// What is seen is taken for a landmark only if every other is less likely by so much: squared Mahalanobis distance.
 const AMBIGUITY: f32 = 6.0;
 
-/// What things that are seen say about an estimate.
-pub(super) struct Innovations {
-    estimate: PoseEstimate,
-    forward: Vec2,
+/// What is seen beside what an estimate makes expect.
+pub(super) struct Expectation<'a> {
+    estimate: &'a PoseEstimate,
+    /// The unit vector along which the robot faces, team frame.
+    pub(super) forward: Vec2,
     /// Of the unscented filter.
     points: Option<SigmaPoints>,
-    camera: Option<(CameraError, CameraMotion)>,
+    camera: Option<(&'a CameraError, &'a CameraMotion)>,
 }
 
-impl Innovations {
-    /// For a filter of this kind, that estimates the error of the cameras along with the pose, or does not.
-    pub(super) fn about(
-        estimate: &PoseEstimate,
+impl<'a> Expectation<'a> {
+    /// Of a filter of this kind, that estimates the error of the cameras along with the pose, or does not.
+    pub(super) fn of(
+        estimate: &'a PoseEstimate,
         filter: KalmanFilter,
-        camera: Option<(CameraError, CameraMotion)>,
+        camera: Option<(&'a CameraError, &'a CameraMotion)>,
     ) -> Self {
         let points = (filter == KalmanFilter::Unscented).then(|| SigmaPoints::of(estimate));
-        Self { estimate: *estimate, forward: estimate.pose.forward(), points, camera }
+        Self { estimate, forward: estimate.pose.forward(), points, camera }
     }
 
-    /// What a sighting says if it is of the landmark at a place, m, team frame.
-    pub(super) fn of_point(&self, place: Vec2, sighting: &Sighting) -> Innovation {
+    /// A sighting, if it is of the landmark at a place, m, team frame.
+    pub(super) fn of_point(&self, place: Vec2, sighting: &Sighting) -> Measured {
         let measured = match &self.points {
             None => self.estimate.measured_point(self.forward, place, sighting),
             Some(points) => points.measured(|pose| sighting.residual(unrotate(pose.forward(), place - pose.position))),
         };
-        self.weighed(measured, |motion| motion.slopes(unrotate(self.forward, place - self.estimate.pose.position)))
+        self.by_cameras(measured, |motion| motion.slopes(unrotate(self.forward, place - self.estimate.pose.position)))
     }
 
-    /// What a stretch of a line says if it is of this line.
-    pub(super) fn of_line(&self, line: &PitchLine, seen: &SeenLine) -> Innovation {
+    /// A stretch of a line, if it is of this line.
+    pub(super) fn of_line(&self, line: &PitchLine, seen: &SeenLine) -> Measured {
         let measured = match &self.points {
             None => self.estimate.measured_line(self.forward, line, seen),
             Some(points) => points.measured(|pose| seen.residual(line, pose.position, pose.forward())),
         };
-        self.weighed(measured, |motion| seen.camera_slopes(line, self.forward, motion))
+        self.by_cameras(measured, |motion| seen.camera_slopes(line, self.forward, motion))
     }
 
-    fn weighed(&self, measured: Measured, slopes: impl Fn(&CameraMotion) -> [Vec2; 2]) -> Innovation {
+    fn by_cameras(&self, measured: Measured, slopes: impl Fn(&CameraMotion) -> [Vec2; 2]) -> Measured {
         match &self.camera {
-            None => measured.innovation(),
-            Some((error, motion)) => error.innovation(measured, slopes(motion)),
+            None => measured,
+            Some((error, motion)) => error.measured(measured, slopes(motion)),
         }
     }
 }
 
 /// What is seen, if it is one of the candidates, and every other is clearly less likely.
 pub(super) fn clearly_nearest<Candidate: Copy>(
-    candidates: impl IntoIterator<Item = Candidate>,
-    explain: impl Fn(Candidate) -> Innovation,
+    candidates: impl Iterator<Item = Candidate>,
+    measured: impl Fn(Candidate) -> Measured,
 ) -> Option<Innovation> {
     let mut best: Option<(Candidate, f32)> = None;
     let mut second = f32::MAX;
     for candidate in candidates {
-        let distance_squared = explain(candidate).distance_squared;
+        // The rest of what it says is worked out for the best alone.
+        let distance_squared = measured(candidate).distance_squared();
         match best {
             Some((_, least)) if least <= distance_squared => second = second.min(distance_squared),
             nearest => {
@@ -77,5 +79,5 @@ pub(super) fn clearly_nearest<Candidate: Copy>(
             }
         }
     }
-    best.filter(|(_, least)| second - least > AMBIGUITY).map(|(candidate, _)| explain(candidate))
+    best.filter(|(_, least)| second - least > AMBIGUITY).map(|(candidate, _)| measured(candidate).innovation())
 }

@@ -138,25 +138,27 @@ impl CameraError {
         }
     }
 
-    /// What a measurement says of the pose and of this error, if yaw and pitch of the error change what is measured by `slopes`.
-    pub(super) fn innovation(&self, measured: Measured, slopes: [Vec2; 2]) -> Innovation {
-        let Measured { difference, rows: pose_rows, cross, spread } = measured;
+    /// The measurement by cameras that err so, if yaw and pitch of the error change what is measured by `slopes`.
+    pub(super) fn measured(&self, measured: Measured, slopes: [Vec2; 2]) -> Measured {
+        let Measured { difference, rows: pose_rows, cross, spread, .. } = measured;
         let camera_rows = rows(slopes);
-        let of_pose = camera_rows.map(|row| Vec3::from(self.with_pose.map(|with| with.dot(row))));
         let [x, y, heading] = self.with_pose;
-        let camera_cross = [0, 1].map(|axis| {
-            x * pose_rows[axis].x
-                + y * pose_rows[axis].y
-                + heading * pose_rows[axis].z
-                + self.covariance * camera_rows[axis]
-        });
+        // Written out, as arrays that are mapped are slow.
+        let of_pose = |row: Vec4| Vec3::new(x.dot(row), y.dot(row), heading.dot(row));
+        let of_pose = [of_pose(camera_rows[0]), of_pose(camera_rows[1])];
+        let of_camera = |row: Vec3, camera: Vec4| x * row.x + y * row.y + heading * row.z + self.covariance * camera;
+        let camera_cross = [of_camera(pose_rows[0], camera_rows[0]), of_camera(pose_rows[1], camera_rows[1])];
         let added =
             |one: usize, other: usize| pose_rows[one].dot(of_pose[other]) + camera_rows[one].dot(camera_cross[other]);
         let mixed = added(0, 1);
-        let spread = spread + Mat2::from_cols(Vec2::new(added(0, 0), mixed), Vec2::new(mixed, added(1, 1)));
-        let known = Vec2::from(camera_rows.map(|row| row.dot(self.mean)));
-        Innovation::new(difference - known, [cross[0] + of_pose[0], cross[1] + of_pose[1]], spread)
-            .with_camera(camera_cross)
+        let known = Vec2::new(camera_rows[0].dot(self.mean), camera_rows[1].dot(self.mean));
+        Measured {
+            difference: difference - known,
+            rows: pose_rows,
+            cross: [cross[0] + of_pose[0], cross[1] + of_pose[1]],
+            spread: spread + Mat2::from_cols(Vec2::new(added(0, 0), mixed), Vec2::new(mixed, added(1, 1))),
+            camera_cross: Some(camera_cross),
+        }
     }
 
     /// The error after a measurement that was believed.

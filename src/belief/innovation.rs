@@ -15,12 +15,32 @@ pub(super) struct Measured {
     pub(super) cross: [Vec3; 2],
     /// Covariance of the difference, m².
     pub(super) spread: Mat2,
+    /// The covariance of the cameras' error with what is measured, column by column, if that error is estimated, too.
+    pub(super) camera_cross: Option<[Vec4; 2]>,
 }
 
 impl Measured {
-    /// What it says about the pose alone.
+    /// The squared Mahalanobis distance between measurement and expectation.
+    pub(super) fn distance_squared(&self) -> f32 {
+        self.difference.dot(inverse(self.spread) * self.difference)
+    }
+
+    /// What it says about the pose, and about the cameras.
     pub(super) fn innovation(&self) -> Innovation {
-        Innovation::new(self.difference, self.cross, self.spread)
+        let Measured { difference, cross, spread, .. } = *self;
+        let information = inverse(spread);
+        let [x, y] = [information.x_axis, information.y_axis];
+        let camera = self.camera_cross.map(|cross| CameraShare {
+            gain: [cross[0] * x.x + cross[1] * x.y, cross[0] * y.x + cross[1] * y.y],
+            cross,
+        });
+        Innovation {
+            difference,
+            gain: [cross[0] * x.x + cross[1] * x.y, cross[0] * y.x + cross[1] * y.y],
+            cross,
+            camera,
+            distance_squared: difference.dot(information * difference),
+        }
     }
 }
 
@@ -42,34 +62,8 @@ pub struct Innovation {
     pub(super) gain: [Vec3; 2],
     /// P Hᵀ, column by column.
     pub(super) cross: [Vec3; 2],
-    /// The inverse of the covariance of the difference, m⁻².
-    information: Mat2,
     /// What it says about the error of the cameras, if that is estimated, too.
     pub(super) camera: Option<CameraShare>,
     /// The squared Mahalanobis distance between measurement and expectation.
     pub distance_squared: f32,
-}
-
-impl Innovation {
-    /// Of a measurement with this difference from what was expected, covariance with the pose (column by column), and
-    /// covariance.
-    pub(super) fn new(difference: Vec2, cross: [Vec3; 2], spread: Mat2) -> Self {
-        let inverse = inverse(spread);
-        let gain = [
-            cross[0] * inverse.x_axis.x + cross[1] * inverse.x_axis.y,
-            cross[0] * inverse.y_axis.x + cross[1] * inverse.y_axis.y,
-        ];
-        let distance_squared = difference.dot(inverse * difference);
-        Self { difference, gain, cross, information: inverse, camera: None, distance_squared }
-    }
-
-    /// The same of a measurement that has this covariance with the error of the cameras, column by column.
-    pub(super) fn with_camera(self, cross: [Vec4; 2]) -> Self {
-        let information = self.information;
-        let gain = [
-            cross[0] * information.x_axis.x + cross[1] * information.x_axis.y,
-            cross[0] * information.y_axis.x + cross[1] * information.y_axis.y,
-        ];
-        Self { camera: Some(CameraShare { gain, cross }), ..self }
-    }
 }

@@ -3,7 +3,7 @@
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::association::{Innovations, clearly_nearest};
+use super::association::{Expectation, clearly_nearest};
 use super::camera_error::CameraError;
 use super::innovation::Innovation;
 use super::landmarks::{
@@ -109,8 +109,8 @@ impl KalmanLocaliser {
         self.start_at(self.estimate.turned_half());
     }
 
-    fn innovations(&self, observation: &PitchObservation) -> Innovations {
-        Innovations::about(&self.estimate, self.filter, self.camera.zip(observation.camera))
+    fn expectation<'a>(&'a self, observation: &'a PitchObservation) -> Expectation<'a> {
+        Expectation::of(&self.estimate, self.filter, self.camera.as_ref().zip(observation.camera.as_ref()))
     }
 
     /// Takes over what a landmark says about the pose and the cameras.
@@ -165,15 +165,15 @@ impl KalmanLocaliser {
     fn see_goal(&mut self, [left, right]: [&GoalPostPercept; 2], observation: &PitchObservation) {
         let model = observation.model;
         let sightings = [left, right].map(|post| sighting_of_post(post, observation.image, model));
-        let innovations = self.innovations(observation);
+        let expectation = self.expectation(observation);
         // Where both goals have the same colour, it is the likelier one.
         let nearest = observation
             .landmarks
             .goals(left.colour, observation.own_end)
             .map(|goal| {
                 let goal = goal.seen_from(self.estimate.pose.position);
-                let distance = innovations.of_point(goal.left_post, &sightings[0]).distance_squared
-                    + innovations.of_point(goal.right_post, &sightings[1]).distance_squared;
+                let distance = expectation.of_point(goal.left_post, &sightings[0]).distance_squared()
+                    + expectation.of_point(goal.right_post, &sightings[1]).distance_squared();
                 (distance, goal)
             })
             .min_by(|(first, _), (second, _)| first.total_cmp(second));
@@ -187,7 +187,7 @@ impl KalmanLocaliser {
             return;
         }
         for (place, sighting) in places.into_iter().zip(&sightings) {
-            let innovation = self.innovations(observation).of_point(place, sighting);
+            let innovation = self.expectation(observation).of_point(place, sighting).innovation();
             self.judge(Some(innovation), model);
         }
     }
@@ -236,11 +236,10 @@ impl KalmanLocaliser {
     /// right all the same: there are many lines.
     fn see_line(&mut self, seen: &SeenLine, observation: &PitchObservation) {
         let PitchObservation { landmarks, model, .. } = *observation;
-        let innovations = self.innovations(observation);
+        let expectation = self.expectation(observation);
         let Pose { position, .. } = self.estimate.pose;
-        let forward = self.estimate.pose.forward();
-        let candidates = landmarks.lines().iter().filter(|line| seen.can_be_of(line, position, forward));
-        let association = clearly_nearest(candidates, |line| innovations.of_line(line, seen));
+        let candidates = landmarks.lines().iter().filter(|line| seen.can_be_of(line, position, expectation.forward));
+        let association = clearly_nearest(candidates, |line| expectation.of_line(line, seen));
         if let Some(innovation) = association.filter(|innovation| innovation.distance_squared < model.gate) {
             self.believe(&innovation);
         }
@@ -253,8 +252,8 @@ impl KalmanLocaliser {
         candidates: impl IntoIterator<Item = Vec2>,
         observation: &PitchObservation,
     ) -> Option<Innovation> {
-        let innovations = self.innovations(observation);
-        clearly_nearest(candidates, |place| innovations.of_point(place, sighting))
+        let expectation = self.expectation(observation);
+        clearly_nearest(candidates.into_iter(), |place| expectation.of_point(place, sighting))
     }
 
     /// Takes over what a landmark says, unless it is too unlikely.

@@ -50,25 +50,32 @@ impl SeenLine {
     pub fn residual(&self, line: &PitchLine, position: Vec2, forward: Vec2) -> Residual {
         let normal = line.direction.perp();
         let place = position - line.start;
-        let away = self.ends.map(|end| normal.dot(place + forward.rotate(end)));
+        // Written out, as arrays that are mapped are slow.
+        let [first, second] = self.ends;
+        let away = Vec2::new(normal.dot(place + forward.rotate(first)), normal.dot(place + forward.rotate(second)));
         // The error of an end across the line.
         let across = unrotate(forward, normal);
-        let variance = self.noise.map(|noise| across.dot(noise * across));
-        Residual { difference: -Vec2::from(away), noise: Mat2::from_diagonal(Vec2::from(variance)) }
+        let [first, second] = self.noise;
+        let variances = Vec2::new(across.dot(first * across), across.dot(second * across));
+        Residual { difference: -away, noise: Mat2::from_diagonal(variances) }
     }
 
     /// What x, y and heading of the pose change of the expected distances: a row for each end.
     pub(super) fn slopes(&self, line: &PitchLine, forward: Vec2) -> [Vec3; 2] {
         let normal = line.direction.perp();
-        self.ends.map(|end| normal.extend(normal.dot(forward.rotate(end).perp())))
+        let [first, second] = self.ends;
+        let slope = |end: Vec2| normal.extend(normal.dot(forward.rotate(end).perp()));
+        [slope(first), slope(second)]
     }
 
     /// What yaw and pitch of the cameras' error change of the expected distances: columns of (first end, second end).
     pub(super) fn camera_slopes(&self, line: &PitchLine, forward: Vec2, camera: &CameraMotion) -> [Vec2; 2] {
         // An end is measured beside where it is by what the error makes of it, and is on the line without that.
         let across = unrotate(forward, line.direction.perp());
-        let [first, second] = self.ends.map(|end| camera.slopes(end).map(|slope| -across.dot(slope)));
-        [Vec2::new(first[0], second[0]), Vec2::new(first[1], second[1])]
+        let [first, second] = self.ends;
+        let ([first_yaw, first_pitch], [second_yaw, second_pitch]) = (camera.slopes(first), camera.slopes(second));
+        let change = |first: Vec2, second: Vec2| -Vec2::new(across.dot(first), across.dot(second));
+        [change(first_yaw, second_yaw), change(first_pitch, second_pitch)]
     }
 }
 

@@ -19,7 +19,7 @@ use super::particle_set::{Particle, likeliest_hypothesis, normalise, resample, s
 use super::pose_estimate::{PoseEstimate, StepError, pose_from_two};
 use super::sighting::{Residual, Sighting};
 use crate::geometry::{Pose, angle_of, unit, unrotate, wrap_angle};
-use crate::pitch::End;
+use crate::pitch::{End, GoalColour};
 use crate::random::RandomStream;
 use crate::sensing::vision::{GoalPostPercept, LandmarkKind};
 use crate::team::RobotId;
@@ -175,6 +175,10 @@ impl ParticleFilter {
         if seen == 0 || !turn.is_multiple_of(CYCLES_PER_UPDATE) {
             return;
         }
+        let posts: Vec<(GoalColour, Sighting)> =
+            percepts.goal_posts.iter().map(|post| (post.colour, sighting_of_post(post, image, model))).collect();
+        let marks: Vec<(LandmarkKind, Sighting)> =
+            observation.marks(MARKS_PER_UPDATE).map(|mark| (mark.kind, sighting_of_mark(mark, model))).collect();
         if let Some(reckoned) = self.reckoned {
             for particle in &mut self.particles {
                 particle.pose = nearer_half(particle.pose, reckoned);
@@ -185,18 +189,15 @@ impl ParticleFilter {
             let (position, forward) = (particle.pose.position, particle.pose.forward());
             let expected = |place: Vec2| unrotate(forward, place - position);
             let mut distance = 0.0;
-            for post in &percepts.goal_posts {
-                let sighting = sighting_of_post(post, image, model);
-                let posts = landmarks.posts(post.colour, own_end);
-                distance += nearest(&sighting, posts.map(expected));
+            for (colour, sighting) in &posts {
+                distance += nearest(sighting, landmarks.posts(*colour, own_end).map(expected));
             }
-            for mark in observation.marks(MARKS_PER_UPDATE) {
-                let sighting = sighting_of_mark(mark, model);
-                distance += match mark.kind {
-                    LandmarkKind::Junction { shape } => nearest(&sighting, landmarks.junctions(shape).map(expected)),
-                    LandmarkKind::PenaltyCross => nearest(&sighting, landmarks.crosses().map(expected)),
-                    LandmarkKind::CornerArc => nearest(&sighting, landmarks.arcs().map(expected)),
-                    LandmarkKind::CentreCircle => nearest(&sighting, core::iter::once(expected(Vec2::ZERO))),
+            for (kind, sighting) in &marks {
+                distance += match *kind {
+                    LandmarkKind::Junction { shape } => nearest(sighting, landmarks.junctions(shape).map(expected)),
+                    LandmarkKind::PenaltyCross => nearest(sighting, landmarks.crosses().map(expected)),
+                    LandmarkKind::CornerArc => nearest(sighting, landmarks.arcs().map(expected)),
+                    LandmarkKind::CentreCircle => nearest(sighting, core::iter::once(expected(Vec2::ZERO))),
                     LandmarkKind::Line { .. } => 0.0,
                 };
             }

@@ -156,13 +156,14 @@ impl PoseEstimate {
     /// A residual, if a change of the pose changes what is expected by so much, row by row.
     fn measured(&self, residual: Residual, rows: [Vec3; 2]) -> Measured {
         let Residual { difference, noise } = residual;
-        let cross = rows.map(|row| self.covariance * row);
+        // Written out, as arrays that are mapped are slow.
+        let cross = [self.covariance * rows[0], self.covariance * rows[1]];
         let spread = noise
             + Mat2::from_cols(
                 Vec2::new(rows[0].dot(cross[0]), rows[1].dot(cross[0])),
                 Vec2::new(rows[0].dot(cross[1]), rows[1].dot(cross[1])),
             );
-        Measured { difference, rows, cross, spread }
+        Measured { difference, rows, cross, spread, camera_cross: None }
     }
 
     /// The estimate corrected by what was seen.
@@ -188,7 +189,7 @@ impl PoseEstimate {
     pub fn covariance_at(&self, offset: Vec2) -> Mat2 {
         // p' = p + R(heading) place, so that J = [1 0 -offset.y; 0 1 offset.x], and the covariance is J P Jᵀ.
         let rows = [Vec3::new(1.0, 0.0, -offset.y), Vec3::new(0.0, 1.0, offset.x)];
-        let [x, y] = rows.map(|row| self.covariance * row);
+        let (x, y) = (self.covariance * rows[0], self.covariance * rows[1]);
         let mixed = rows[0].dot(y);
         Mat2::from_cols(Vec2::new(rows[0].dot(x), mixed), Vec2::new(mixed, rows[1].dot(y)))
     }

@@ -61,7 +61,7 @@ impl SigmaPoints {
         // The slopes of the plane that goes through the points: H with P Hᵀ as it was found.
         let information = self.covariance.inverse();
         let rows = cross.map(|column| if information.is_finite() { information * column } else { Vec3::ZERO });
-        Measured { difference: mean, rows, cross, spread }
+        Measured { difference: mean, rows, cross, spread, camera_cross: None }
     }
 }
 

@@ -65,11 +65,13 @@ impl Falloff {
 
 /// A power, by products alone if the exponent is one of the usual: otherwise it takes as long as the rest of the vision of a thing.
 fn power(base: f32, exponent: f32) -> f32 {
-    const MOST: f32 = 16.0;
-    if exponent != exponent.trunc() || !(0.0..=MOST).contains(&exponent) {
+    const MOST: u32 = 16;
+    // What is negative, or no number, becomes 0, and is not that.
+    let whole = exponent as u32;
+    if whole as f32 != exponent || whole > MOST {
         return ops::powf(base, exponent);
     }
-    let (mut left, mut square, mut product) = (exponent as u32, base, 1.0);
+    let (mut left, mut square, mut product) = (whole, base, 1.0);
     while left > 0 {
         if left % 2 == 1 {
             product *= square;
