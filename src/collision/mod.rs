@@ -92,7 +92,7 @@ struct Collision {
 struct Scratch {
     ids: Vec<RobotId>,
     entities: Vec<Entity>,
-    bounds: Vec<Body>,
+    bases: Vec<BodyBox>,
     bodies: Vec<RobotBody>,
     cylinders: Vec<Cylinder>,
     obstacles: Vec<BallObstacle>,
@@ -182,7 +182,7 @@ impl Scratch {
     ) {
         self.ids.clear();
         self.entities.clear();
-        self.bounds.clear();
+        self.bases.clear();
         self.bodies.clear();
         self.held.clear();
         self.strips.clear();
@@ -196,7 +196,7 @@ impl Scratch {
             }
             self.ids.push(id);
             self.entities.push(entity);
-            self.bounds.push(*robot.bounds);
+            self.bases.push(robot.bounds.base);
             self.held.push(false);
             self.bodies.push(RobotBody {
                 start: robot.previous.0,
@@ -215,10 +215,10 @@ impl Scratch {
     /// then posts and bars.
     fn set_obstacles(&mut self, pitch: &Pitch) {
         self.obstacles.clear();
-        self.obstacles.extend(self.bodies.iter().zip(&self.bounds).map(|(body, bounds)| BallObstacle::Base {
+        self.obstacles.extend(self.bodies.iter().zip(&self.bases).map(|(body, base)| BallObstacle::Base {
             start: body.start,
             end: body.end,
-            base: bounds.base,
+            base: *base,
         }));
         self.obstacles.extend(self.strips.iter().map(|(body, middle, strip)| {
             let pose = self.bodies[*body].end.compose(*middle);

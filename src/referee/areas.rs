@@ -28,7 +28,9 @@ pub fn in_area(pitch: &Pitch, area: AreaDimensions, end: End, point: Vec2) -> bo
 
 /// Whether any part of a robot's base touches the area in front of the goal at `end`.
 pub fn touches_area(pitch: &Pitch, area: AreaDimensions, end: End, robot: &RobotSnapshot) -> bool {
-    base_corners(robot).iter().any(|corner| in_area(pitch, area, end, *corner))
+    // Most robots are elsewhere, which needs no corners.
+    let beyond = end.sign() * robot.pose.position.x - (pitch.half_length() - area.depth_m - pitch.line_width_m);
+    beyond > -robot.bounds.base.reach() && base_corners(robot).iter().any(|corner| in_area(pitch, area, end, *corner))
 }
 
 /// Whether any part of a robot's base touches the goal line at `end`.

@@ -13,7 +13,7 @@ use crate::events::{CycleEvents, MatchEvent, PublishEvents};
 use crate::game::Penalty;
 use crate::geometry::Pose;
 use crate::pitch::Post;
-use crate::robot::body::Body;
+use crate::robot::body::{Body, BodyBox};
 use crate::robot::head::HeadAngles;
 use crate::robot::{PreviousPose, Roster, Velocity};
 use crate::sensing::odometry::Odometry;
@@ -46,8 +46,10 @@ pub struct RobotState {
     pub previous: Pose,
     /// Its velocity at the end of the cycle, m/s, pitch frame.
     pub velocity: Velocity,
-    /// The outlines of its body, robot frame.
-    pub bounds: Body,
+    /// What meets robots and posts, robot frame.
+    pub torso: BodyBox,
+    /// What meets the ball, robot frame.
+    pub base: BodyBox,
 }
 
 /// What a robot senses, hears and believes, as far as it must be finite.
@@ -75,7 +77,7 @@ pub struct BallState {
 }
 
 fn check_invariants(
-    mut robots_now: Local<Vec<RobotState>>,
+    (mut robots_now, mut posts_now): (Local<Vec<RobotState>>, Local<Vec<(Vec2, f32)>>),
     roster: Res<Roster>,
     clock: Res<CycleClock>,
     mut events: ResMut<CycleEvents>,
@@ -86,13 +88,14 @@ fn check_invariants(
 ) {
     robots_now.clear();
     robots_now.extend(roster.iter().filter_map(|(id, entity)| {
-        let (pose, previous, velocity, bounds, penalty) = robots.get(entity).ok()?;
+        let (pose, previous, velocity, body, penalty) = robots.get(entity).ok()?;
         (!penalty.is_off_pitch()).then_some(RobotState {
             id,
             pose: *pose,
             previous: previous.0,
             velocity: *velocity,
-            bounds: *bounds,
+            torso: body.torso,
+            base: body.base,
         })
     }));
     let ball = balls.iter().next().map(|(pose, previous, velocity, physics)| BallState {
@@ -101,12 +104,13 @@ fn check_invariants(
         velocity: velocity.0,
         radius: physics.radius_m,
     });
-    let posts = posts.iter().map(|(pose, post)| (pose.position, post.radius));
+    posts_now.clear();
+    posts_now.extend(posts.iter().map(|(pose, post)| (pose.position, post.radius)));
     let mut report = |message| {
         warn!("cycle {}: {message}", clock.cycle);
         events.push(MatchEvent::InvariantBroken { message });
     };
-    broken_invariants(&robots_now, posts, ball, &mut report);
+    broken_invariants(&robots_now, &posts_now, ball, &mut report);
     for (id, entity) in roster.iter() {
         if let Some(what) = minds.get(entity).ok().and_then(|mind| mind.first_not_finite()) {
             report(format!("{id}: a number in its {what} is not finite"));
@@ -133,7 +137,7 @@ impl MindItem<'_, '_> {
 /// deeper in a base or a post than it was.
 pub fn broken_invariants(
     robots: &[RobotState],
-    posts: impl Iterator<Item = (Vec2, f32)> + Clone,
+    posts: &[(Vec2, f32)],
     ball: Option<BallState>,
     mut report: impl FnMut(String),
 ) {
@@ -143,26 +147,31 @@ pub fn broken_invariants(
             report(format!("{}: pose or velocity is not finite", robot.id));
             continue;
         }
-        let torso = robot.bounds.torso.footprint(robot.pose);
+        let torso = &robot.torso;
+        let torso_reach = torso.reach();
         for other in &robots[index + 1..] {
-            if let Some(overlap) = torso.overlap(&other.bounds.torso.footprint(other.pose))
+            // Most robots are nowhere near each other, which needs no rectangles.
+            if !is_within(robot.pose.position, other.pose.position, torso_reach + other.torso.reach()) {
+                continue;
+            }
+            if let Some(overlap) = torso.footprint(robot.pose).overlap(&other.torso.footprint(other.pose))
                 && overlap.depth > TOLERANCE
             {
                 report(format!("{} and {} overlap by {} m", robot.id, other.id, overlap.depth));
             }
         }
-        for (centre, radius) in posts.clone() {
-            if let Some(overlap) = torso.overlap_disc(centre, radius)
+        for &(centre, radius) in posts {
+            if is_within(robot.pose.position, centre, torso_reach + radius)
+                && let Some(overlap) = torso.footprint(robot.pose).overlap_disc(centre, radius)
                 && overlap.depth > TOLERANCE
             {
                 report(format!("{} overlaps the post at {centre} by {} m", robot.id, overlap.depth));
             }
         }
         let Some(ball) = ball else { continue };
-        let reach = robot.bounds.base.reach() + ball.radius;
-        if robot.pose.position.distance_squared(ball.position) < reach * reach {
-            let now = robot.bounds.base.footprint(robot.pose).signed_distance(ball.position).0;
-            let before = robot.bounds.base.footprint(robot.previous).signed_distance(ball.previous).0;
+        if is_within(robot.pose.position, ball.position, robot.base.reach() + ball.radius) {
+            let now = robot.base.footprint(robot.pose).signed_distance(ball.position).0;
+            let before = robot.base.footprint(robot.previous).signed_distance(ball.previous).0;
             if now < before.min(ball.radius) - BALL_TOLERANCE {
                 report(format!("the ball got {} m into {}", ball.radius - now, robot.id));
             }
@@ -172,10 +181,14 @@ pub fn broken_invariants(
     if !(ball.position.is_finite() && ball.velocity.is_finite()) {
         report("the ball's position or velocity is not finite".to_owned());
     }
-    for (centre, radius) in posts {
+    for &(centre, radius) in posts {
         let [now, before] = [ball.position, ball.previous].map(|place| place.distance(centre) - radius);
         if now < before.min(ball.radius) - BALL_TOLERANCE {
             report(format!("the ball got {} m into the post at {centre}", ball.radius - now));
         }
     }
+}
+
+fn is_within(place: Vec2, other: Vec2, distance: f32) -> bool {
+    place.distance_squared(other) < distance * distance
 }

@@ -126,10 +126,11 @@ impl BallAtFeet {
     fn kicks(self, settings: &KickSettings, aim: Vec2) -> impl Iterator<Item = (KickRequest, Vec2)> {
         settings.types().filter_map(move |kick_type| {
             let geometry = settings.geometry(kick_type)?;
+            if !geometry.rectangle().inflate(-RECTANGLE_MARGIN_M).contains(self.in_robot) {
+                return None;
+            }
             let wanted = geometry.wanted_for(unrotate(self.forward, aim));
-            let rectangle = geometry.rectangle().inflate(-RECTANGLE_MARGIN_M);
-            let strike =
-                settings.strike(kick_type, self.in_robot, wanted).filter(|_| rectangle.contains(self.in_robot))?;
+            let strike = settings.strike(kick_type, self.in_robot, wanted)?;
             let request = KickRequest { direction: wanted, ..KickRequest::new(kick_type, 1.0) };
             Some((request, self.forward.rotate(strike.direction)))
         })

@@ -30,9 +30,17 @@ const NAO_LENS_HEIGHT_M: f32 = 0.5;
 impl FieldOfView {
     /// That of a robot's cameras.
     pub fn of(cameras: &CameraSettings) -> Self {
-        /// Of a NAO's cameras.
-        static NAO: LazyLock<Vec2> = LazyLock::new(|| half_size(CameraIntrinsics::from(&CameraSettings::default())));
-        let common = half_size(CameraIntrinsics::from(cameras)) / *NAO;
+        /// A NAO's cameras, and half the size of their images.
+        static NAO: LazyLock<(CameraSettings, Vec2)> = LazyLock::new(|| {
+            let cameras = CameraSettings::default();
+            let half_size = half_size(CameraIntrinsics::from(&cameras));
+            (cameras, half_size)
+        });
+        let (nao, nao_half_size) = &*NAO;
+        let size_of = |cameras: &CameraSettings| (cameras.width, cameras.height, cameras.diagonal_fov);
+        // As it is asked for in every cycle, without angles for the most common.
+        let is_as_naos = size_of(cameras) == size_of(nao);
+        let common = if is_as_naos { Vec2::ONE } else { half_size(CameraIntrinsics::from(cameras)) / *nao_half_size };
         let mounts = cameras.mounts.as_slice();
         let mut view = Self {
             lens_height_m: NAO_LENS_HEIGHT_M * (mean_height(mounts) / mean_height(CameraMounts::NAO.as_slice())),
@@ -46,7 +54,7 @@ impl FieldOfView {
             view.pans[index] = mount.pan();
             view.sizes[index] = match (mount.size, mount.diagonal_fov) {
                 (None, None) => common,
-                _ => half_size(cameras.intrinsics(mount)) / *NAO,
+                _ => half_size(cameras.intrinsics(mount)) / *nao_half_size,
             };
         }
         view

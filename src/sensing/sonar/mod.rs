@@ -44,6 +44,7 @@
 //! ```
 
 use bevy::prelude::*;
+use core::cell::LazyCell;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -279,34 +280,50 @@ fn measure_distances(
 /// The true distances to the nearest points in the sectors of both sonars, left and right, at any range up to the
 /// settings' greatest.
 pub fn echoes(settings: &SonarSettings, own_id: RobotId, own_pose: Pose, scene: &Scene) -> [Option<f32>; 2] {
-    let Pose { position: own_position, .. } = own_pose;
-    let forward = own_pose.forward();
-    let sector = Sector::new(settings.half_angle);
-    let left_axis = unit(settings.heading);
-    let right_axis = Vec2::new(left_axis.x, -left_axis.y);
     let range = match settings.source {
         SonarSource::Echo => settings.max_m,
         SonarSource::Truth => f32::INFINITY,
     };
+    let may_hear = |place: Vec2, reach: f32| is_near(place - own_pose.position, reach + range + EDGE_M);
+    // Mostly there is nothing near, which needs no angles.
+    let ears = LazyCell::new(|| Ears::of(settings, own_pose.forward()));
     let mut nearest = [None, None];
     let mut hear = |distance_to: &dyn Fn(Vec2) -> Option<f32>| {
-        nearest[0] = nearer(nearest[0], distance_to(left_axis));
-        nearest[1] = nearer(nearest[1], distance_to(right_axis));
+        nearest[0] = nearer(nearest[0], distance_to(ears.left_axis));
+        nearest[1] = nearer(nearest[1], distance_to(ears.right_axis));
     };
     for robot in &scene.robots {
-        let centre = unrotate(forward, robot.pose.position - own_position);
-        if robot.id != own_id && is_near(centre, robot.reach + range + EDGE_M) {
-            let facing = unrotate(forward, robot.forward);
-            hear(&|axis| distance_to_body(sector, axis, robot, centre, facing, settings.height_m));
+        if robot.id != own_id && may_hear(robot.pose.position, robot.reach) {
+            let centre = unrotate(ears.forward, robot.pose.position - own_pose.position);
+            let facing = unrotate(ears.forward, robot.forward);
+            hear(&|axis| distance_to_body(ears.sector, axis, robot, centre, facing, settings.height_m));
         }
     }
     for ScenePost { position, post } in &scene.posts {
-        let centre = unrotate(forward, *position - own_position);
-        if post.height >= settings.height_m && is_near(centre, post.radius + range + EDGE_M) {
-            hear(&|axis| sector.distance_to_disc(unrotate(axis, centre), post.radius));
+        if post.height >= settings.height_m && may_hear(*position, post.radius) {
+            let centre = unrotate(ears.forward, *position - own_pose.position);
+            hear(&|axis| ears.sector.distance_to_disc(unrotate(axis, centre), post.radius));
         }
     }
     nearest.map(|distance| distance.filter(|&distance| distance <= range + EDGE_M))
+}
+
+/// Which way a robot's sonars listen.
+struct Ears {
+    /// The unit vector along which the robot faces, pitch frame.
+    forward: Vec2,
+    /// The unit vectors along the sonars' axes, robot frame.
+    left_axis: Vec2,
+    right_axis: Vec2,
+    sector: Sector,
+}
+
+impl Ears {
+    fn of(settings: &SonarSettings, forward: Vec2) -> Self {
+        let left_axis = unit(settings.heading);
+        let right_axis = Vec2::new(left_axis.x, -left_axis.y);
+        Self { forward, left_axis, right_axis, sector: Sector::new(settings.half_angle) }
+    }
 }
 
 /// Which sonars, left and right, hear pings straight from another robot: one that each has in a sector of its own.
@@ -372,6 +389,9 @@ fn distance_to_body(
     height: f32,
 ) -> Option<f32> {
     let (centre, facing) = (unrotate(axis, centre), unrotate(axis, facing));
+    if !sector.may_contain(centre, robot.reach + EDGE_M) {
+        return None;
+    }
     let distance_to = |body: crate::robot::body::BodyBox| {
         let [rear, front] = body.x_m;
         let half_width = body.half_width_m;

@@ -31,6 +31,11 @@ impl Sector {
         self.margins(point).into_iter().all(|margin| margin >= 0.0)
     }
 
+    /// Whether something of a disc may be in it: none is, if all of the disc is outside one of the edges.
+    pub fn may_contain(self, centre: Vec2, radius: f32) -> bool {
+        self.margins(centre).into_iter().all(|margin| margin >= -radius)
+    }
+
     /// The distance from the apex to the nearest point of a disc inside the sector; none if all of it is outside, zero
     /// if the apex is in it.
     pub fn distance_to_disc(self, centre: Vec2, radius: f32) -> Option<f32> {

@@ -178,7 +178,7 @@ fn check_robot(
     parts.need::<RandomStreams>()?;
     let (pose, velocity) = (*parts.need::<Pose>()?, *parts.need::<Velocity>()?);
     if !parts.need::<Penalty>()?.is_off_pitch() {
-        seen.robots.push(RobotState { id, pose, previous: pose, velocity, bounds });
+        seen.robots.push(RobotState { id, pose, previous: pose, velocity, torso: bounds.torso, base: bounds.base });
     }
     Ok(())
 }
@@ -260,7 +260,7 @@ impl Seen {
 
     fn nobody_is_in_anything(&self) -> Result<(), SnapshotError> {
         let mut first = None;
-        broken_invariants(&self.robots, self.posts.iter().copied(), self.ball, |message| {
+        broken_invariants(&self.robots, &self.posts, self.ball, |message| {
             first.get_or_insert(message);
         });
         first.map_or(Ok(()), |message| Err(impossible("the match", message)))
