@@ -124,6 +124,7 @@ fn pixel_and_ray_are_inverse_in_any_head_pose() {
 #[test]
 fn what_is_beside_the_view_is_not_in_the_image() {
     let mut sides = [0; 3];
+    let mut seen_whole = 0;
     for (side, yaw, pitch) in
         [(CameraName::TOP, 0.0, 0.0), (CameraName::BOTTOM, 70.0, 30.0), (CameraName::TOP, -50.0, -35.0)]
     {
@@ -137,12 +138,16 @@ fn what_is_beside_the_view_is_not_in_the_image() {
                 assert!(pixel.is_none() || beside == ViewSide::Inside);
                 let beneath = place.extend(height - 0.2);
                 assert!(pixel.is_none() || view.may_see(beneath, 0.2));
+                // Of a ball of which all is in the image, so is this point.
+                assert!(pixel.is_some() || !view.surely_sees(beneath, 0.2));
+                seen_whole += usize::from(view.surely_sees(beneath, 0.2));
                 assert_eq!(pixel, view.project(place.extend(height)).filter(|&pixel| view.contains(pixel)));
             }
         }
     }
     // 48° ahead and 48° behind, of 360°, may be in view, and all that is near the feet: the rest is told apart.
     assert!(sides[0] > 3000 && sides[2] > 3000, "{sides:?}");
+    assert!(seen_whole > 300, "{seen_whole}");
 }
 
 #[test]
