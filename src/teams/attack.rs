@@ -41,16 +41,18 @@ pub fn attack(player: &Player, memory: &mut PlayerMemory) -> Decision {
     let aim = choose_aim(player, memory, ball.position_m);
     let rolls = ball.velocity_mps.length_squared() > ROLLING_BALL_MPS * ROLLING_BALL_MPS;
     let meeting_place = if rolls { ball.position_m + ball.velocity_mps * LEAD_S } else { ball.position_m };
-    go_for(player, memory, ball, &aim, meeting_place)
+    go_for(player, memory, ball, &aim, meeting_place, |at_feet, hurried| kick_towards(player, at_feet, &aim, hurried))
 }
 
-/// Kicks the ball towards the aim, or goes to where it can: to where the ball will be met, m, team frame.
+/// Kicks the ball towards the aim, or goes to where it can: to where the ball will be met, m, team frame. `pick` says how to kick a
+/// ball that lies before the feet, if it should be kicked now, of a player that is in a hurry or not.
 pub fn go_for(
     player: &Player,
     memory: &mut PlayerMemory,
     ball: &BallBelief,
     aim: &Aim,
     meeting_place: Vec2,
+    pick: impl FnOnce(BallAtFeet, bool) -> Option<KickRequest>,
 ) -> Decision {
     if player.kick_is_on_its_way(memory) {
         return Decision { intention: "kick", ..default() };
@@ -59,7 +61,7 @@ pub fn go_for(
         memory.ready_since_s = None;
         return step_back(player);
     }
-    let ready = kick_if_ready(player, memory, ball, aim);
+    let ready = kick_if_ready(player, memory, ball, aim, pick);
     if ready.is_some() && !has_looked(player, memory) {
         return Decision { intention: "attack", ..default() };
     }
@@ -141,9 +143,15 @@ fn may_have_missed(player: &Player, memory: &PlayerMemory) -> bool {
     since_kick_s.is_some_and(|since_s| (0.0..LATE_S).contains(&since_s)) && !player.head.can_see(at_feet)
 }
 
-/// The kick to make now, if the ball lies right for one. An opponent at the ball, or a long time there, makes do with
-/// less.
-fn kick_if_ready(player: &Player, memory: &PlayerMemory, ball: &BallBelief, aim: &Aim) -> Option<KickRequest> {
+/// The kick to make now, of those that `pick` offers, if the ball is before the feet for sure. An opponent at the ball, or a long
+/// time there, makes it hurry.
+fn kick_if_ready(
+    player: &Player,
+    memory: &PlayerMemory,
+    ball: &BallBelief,
+    aim: &Aim,
+    pick: impl FnOnce(BallAtFeet, bool) -> Option<KickRequest>,
+) -> Option<KickRequest> {
     if !player.body.is_free() || ball.heard_from.is_some() {
         return None;
     }
@@ -155,9 +163,14 @@ fn kick_if_ready(player: &Player, memory: &PlayerMemory, ball: &BallBelief, aim:
     }
     let waited_s = memory.at_ball_since_s.map_or(0.0, |since| player.status.time_s - since);
     let hurried = waited_s > PREPARATION_S || player.nearest_opponent(ball.position_m) < PRESSURE_DISTANCE_M;
-    let patience = if hurried { PRESSURE_PATIENCE } else { 1.0 };
     let at_feet =
         BallAtFeet { place: ball.position_m, in_robot: player.in_robot(ball.position_m), forward: player.forward };
+    pick(at_feet, hurried)
+}
+
+/// The kick that sends a ball before the feet towards the aim, or, in a hurry, any that does well enough.
+pub(super) fn kick_towards(player: &Player, at_feet: BallAtFeet, aim: &Aim, hurried: bool) -> Option<KickRequest> {
+    let patience = if hurried { PRESSURE_PATIENCE } else { 1.0 };
     let kick = kick_now(at_feet, aim, (player.kicks, player.rolling), player.pitch, patience);
     if kick.is_none() && hurried {
         any_kick(

@@ -21,7 +21,7 @@ const RECTANGLE_MARGIN_M: f32 = 0.004;
 /// Aiming finer than this share of what the kick itself spreads by is not worth the while.
 const SPREAD_SHARE: f32 = 0.7;
 /// A kick over less is not worth the while, m.
-const LEAST_KICK_M: f32 = 0.4;
+pub(super) const LEAST_KICK_M: f32 = 0.4;
 /// Advantage of the type of kick chosen before, s.
 const KICK_PREFERENCE_S: f32 = 0.5;
 /// What a side kick is worse by, s: it is the weaker.
@@ -123,7 +123,7 @@ pub struct BallAtFeet {
 impl BallAtFeet {
     /// The kicks that reach the ball, aimed as well as they can be, each with the direction in which the ball leaves, unit vector,
     /// team frame.
-    fn kicks(self, settings: &KickSettings, aim: Vec2) -> impl Iterator<Item = (KickRequest, Vec2)> {
+    pub fn kicks(self, settings: &KickSettings, aim: Vec2) -> impl Iterator<Item = (KickRequest, Vec2)> {
         settings.types().filter_map(move |kick_type| {
             let geometry = settings.geometry(kick_type)?;
             if !geometry.rectangle().inflate(-RECTANGLE_MARGIN_M).contains(self.in_robot) {
@@ -195,7 +195,7 @@ pub fn any_kick(
 }
 
 /// How far a ball can roll in this direction until it comes too near to a line, m.
-fn room_inside(ball: Vec2, direction: Vec2, pitch: &Pitch) -> f32 {
+pub(super) fn room_inside(ball: Vec2, direction: Vec2, pitch: &Pitch) -> f32 {
     let along = |place: f32, direction: f32, half: f32| {
         if direction.abs() < 1e-3 {
             f32::MAX

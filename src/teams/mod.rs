@@ -10,6 +10,7 @@ use bevy::prelude::*;
 use std::borrow::Cow;
 
 pub mod aiming;
+pub mod at_hand;
 pub mod attack;
 pub mod chaser;
 pub mod giving_way;

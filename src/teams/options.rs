@@ -21,16 +21,18 @@ const LEFT_AFTER_A_KICK: f32 = 0.4;
 /// What a ball where one could score is worth, of the goal: opponents come back meanwhile.
 const STANDING: f32 = 0.35;
 /// How much it matters who has the ball next, of 1, beside where it lies: it changes sides often.
-const POSSESSION: f32 = 0.15;
+const POSSESSION: f32 = 0.3;
 /// The difference in time to the ball of which the sooner one gets it nearly three times of four, s.
 const RACE_S: f32 = 1.0;
 /// How long an opponent takes to see where a ball rolls, s.
 const REACTION_S: f32 = 0.7;
+/// How exactly an opponent's place is known, m.
+const PLACE_SD_M: f32 = 0.04;
 /// A place that is reached is so far from a robot's own at most, m.
 const AT_PLACE_M: f32 = 0.2;
 /// Kicks ahead that are considered: their angles, radians, and their shares of the greatest reach.
-const AHEAD_ANGLES: [f32; 7] = [0.0, 0.4, -0.4, 0.8, -0.8, 1.2, -1.2];
-const AHEAD_SHARES: [f32; 3] = [0.3, 0.55, 0.85];
+pub(super) const AHEAD_ANGLES: [f32; 7] = [0.0, 0.4, -0.4, 0.8, -0.8, 1.2, -1.2];
+pub(super) const AHEAD_SHARES: [f32; 3] = [0.3, 0.55, 0.85];
 /// How far ahead of a team-mate a pass leads, as a share of the reach.
 const LEAD_SHARE: f32 = 0.06;
 /// A ball that is passed stays this far from the lines, m.
@@ -80,7 +82,7 @@ pub fn reach_m(player: &Player) -> f32 {
 }
 
 /// How long the kick that reaches furthest takes until the foot meets the ball, s.
-fn wind_up_s(player: &Player) -> f32 {
+pub(super) fn wind_up_s(player: &Player) -> f32 {
     player.kicks.strongest().map_or(player.kicks.wind_up_s, |kick| player.kicks.wind_up_of_s(kick))
 }
 
@@ -89,9 +91,17 @@ fn direction_sd(player: &Player) -> f32 {
     player.kicks.strongest().map_or(player.kicks.direction_sd, |kick| player.kicks.direction_sd_of(kick))
 }
 
-/// What can be done with a ball at `ball`: `shot`, which is where a shot or else the way ahead leads, passes to team-mates, and kicks
-/// ahead. What goes in the direction of `previous` is worth a little more.
-pub fn options(player: &Player, company: Company, ball: Vec2, shot: Aim, previous: Option<Vec2>) -> Vec<KickOption> {
+/// What can be done with a ball at `ball`: `shot`, which is where a shot or else the way ahead leads, none where there may be none,
+/// passes to team-mates, and kicks ahead. What goes in the direction of `previous` is worth a little more. `is_ours`: opponents must
+/// keep off until the ball is kicked.
+pub fn options(
+    player: &Player,
+    company: Company,
+    ball: Vec2,
+    shot: Option<Aim>,
+    previous: Option<Vec2>,
+    is_ours: bool,
+) -> Vec<KickOption> {
     let reach = reach_m(player);
     let theirs_s = walking_s(player, company.opponents.iter().map(|other| other.position_m), ball);
     let contested = standing(player, ball, 0.5);
@@ -103,7 +113,8 @@ pub fn options(player: &Player, company: Company, ball: Vec2, shot: Aim, previou
             kick_worth(player, company, ball, place)
         };
         let is_previous = previous.is_some_and(|previous| previous.dot(aim.direction) > SAME_DIRECTION);
-        let ready = likely((theirs_s - preparation_s(player, ball, aim.direction, aims_within)) / RACE_S);
+        let ready_s = preparation_s(player, ball, aim.direction, aims_within);
+        let ready = if is_ours { 1.0 } else { is_first(ready_s, theirs_s) };
         let value = ready * worth + (1.0 - ready) * contested + if is_previous { PREFERENCE } else { 0.0 };
         KickOption { aim, place, receiver, value }
     };
@@ -120,9 +131,10 @@ pub fn options(player: &Player, company: Company, ball: Vec2, shot: Aim, previou
         let distance = place.distance(ball);
         place.abs().cmple(half).all() && distance > 0.15 * reach && distance < 0.95 * reach
     });
-    let first = option(shot, ball + shot.direction * shot.distance_m.min(reach));
-    let shots = shots(player, ball).map(|aim| option(aim, ball + aim.direction * aim.distance_m));
-    core::iter::once(first).chain(shots).chain(passes.map(|place| option(Aim::at(ball, place), place))).collect()
+    let first = shot.map(|shot| option(shot, ball + shot.direction * shot.distance_m.min(reach)));
+    let shots =
+        shots(player, ball).filter(|_| shot.is_some()).map(|aim| option(aim, ball + aim.direction * aim.distance_m));
+    first.into_iter().chain(shots).chain(passes.map(|place| option(Aim::at(ball, place), place))).collect()
 }
 
 /// The best of them, the first of equals.
@@ -146,7 +158,7 @@ pub fn threat(player: &Player, place: Vec2) -> f32 {
 
 /// What a ball at `place` is worth that the own team gets first with this likelihood: how likely it is to score less how likely the
 /// others are, who see the place mirrored.
-fn standing(player: &Player, place: Vec2, ours: f32) -> f32 {
+pub(super) fn standing(player: &Player, place: Vec2, ours: f32) -> f32 {
     let ours = 0.5 + POSSESSION * (ours - 0.5);
     STANDING * (ours * threat(player, place) - (1.0 - ours) * threat(player, -place))
 }
@@ -188,7 +200,7 @@ fn hits(player: &Player, ball: Vec2, direction: Vec2) -> f32 {
 }
 
 /// What a shot in this direction is worth: a goal, or else a ball before the goal.
-fn shot_worth(player: &Player, company: Company, ball: Vec2, direction: Vec2) -> f32 {
+pub(super) fn shot_worth(player: &Player, company: Company, ball: Vec2, direction: Vec2) -> f32 {
     /// What is not a goal ends so far before the goal line, m.
     const BEFORE_GOAL: Vec2 = Vec2::X;
     let distance = (player.opponent_goal().x - ball.x) / direction.x.max(0.1);
@@ -205,7 +217,7 @@ pub fn pass_worth(player: &Player, company: Company, ball: Vec2, place: Vec2) ->
 }
 
 /// What it is worth to kick the ball to `place`, and who of the team-mates gets it if the team does.
-fn kick_worth(player: &Player, company: Company, ball: Vec2, place: Vec2) -> (f32, Option<u8>) {
+pub(super) fn kick_worth(player: &Player, company: Company, ball: Vec2, place: Vec2) -> (f32, Option<u8>) {
     let reach = reach_m(player);
     let recovery_s = player.kicks.strongest().map_or(player.kicks.recovery_s, |kick| player.kicks.recovery_of_s(kick));
     let own_s = wind_up_s(player) + recovery_s + walking_s(player, [player.position()], place);
@@ -215,7 +227,7 @@ fn kick_worth(player: &Player, company: Company, ball: Vec2, place: Vec2) -> (f3
         .map(|(number, mate)| (walking_s(player, [*mate], place), Some(*number)))
         .fold((own_s, None), |best, next| if next.0 < best.0 { next } else { best });
     let theirs_s = walking_s(player, company.opponents.iter().map(|other| other.position_m), place);
-    let ours = likely((theirs_s - ours_s) / RACE_S);
+    let ours = is_first(ours_s, theirs_s);
     let share = (ball.distance(place) / reach).min(1.0);
     let arrives = arrives(player, company, ball, place, share);
     let worth = arrives * standing(player, place, ours) + (1.0 - arrives) * standing(player, ball.midpoint(place), 0.0);
@@ -239,13 +251,13 @@ fn arrives(player: &Player, company: Company, ball: Vec2, place: Vec2, share: f3
         // It slows down: the mean of the way is slower than the start.
         let steps_aside = (along / (0.75 * launch_mps) - REACTION_S).max(0.0) * player.limits.max_linear_mps;
         let room = direction.perp_dot(offset).abs() - half_width - steps_aside.min(0.5 * along);
-        likely(2.0 * room / (direction_sd * along + 0.1))
+        likely(2.0 * room / (direction_sd * along + PLACE_SD_M))
     };
     company.opponents.iter().map(passes).product()
 }
 
 /// How far to either side of straight ahead the player's kicks can be aimed, radians.
-fn aims_within(player: &Player) -> f32 {
+pub(super) fn aims_within(player: &Player) -> f32 {
     let kicks = player.kicks.types().filter_map(|kick| player.kicks.geometry(kick));
     AIMED_SHARE * kicks.map(|kick| kick.aims_within()).fold(0.0, f32::max)
 }
@@ -269,6 +281,11 @@ pub fn walking_s(player: &Player, from: impl IntoIterator<Item = Vec2>, place: V
     (nearest - AT_PLACE_M).max(0.0) / player.limits.max_linear_mps.max(1e-3)
 }
 
+/// How likely who takes so long is somewhere sooner than others, s.
+pub(super) fn is_first(own_s: f32, theirs_s: f32) -> f32 {
+    likely((theirs_s - own_s) / RACE_S)
+}
+
 /// A number from 0 to 1 for what speaks for and against: 1/2 for nought.
 fn likely(evidence: f32) -> f32 {
     1.0 / (1.0 + ops::exp(-evidence.clamp(-20.0, 20.0)))
@@ -290,7 +307,7 @@ mod tests {
         let player = situation.player();
         let ball = player.ball().unwrap().position_m;
         let shot = Aim::at(ball, ball + Vec2::X);
-        let options = options(&player, Company { mates, opponents }, ball, shot, None);
+        let options = options(&player, Company { mates, opponents }, ball, Some(shot), None, false);
         *best(&options).unwrap()
     }
 
@@ -323,7 +340,7 @@ mod tests {
         assert!(walled.value < 0.3 && free.value > 0.7, "{walled:?} {free:?}");
         let player = situation.player();
         let company = Company { mates: &mates, opponents: &wall };
-        let options = options(&player, company, Vec2::new(0.8, 0.0), walled.aim, None);
+        let options = options(&player, company, Vec2::new(0.8, 0.0), Some(walled.aim), None, false);
         let pass = options.iter().find(|option| option.receiver == Some(3)).unwrap();
         assert_eq!(pass.choice().name, "pass to 3");
         assert!(pass.place.distance(mates[0].1) < pass.place.distance(player.position()), "{pass:?}");

@@ -4,11 +4,12 @@
 //! All of that is by messages: everybody tells where it is and which opponents it sees, so that each knows more of them
 //! than it sees itself; and who is about to pass says to whom and where to, so that the other goes there. The keeper
 //! stands further out than that of other teams, as whoever falls back covers what it leaves, and nobody of them walks
-//! into an opponent.
+//! into an opponent. With an opponent at the ball they kick it at once past that one, if there is any way, and not into its feet.
 
 use bevy::prelude::*;
 
-use super::attack::{choose_aim, go_for, search};
+use super::at_hand::best_at_hand;
+use super::attack::{choose_aim, go_for, kick_towards, search};
 use super::giving_way::give_way;
 use super::obeying::is_for_the_keeper_only;
 use super::options::{Company, KickOption, best, options, pass_worth, reach_m, walking_s};
@@ -34,6 +35,10 @@ const PASS_PATIENCE_S: f32 = 4.0;
 /// A kick that ends nearer to who gets it than this share of the reach is a pass, which is announced; of others each makes what
 /// it can.
 const NEAR_RECEIVER: f32 = 0.2;
+/// A kick that can be made at once must be better than the one that is prepared by this, in goals.
+const AT_HAND_GAIN: f32 = 0.02;
+/// In a hurry it may be worse by this, in goals.
+const PRESSED_LOSS: f32 = 0.1;
 /// How much better a new place to wait at must be than the one chosen before.
 const PLACE_PREFERENCE: f32 = 1.25;
 /// Opponents must be nearer to the ball by this for the team to fall back, s.
@@ -143,6 +148,16 @@ fn mates(player: &Player) -> Vec<(u8, Vec2)> {
     fresh.filter_map(|mate| Some((mate.id?.number, mate.position_m))).filter(|(number, _)| *number != KEEPER).collect()
 }
 
+/// Whether the own team has a kick-off that is not over yet.
+fn is_own_kick_off(player: &Player, memory: &PlayerMemory) -> bool {
+    memory.kick_off_since_s.is_some() && player.status.kick_off_team == player.id.team
+}
+
+/// Whether the own team has a free kick: opponents keep off.
+fn is_own_set_play(player: &Player) -> bool {
+    player.status.set_play.is_some_and(|set_play| set_play.team == Some(player.id.team))
+}
+
 /// What the player can do with the ball, and where it meets it.
 fn possible(
     player: &Player,
@@ -154,11 +169,14 @@ fn possible(
         meet(ball.position_m, ball.velocity_mps, player.rolling, player.position(), player.limits.max_linear_mps);
     let previous = memory.aim;
     let aim = choose_aim(player, memory, meeting_place);
-    let kick_off = memory.kick_off_since_s.is_some() && player.status.kick_off_team == player.id.team;
-    let options = if kick_off {
-        vec![KickOption { aim, place: meeting_place + aim.direction * aim.distance_m, receiver: None, value: 0.0 }]
+    let options = if is_own_kick_off(player, memory) {
+        // It is played to a team-mate; who knows of none plays it to the side.
+        let passes = options(player, company, meeting_place, None, previous, true);
+        let to_the_side =
+            KickOption { aim, place: meeting_place + aim.direction * aim.distance_m, receiver: None, value: 0.0 };
+        if passes.is_empty() { vec![to_the_side] } else { passes }
     } else {
-        options(player, company, meeting_place, aim, previous)
+        options(player, company, meeting_place, Some(aim), previous, is_own_set_play(player))
     };
     (options, meeting_place)
 }
@@ -171,13 +189,28 @@ fn attack(player: &Player, memory: &mut PlayerMemory, ball: &BallBelief) -> Deci
     let (options, meeting_place) = possible(player, memory, company, ball);
     let Some(chosen) = best(&options) else { return search(player, memory) };
     memory.aim = Some(chosen.aim.direction);
-    let near = |to: u8| {
-        mates
-            .iter()
-            .any(|(number, mate)| *number == to && mate.distance(chosen.place) < NEAR_RECEIVER * reach_m(player))
+    let kick_off = is_own_kick_off(player, memory);
+    let mut made = *chosen;
+    let decision = go_for(player, memory, ball, &chosen.aim, meeting_place, |at_feet, hurried| {
+        let is_ours = kick_off || is_own_set_play(player);
+        let at_hand = best_at_hand(player, company, at_feet, !kick_off, is_ours);
+        let mut if_better_by = |least: f32| {
+            let (kick, option) = at_hand.filter(|(_, option)| option.value > chosen.value + least)?;
+            made = option;
+            Some(kick)
+        };
+        let towards = |hurried: bool| kick_towards(player, at_feet, &chosen.aim, hurried);
+        if_better_by(AT_HAND_GAIN)
+            .or_else(|| towards(false))
+            .or_else(|| if hurried { if_better_by(-PRESSED_LOSS) } else { None })
+            .or_else(|| towards(hurried))
+    });
+    let is_near = |to: u8| {
+        let mut places = mates.iter().filter(|(number, _)| *number == to);
+        places.any(|(_, mate)| mate.distance(made.place) < NEAR_RECEIVER * reach_m(player))
     };
-    let pass = chosen.receiver.filter(|to| near(*to)).map(|to| Pass { to, place: chosen.place });
-    Decision { pass, ..go_for(player, memory, ball, &chosen.aim, meeting_place) }
+    let pass = made.receiver.filter(|to| is_near(*to)).map(|to| Pass { to, place: made.place });
+    Decision { pass, ..decision }
 }
 
 /// What speaks for the decision of a passer: with the ball, what each kick is worth, in goals.
@@ -355,6 +388,18 @@ mod tests {
         let choice = reasons.choice().unwrap();
         assert!(reasons.options.len() > 5 && reasons.options.iter().all(|option| option.value <= choice.value));
         assert!(choice.name == "pass to 3" || decision.pass.is_none(), "{choice:?} {decision:?}");
+    }
+
+    #[test]
+    fn the_own_kick_off_is_played_to_a_team_mate_and_is_no_shot() {
+        let mut situation = PlayerFixture::new(Pose::new(-0.3, 0.0, 0.0), Vec2::ZERO);
+        situation.belief.team_mates = vec![mate(3, -0.6, 1.2)];
+        situation.belief.opponents = vec![opponent(1.0, 0.0), opponent(1.0, 0.8), opponent(1.0, -0.8)];
+        let memory = PlayerMemory { kick_off_since_s: Some(0.0), ..default() };
+        let decision = decide(&situation.player(), &mut memory.clone());
+        let reasons = reasons(&situation.player(), memory, &decision);
+        assert!(reasons.options.iter().all(|option| option.name != "shoot"), "{reasons:?}");
+        assert_eq!(reasons.choice().unwrap().name, "pass to 3", "{reasons:?}");
     }
 
     #[test]
