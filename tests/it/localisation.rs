@@ -101,6 +101,7 @@ fn finds_its_end(seed: u64) -> bool {
 
 #[test]
 fn team_mates_tell_a_robot_that_it_has_taken_one_end_for_the_other() {
-    let found = (1..=6).filter(|seed| finds_its_end(*seed)).count();
-    assert!(found >= 5, "{found} of 6");
+    // Of 30 runs 26 did; of 10, 7 or more succeed then in 97 of 100 such tests.
+    let found = (1..=10).filter(|seed| finds_its_end(*seed)).count();
+    assert!(found >= 7, "{found} of 10");
 }
