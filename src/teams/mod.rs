@@ -259,7 +259,9 @@ fn play<R: Role>(
             forward: robot.belief.pose.forward(),
         };
         let memory = &mut *robot.memory;
-        memory.looked_around.note(player.pose().heading + robot.head_angles.yaw, status.time_s);
+        if player.limits.gait.is_some() {
+            memory.looked_around.note(player.pose().heading + robot.head_angles.yaw, status.time_s);
+        }
         let before = robot.reasons.is_some().then(|| memory.clone());
         let decision = decide_in_game(&player, memory, R::decide);
         if let (Some(reasons), Some(before)) = (&mut robot.reasons, before) {

@@ -121,7 +121,9 @@ fn velocity_ahead(forward: Vec2, way: Vec2, gait: &Gait, limits: &MotionLimits) 
 /// Whether a robot is sooner at the end of `way` if it turns there, walks ahead, and turns to `facing` in the end, than if it faces
 /// `facing` all the time.
 fn is_sooner_ahead(forward: Vec2, way: Vec2, facing: Vec2, gait: &Gait, limits: &MotionLimits) -> bool {
-    ahead_s(forward, way, facing, limits) < aside_s(forward, way, facing, gait, limits)
+    let (ahead_s, way_s) = (ahead_s(forward, way, facing, limits), aside_s(way, facing, gait, limits));
+    // Angles are asked for where they matter: the way alone may take longer.
+    ahead_s < way_s || ahead_s < way_s + turn_s(forward, facing, limits)
 }
 
 /// How long it takes to turn to a way, go along it ahead, and turn to `facing`, s.
@@ -130,11 +132,11 @@ fn ahead_s(forward: Vec2, way: Vec2, facing: Vec2, limits: &MotionLimits) -> f32
     way.length() / limits.max_linear_mps + turn_s(forward, ahead, limits) + turn_s(ahead, facing, limits)
 }
 
-/// How long it takes to turn to `facing` and go along a way facing so, s.
-fn aside_s(forward: Vec2, way: Vec2, facing: Vec2, gait: &Gait, limits: &MotionLimits) -> f32 {
+/// How long it takes to go along a way facing `facing`, s.
+fn aside_s(way: Vec2, facing: Vec2, gait: &Gait, limits: &MotionLimits) -> f32 {
     let ahead = way.normalize_or(facing);
     let speed_mps = gait.reachable((unrotate(facing, ahead) * limits.max_linear_mps).extend(0.0), limits).length();
-    way.length() / speed_mps + turn_s(forward, facing, limits)
+    way.length() / speed_mps
 }
 
 fn turn_s(from: Vec2, to: Vec2, limits: &MotionLimits) -> f32 {
@@ -145,7 +147,11 @@ fn turn_s(from: Vec2, to: Vec2, limits: &MotionLimits) -> f32 {
 /// in which [`step_towards`] has it walk.
 pub fn walking_time_s(forward: Vec2, way: Vec2, facing: Vec2, gait: &Gait, limits: &MotionLimits) -> f32 {
     let ahead_s = ahead_s(forward, way, facing, limits);
-    if walks_sideways(limits) { ahead_s.min(aside_s(forward, way, facing, gait, limits)) } else { ahead_s }
+    if !walks_sideways(limits) {
+        return ahead_s;
+    }
+    let way_s = aside_s(way, facing, gait, limits);
+    if way_s >= ahead_s { ahead_s } else { ahead_s.min(way_s + turn_s(forward, facing, limits)) }
 }
 
 /// The way to go now so as to reach `to` past the obstacles: straight, or along the tangent of the first obstacle on
