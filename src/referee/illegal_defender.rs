@@ -10,8 +10,12 @@ use crate::game::{DefenderLimit, Evidence};
 pub fn is_in_area(snapshot: &MatchSnapshot, robot: &RobotSnapshot) -> bool {
     match snapshot.rules.defender_limit {
         DefenderLimit::KeeperOnly => {
+            let (pitch, area) = (snapshot.pitch, snapshot.pitch.penalty_area);
             let own_end = snapshot.game.own_end(robot.id.team);
-            feet(robot).iter().all(|foot| in_area(snapshot.pitch, snapshot.pitch.penalty_area, own_end, *foot))
+            // Most robots are far from it, which needs no feet.
+            let depth = pitch.half_length() - own_end.sign() * robot.pose.position.x;
+            let is_near = depth < area.depth_m + pitch.line_width_m + robot.bounds.foot_y_m;
+            is_near && feet(robot).iter().all(|foot| in_area(pitch, area, own_end, *foot))
         }
         DefenderLimit::AtMost(_) => is_in_goal_area(snapshot, robot),
     }

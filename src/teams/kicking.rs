@@ -66,17 +66,22 @@ impl KickPlan {
     ) -> Option<Self> {
         let forward = own.forward();
         let turns_radps = 1.4 * (limits.max_angular / FRAC_PI_2).max(0.1);
-        let plan = |kick_type: KickType| {
-            let geometry = kicks.geometry(kick_type)?;
+        let mut best: Option<(f32, Self)> = None;
+        for kick_type in kicks.types() {
+            let Some(geometry) = kicks.geometry(kick_type) else { continue };
             let (position, facing) = stand_for(&geometry, ball, aim.direction, own.position);
             let way = position - own.position;
             // The chord of the angle to turn by is near enough to it.
             let turn_s = (facing - forward).length() / turns_radps;
-            let ball_side = -way.normalize_or_zero().perp_dot(ball - own.position).abs();
             let passes_ball =
                 way.dot(ball - own.position) > 0.0 && way.length_squared() > ball.distance_squared(own.position);
             let speed_mps = limits.max_linear_mps.max(0.01);
-            let detour_s = if passes_ball { 0.8 * (0.25 + ball_side).max(0.0) / speed_mps } else { 0.0 };
+            let detour_s = if passes_ball {
+                let ball_side = -way.normalize_or_zero().perp_dot(ball - own.position).abs();
+                0.8 * (0.25 + ball_side).max(0.0) / speed_mps
+            } else {
+                0.0
+            };
             let walk_s = match &limits.gait {
                 Some(gait) => walking_time_s(forward, way, facing, gait, limits),
                 None => (way.length() / speed_mps).max(turn_s) + 0.4 * turn_s,
@@ -88,6 +93,12 @@ impl KickPlan {
                     cost_s += 5.0;
                 }
             }
+            let advantage_s = if previous == Some(kick_type) { KICK_PREFERENCE_S } else { 0.0 };
+            // Of equals the first is best. That its place is taken makes a kick only worse, and need not be known of one that is.
+            let is_worse = |cost_s: f32| best.is_some_and(|(least_s, _)| cost_s - advantage_s >= least_s);
+            if is_worse(cost_s) {
+                continue;
+            }
             // The place itself, and that from where the last stretch begins, must be free.
             let taken = obstacles.iter().any(|obstacle| {
                 let least = OCCUPIED_SHARE * obstacle.radius_m;
@@ -98,13 +109,10 @@ impl KickPlan {
             if taken {
                 cost_s += OCCUPIED_COST_S;
             }
-            if previous == Some(kick_type) {
-                cost_s -= KICK_PREFERENCE_S;
+            if !is_worse(cost_s) {
+                best = Some((cost_s - advantage_s, Self { kick_type, position, facing }));
             }
-            Some((cost_s, Self { kick_type, position, facing }))
-        };
-        // Of equals the first.
-        let best = kicks.types().filter_map(plan).reduce(|best, next| if next.0 < best.0 { next } else { best });
+        }
         best.map(|(_, plan)| plan)
     }
 }
