@@ -5,10 +5,10 @@
 //! part that never changes and a Gauss-Markov process of first order, in yaw and pitch each, with the figures of the robot's own
 //! [`GazeNoise`].
 
-use bevy::math::ops;
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::covariance::inverse;
 use super::innovation::{CameraShare, Innovation, Measured};
 use super::sighting::Sighting;
 use crate::sensing::vision::GazeNoise;
@@ -24,8 +24,8 @@ pub struct CameraMotion {
     pub head_forward: Vec2,
     /// How high the cameras are, m.
     pub lens_height_m: f32,
-    /// How long a cycle is, s.
-    pub period_s: f32,
+    /// The share of what changes of their error that is left a cycle later.
+    pub decay: f32,
 }
 
 impl CameraMotion {
@@ -45,6 +45,46 @@ impl CameraMotion {
         let axis = self.head_forward;
         let height_m = self.lens_height_m;
         [-place.perp(), axis * height_m + place * (place.dot(axis) / height_m)]
+    }
+}
+
+/// The whole error of the cameras, yaw and pitch, as far as it is known.
+pub(super) struct CameraTotal {
+    /// Radians.
+    mean: Vec2,
+    /// Its covariance, rad².
+    covariance: Mat2,
+    /// The covariance between x, y (m) and heading (radians) of the pose, a row each, and the error.
+    with_pose: [Vec2; 3],
+}
+
+impl CameraTotal {
+    /// The covariance that this gives to the measured place (m, robot frame) of what is seen, m²: the same for all that is.
+    pub(super) fn covariance_at(&self, place: Vec2, motion: &CameraMotion) -> Mat2 {
+        let [yaw, pitch] = motion.slopes(place);
+        let (x, y) = (Vec2::new(yaw.x, pitch.x), Vec2::new(yaw.y, pitch.y));
+        let (cross_x, cross_y) = (self.covariance * x, self.covariance * y);
+        let mixed = x.dot(cross_y);
+        Mat2::from_cols(Vec2::new(x.dot(cross_x), mixed), Vec2::new(mixed, y.dot(cross_y)))
+    }
+
+    /// The squared Mahalanobis distance of a measurement by such cameras, if yaw and pitch change what is measured by `slopes`. As that
+    /// of [`CameraError::measured`], without what else that says: it is asked of many landmarks, of which one is seen.
+    // What a call would pass in memory is read again at once, which takes longer than the rest.
+    #[inline(always)]
+    pub(super) fn distance_squared(&self, measured: &Measured, [yaw, pitch]: [Vec2; 2]) -> f32 {
+        let rows = [Vec2::new(yaw.x, pitch.x), Vec2::new(yaw.y, pitch.y)];
+        let [x, y, heading] = self.with_pose;
+        let of_pose = |row: Vec3| x * row.x + y * row.y + heading * row.z;
+        let of_pose = [of_pose(measured.rows[0]), of_pose(measured.rows[1])];
+        let of_camera = [self.covariance * rows[0], self.covariance * rows[1]];
+        let added = |one: usize, other: usize| {
+            rows[one].dot(of_pose[other]) + rows[other].dot(of_pose[one]) + rows[one].dot(of_camera[other])
+        };
+        let mixed = added(0, 1);
+        let spread = measured.spread + Mat2::from_cols(Vec2::new(added(0, 0), mixed), Vec2::new(mixed, added(1, 1)));
+        let difference = measured.difference - yaw * self.mean.x - pitch * self.mean.y;
+        difference.dot(inverse(spread) * difference)
     }
 }
 
@@ -76,8 +116,7 @@ impl CameraError {
     /// A cycle later.
     #[must_use]
     pub fn advanced(self, motion: &CameraMotion) -> Self {
-        let correlation_s = motion.noise.correlation_s;
-        let decay = if correlation_s > 0.0 { ops::exp(-motion.period_s / correlation_s) } else { 0.0 };
+        let decay = motion.decay;
         let kept = Vec4::new(1.0, 1.0, decay, decay);
         let drift = drift_sd(motion);
         let added = drift * drift * (1.0 - decay * decay);
@@ -101,26 +140,25 @@ impl CameraError {
         self.mean.is_finite() && self.covariance.is_finite() && self.with_pose.iter().all(|row| row.is_finite())
     }
 
-    /// Yaw and pitch, radians.
-    fn total(&self) -> Vec2 {
-        Vec2::new(self.mean.x + self.mean.z, self.mean.y + self.mean.w)
+    /// What never changes and what does together: all that an image shows.
+    pub(super) fn total(&self) -> CameraTotal {
+        let sum = |parts: Vec4| Vec2::new(parts.x + parts.z, parts.y + parts.w);
+        let [yaw, pitch, drift_yaw, drift_pitch] = [0, 1, 2, 3].map(|part| sum(self.covariance.col(part)));
+        let [x, y, heading] = self.with_pose;
+        CameraTotal {
+            mean: sum(self.mean),
+            covariance: Mat2::from_cols(yaw + drift_yaw, pitch + drift_pitch),
+            with_pose: [sum(x), sum(y), sum(heading)],
+        }
     }
 
     /// Where something is that seems to be at `place`, m, robot frame.
     pub fn corrected_place(&self, place: Vec2, motion: &CameraMotion) -> Vec2 {
         let [yaw, pitch] = motion.slopes(place);
-        let error = self.total();
+        let error = self.total().mean;
         // Near the horizon a little of pitch is the whole way to infinity.
         let further = (pitch * error.y).clamp_length_max(place.length() / 2.0);
         place - yaw * error.x - further
-    }
-
-    /// The covariance that this gives to the measured place (m, robot frame) of what is seen, m²: the same for all that is.
-    pub fn covariance_at(&self, place: Vec2, motion: &CameraMotion) -> Mat2 {
-        let [x, y] = rows(motion.slopes(place));
-        let (cross_x, cross_y) = (self.covariance * x, self.covariance * y);
-        let mixed = x.dot(cross_y);
-        Mat2::from_cols(Vec2::new(x.dot(cross_x), mixed), Vec2::new(mixed, y.dot(cross_y)))
     }
 
     /// Something that was seen, with what is known of the error taken out and what is not known in its spread.
@@ -205,17 +243,18 @@ mod tests {
     use crate::belief::pose_estimate::PoseEstimate;
     use crate::belief::sighting::LENS_HEIGHT_M;
     use crate::camera_model::CameraName;
-    use crate::geometry::{Pose, unit};
+    use crate::geometry::{Pose, unit, unrotate};
     use crate::pitch::{End, GoalColour, JunctionShape, Pitch};
     use crate::random::RandomStream;
-    use crate::sensing::vision::{GoalPostPercept, LandmarkKind, LandmarkPercept, Percepts};
+    use crate::sensing::vision::{GazeDecay, GoalPostPercept, LandmarkKind, LandmarkPercept, Percepts};
     use approx::assert_abs_diff_eq;
 
     const NOISE: GazeNoise = GazeNoise { bias_sd: 0.016, standing_sd: 0.012, walking_sd: 0.037, correlation_s: 0.4 };
 
     fn motion(is_walking: bool, head_yaw: f32) -> CameraMotion {
         let head_forward = unit(head_yaw);
-        CameraMotion { noise: NOISE, is_walking, head_forward, lens_height_m: LENS_HEIGHT_M, period_s: 1.0 / 30.0 }
+        let decay = GazeDecay::default().after(1.0 / 30.0, &NOISE);
+        CameraMotion { noise: NOISE, is_walking, head_forward, lens_height_m: LENS_HEIGHT_M, decay }
     }
 
     /// Where something at `place` seems to be to cameras that look to the left and down by more than they should.
@@ -237,6 +276,22 @@ mod tests {
                 let change = (seen(place, head_yaw, error) - place) / step;
                 assert_abs_diff_eq!(slope, change, epsilon = 0.02 * slope.length());
             }
+        }
+    }
+
+    #[test]
+    fn the_distance_is_the_same_by_the_whole_error_as_by_its_parts() {
+        let motion = motion(true, 0.3);
+        let mut error = CameraError::unknown(&motion);
+        error.mean = Vec4::new(0.01, -0.02, 0.03, 0.005);
+        error.with_pose = [Vec4::new(1e-4, -2e-4, 3e-4, 1e-4), Vec4::new(2e-4, 1e-4, 0.0, -1e-4), Vec4::splat(1e-4)];
+        let estimate = PoseEstimate::new(Pose::new(0.5, -0.3, 0.2), 0.1, 0.05);
+        for place in [Vec2::new(2.975, 0.7), Vec2::new(0.8, -0.6), Vec2::new(0.0, 2.0)] {
+            let measured = estimate.measured_point(unit(0.2), place, &Sighting::new(Vec2::new(1.0, 0.4), 0.01));
+            let slopes = motion.slopes(unrotate(unit(0.2), place - estimate.pose.position));
+            let distance_squared = error.measured(measured, slopes).distance_squared();
+            let found = error.total().distance_squared(&measured, slopes);
+            assert_abs_diff_eq!(found, distance_squared, epsilon = 1e-3 * distance_squared);
         }
     }
 
@@ -266,7 +321,7 @@ mod tests {
         let model = LandmarkModel::default();
         let (matches, cycles) = (60, 60);
         let motion = motion(true, 0.0);
-        let decay = (-motion.period_s / NOISE.correlation_s).exp();
+        let decay = motion.decay;
         for _ in 0..matches {
             let start = PoseEstimate::new(
                 Pose::new(

@@ -86,7 +86,7 @@ impl KalmanLocaliser {
             KalmanFilter::Extended => self.estimate.moved_by(step, error),
             KalmanFilter::Unscented => unscented::moved_by(&self.estimate, step, error),
         };
-        let way = self.estimate.pose.forward().rotate(step.position);
+        let way = estimate.pose.position - self.estimate.pose.position;
         let camera = self.camera.map(|camera| camera.after_step(way));
         Self { estimate, camera, age_s: self.age_s + duration, ..*self }
     }
@@ -172,8 +172,8 @@ impl KalmanLocaliser {
             .goals(left.colour, observation.own_end)
             .map(|goal| {
                 let goal = goal.seen_from(self.estimate.pose.position);
-                let distance = expectation.of_point(goal.left_post, &sightings[0]).distance_squared()
-                    + expectation.of_point(goal.right_post, &sightings[1]).distance_squared();
+                let distance = expectation.distance_of_point(goal.left_post, &sightings[0])
+                    + expectation.distance_of_point(goal.right_post, &sightings[1]);
                 (distance, goal)
             })
             .min_by(|(first, _), (second, _)| first.total_cmp(second));
@@ -187,7 +187,7 @@ impl KalmanLocaliser {
             return;
         }
         for (place, sighting) in places.into_iter().zip(&sightings) {
-            let innovation = self.expectation(observation).of_point(place, sighting).innovation();
+            let innovation = self.expectation(observation).of_point(place, sighting);
             self.judge(Some(innovation), model);
         }
     }
@@ -202,7 +202,7 @@ impl KalmanLocaliser {
         let mut place_sd = LOST_SD[0];
         let seen = seen.map(|place| match self.camera.zip(observation.camera) {
             Some((camera, motion)) => {
-                let covariance = camera.covariance_at(place, &motion);
+                let covariance = camera.total().covariance_at(place, &motion);
                 place_sd = place_sd.max((covariance.x_axis.x + covariance.y_axis.y).sqrt());
                 camera.corrected_place(place, &motion)
             }
@@ -239,7 +239,11 @@ impl KalmanLocaliser {
         let expectation = self.expectation(observation);
         let Pose { position, .. } = self.estimate.pose;
         let candidates = landmarks.lines().iter().filter(|line| seen.can_be_of(line, position, expectation.forward));
-        let association = clearly_nearest(candidates, |line| expectation.of_line(line, seen));
+        let association = clearly_nearest(
+            candidates,
+            |line| expectation.distance_of_line(line, seen),
+            |line| expectation.of_line(line, seen),
+        );
         if let Some(innovation) = association.filter(|innovation| innovation.distance_squared < model.gate) {
             self.believe(&innovation);
         }
@@ -253,7 +257,11 @@ impl KalmanLocaliser {
         observation: &PitchObservation,
     ) -> Option<Innovation> {
         let expectation = self.expectation(observation);
-        clearly_nearest(candidates.into_iter(), |place| expectation.of_point(place, sighting))
+        clearly_nearest(
+            candidates.into_iter(),
+            |place| expectation.distance_of_point(place, sighting),
+            |place| expectation.of_point(place, sighting),
+        )
     }
 
     /// Takes over what a landmark says, unless it is too unlikely.

@@ -56,7 +56,7 @@ pub(super) fn as_seen_now<'a>(
     if late_s == 0.0 {
         return percepts;
     }
-    late.clone_from(percepts);
+    late.copy_from(percepts);
     late.move_to(then.odometry.relative(now.odometry));
     if let (Some(seen), Some(velocity)) = (&mut late.ball, ball_mps) {
         seen.position_m += velocity * late_s as f32;

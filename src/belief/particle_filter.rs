@@ -170,9 +170,12 @@ impl ParticleFilter {
     /// Weighs the particles by what the robot sees of the pitch.
     pub fn correct(&mut self, observation: &PitchObservation) {
         let PitchObservation { percepts, landmarks, own_end, image, turn, model, .. } = *observation;
+        if !turn.is_multiple_of(CYCLES_PER_UPDATE) {
+            return;
+        }
         let lines: Vec<SeenLine> = observation.lines(LINES_PER_UPDATE).filter(SeenLine::is_useful).collect();
         let seen = percepts.goal_posts.len() + observation.marks(MARKS_PER_UPDATE).count() + lines.len();
-        if seen == 0 || !turn.is_multiple_of(CYCLES_PER_UPDATE) {
+        if seen == 0 {
             return;
         }
         let posts: Vec<(GoalColour, Sighting)> =

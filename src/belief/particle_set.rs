@@ -1,6 +1,7 @@
 //! The particles of a particle filter: spread, resampled by their weights, and the hypothesis that most of them support.
 
 use bevy::prelude::*;
+use core::f32::consts::TAU;
 use serde::{Deserialize, Serialize};
 
 use super::pose_estimate::PoseEstimate;
@@ -9,6 +10,8 @@ use crate::random::RandomStream;
 
 /// Particles within this of the best one, m and radians, support the same hypothesis.
 const SAME_HYPOTHESIS: (f32, f32) = (0.5, 0.5);
+/// So many particles are tried as the middle of the likeliest hypothesis.
+const CANDIDATES: usize = 20;
 
 /// A possible pose, team frame, and its weight.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
@@ -40,7 +43,7 @@ pub(super) fn normalise(particles: &mut [Particle]) -> f32 {
 
 /// Draws as many particles again by their weights, which add up to 1: systematic resampling, with one random number for all.
 pub(super) fn resample(particles: &mut Vec<Particle>, stream: &mut RandomStream) {
-    let old = core::mem::take(particles);
+    let old = core::mem::replace(particles, Vec::with_capacity(particles.len()));
     let weight = 1.0 / old.len() as f32;
     let mut at = stream.uniform() / old.len() as f32;
     let mut index = 0;
@@ -55,20 +58,32 @@ pub(super) fn resample(particles: &mut Vec<Particle>, stream: &mut RandomStream)
     }
 }
 
+/// Whether two poses support the same hypothesis; headings are within half a turn to either side.
+#[inline]
+fn are_near(one: &Pose, other: &Pose) -> bool {
+    let turned = (one.heading - other.heading).abs();
+    let is_near = one.position.distance_squared(other.position) < SAME_HYPOTHESIS.0 * SAME_HYPOTHESIS.0;
+    is_near & (turned.min((TAU - turned).abs()) < SAME_HYPOTHESIS.1)
+}
+
 /// The hypothesis with the greatest weight: mean and covariance of the particles that support it.
 pub(super) fn likeliest_hypothesis(particles: &[Particle]) -> Option<PoseEstimate> {
-    let near = |one: &Pose, other: &Pose| {
-        one.position.distance_squared(other.position) < SAME_HYPOTHESIS.0 * SAME_HYPOTHESIS.0
-            && wrap_angle(one.heading - other.heading).abs() < SAME_HYPOTHESIS.1
-    };
     // Candidates are a few particles, evenly taken from the list, in which neighbours are often alike.
-    let weight_around =
-        |pose: &Pose| particles.iter().filter(|other| near(&other.pose, pose)).map(|other| other.weight).sum::<f32>();
-    let candidates = particles.iter().step_by(5).map(|particle| particle.pose);
-    let best = candidates.map(|pose| (weight_around(&pose), pose)).max_by(|(a, _), (b, _)| a.total_cmp(b));
-    let (weight, centre) = best?;
+    let step = particles.len().div_ceil(CANDIDATES).max(1);
+    let candidates = || particles.iter().step_by(step).map(|particle| particle.pose);
+    // Which of them a particle is near to is any, so that all of them are asked, several at a time and without a branch.
+    let [mut x, mut y, mut heading, mut weights] = [[0.0; CANDIDATES]; 4];
+    for (index, pose) in candidates().enumerate() {
+        [x[index], y[index], heading[index]] = [pose.position.x, pose.position.y, pose.heading];
+    }
+    for Particle { pose, weight } in particles {
+        for (sum, ((x, y), heading)) in weights.iter_mut().zip(x.iter().zip(&y).zip(&heading)) {
+            *sum += if are_near(pose, &Pose::new(*x, *y, *heading)) { *weight } else { 0.0 };
+        }
+    }
+    let (weight, centre) = weights.into_iter().zip(candidates()).max_by(|(a, _), (b, _)| a.total_cmp(b))?;
     let (mut place, mut heading) = (Vec2::ZERO, 0.0);
-    let members = || particles.iter().filter(|particle| near(&particle.pose, &centre));
+    let members = || particles.iter().filter(|particle| are_near(&particle.pose, &centre));
     for particle in members() {
         place += particle.weight * (particle.pose.position - centre.position);
         heading += particle.weight * wrap_angle(particle.pose.heading - centre.heading);

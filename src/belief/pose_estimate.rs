@@ -141,6 +141,7 @@ impl PoseEstimate {
     }
 
     /// That `landmark` (m, team frame) is seen there, beside what this estimate makes expect.
+    #[inline(always)]
     pub(super) fn measured_point(&self, forward: Vec2, landmark: Vec2, sighting: &Sighting) -> Measured {
         let expected = unrotate(forward, landmark - self.pose.position);
         // h(p) = R(-heading) (landmark - position); its rows' derivatives:
@@ -149,11 +150,13 @@ impl PoseEstimate {
     }
 
     /// That a stretch of `line` (m, team frame) is seen there, beside what this estimate makes expect.
+    #[inline(always)]
     pub(super) fn measured_line(&self, forward: Vec2, line: &PitchLine, seen: &SeenLine) -> Measured {
         self.measured(seen.residual(line, self.pose.position, forward), seen.slopes(line, forward))
     }
 
     /// A residual, if a change of the pose changes what is expected by so much, row by row.
+    #[inline(always)]
     fn measured(&self, residual: Residual, rows: [Vec3; 2]) -> Measured {
         let Residual { difference, noise } = residual;
         // Written out, as arrays that are mapped are slow.

@@ -33,7 +33,7 @@ use crate::sensing::camera::CameraSettings;
 use crate::sensing::camera::field_of_view::FieldOfView;
 use crate::sensing::odometry::{Odometry, OdometrySettings};
 use crate::sensing::sonar::{SonarReading, SonarSettings};
-use crate::sensing::vision::{GazeNoise, Percepts, VisionSettings};
+use crate::sensing::vision::{GazeDecay, GazeNoise, Percepts, VisionSettings};
 use crate::team::{RobotId, Team};
 
 /// Updates the [`Belief`] of robots with [`SimpleBelief`] in [`DecideSystems::Believe`].
@@ -129,7 +129,7 @@ struct BelievingRobot {
 
 fn estimate(
     mut landmarks: Local<Option<Landmarks>>,
-    mut late: Local<Percepts>,
+    (mut late, mut decay): (Local<Percepts>, Local<GazeDecay>),
     clock: Res<CycleClock>,
     pitch: Res<Pitch>,
     rules: Res<Rules>,
@@ -161,7 +161,7 @@ fn estimate(
             is_walking: then.is_walking,
             head_forward: unit(then.head_yaw),
             lens_height_m: view.lens_height_m,
-            period_s: period,
+            decay: decay.after(period, &noise),
         });
         let ball = memory.ball.as_ref().map(|ball| ball.velocity);
         let percepts = as_seen_now(percepts, (then, now), ball, &mut late);
@@ -381,10 +381,11 @@ impl SimpleBeliefMemory {
         let to_team = |place: Vec2| pose.position + forward.rotate(place);
         // Who does not know for sure where it is does not know better where on the pitch what it sees is.
         // Nor does who does not know where its cameras look, however often it looks.
-        let camera = self.own.camera().zip(motion);
+        let camera = self.own.camera().map(CameraError::total).zip(motion);
         let in_team = |place: Vec2, covariance: Mat2| {
+            let camera = camera.as_ref();
             let covariance =
-                covariance + camera.map_or(Mat2::ZERO, |(error, motion)| error.covariance_at(place, motion));
+                covariance + camera.map_or(Mat2::ZERO, |(total, motion)| total.covariance_at(place, motion));
             place_covariance(turned(covariance) + estimate.covariance_at(forward.rotate(place)))
         };
         belief.pose = pose;

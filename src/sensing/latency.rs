@@ -115,6 +115,11 @@ impl OnTheirWay {
         self.walks.is_empty() && self.kicks.is_empty() && self.heads.is_empty()
     }
 
+    /// Whether there never was an image, these included: most matches are played without.
+    fn has_no_image(&self, images: &CameraImages) -> bool {
+        images.are_unused() && self.aside.are_unused() && self.images.is_empty()
+    }
+
     /// The images among it.
     pub(crate) fn images(&self) -> impl Iterator<Item = &CameraImages> {
         self.images.iter().chain([&self.aside])
@@ -124,7 +129,7 @@ impl OnTheirWay {
 /// Where images are late, new ones are not drawn over those that arrived last.
 fn set_images_aside(clock: Res<CycleClock>, mut robots: Query<(&Latency, &mut CameraImages, &mut OnTheirWay)>) {
     for (latency, mut images, mut on_their_way) in &mut robots {
-        if latency.image_s != 0.0 && clock.cycles_in(latency.image_s) > 0 {
+        if latency.image_s != 0.0 && !on_their_way.has_no_image(&images) && clock.cycles_in(latency.image_s) > 0 {
             core::mem::swap(&mut *images, &mut on_their_way.aside);
             images.clear();
             // Whoever has no images now clears this, too.
@@ -152,7 +157,7 @@ fn hold_back_readings(
             [latency.vision_s, latency.image_s, latency.sonar_s].map(|seconds| clock.cycles_in(seconds));
         let queue = &mut on_their_way.percepts;
         if vision > 0 || !queue.is_empty() {
-            *percepts = after(vision, queue, core::mem::take(&mut *percepts));
+            delay(&mut *percepts, vision, queue);
         }
         if let Some(mut images) = images {
             hold_back_images(image, clock.cycle, &mut images, &mut on_their_way);
@@ -182,10 +187,10 @@ fn hold_back_commands(
         let [walk_cycles, kick_cycles, head_cycles] =
             [latency.walk_s, latency.kick_s, latency.head_s].map(|seconds| clock.cycles_in(seconds));
         if walk_cycles > 0 || !on_their_way.walks.is_empty() {
-            *walk = after(walk_cycles, &mut on_their_way.walks, *walk);
+            delay(&mut *walk, walk_cycles, &mut on_their_way.walks);
         }
         if kick_cycles > 0 || !on_their_way.kicks.is_empty() {
-            kick.0 = after(kick_cycles, &mut on_their_way.kicks, kick.0);
+            delay(&mut kick.0, kick_cycles, &mut on_their_way.kicks);
         }
         hold_back_head(head_cycles, (head, angles), &mut late_head, &mut on_their_way.heads);
     }
@@ -193,6 +198,9 @@ fn hold_back_commands(
 
 /// In this cycle, with images that are late by so many.
 fn hold_back_images(cycles: u32, now: u64, images: &mut CameraImages, on_their_way: &mut OnTheirWay) {
+    if on_their_way.has_no_image(images) {
+        return;
+    }
     let OnTheirWay { images: queue, aside, .. } = on_their_way;
     if cycles == 0 {
         if !queue.is_empty() {
@@ -228,7 +236,8 @@ fn hold_back_sonars(
         let time_s = reading.time_s.or(pings_always.then_some(now));
         let under_way = queue.back().filter(|_| time_s != Some(now)).copied();
         let newest = under_way.unwrap_or(SonarReading { time_s, ..*reading });
-        *reading = after(cycles, queue, newest);
+        *reading = newest;
+        delay(reading, cycles, queue);
     }
 }
 
@@ -254,14 +263,20 @@ fn hold_back_head(
     late.0 = Some(late.0.unwrap_or(stays));
 }
 
-/// Sends a value on its way, and takes the one that arrives after so many cycles; nothing while there is none.
-fn after<T: Default>(cycles: u32, on_their_way: &mut VecDeque<T>, value: T) -> T {
-    on_their_way.push_back(value);
-    let mut arrived = T::default();
-    while on_their_way.len() > cycles as usize {
-        arrived = on_their_way.pop_front().unwrap_or_default();
+/// Sends a value on its way, and puts the one in its place that arrives after so many cycles; nothing while there is none.
+fn delay<T: Default>(value: &mut T, cycles: u32, on_their_way: &mut VecDeque<T>) {
+    let cycles = cycles as usize;
+    // Mostly as many are on their way as should be: who arrives makes room for who is sent.
+    if on_their_way.len() == cycles
+        && let Some(oldest) = on_their_way.pop_front()
+    {
+        on_their_way.push_back(core::mem::replace(value, oldest));
+        return;
     }
-    arrived
+    on_their_way.push_back(core::mem::take(value));
+    while on_their_way.len() > cycles {
+        *value = on_their_way.pop_front().unwrap_or_default();
+    }
 }
 
 #[cfg(test)]
@@ -271,9 +286,13 @@ mod tests {
     #[test]
     fn what_is_sent_arrives_after_its_cycles_and_what_is_too_old_is_dropped_when_it_gets_faster() {
         let mut queue = VecDeque::new();
-        let arrived: Vec<u32> = (1..=6).map(|value| after(2, &mut queue, value)).collect();
+        let mut after = |mut value: u32, cycles: u32| {
+            delay(&mut value, cycles, &mut queue);
+            value
+        };
+        let arrived: Vec<u32> = (1..=6).map(|value| after(value, 2)).collect();
         assert_eq!(arrived, [0, 0, 1, 2, 3, 4]);
-        assert_eq!((after(1, &mut queue, 7), after(0, &mut queue, 8)), (6, 8));
+        assert_eq!((after(7, 1), after(8, 0), after(9, 0)), (6, 8, 9));
         assert!(queue.is_empty());
     }
 }

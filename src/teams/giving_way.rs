@@ -53,8 +53,8 @@ pub fn give_way(player: &Player, walk: WalkCommand, opponents: &[RobotBelief]) -
 fn heard<'a>(player: &'a Player) -> impl Iterator<Item = Vec2> + use<'a> {
     let echoes = [(player.sonar.left, 1.0), (player.sonar.right, -1.0)];
     echoes.into_iter().filter_map(|(distance, side)| {
-        let direction = player.forward.rotate(unit(side * player.sonar_settings.heading));
-        distance.map(|distance| direction * (distance + ECHO_DEPTH_M))
+        let direction = || player.forward.rotate(unit(side * player.sonar_settings.heading));
+        distance.map(|distance| direction() * (distance + ECHO_DEPTH_M))
     })
 }
 

@@ -4,7 +4,7 @@ use bevy::prelude::*;
 use core::f32::consts::FRAC_PI_2;
 
 use super::aiming::Aim;
-use super::walking::{Obstacles, walking_time_s};
+use super::walking::{Obstacles, least_walking_time_s, walking_time_s};
 use crate::ball::Rolling;
 use crate::belief::RobotBelief;
 use crate::geometry::{Pose, angle_of, unrotate};
@@ -82,20 +82,21 @@ impl KickPlan {
             } else {
                 0.0
             };
-            let walk_s = match &limits.gait {
+            let is_side_kick = kick_type.is_side_kick();
+            let falls_short = is_side_kick && aim.is_shot && aim.distance_m > 0.7 * kicks.max_distance_m(kick_type);
+            let cost_of = |walk_s: f32| {
+                let cost_s = walk_s + detour_s + if is_side_kick { SIDE_KICK_COST_S } else { 0.0 };
+                cost_s + if falls_short { 5.0 } else { 0.0 }
+            };
+            let advantage_s = if previous == Some(kick_type) { KICK_PREFERENCE_S } else { 0.0 };
+            // Of equals the first is best. That its place is taken makes a kick only worse, and need not be known of one that is;
+            // neither need the angles of one that is too far away.
+            let is_worse = |cost_s: f32| best.is_some_and(|(least_s, _)| cost_s - advantage_s >= least_s);
+            let mut cost_s = cost_of(match &limits.gait {
+                Some(_) if is_worse(cost_of(least_walking_time_s(forward, way, facing, limits))) => continue,
                 Some(gait) => walking_time_s(forward, way, facing, gait, limits),
                 None => (way.length() / speed_mps).max(turn_s) + 0.4 * turn_s,
-            };
-            let mut cost_s = walk_s + detour_s;
-            if kick_type.is_side_kick() {
-                cost_s += SIDE_KICK_COST_S;
-                if aim.is_shot && aim.distance_m > 0.7 * kicks.max_distance_m(kick_type) {
-                    cost_s += 5.0;
-                }
-            }
-            let advantage_s = if previous == Some(kick_type) { KICK_PREFERENCE_S } else { 0.0 };
-            // Of equals the first is best. That its place is taken makes a kick only worse, and need not be known of one that is.
-            let is_worse = |cost_s: f32| best.is_some_and(|(least_s, _)| cost_s - advantage_s >= least_s);
+            });
             if is_worse(cost_s) {
                 continue;
             }

@@ -18,11 +18,12 @@ pub struct LookedAround([f32; DIRECTIONS]);
 impl LookedAround {
     /// Takes note of where the player looks: an angle, team frame.
     pub fn note(&mut self, gaze: f32, now_s: f32) {
+        let gaze = wrap_angle(gaze);
         for (index, looked_s) in self.0.iter_mut().enumerate() {
             let middle = (index as f32 + 0.5) * (TAU / DIRECTIONS as f32);
-            if wrap_angle(middle - gaze).abs() < HALF_VIEW {
-                *looked_s = now_s;
-            }
+            // They are less than one and a half turns apart, of which a whole one is nothing.
+            let apart = (middle - gaze).abs();
+            *looked_s = if apart.min((TAU - apart).abs()) < HALF_VIEW { now_s } else { *looked_s };
         }
     }
 

@@ -47,9 +47,8 @@ pub fn place_to_check(player: &Player, looked: &LookedAround, walk: &WalkCommand
     let (ahead_s, least_m) = AHEAD;
     let ahead_m = (ahead_s * player.limits.max_linear_mps).max(least_m);
     let unseen_for = |after_s: f32, aside: f32| {
-        let place = ahead_m * unit(way + aside);
         let is_old = looked.age_s(player.pose().heading + way + aside, now_s) > after_s;
-        (is_old && can_see(place)).then_some(place)
+        is_old.then(|| ahead_m * unit(way + aside)).filter(|&place| can_see(place))
     };
     unseen_for(WAY_S, 0.0)
         .or_else(|| neighbour(player).filter(|place| can_see(*place)))

@@ -1,6 +1,7 @@
 //! Going places: around the ball without touching it, past robots and posts.
 
 use bevy::prelude::*;
+use core::f32::consts::{FRAC_PI_2, PI};
 
 use crate::geometry::{angle_of, unrotate};
 use crate::robot::gait::Gait;
@@ -140,7 +141,21 @@ fn aside_s(way: Vec2, facing: Vec2, gait: &Gait, limits: &MotionLimits) -> f32 {
 }
 
 fn turn_s(from: Vec2, to: Vec2, limits: &MotionLimits) -> f32 {
-    angle_of(unrotate(from, to)).abs() / limits.max_angular
+    about_angle_between(from, to) / limits.max_angular
+}
+
+/// The angle between two directions, radians, to 1e-5: without a branch, as directions of different plans are in no order, and a
+/// proper arc tangent asks which eighth of the circle it is in.
+fn about_angle_between(from: Vec2, to: Vec2) -> f32 {
+    let (along, across) = (from.dot(to), from.perp_dot(to).abs());
+    let (less, more) = (along.abs().min(across), along.abs().max(across));
+    let slope = less / more.max(f32::MIN_POSITIVE);
+    let square = slope * slope;
+    // Of the arc tangent up to 1 (Abramowitz and Stegun, 4.4.47).
+    let factors = [0.020_835_1, -0.085_133, 0.180_141, -0.330_299_5, 0.999_866];
+    let angle = slope * factors.into_iter().fold(0.0, |sum, factor| sum * square + factor);
+    let angle = if across > along.abs() { FRAC_PI_2 - angle } else { angle };
+    if along < 0.0 { PI - angle } else { angle }
 }
 
 /// About how long a robot with a gait takes to go along `way` and to face `facing` in the end, s: in the sooner one of the two ways
@@ -152,6 +167,13 @@ pub fn walking_time_s(forward: Vec2, way: Vec2, facing: Vec2, gait: &Gait, limit
     }
     let way_s = aside_s(way, facing, gait, limits);
     if way_s >= ahead_s { ahead_s } else { ahead_s.min(way_s + turn_s(forward, facing, limits)) }
+}
+
+/// Less than a robot takes to go along `way` and to face `facing` in the end, s: by the straight way and the chord of the angle.
+pub fn least_walking_time_s(forward: Vec2, way: Vec2, facing: Vec2, limits: &MotionLimits) -> f32 {
+    /// With something to spare for rounding.
+    const SURELY: f32 = 0.999;
+    SURELY * (way.length() / limits.max_linear_mps + forward.distance(facing) / limits.max_angular)
 }
 
 /// The way to go now so as to reach `to` past the obstacles: straight, or along the tangent of the first obstacle on
@@ -327,7 +349,7 @@ mod tests {
             assert!(pose.position.distance(place) < 0.012, "walk {index} ends {} off", pose.position.distance(place));
             assert!(angle_of(unrotate(pose.forward(), facing)).abs() < 0.08, "walk {index} ends at {pose:?}");
             // Straight ahead at full speed, a turn at each end, and what starting and stopping take.
-            let soonest_s = place.length() / 0.2 + 2.0 * core::f32::consts::PI / limits.max_angular;
+            let soonest_s = place.length() / 0.2 + 2.0 * PI / limits.max_angular;
             assert!(seconds < soonest_s + 3.0, "walk {index} takes {seconds} s");
         }
     }
@@ -351,6 +373,22 @@ mod tests {
             assert!(pose.position.distance(place) < 0.05, "walk {index} ends {} off", pose.position.distance(place));
             assert!(angle_of(unrotate(pose.forward(), facing)).abs() < 0.1, "walk {index} ends at {pose:?}");
         }
+    }
+
+    #[test]
+    fn angles_between_directions_are_as_they_should_be_and_walks_take_no_less_than_the_least() {
+        let limits = MotionLimits::default();
+        for index in 1..200 {
+            let (forward, facing) = (unit(0.31 * index as f32), unit(1.7 * index as f32));
+            let angle = angle_of(unrotate(forward, facing)).abs();
+            assert_abs_diff_eq!(about_angle_between(forward, facing), angle, epsilon = 2e-5);
+            let way = unit(0.7 * index as f32) * (0.02 * index as f32);
+            let least_s = least_walking_time_s(forward, way, facing, &limits);
+            assert!(walking_time_s(forward, way, facing, &Gait::default(), &limits) > least_s, "{index}");
+        }
+        assert_abs_diff_eq!(about_angle_between(Vec2::X, Vec2::X), 0.0, epsilon = 1e-6);
+        assert_abs_diff_eq!(about_angle_between(Vec2::X, -Vec2::X), PI, epsilon = 1e-6);
+        assert_eq!(about_angle_between(Vec2::ZERO, Vec2::X), 0.0);
     }
 
     #[test]

@@ -175,6 +175,11 @@ impl CameraImages {
         self.images.iter().map(|(name, image)| (*name, image))
     }
 
+    /// Whether there never was an image.
+    pub fn are_unused(&self) -> bool {
+        self.images.is_empty()
+    }
+
     /// Forgets the images, and keeps the memory.
     pub fn clear(&mut self) {
         (self.cycle, self.arrived) = (None, None);

@@ -270,7 +270,7 @@ fn measure_distances(
             reading.time_s = Some(clock.start_time_s());
         }
         if settings.source == SonarSource::Echo && settings.crosstalk_probability > 0.0 {
-            let sonar_of = |other: RobotId| sonars.iter().find(|(id, _)| **id == other).map(|(_, sonar)| *sonar);
+            let sonar_of = |other: RobotId| sonars.iter().find(|(id, _)| **id == other).map(|(_, sonar)| sonar);
             let hears = hears_pings(settings, id, pose, &scene, sonar_of);
             *reading = with_crosstalk(settings, *reading, hears, &mut streams.sonar_pings);
         }
@@ -309,6 +309,7 @@ pub fn echoes(settings: &SonarSettings, own_id: RobotId, own_pose: Pose, scene: 
 }
 
 /// Which way a robot's sonars listen.
+#[derive(Clone, Copy)]
 struct Ears {
     /// The unit vector along which the robot faces, pitch frame.
     forward: Vec2,
@@ -324,27 +325,37 @@ impl Ears {
         let right_axis = Vec2::new(left_axis.x, -left_axis.y);
         Self { forward, left_axis, right_axis, sector: Sector::new(settings.half_angle) }
     }
+
+    /// Whether a place, m, robot frame, is in the sector of the left sonar, and of the right one.
+    fn have_in_sector(&self, place: Vec2) -> [bool; 2] {
+        [self.left_axis, self.right_axis].map(|axis| self.sector.contains(unrotate(axis, place)))
+    }
 }
 
 /// Which sonars, left and right, hear pings straight from another robot: one that each has in a sector of its own.
-fn hears_pings(
+fn hears_pings<'a>(
     settings: &SonarSettings,
     own_id: RobotId,
     own_pose: Pose,
     scene: &Scene,
-    sonar_of: impl Fn(RobotId) -> Option<SonarSettings>,
+    sonar_of: impl Fn(RobotId) -> Option<&'a SonarSettings>,
 ) -> [bool; 2] {
-    let own_forward = own_pose.forward();
+    let ears = Ears::of(settings, own_pose.forward());
     let mut hears = [false; 2];
     for robot in scene.robots.iter().filter(|robot| robot.id != own_id) {
         let offset = robot.pose.position - own_pose.position;
-        let Some(sender) = sonar_of(robot.id) else { continue };
-        let reaches = sender.source == SonarSource::Echo && is_near(offset, 2.0 * sender.max_m);
-        if !reaches || !sender.has_in_sector(unrotate(robot.forward, -offset)).contains(&true) {
+        let heard = ears.have_in_sector(unrotate(ears.forward, offset));
+        if heard == [false; 2] {
             continue;
         }
-        let heard = settings.has_in_sector(unrotate(own_forward, offset));
-        hears = [hears[0] || heard[0], hears[1] || heard[1]];
+        let Some(sender) = sonar_of(robot.id) else { continue };
+        let reaches = sender.source == SonarSource::Echo && is_near(offset, 2.0 * sender.max_m);
+        // Robots are mostly built alike.
+        let is_alike = [sender.heading, sender.half_angle] == [settings.heading, settings.half_angle];
+        let others = if is_alike { ears } else { Ears::of(sender, robot.forward) };
+        if reaches && others.have_in_sector(unrotate(robot.forward, -offset)) != [false; 2] {
+            hears = [hears[0] || heard[0], hears[1] || heard[1]];
+        }
     }
     hears
 }
@@ -363,15 +374,6 @@ fn with_crosstalk(
         nearer(measured, false_echo)
     };
     SonarReading { left: listen(reading.left, left), right: listen(reading.right, right), ..reading }
-}
-
-impl SonarSettings {
-    /// Whether a place, m, robot frame, is in the sector of the left sonar, and of the right one.
-    fn has_in_sector(&self, place: Vec2) -> [bool; 2] {
-        let sector = Sector::new(self.half_angle);
-        let left_axis = unit(self.heading);
-        [left_axis, Vec2::new(left_axis.x, -left_axis.y)].map(|axis| sector.contains(unrotate(axis, place)))
-    }
 }
 
 fn is_near(offset: Vec2, distance: f32) -> bool {

@@ -5,12 +5,11 @@
 //! of first order: alike for a step or so, and the same whatever the duration of a cycle. The vision and the rendered images
 //! of a robot are both taken from where its cameras really look.
 
-use bevy::math::ops;
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::VisionSettings;
-use super::noise::GazeNoise;
+use super::noise::{GazeDecay, GazeNoise};
 use crate::cycle::CycleClock;
 use crate::knowledge::Knowledge;
 use crate::random::{RandomStream, RandomStreams};
@@ -38,15 +37,14 @@ impl GazeError {
         HeadAngles { yaw: measured.yaw + self.error.x, pitch: measured.pitch + self.error.y }
     }
 
-    /// After `period` seconds, in which the robot walked or stood.
-    fn advance(&mut self, noise: &GazeNoise, is_walking: bool, period: f32, stream: &mut RandomStream) {
+    /// A cycle later, in which the robot walked or stood, and after which the share `decay` of what changes is left.
+    fn advance(&mut self, noise: &GazeNoise, is_walking: bool, decay: f32, stream: &mut RandomStream) {
         let bias = if noise.bias_sd == 0.0 {
             Vec2::ZERO
         } else {
             noise.bias_sd * *self.bias.get_or_insert_with(|| draw(1.0, stream))
         };
         let sd = if is_walking { noise.walking_sd } else { noise.standing_sd };
-        let decay = if noise.correlation_s > 0.0 { ops::exp(-period / noise.correlation_s) } else { 0.0 };
         let drift = match self.drift {
             Some(drift) => decay * drift + draw(sd * (1.0 - decay * decay).sqrt(), stream),
             None => draw(sd, stream),
@@ -60,6 +58,7 @@ impl GazeError {
 /// Moves the cameras of the robots whose gaze errs.
 pub(super) fn move_cameras(
     clock: Res<CycleClock>,
+    mut decay: Local<GazeDecay>,
     mut robots: Query<(&VisionSettings, &ExecutedStep, &mut GazeError, &mut RandomStreams)>,
 ) {
     for (settings, step, mut gaze, mut streams) in &mut robots {
@@ -67,7 +66,7 @@ pub(super) fn move_cameras(
         if *noise == GazeNoise::default() {
             gaze.set_if_neq(GazeError { error: Vec2::ZERO, ..*gaze });
         } else {
-            gaze.advance(noise, !step.0.is_null(), clock.period(), &mut streams.gaze);
+            gaze.advance(noise, !step.0.is_null(), decay.after(clock.period(), noise), &mut streams.gaze);
         }
     }
 }
@@ -83,13 +82,17 @@ mod tests {
 
     const NOISE: GazeNoise = GazeNoise { bias_sd: 0.0, standing_sd: 0.01, walking_sd: 0.03, correlation_s: 0.4 };
 
+    fn after(period: f32, noise: &GazeNoise) -> f32 {
+        GazeDecay::default().after(period, noise)
+    }
+
     /// The errors in so many cycles.
     fn errors(noise: GazeNoise, is_walking: bool, period: f32, cycles: usize) -> Vec<Vec2> {
         let mut stream = RandomStream::for_match(4, "gaze test");
         let mut gaze = GazeError::default();
         (0..cycles)
             .map(|_| {
-                gaze.advance(&noise, is_walking, period, &mut stream);
+                gaze.advance(&noise, is_walking, after(period, &noise), &mut stream);
                 gaze.error
             })
             .collect()
@@ -129,9 +132,9 @@ mod tests {
         for match_seed in 0..2000 {
             let mut stream = RandomStream::for_match(match_seed, "gaze test");
             let mut gaze = GazeError::default();
-            gaze.advance(&noise, false, 0.1, &mut stream);
+            gaze.advance(&noise, false, after(0.1, &noise), &mut stream);
             let first = gaze.error;
-            gaze.advance(&noise, true, 0.1, &mut stream);
+            gaze.advance(&noise, true, after(0.1, &noise), &mut stream);
             assert_eq!(gaze.error, first);
             squares += first.length_squared() / 2.0 / 2000.0;
         }
@@ -143,9 +146,9 @@ mod tests {
     fn an_error_that_is_switched_off_is_gone() {
         let mut stream = RandomStream::for_match(4, "gaze test");
         let mut gaze = GazeError::default();
-        gaze.advance(&NOISE, true, 0.1, &mut stream);
+        gaze.advance(&NOISE, true, after(0.1, &NOISE), &mut stream);
         assert_ne!(gaze.actual(HeadAngles::default()), HeadAngles::default());
-        gaze.advance(&GazeNoise::default(), true, 0.1, &mut stream);
+        gaze.advance(&GazeNoise::default(), true, 0.0, &mut stream);
         assert_eq!(gaze.actual(HeadAngles::default()), HeadAngles::default());
     }
 }

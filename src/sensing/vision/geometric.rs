@@ -2,6 +2,7 @@
 
 use bevy::prelude::*;
 
+use super::ahead::LandmarksAhead;
 use super::gaze::GazeError;
 use super::noise::Falloff;
 use super::occlusion::{Occluders, Target};
@@ -115,7 +116,13 @@ impl<'a> Observer<'a> {
         Observer { stream, recognition: self.recognition, ..*self }
     }
 
-    pub(super) fn recognise_everything(&mut self, percepts: &mut Percepts, scene: &Scene, own_index: Option<usize>) {
+    pub(super) fn recognise_everything(
+        &mut self,
+        percepts: &mut Percepts,
+        scene: &Scene,
+        own_index: Option<usize>,
+        ahead: &mut LandmarksAhead,
+    ) {
         if self.actual.is_empty() {
             return;
         }
@@ -128,25 +135,37 @@ impl<'a> Observer<'a> {
                 percepts.robots.extend(self.see_robot(index, robot));
             }
         }
-        self.see_landmarks(&mut percepts.landmarks, &scene.markings);
+        self.see_landmarks(&mut percepts.landmarks, &scene.markings, ahead);
         self.imagine(percepts, scene);
     }
 
-    /// Whether a thing at this distance, m, is near enough to be recognised this time, by its size in the image: of which so
-    /// many of the points are `visible`, at least `at_least` and at most `of`. They are counted only where it depends on them.
+    /// Whether a thing at a place (robot frame, m) is recognised this time if all of it is in view: how much it may then have against
+    /// it, as [`Falloff::draw_odds`] has it. Asked before it is known what of it is in view, which takes longer.
+    pub(super) fn may_recognise(&mut self, class: &ClassNoise, place: Vec2) -> Option<f32> {
+        match class.falloff {
+            None => (!self.stream.chance(class.miss_probability)).then_some(f32::INFINITY),
+            Some(falloff) => {
+                let odds = Falloff::draw_odds(class.miss_probability, self.recognition);
+                (falloff.odds_against(place.length()) <= odds).then_some(odds)
+            }
+        }
+    }
+
+    /// Whether a thing at a place (robot frame, m) that may have so much against it is recognised by its size in the image: of which
+    /// so many of the points are `visible`, at least `at_least` and at most `of`. They are counted only where it depends on them.
     pub(super) fn is_noticed(
-        &mut self,
+        &self,
         class: &ClassNoise,
-        distance_m: f32,
+        (place, odds): (Vec2, f32),
         (at_least, of): (usize, usize),
         visible: impl FnOnce(&Self) -> usize,
     ) -> bool {
         let Some(falloff) = class.falloff else { return true };
-        let odds = Falloff::draw_odds(self.recognition);
-        let seems_at = |visible: usize| distance_m * (of as f32 / visible as f32).sqrt();
-        let is_near_enough = |distance_m: f32| falloff.odds_against(distance_m) <= odds;
-        is_near_enough(distance_m)
-            && (at_least == of || is_near_enough(seems_at(at_least)) || is_near_enough(seems_at(visible(self))))
+        let is_near_enough = |visible: usize| {
+            let seems_at_m = place.length() * (of as f32 / visible as f32).sqrt();
+            falloff.odds_against(seems_at_m) <= odds
+        };
+        is_near_enough(at_least) || is_near_enough(visible(self))
     }
 
     pub(super) fn see_ball(&mut self, ball: SceneBall) -> Option<BallPercept> {
@@ -155,9 +174,7 @@ impl<'a> Observer<'a> {
         if class.is_too_far(place) || self.side_of(place) != ViewSide::Inside {
             return None;
         }
-        if self.stream.chance(class.miss_probability) {
-            return None;
-        }
+        let odds = self.may_recognise(class, place)?;
         let centre = place.extend(ball.radius);
         let target = self.judge(Target::Other, place, ball.radius);
         let points = |view: &CameraView| {
@@ -177,7 +194,7 @@ impl<'a> Observer<'a> {
             is_seen.then(|| view.offset_from_centre_squared(pixel))
         })?;
         let counts = (BALL_POINTS_NEEDED, BALL_OFFSETS.len());
-        let is_noticed = self.is_noticed(class, place.length(), counts, |observer| {
+        let is_noticed = self.is_noticed(class, (place, odds), counts, |observer| {
             if observer.sees_all(side, centre, ball.radius, target) {
                 return BALL_OFFSETS.len();
             }
@@ -201,9 +218,7 @@ impl<'a> Observer<'a> {
         if class.is_too_far(place) || is_beside {
             return None;
         }
-        if self.stream.chance(class.miss_probability) {
-            return None;
-        }
+        let odds = self.may_recognise(class, place)?;
         let target = self.judge(Target::Post(index), place, 0.0);
         let (side, cue) = self.best_cue(place, target, |observer, side| {
             let view = &observer.actual[side];
@@ -226,7 +241,7 @@ impl<'a> Observer<'a> {
             })
         })?;
         // Its foot alone may be in this image, and the rest in the other.
-        let is_noticed = self.is_noticed(class, place.length(), (1, POST_HEIGHTS.len()), |observer| {
+        let is_noticed = self.is_noticed(class, (place, odds), (1, POST_HEIGHTS.len()), |observer| {
             let is_visible = |share: f32| observer.is_visible(side, place.extend(share * height), target);
             POST_HEIGHTS.into_iter().filter(|&share| is_visible(share)).count()
         });

@@ -2,6 +2,7 @@
 
 use bevy::prelude::*;
 
+use super::ahead::{LandmarksAhead, MarkAhead, StretchAhead, keep};
 use super::geometric::{Observer, are_enough};
 use super::noise::Falloff;
 use super::occlusion::Target;
@@ -25,18 +26,21 @@ const MOST_POINTS: usize = 8;
 const CIRCLE_POINTS_NEEDED: usize = 3;
 
 impl Observer<'_> {
-    pub(super) fn see_landmarks(&mut self, landmarks: &mut Vec<LandmarkPercept>, markings: &Markings) {
+    pub(super) fn see_landmarks(
+        &mut self,
+        landmarks: &mut Vec<LandmarkPercept>,
+        markings: &Markings,
+        ahead: &mut LandmarksAhead,
+    ) {
         let noise = self.noise;
-        for line in &markings.lines {
-            self.see_line(landmarks, *line, &noise.lines);
-        }
-        for junction in &markings.junctions {
+        self.see_lines(landmarks, &markings.lines, &mut ahead.stretches, &noise.lines);
+        let junctions = markings.junctions.iter().map(|junction| {
             let kind = LandmarkKind::Junction { shape: junction.shape };
-            landmarks.extend(self.see_mark(junction.position, kind, &noise.junctions));
-        }
-        for cross in markings.penalty_crosses {
-            landmarks.extend(self.see_mark(cross, LandmarkKind::PenaltyCross, &noise.penalty_crosses));
-        }
+            (junction.position, kind)
+        });
+        self.see_marks(landmarks, junctions, &mut ahead.marks, &noise.junctions);
+        let crosses = markings.penalty_crosses.into_iter().map(|cross| (cross, LandmarkKind::PenaltyCross));
+        self.see_marks(landmarks, crosses, &mut ahead.marks, &noise.penalty_crosses);
         landmarks.extend(self.see_round(
             Vec2::ZERO,
             &markings.centre_circle,
@@ -48,46 +52,71 @@ impl Observer<'_> {
         }
     }
 
-    /// The stretches of a line that the cameras see, one each.
-    fn see_line(&mut self, landmarks: &mut Vec<LandmarkPercept>, line: LineSegment, class: &ClassNoise) {
+    /// The ends of a line (robot frame, m), if something of it may be in view.
+    fn ends_of(&self, line: LineSegment) -> Option<[Vec2; 2]> {
         let ends = [self.in_robot_frame(line.start), self.in_robot_frame(line.end)];
         let side = self.side_of(ends[0]);
-        if side != ViewSide::Inside && side == self.side_of(ends[1]) {
-            return;
-        }
-        let Some([start, end]) = self.part_in_reach(ends, class) else { return };
-        for side in 0..self.actual.len() {
-            landmarks.extend(self.see_stretch(side, [start.extend(0.0), end.extend(0.0)], class));
-        }
+        (side == ViewSide::Inside || side != self.side_of(ends[1])).then_some(ends)
     }
 
-    /// The part of a stretch of line (robot frame, m) that is near enough to be recognised this time.
-    fn part_in_reach(&mut self, ends: [Vec2; 2], class: &ClassNoise) -> Option<[Vec2; 2]> {
-        let Some(falloff) = class.falloff else { return within_distance(ends, class.max_distance_m) };
-        let odds = Falloff::draw_odds(self.recognition);
-        let is_near_enough = |distance_squared: f32| falloff.odds_against(distance_squared.sqrt()) <= odds;
-        let [start, end] = ends;
-        let reach_m = if is_near_enough(start.length_squared().max(end.length_squared())) {
-            None
-        } else if is_near_enough(nearest_point(ends).length_squared()) {
-            Some(falloff.distance_of(odds))
-        } else {
-            return None;
+    /// The stretch between these places (robot frame, m) that is in the image of a camera.
+    fn part_in_view(&self, side: usize, [start, end]: [Vec2; 2]) -> Option<[Vec2; 2]> {
+        let [from, to] = self.actual[side].visible_part(start.extend(0.0), end.extend(0.0))?;
+        Some([start.lerp(end, from), start.lerp(end, to)])
+    }
+
+    /// The stretches of lines that the cameras see.
+    fn see_lines(
+        &mut self,
+        landmarks: &mut Vec<LandmarkPercept>,
+        lines: &[LineSegment],
+        ahead: &mut Vec<StretchAhead>,
+        class: &ClassNoise,
+    ) {
+        let cameras = 0..self.actual.len();
+        let ends_of = |observer: &Self, line: &LineSegment| {
+            observer.ends_of(*line).and_then(|ends| within_distance(ends, class.max_distance_m))
         };
-        within_distance(ends, reach_m.into_iter().chain(class.max_distance_m).reduce(f32::min))
+        let Some(falloff) = &class.falloff else {
+            for line in lines {
+                let Some(ends) = ends_of(self, line) else { continue };
+                for side in cameras.clone() {
+                    let part = self.part_in_view(side, ends);
+                    landmarks.extend(part.and_then(|ends| self.see_stretch(side, ends, class)));
+                }
+            }
+            return;
+        };
+        ahead.clear();
+        for ends in lines.iter().filter_map(|line| ends_of(self, line)) {
+            let odds = falloff.odds_against(nearest_point(ends).length());
+            ahead.extend(cameras.clone().map(|side| StretchAhead { side, ends, odds }));
+        }
+        keep(ahead, |stretch| {
+            let least = stretch.odds;
+            stretch.odds = Falloff::draw_odds(class.miss_probability, self.recognition);
+            least <= stretch.odds
+        });
+        for &StretchAhead { side, ends, odds } in &*ahead {
+            let Some(ends) = self.part_in_view(side, ends) else { continue };
+            let farthest_squared = ends[0].length_squared().max(ends[1].length_squared());
+            let reach_m = (falloff.odds_against(farthest_squared.sqrt()) > odds).then(|| falloff.distance_of(odds));
+            if let Some(ends) = within_distance(ends, reach_m) {
+                landmarks.extend(self.see_stretch(side, ends, class));
+            }
+        }
     }
 
-    fn see_stretch(&mut self, side: usize, [start, end]: [Vec3; 2], class: &ClassNoise) -> Option<LandmarkPercept> {
+    fn see_stretch(&mut self, side: usize, [start, end]: [Vec2; 2], class: &ClassNoise) -> Option<LandmarkPercept> {
         let view = &self.actual[side];
-        let [from, to] = view.visible_part(start, end)?;
-        let (start, end) = (start.lerp(end, from), start.lerp(end, to));
+        let (start, end) = (start.extend(0.0), end.extend(0.0));
         let (start_pixel, end_pixel) = (view.project(start)?, view.project(end)?);
         if start_pixel.distance_squared(end_pixel) < SHORTEST_LINE_PX * SHORTEST_LINE_PX {
             return None;
         }
         let [middle, first, last] = LINE_SAMPLES;
         let points = [start.lerp(end, middle), start.lerp(end, first), start.lerp(end, last)];
-        if self.stream.chance(class.miss_probability) {
+        if class.falloff.is_none() && self.stream.chance(class.miss_probability) {
             return None;
         }
         // All of them are in the image, as both ends are.
@@ -107,22 +136,48 @@ impl Observer<'_> {
         })
     }
 
-    fn see_mark(&mut self, position: Vec2, kind: LandmarkKind, class: &ClassNoise) -> Option<LandmarkPercept> {
+    /// What of a class is painted at these places.
+    fn see_marks(
+        &mut self,
+        landmarks: &mut Vec<LandmarkPercept>,
+        marks: impl Iterator<Item = (Vec2, LandmarkKind)>,
+        ahead: &mut Vec<MarkAhead>,
+        class: &ClassNoise,
+    ) {
+        let Some(falloff) = &class.falloff else {
+            for (position, kind) in marks {
+                let Some(place) = self.may_see_mark(position, class) else { continue };
+                if !self.stream.chance(class.miss_probability) {
+                    landmarks.extend(self.see_mark(kind, place, class));
+                }
+            }
+            return;
+        };
+        ahead.clear();
+        for (position, kind) in marks {
+            ahead.extend(self.may_see_mark(position, class).map(|place| MarkAhead { kind, place }));
+        }
+        keep(ahead, |mark| {
+            falloff.odds_against(mark.place.length()) <= Falloff::draw_odds(class.miss_probability, self.recognition)
+        });
+        for &MarkAhead { kind, place } in &*ahead {
+            landmarks.extend(self.see_mark(kind, place, class));
+        }
+    }
+
+    /// Where a mark is (robot frame, m), if it may be in view and near enough.
+    fn may_see_mark(&self, position: Vec2, class: &ClassNoise) -> Option<Vec2> {
         let place = self.in_robot_frame(position);
-        if class.is_too_far(place) || self.side_of(place) != ViewSide::Inside {
-            return None;
-        }
-        if self.stream.chance(class.miss_probability) {
-            return None;
-        }
+        (!class.is_too_far(place) && self.side_of(place) == ViewSide::Inside).then_some(place)
+    }
+
+    /// A mark at a place, robot frame, m, if a camera sees it.
+    fn see_mark(&mut self, kind: LandmarkKind, place: Vec2, class: &ClassNoise) -> Option<LandmarkPercept> {
         let place = place.extend(0.0);
         let side = self.best_camera(|observer, side| {
             let pixel = observer.visible_pixel(side, place, Target::Other)?;
             Some(observer.actual[side].offset_from_centre_squared(pixel))
         })?;
-        if !self.is_noticed(class, place.truncate().length(), (1, 1), |_| 1) {
-            return None;
-        }
         let pixel = self.measured_pixel_in_image(side, place, class.pixel_sd)?;
         self.landmark(side, kind, pixel)
     }
@@ -137,9 +192,10 @@ impl Observer<'_> {
     ) -> Option<LandmarkPercept> {
         let radius = points[0].distance(centre);
         let centre = self.in_robot_frame(centre);
-        if class.is_too_far(centre) || self.stream.chance(class.miss_probability) {
+        if class.is_too_far(centre) {
             return None;
         }
+        self.may_recognise(class, centre)?;
         let centre = centre.extend(0.0);
         let mut places = [Vec3::ZERO; MOST_POINTS];
         let places = &mut places[..points.len().min(MOST_POINTS)];
@@ -151,9 +207,6 @@ impl Observer<'_> {
                 && observer.sees_enough(side, places, Target::Other, CIRCLE_POINTS_NEEDED);
             is_seen.then(|| observer.offset_in_image(side, centre))
         })?;
-        if !self.is_noticed(class, centre.truncate().length(), (1, 1), |_| 1) {
-            return None;
-        }
         let pixel = self.measured_pixel(side, centre, class.pixel_sd)?;
         self.landmark(side, kind, pixel)
     }

@@ -50,7 +50,7 @@ use serde::{Deserialize, Serialize};
 use crate::appearance::scene::Scene;
 use crate::camera_model::{CameraMounts, CameraName};
 use crate::cycle::{Cycle, CycleClock};
-use crate::geometry::{Pose, angle_of};
+use crate::geometry::{Pose, angle_of, unrotate};
 use crate::knowledge::Knowledge;
 use crate::pitch::{GoalColour, JunctionShape};
 use crate::random::RandomStreams;
@@ -61,6 +61,7 @@ use crate::sensing::jobs::SensingThreads;
 use crate::sensing::scene::{ScenePlugin, SensingSystems};
 use crate::team::{RobotId, Team};
 
+mod ahead;
 mod false_places;
 pub mod gaze;
 mod geometric;
@@ -71,10 +72,11 @@ mod occlusion;
 mod robots;
 mod truth;
 
+use ahead::LandmarksAhead;
 pub use false_places::MistakenPlaces;
 use gaze::GazeError;
 use geometric::{Observer, Views};
-pub use noise::{ClassNoise, Falloff, FalsePlaces, GazeNoise, HiddenFeet, VisionNoise};
+pub use noise::{ClassNoise, Falloff, FalsePlaces, GazeDecay, GazeNoise, HiddenFeet, VisionNoise};
 use occlusion::Occluders;
 
 /// Fills every robot's [`Percepts`].
@@ -254,24 +256,32 @@ impl Percepts {
             && landmarks.iter().all(|seen| is_finite(seen.pixel, seen.position_m) && is_kind_finite(&seen.kind))
     }
 
+    /// Takes over what others are, and keeps the memory.
+    pub fn copy_from(&mut self, other: &Percepts) {
+        let Percepts { time_s, ball, goal_posts, robots, landmarks } = self;
+        (*time_s, *ball) = (other.time_s, other.ball);
+        goal_posts.clone_from(&other.goal_posts);
+        robots.clone_from(&other.robots);
+        landmarks.clone_from(&other.landmarks);
+    }
+
     /// The same things in the frame in which the robot is now, if `now` is that in the frame in which it saw them.
     pub fn move_to(&mut self, now: Pose) {
         let Percepts { time_s: _, ball, goal_posts, robots, landmarks } = self;
-        let places = ball.iter_mut().map(|seen| &mut seen.position_m);
-        let places = places.chain(goal_posts.iter_mut().map(|seen| &mut seen.position_m));
-        let places = places.chain(robots.iter_mut().map(|seen| &mut seen.position_m));
-        let places = places.chain(landmarks.iter_mut().flat_map(|seen| {
-            let end = match &mut seen.kind {
-                LandmarkKind::Line { end_position_m, .. } => Some(end_position_m),
+        let forward = now.forward();
+        let shift = |place: &mut Vec2| *place = unrotate(forward, *place - now.position);
+        ball.iter_mut().for_each(|seen| shift(&mut seen.position_m));
+        goal_posts.iter_mut().for_each(|seen| shift(&mut seen.position_m));
+        robots.iter_mut().for_each(|seen| shift(&mut seen.position_m));
+        for seen in landmarks {
+            shift(&mut seen.position_m);
+            match &mut seen.kind {
+                LandmarkKind::Line { end_position_m, .. } => shift(end_position_m),
                 LandmarkKind::Junction { .. }
                 | LandmarkKind::PenaltyCross
                 | LandmarkKind::CentreCircle
-                | LandmarkKind::CornerArc => None,
-            };
-            core::iter::once(&mut seen.position_m).chain(end)
-        }));
-        for place in places {
-            *place = now.inverse_transform_point(*place);
+                | LandmarkKind::CornerArc => {}
+            }
         }
     }
 
@@ -316,7 +326,7 @@ pub struct VisionSettings {
 fn recognise(
     scene: Res<Scene>,
     clock: Res<CycleClock>,
-    (mut occluders, mut views): (Local<Occluders>, Local<Views>),
+    (mut occluders, mut views, mut ahead): (Local<Occluders>, Local<Views>, Local<LandmarksAhead>),
     mut robots: Query<(
         &RobotId,
         &Pose,
@@ -341,7 +351,7 @@ fn recognise(
                 occluders.gather(&scene, own_index, pose, views.actual());
                 let streams = [vision, recognition];
                 let mut observer = Observer::new(&views, pose, &settings.noise, &occluders, streams);
-                observer.recognise_everything(&mut percepts, &scene, own_index);
+                observer.recognise_everything(&mut percepts, &scene, own_index, &mut ahead);
                 mistaken.bypass_change_detection().advance(&settings.noise, &scene, clock.period(), false_places);
                 mistaken.see(&mut observer.with_stream(false_places), &mut percepts, &scene);
             }

@@ -49,11 +49,12 @@ impl Falloff {
     }
 
     /// How much a thing may have against it, by [`odds_against`](Falloff::odds_against), to be recognised this time: as much as
-    /// one at d has with the probability that it is recognised.
-    pub fn draw_odds(stream: &mut RandomStream) -> f32 {
+    /// one at d has with the probability that it is recognised. Less than nothing if it is missed at any distance, with this
+    /// probability.
+    pub fn draw_odds(miss_probability: f32, stream: &mut RandomStream) -> f32 {
         // From (0, 1].
         let share = 1.0 - stream.uniform();
-        (1.0 - share) / share
+        (1.0 - miss_probability - share) / share
     }
 
     /// The distance at which things have so much against them, m.
@@ -120,6 +121,26 @@ pub struct HiddenFeet {
     pub bias: f32,
     /// Standard deviation, a draw in each cycle.
     pub sd: f32,
+}
+
+/// How much of what changes of a gaze's error is left a cycle later. Robots have mostly the same figures, so that it is worked out
+/// once for all of them.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct GazeDecay {
+    correlation_s: f32,
+    period_s: f32,
+    left: f32,
+}
+
+impl GazeDecay {
+    /// The share that is left `period` seconds later.
+    pub fn after(&mut self, period: f32, noise: &GazeNoise) -> f32 {
+        if [self.correlation_s, self.period_s] != [noise.correlation_s, period] {
+            let left = if noise.correlation_s > 0.0 { ops::exp(-period / noise.correlation_s) } else { 0.0 };
+            *self = Self { correlation_s: noise.correlation_s, period_s: period, left };
+        }
+        self.left
+    }
 }
 
 impl ClassNoise {
@@ -228,7 +249,7 @@ mod tests {
     fn recognition_falls_off_as_a_function_of_the_distance() {
         let falloff = Falloff { half_distance_m: 4.0, exponent: 3.0 };
         let mut stream = RandomStream::for_match(3, "falloff");
-        let draws: Vec<f32> = (0..20_000).map(|_| Falloff::draw_odds(&mut stream)).collect();
+        let draws: Vec<f32> = (0..20_000).map(|_| Falloff::draw_odds(0.0, &mut stream)).collect();
         // 1 / (1 + (d / 4)³): 8/9 at 2 m, a half at 4 m, 1/9 at 8 m. Binomial: four standard errors are at most 0.0141.
         for (distance, expected) in [(2.0, 8.0 / 9.0), (4.0, 0.5), (8.0, 1.0 / 9.0)] {
             let share = draws.iter().filter(|&&odds| odds >= falloff.odds_against(distance)).count() as f32 / 20_000.0;
@@ -236,6 +257,11 @@ mod tests {
             assert!((falloff.share_at(distance) - expected).abs() < 1e-6);
         }
         assert!(draws.iter().all(|odds| falloff.distance_of(*odds).is_finite()));
+        // Of a half three fifths, if two fifths are missed anyway.
+        let recognised =
+            (0..20_000).filter(|_| Falloff::draw_odds(0.4, &mut stream) >= falloff.odds_against(4.0)).count();
+        assert!((recognised as f32 / 20_000.0 - 0.3).abs() < 0.0141, "{recognised}");
+        assert!((0..1000).all(|_| Falloff::draw_odds(1.0, &mut stream) < 0.0));
     }
 
     #[test]

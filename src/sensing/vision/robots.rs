@@ -40,14 +40,12 @@ impl Observer<'_> {
         if class.is_too_far(place) || self.side_of(place) != ViewSide::Inside {
             return None;
         }
-        if self.stream.chance(class.miss_probability) {
-            return None;
-        }
+        let odds = self.may_recognise(class, place)?;
         let target = self.judge(target, place, radius_of(band));
         let (side, cue) =
             self.best_cue(place, target, |observer, side| observer.robot_cue(side, place, band, target))?;
         let is_noticed =
-            self.is_noticed(class, place.length(), (WAISTBAND_POINTS_NEEDED, WAISTBAND_POINTS), |observer| {
+            self.is_noticed(class, (place, odds), (WAISTBAND_POINTS_NEEDED, WAISTBAND_POINTS), |observer| {
                 if observer.sees_all(side, place.extend(heights_of(band)[0]), radius_of(band), target) {
                     return WAISTBAND_POINTS;
                 }

@@ -39,6 +39,7 @@ use crate::sensing::camera::image::{Image, Layers};
 use crate::sensing::camera::lens::LensBuffer;
 use crate::sensing::camera::noise::NoiseBuffer;
 use crate::sensing::camera::software::{Detail, PreparedScene, Renderer};
+use crate::sensing::vision::ahead::LandmarksAhead;
 use crate::sensing::vision::gaze::GazeError;
 use crate::sensing::vision::geometric::{Observer, Views};
 use crate::sensing::vision::occlusion::Occluders;
@@ -164,7 +165,7 @@ impl Workshop {
         views.look(cameras, looks, noise, streams[0]);
         self.occluders.gather(scene, Some(0), own.pose, views.actual());
         let mut observer = Observer::new(&views, own.pose, noise, &self.occluders, streams);
-        observer.recognise_everything(percepts, scene, Some(0));
+        observer.recognise_everything(percepts, scene, Some(0), &mut LandmarksAhead::default());
     }
 
     /// Draws the images of all cameras and looks through them. Returns what they show.
