@@ -101,7 +101,7 @@ fn finds_its_end(seed: u64) -> bool {
 
 #[test]
 fn team_mates_tell_a_robot_that_it_has_taken_one_end_for_the_other() {
-    // Of 30 runs 26 did; of 10, 7 or more succeed then in 97 of 100 such tests.
-    let found = (1..=10).filter(|seed| finds_its_end(*seed)).count();
-    assert!(found >= 7, "{found} of 10");
+    // Of 30 runs 26 did: sd 1.9. Three of them hold with 99.7 % confidence.
+    let found = (1..=30).filter(|seed| finds_its_end(*seed)).count();
+    assert!(found >= 21, "{found} of 30");
 }
