@@ -3,16 +3,11 @@
 
 use super::aiming::Aim;
 use super::kicking::{BallAtFeet, LEAST_KICK_M, room_inside};
-use super::options::{
-    AHEAD_ANGLES, AHEAD_SHARES, Company, KickOption, aims_within, is_first, kick_worth, reach_m, shot_worth, standing,
-    walking_s, wind_up_s,
-};
+use super::options::{AHEAD_ANGLES, AHEAD_SHARES, BEYOND, KickOption};
 use super::player::Player;
+use super::worth::{Company, aims_within, is_first, kick_worth, reach_m, shot_worth, standing, walking_s, wind_up_s};
 use crate::geometry::unit;
 use crate::robot::kick::KickRequest;
-
-/// A shot must reach further than the goal by this factor.
-const BEYOND: f32 = 1.15;
 
 /// The best of them, with what it is worth. `may_shoot`: whether a shot would count; `is_ours`: opponents must keep off.
 pub fn best_at_hand(

@@ -3,9 +3,9 @@
 use bevy::prelude::*;
 
 use super::attack::attack;
-use super::options::reach_m;
 use super::player::{Decision, Player, PlayerMemory};
 use super::roles::{FRESH_TEAM_MATE_S, TURN_PREFERENCE_S, time_to_ball_s};
+use super::worth::reach_m;
 use crate::behaviour::reasons::{Choice, Reasons};
 use crate::game::DefenderLimit;
 use crate::kick_geometry::Side;

@@ -30,8 +30,10 @@ pub mod roles;
 pub mod striker;
 pub mod supporter;
 pub mod talking;
+pub mod waiting;
 pub mod walking;
 pub mod watching;
+pub mod worth;
 
 pub use looking::{Head, look_at, search};
 pub use player::{Decision, Player, PlayerMemory};
