@@ -4,8 +4,8 @@
 //! All of that is by messages: everybody tells where it is and which opponents it sees, so that each knows more of them
 //! than it sees itself; and who is about to pass says to whom and where to, so that the other goes there. The keeper
 //! stands further out than that of other teams, as whoever falls back covers what it leaves, and nobody of them walks
-//! into an opponent. With an opponent at the ball they kick it at once past that one, if there is any way, and not into its feet: who
-//! cannot, goes to where it can.
+//! into an opponent. With an opponent at the ball they kick it at once past that one, if there is any way; on small pitches nobody kicks
+//! it into that one's feet, but goes to where it can.
 
 use bevy::prelude::*;
 
@@ -18,7 +18,7 @@ use super::options::{KickOption, best, options};
 use super::passing::{Pass, meet};
 use super::player::{Decision, Player, PlayerMemory};
 use super::waiting::{time_to_ball_s, wait_for_the_ball};
-use super::worth::{Company, aims_within, gets_past, reach_m};
+use super::worth::{Company, is_in_vain, reach_m};
 use crate::behaviour::reasons::Reasons;
 use crate::belief::{BallBelief, Belief, RobotBelief};
 use crate::robot::kick::KickRequest;
@@ -178,7 +178,7 @@ fn attack(player: &Player, memory: &mut PlayerMemory, ball: &BallBelief) -> Deci
     let mut made = *chosen;
     let decision = go_for(player, memory, ball, &chosen.aim, meeting_place, |at_feet, hurried| {
         let is_ours = kick_off || is_own_set_play(player);
-        let may_kick = |kick: &KickRequest| stood_long || is_free_way(player, company, at_feet, kick);
+        let may_kick = |kick: &KickRequest| stood_long || !is_kick_in_vain(player, company, at_feet, kick);
         let at_hand = best_at_hand(player, company, at_feet, !kick_off, is_ours).filter(|(kick, _)| may_kick(kick));
         let mut if_better_by = |least: f32| {
             let (kick, option) = at_hand.filter(|(_, option)| option.value > chosen.value + least)?;
@@ -199,14 +199,10 @@ fn attack(player: &Player, memory: &mut PlayerMemory, ball: &BallBelief) -> Deci
     Decision { pass, ..decision }
 }
 
-/// Whether a kick gets past the opponents at the ball, or is made by a robot that aims its kicks. Others send the ball where it lies
-/// before the foot, which nobody knows to the centimetre: what might get past an opponent's feet mostly does not.
-fn is_free_way(player: &Player, company: Company, at_feet: BallAtFeet, kick: &KickRequest) -> bool {
-    if aims_within(player) > 0.0 {
-        return true;
-    }
+/// Whether a kick would only go into the feet of the opponents at the ball.
+fn is_kick_in_vain(player: &Player, company: Company, at_feet: BallAtFeet, kick: &KickRequest) -> bool {
     let strike = player.kicks.strike(kick.kick_type, at_feet.in_robot, kick.direction);
-    strike.is_some_and(|strike| gets_past(player, company, at_feet.place, at_feet.forward.rotate(strike.direction)))
+    strike.is_some_and(|strike| is_in_vain(player, company, at_feet.place, at_feet.forward.rotate(strike.direction)))
 }
 
 /// What speaks for the decision of a passer: with the ball, what each kick is worth, in goals.
@@ -230,6 +226,7 @@ mod tests {
     use super::*;
     use crate::communication::{ReceivedMessage, TeamMessage};
     use crate::geometry::Pose;
+    use crate::robot::kick::KickModel;
     use crate::team::{RobotId, Team};
     use crate::teams::player::tests::PlayerFixture;
 
@@ -267,6 +264,7 @@ mod tests {
     fn nobody_kicks_into_feet_right_before_it_until_it_has_stood_there_for_long() {
         // Where the straight kick of the left foot sends the ball ahead, and the right foot's side kick to the left.
         let mut situation = PlayerFixture::new(Pose::new(1.0, 0.0, 0.0), Vec2::new(1.175, 0.05));
+        situation.kicks.left_straight = KickModel::of(6.0);
         let kicks = |situation: &PlayerFixture, at_ball_since_s: f32| {
             let mut memory = PlayerMemory { at_ball_since_s: Some(at_ball_since_s), ..default() };
             decide(&situation.player(), &mut memory).kick.is_some()

@@ -16,10 +16,11 @@ const AIMING_SD: f32 = 0.05;
 const LEFT_AFTER_A_KICK: f32 = 0.4;
 /// What a ball where one could score is worth, of the goal: opponents come back meanwhile.
 const STANDING: f32 = 0.35;
-/// How much it matters who has the ball next, of 1, beside where it lies: it changes sides often, more so among robots that aim their
-/// kicks, who need not walk around the ball first.
-const POSSESSION: f32 = 0.6;
-const POSSESSION_OF_AIMED: f32 = 0.43;
+/// How much it matters who has the ball next, of 1, beside where it lies, on a pitch as long as a kick reaches: on a longer one a ball
+/// changes sides more often before it comes to a goal. At least and at most so much.
+const POSSESSION: f32 = 0.63;
+const LEAST_POSSESSION: f32 = 0.38;
+const MOST_POSSESSION: f32 = 0.6;
 /// The difference in time to the ball of which the sooner one gets it nearly three times of four, s.
 const RACE_S: f32 = 1.0;
 /// How long an opponent takes to see where a ball rolls, s.
@@ -75,11 +76,15 @@ pub fn threat(player: &Player, place: Vec2) -> f32 {
     hits * ops::powf(LEFT_AFTER_A_KICK, beyond)
 }
 
+/// How much it matters who has the ball next, of 1.
+fn possession(player: &Player) -> f32 {
+    (POSSESSION * reach_m(player) / player.pitch.length_m).clamp(LEAST_POSSESSION, MOST_POSSESSION)
+}
+
 /// What a ball at `place` is worth that the own team gets first with this likelihood: how likely it is to score less how likely the
 /// others are, who see the place mirrored.
 pub(super) fn standing(player: &Player, place: Vec2, ours: f32) -> f32 {
-    let possession = if aims_within(player) > 0.0 { POSSESSION_OF_AIMED } else { POSSESSION };
-    let ours = 0.5 + possession * (ours - 0.5);
+    let ours = 0.5 + possession(player) * (ours - 0.5);
     STANDING * (ours * threat(player, place) - (1.0 - ours) * threat(player, -place))
 }
 /// How likely a ball that is kicked in this direction goes between the posts.
@@ -185,13 +190,16 @@ fn come_nearer(offset: Vec2, by_m: f32) -> Vec2 {
     offset * (1.0 - by_m.min((distance - AT_PLACE_M).max(0.0)) / distance)
 }
 
-/// Whether a ball that is kicked in this direction gets past the opponents at it, more likely than not.
-pub(super) fn gets_past(player: &Player, company: Company, ball: Vec2, direction: Vec2) -> bool {
+/// Whether a kick in this direction is none to make: the opponents at the ball would likely stop it, and on this pitch it matters more who
+/// has the ball than where it is. On long ones it is better to try.
+pub(super) fn is_in_vain(player: &Player, company: Company, ball: Vec2, direction: Vec2) -> bool {
     /// Who is further away than this does not stop it at once, m.
     const AT_ONCE_M: f32 = 0.5;
-    /// How likely it must be.
+    /// It must get past them as likely as this.
     const LEAST: f32 = 0.6;
-    course(player, company, ball, ball + direction * AT_ONCE_M, 1.0).arrives >= LEAST
+    /// How much it must matter who has the ball.
+    const MATTERS: f32 = 0.5;
+    possession(player) > MATTERS && course(player, company, ball, ball + direction * AT_ONCE_M, 1.0).arrives < LEAST
 }
 
 /// How long the nearest of some takes to `place`, s, at the player's own speed.
@@ -214,6 +222,7 @@ fn likely(evidence: f32) -> f32 {
 mod tests {
     use super::*;
     use crate::geometry::{Pose, unit};
+    use crate::robot::kick::KickModel;
     use crate::teams::player::tests::PlayerFixture;
 
     fn opponent(x: f32, y: f32) -> RobotBelief {
@@ -269,11 +278,14 @@ mod tests {
         let mut situation = behind(Vec2::ZERO);
         let opponents = [opponent(0.25, 0.2)];
         let company = Company { mates: &[], opponents: &opponents };
-        assert!(gets_past(&situation.player(), company, Vec2::ZERO, Vec2::X));
+        let way = Vec2::new(2.0, 0.0);
+        let arrives =
+            |situation: &PlayerFixture, way: Vec2| course(&situation.player(), company, Vec2::ZERO, way, 0.5).arrives;
+        assert!(arrives(&situation, way) > 0.6);
         situation.kicks.wind_up_s = 1.5;
         // 0.8 * 1.5 s of its way nearer, but no nearer than 0.2 m: to (0.16, 0.12), and 0.15 m to either side are blocked.
-        assert!(!gets_past(&situation.player(), company, Vec2::ZERO, Vec2::X));
-        assert!(gets_past(&situation.player(), company, Vec2::ZERO, unit(-1.2)), "to the other side it is free");
+        assert!(arrives(&situation, way) < 0.4);
+        assert!(arrives(&situation, 2.0 * unit(-1.2)) > 0.99, "to the other side it is free");
     }
 
     #[test]
@@ -285,5 +297,22 @@ mod tests {
         assert!(inside(Vec2::new(0.0, 1.0)) > 0.99);
         // On the line it is as likely in as out.
         assert!((inside(Vec2::new(0.0, 2.0)) - 0.5).abs() < 1e-3);
+    }
+
+    #[test]
+    fn who_has_the_ball_matters_the_more_the_further_a_kick_reaches_on_the_pitch() {
+        let mut situation = behind(Vec2::ZERO);
+        let opponents = [opponent(0.25, 0.0)];
+        let company = Company { mates: &[], opponents: &opponents };
+        let matters = |situation: &PlayerFixture| possession(&situation.player());
+        // A NAO of the paper reaches 4 of 6 m: 0.63 * 4 / 6.
+        assert!((matters(&situation) - 0.42).abs() < 1e-3);
+        assert!(!is_in_vain(&situation.player(), company, Vec2::ZERO, Vec2::X), "it is tried");
+        situation.kicks.left_straight = KickModel::of(6.0);
+        assert!((matters(&situation) - MOST_POSSESSION).abs() < 1e-6);
+        assert!(is_in_vain(&situation.player(), company, Vec2::ZERO, Vec2::X));
+        assert!(!is_in_vain(&situation.player(), company, Vec2::ZERO, Vec2::Y), "nobody is there");
+        situation.pitch.length_m = 20.0;
+        assert!((matters(&situation) - LEAST_POSSESSION).abs() < 1e-6);
     }
 }
