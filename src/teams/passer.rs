@@ -40,10 +40,10 @@ const PASS_PATIENCE_S: f32 = 4.0;
 const NEAR_RECEIVER: f32 = 0.2;
 /// A kick that can be made at once must be better than the one that is prepared by this, in goals.
 const AT_HAND_GAIN: f32 = 0.02;
-/// After so long at the ball it is kicked into an opponent's feet, too, s.
-const STAND_OFF_S: f32 = 15.0;
 /// In a hurry it may be worse by this, in goals.
 const PRESSED_LOSS: f32 = 0.1;
+/// After so long at the ball it is kicked into an opponent's feet, too, s.
+const STAND_OFF_S: f32 = 15.0;
 /// Distance of the keeper's place from the middle of the goal, m: further out it covers more of the goal, as the others
 /// cover what it leaves.
 const KEEPER_GUARD_M: f32 = 0.9;

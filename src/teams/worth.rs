@@ -16,8 +16,8 @@ const AIMING_SD: f32 = 0.05;
 const LEFT_AFTER_A_KICK: f32 = 0.4;
 /// What a ball where one could score is worth, of the goal: opponents come back meanwhile.
 const STANDING: f32 = 0.35;
-/// How much it matters who has the ball next, of 1, beside where it lies: it changes sides often. What holds longest against `roles` was
-/// measured.
+/// How much it matters who has the ball next, of 1, beside where it lies: it changes sides often. Measured against `roles`: the more it
+/// matters the more balls a team keeps, and from here on the fewer matches it wins.
 const POSSESSION: f32 = 0.35;
 /// The same for robots that aim their kicks, who need not walk around the ball first.
 const POSSESSION_OF_AIMED: f32 = 0.43;
@@ -46,6 +46,7 @@ pub struct Company<'a> {
     /// The opponents that are known.
     pub opponents: &'a [RobotBelief],
 }
+
 /// The greatest reach of the player's kicks, m.
 pub fn reach_m(player: &Player) -> f32 {
     player.kicks.types().map(|kick| player.kicks.max_distance_m(kick)).fold(0.1, f32::max)
@@ -102,6 +103,7 @@ pub(super) fn standing(player: &Player, place: Vec2, ours: f32) -> f32 {
     let ours = 0.5 + possession(player) * (ours - 0.5);
     STANDING * (ours * threat(player, place) - (1.0 - ours) * threat(player, -place))
 }
+
 /// How likely a ball that is kicked in this direction goes between the posts.
 fn hits(player: &Player, ball: Vec2, direction: Vec2) -> f32 {
     let spread = direction_sd(player) + AIMING_SD;
@@ -205,8 +207,8 @@ fn come_nearer(offset: Vec2, by_m: f32) -> Vec2 {
     offset * (1.0 - by_m.min((distance - AT_PLACE_M).max(0.0)) / distance)
 }
 
-/// Whether a kick in this direction is none to make: the opponents at the ball would likely stop it, and on this pitch it matters more who
-/// has the ball than where it is. On larger ones it is better to try.
+/// Whether a kick in this direction is none to make: the opponents at the ball would likely stop it, and on a small pitch it matters more
+/// who has the ball than where it is. On larger ones it is better to try.
 pub(super) fn is_in_vain(player: &Player, company: Company, ball: Vec2, direction: Vec2) -> bool {
     /// Who is further away than this does not stop it at once, m.
     const AT_ONCE_M: f32 = 0.5;
