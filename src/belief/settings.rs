@@ -46,7 +46,7 @@ pub struct SimpleBelief {
     pub sonar: SonarModel,
     /// How what team-mates say of the ball is put together.
     pub team_ball: TeamBallModel,
-    /// What a team-mate said is forgotten after this time, s.
+    /// What a team-mate said is forgotten after this time, s: where messages are limited, each speaks every seven seconds or so.
     pub message_forget_s: f32,
 }
 
@@ -65,7 +65,7 @@ impl Default for SimpleBelief {
             robots: TrackModel::default(),
             sonar: SonarModel::default(),
             team_ball: TeamBallModel::default(),
-            message_forget_s: 2.0,
+            message_forget_s: 6.0,
         }
     }
 }

@@ -19,7 +19,7 @@ pub fn best_at_hand(
 ) -> Option<(KickRequest, KickOption)> {
     let ball = at_feet.place;
     let theirs_s = walking_s(player, company.opponents.iter().map(|other| other.position_m), ball);
-    let ready = if is_ours { 1.0 } else { is_first(wind_up_s(player), theirs_s) };
+    let ready = if is_ours { 1.0 } else { is_first(player, wind_up_s(player), theirs_s) };
     let contested = standing(player, ball, 0.5);
     // Who cannot aim its kicks has one direction for each.
     let angles: &[f32] = if aims_within(player) > 0.0 { &AHEAD_ANGLES } else { &[0.0] };

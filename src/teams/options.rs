@@ -74,7 +74,7 @@ pub fn options(
         // A shot must get there with some speed left.
         let rolls_m = if aim.is_shot { BEYOND * aim.distance_m } else { aim.distance_m };
         let ready_s = preparation_s(player, ball, aim.direction, rolls_m, aims_within);
-        let ready = if is_ours { 1.0 } else { is_first(ready_s, theirs_s) };
+        let ready = if is_ours { 1.0 } else { is_first(player, ready_s, theirs_s) };
         let value = ready * worth + (1.0 - ready) * contested + if is_previous { PREFERENCE } else { 0.0 };
         KickOption { aim, place, receiver, value }
     };

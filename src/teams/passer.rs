@@ -25,8 +25,8 @@ use crate::robot::kick::KickRequest;
 
 /// The jersey number of the keeper, who has other things to do.
 const KEEPER: u8 = 1;
-/// What was heard or seen of a team-mate longer ago does not count, s.
-const FRESH_TEAM_MATE_S: f32 = 2.0;
+/// What was heard or seen of a team-mate longer ago does not count, s: where messages are limited, nobody speaks more often.
+const FRESH_TEAM_MATE_S: f32 = 6.0;
 /// What team-mates told of opponents longer ago does not count, s.
 const FRESH_REPORT_S: f32 = 1.0;
 /// An opponent that is told of and one that is seen nearer to each other than this are one, m.
@@ -38,8 +38,9 @@ const PASS_PATIENCE_S: f32 = 4.0;
 /// A kick that ends nearer to who gets it than this share of the reach is a pass, which is announced; of others each makes what
 /// it can.
 const NEAR_RECEIVER: f32 = 0.2;
-/// A kick that can be made at once must be better than the one that is prepared by this, in goals.
-const AT_HAND_GAIN: f32 = 0.02;
+/// A kick that can be made at once may be worse than the one that is prepared by this, in goals: preparing takes time, and what was
+/// free is not any more.
+const AT_HAND_LOSS: f32 = 0.03;
 /// In a hurry it may be worse by this, in goals.
 const PRESSED_LOSS: f32 = 0.1;
 /// After so long at the ball it is kicked into an opponent's feet, too, s.
@@ -186,7 +187,7 @@ fn attack(player: &Player, memory: &mut PlayerMemory, ball: &BallBelief) -> Deci
             Some(kick)
         };
         let towards = |hurried: bool| kick_towards(player, at_feet, &chosen.aim, hurried).filter(may_kick);
-        if_better_by(AT_HAND_GAIN)
+        if_better_by(-AT_HAND_LOSS)
             .or_else(|| towards(false))
             .or_else(|| if hurried { if_better_by(-PRESSED_LOSS) } else { None })
             .or_else(|| towards(hurried))

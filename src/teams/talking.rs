@@ -11,21 +11,34 @@ const URGENT_S: f32 = 1.0;
 /// Whether it is time for the player to say something, and if so, takes note of it. `urgent`: it cannot wait for long.
 pub fn may_speak(player: &Player, memory: &mut PlayerMemory, urgent: bool) -> bool {
     let status = player.status;
-    let Some(left) = status.messages_left else { return true };
-    let size = u32::from(player.rules.team_size);
-    let to_spend = left.saturating_sub(RESERVE * size);
-    if status.state != GameState::Playing || to_spend == 0 {
+    if status.messages_left.is_none() {
+        return true;
+    }
+    let pause_s = pause_between_messages_s(player);
+    if status.state != GameState::Playing || pause_s.is_infinite() {
         return false;
     }
-    let later_halves = player.rules.halves.saturating_sub(status.half) as f32;
-    let to_go_s = status.time_left_s.unwrap_or(player.rules.half_s) + later_halves * player.rules.half_s;
-    let pause_s = to_go_s * size as f32 / to_spend as f32;
     let pause_s = if urgent { pause_s.min(URGENT_S) } else { pause_s };
     let speaks = memory.spoke_at_s.is_none_or(|at| status.time_s - at >= pause_s);
     if speaks {
         memory.spoke_at_s = Some(status.time_s);
     }
     speaks
+}
+
+/// How long a player is silent between two messages so that its team's last for the rest of the match, s: 0 where they are not limited,
+/// infinite when none is left.
+pub fn pause_between_messages_s(player: &Player) -> f32 {
+    let status = player.status;
+    let Some(left) = status.messages_left else { return 0.0 };
+    let size = u32::from(player.rules.team_size);
+    let to_spend = left.saturating_sub(RESERVE * size);
+    if to_spend == 0 {
+        return f32::INFINITY;
+    }
+    let later_halves = player.rules.halves.saturating_sub(status.half) as f32;
+    let to_go_s = status.time_left_s.unwrap_or(player.rules.half_s) + later_halves * player.rules.half_s;
+    to_go_s * size as f32 / to_spend as f32
 }
 
 #[cfg(test)]

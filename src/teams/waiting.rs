@@ -1,12 +1,12 @@
-//! Where players go who do not go for the ball: to where a pass was announced or could reach them, behind whoever is at the ball, or
-//! between the ball and the own goal.
+//! Where players go who do not go for the ball: to where a pass was announced or could reach them, beside the ball, or between it and the
+//! own goal.
 
 use bevy::prelude::*;
 
 use super::passing::{meet, rolled};
 use super::player::{Decision, Player, PlayerMemory};
-use super::roles::{SUPPORT_DISTANCE_M, support, time_around_ball_s};
-use super::worth::{Company, pass_worth, reach_m, walking_s};
+use super::roles::{SUPPORT_DISTANCE_M, time_around_ball_s};
+use super::worth::{Company, is_slow, pass_worth, reach_m, walking_s};
 use crate::belief::BallBelief;
 use crate::geometry::unit;
 
@@ -26,6 +26,13 @@ const APART_SHARE: f32 = 0.25;
 /// Places to wait at for a pass, from the ball: angles to the way to the goal, radians, and shares of the kick's reach.
 const WAITING_ANGLES: [f32; 6] = [0.2, -0.2, 0.6, -0.6, 1.1, -1.1];
 const WAITING_SHARES: [f32; 3] = [0.35, 0.55, 0.75];
+/// Whoever covers stands so far from the ball, of a NAO: ahead and to the side of the way to the goal, m. A side kick gets there, and so do
+/// the feet if the ball is lost.
+const COVER_M: Vec2 = Vec2::new(-0.2, 1.0);
+/// And a slow robot that offers itself: what goes further is the opponents' before it gets there.
+const OFFER_M: Vec2 = Vec2::new(0.4, 1.4);
+/// Places beside the ball keep so far from the lines, m.
+const INSIDE_M: f32 = 0.3;
 
 /// Goes where a pass was announced to, or could come to; back, if the opponents are sooner at the ball.
 pub(super) fn wait_for_the_ball(
@@ -44,16 +51,13 @@ pub(super) fn wait_for_the_ball(
         return Decision { walk, target: Some(place), intention: "receive", ..default() };
     }
     let place = match job(player, company, ball) {
-        Job::Cover => None,
-        Job::Guard => Some(guard_place(player, ball)),
-        Job::Offer => Some(free_place(player, memory, company, ball.position_m)),
+        Job::Cover => place_beside(player, company, ball.position_m, COVER_M),
+        Job::Guard => guard_place(player, ball),
+        Job::Offer if is_slow(player) => place_beside(player, company, ball.position_m, OFFER_M),
+        Job::Offer => free_place(player, memory, company, ball.position_m),
     };
-    if let Some(place) = place {
-        let walk = player.go_and_stay(place, facing, &obstacles);
-        return Decision { walk, target: Some(place), intention: "support", ..default() };
-    }
-    memory.free_place = None;
-    support(player, ball.position_m)
+    let walk = player.go_and_stay(place, facing, &obstacles);
+    Decision { walk, target: Some(place), intention: "support", ..default() }
 }
 
 /// When somebody at `place` is behind the ball, or where it will be, s.
@@ -66,7 +70,7 @@ pub(super) fn time_to_ball_s(player: &Player, ball: &BallBelief, place: Vec2) ->
 /// What a player does that does not go for the ball.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Job {
-    /// Stands behind whoever goes for the ball, for what comes back.
+    /// Stands beside whoever goes for the ball, for a kick to the side and for what comes back.
     Cover,
     /// Stands between the ball and the own goal.
     Guard,
@@ -118,6 +122,27 @@ fn guard_place(player: &Player, ball: &BallBelief) -> Vec2 {
     let least = player.pitch.penalty_area.depth_m + 0.35;
     let away = (0.5 * ball.distance(goal)).min(MOST_GUARD * player.pitch.length_m).max(least);
     goal + (ball - goal).normalize_or(Vec2::X) * away
+}
+
+/// So far ahead of the ball and beside it, of a NAO: on the player's own side, or on the other if a team-mate is nearer to that place or the
+/// line is in the way.
+fn place_beside(player: &Player, company: Company, ball: Vec2, offset_m: Vec2) -> Vec2 {
+    let ahead = (player.opponent_goal() - ball).normalize_or(Vec2::X);
+    let beside_m = offset_m.y + player.longer_than_nao_m() + player.wider_than_nao_m();
+    let half = Vec2::new(player.pitch.half_length(), player.pitch.half_width()) - INSIDE_M;
+    // Not among the keeper's feet.
+    let least = Vec2::new(player.pitch.penalty_area.depth_m - half.x, -half.y);
+    let place = |side: f32| ball + ahead * offset_m.x + ahead.perp() * side * beside_m;
+    let at_ball = company.mates.iter().map(|(_, mate)| mate.distance_squared(ball)).fold(f32::MAX, f32::min);
+    let own_side = if ahead.perp_dot(player.position() - ball) < 0.0 { -1.0 } else { 1.0 };
+    let own_m = player.position().distance(place(own_side));
+    let is_taken = company
+        .mates
+        .iter()
+        .any(|(_, mate)| mate.distance_squared(ball) > at_ball && mate.distance(place(own_side)) < own_m);
+    let is_outside = place(own_side).y.abs() > half.y;
+    let side = if is_taken || is_outside { -own_side } else { own_side };
+    place(side).clamp(least, half)
 }
 
 /// The place at which a pass would be worth most, not too far away.

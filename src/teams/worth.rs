@@ -8,6 +8,7 @@ use bevy::prelude::*;
 
 use super::kicking::AIMED_SHARE;
 use super::player::Player;
+use super::talking::pause_between_messages_s;
 use crate::belief::RobotBelief;
 
 /// How exactly the ball is aimed beside the spread of the kick itself, radians.
@@ -18,15 +19,24 @@ const LEFT_AFTER_A_KICK: f32 = 0.4;
 const STANDING: f32 = 0.35;
 /// How much it matters who has the ball next, of 1, beside where it lies: it changes sides often. Measured against `roles`: the more it
 /// matters the more balls a team keeps, and from here on the fewer matches it wins.
-const POSSESSION: f32 = 0.35;
+const POSSESSION: f32 = 0.58;
 /// The same for robots that aim their kicks, who need not walk around the ball first.
-const POSSESSION_OF_AIMED: f32 = 0.43;
+const POSSESSION_OF_AIMED: f32 = 0.47;
+/// The same for slow robots that talk as often as they like, who seldom lose a ball that is not fought for.
+const POSSESSION_OF_SLOW: f32 = 0.40;
 /// The same on a small pitch, where whoever has the ball can shoot.
-const POSSESSION_ON_SMALL_PITCH: f32 = 0.58;
+const POSSESSION_ON_SMALL_PITCH: f32 = 0.62;
 /// Kicks reach over this share of a small pitch.
 const SMALL_PITCH_SHARE: f32 = 0.75;
-/// The difference in time to the ball of which the sooner one gets it nearly three times of four, s.
-const RACE_S: f32 = 1.0;
+/// The difference in time to the ball of which the sooner one gets it nearly three times of four, s: what everybody takes to turn and to
+/// begin.
+const RACE_S: f32 = 0.5;
+/// And what there is to be known and walked around at the ball beside that, m.
+const RACE_M: f32 = 0.12;
+/// Who takes longer than this to walk as far as it kicks is slow, s.
+const SLOW_S: f32 = 16.0;
+/// Who is silent for longer than this between two messages keeps them for what matters, s.
+const TALKS_FREELY_S: f32 = 1.0;
 /// How long an opponent takes to see where a ball rolls, s.
 const REACTION_S: f32 = 0.7;
 /// How exactly an opponent's place is known, m.
@@ -86,12 +96,19 @@ fn is_pitch_small(player: &Player) -> bool {
     reach_m(player) > SMALL_PITCH_SHARE * player.pitch.length_m
 }
 
+/// Whether the player is slow beside what it kicks.
+pub(super) fn is_slow(player: &Player) -> bool {
+    reach_m(player) > SLOW_S * player.limits.max_linear_mps
+}
+
 /// How much it matters who has the ball next, of 1.
 fn possession(player: &Player) -> f32 {
     if is_pitch_small(player) {
         POSSESSION_ON_SMALL_PITCH
     } else if aims_within(player) > 0.0 {
         POSSESSION_OF_AIMED
+    } else if is_slow(player) && pause_between_messages_s(player) < TALKS_FREELY_S {
+        POSSESSION_OF_SLOW
     } else {
         POSSESSION
     }
@@ -135,7 +152,8 @@ pub fn pass_worth(player: &Player, company: Company, ball: Vec2, place: Vec2) ->
     let share = (ball.distance(place) / reach_m(player)).min(1.0);
     let theirs_s = walking_s(player, company.opponents.iter().map(|other| other.position_m), place);
     let arrives = course(player, company, ball, place, share).arrives;
-    arrives * likely((theirs_s - RACE_S) / RACE_S) * threat(player, place)
+    let race_s = race_s(player);
+    arrives * likely((theirs_s - race_s) / race_s) * threat(player, place)
 }
 
 /// What it is worth to kick the ball to `place`, and who of the team-mates gets it if the team does.
@@ -149,7 +167,7 @@ pub(super) fn kick_worth(player: &Player, company: Company, ball: Vec2, place: V
         .map(|(number, mate)| (walking_s(player, [*mate], place), Some(*number)))
         .fold((own_s, None), |best, next| if next.0 < best.0 { next } else { best });
     let theirs_s = walking_s(player, company.opponents.iter().map(|other| other.position_m), place);
-    let ours = is_first(ours_s, theirs_s) * stays_inside(player, ball, place);
+    let ours = is_first(player, ours_s, theirs_s) * stays_inside(player, ball, place);
     let share = (ball.distance(place) / reach).min(1.0);
     let course = course(player, company, ball, place, share);
     let worth = course.arrives * standing(player, place, ours)
@@ -223,9 +241,14 @@ pub fn walking_s(player: &Player, from: impl IntoIterator<Item = Vec2>, place: V
     (nearest - AT_PLACE_M).max(0.0) / player.limits.max_linear_mps.max(1e-3)
 }
 
+/// The difference in time to the ball of which the sooner one gets it nearly three times of four, s.
+fn race_s(player: &Player) -> f32 {
+    RACE_S + RACE_M / player.limits.max_linear_mps.max(1e-2)
+}
+
 /// How likely who takes so long is somewhere sooner than others, s.
-pub(super) fn is_first(own_s: f32, theirs_s: f32) -> f32 {
-    likely((theirs_s - own_s) / RACE_S)
+pub(super) fn is_first(player: &Player, own_s: f32, theirs_s: f32) -> f32 {
+    likely((theirs_s - own_s) / race_s(player))
 }
 
 /// A number from 0 to 1 for what speaks for and against: 1/2 for nought.
