@@ -80,4 +80,22 @@ mod tests {
         let mut memory = PlayerMemory::default();
         assert!((0..3).all(|_| may_speak(&situation.player(), &mut memory, false)));
     }
+
+    #[test]
+    fn the_pause_is_what_the_messages_that_are_left_allow() {
+        let mut situation = PlayerFixture::new(Pose::default(), Vec2::ZERO);
+        situation.rules = Rules { team_size: 7, halves: 2, half_s: 600.0, ..Rules::default() };
+        assert_eq!(pause_between_messages_s(&situation.player()), 0.0);
+        situation.status = crate::referee::GameStatus {
+            half: 1,
+            time_left_s: Some(600.0),
+            messages_left: Some(1200),
+            ..situation.status
+        };
+        // 1200 s for 1200 - 3 * 7 messages of seven robots.
+        let pause_s = pause_between_messages_s(&situation.player());
+        assert!((pause_s - 1200.0 * 7.0 / 1179.0).abs() < 1e-3, "{pause_s}");
+        situation.status.messages_left = Some(21);
+        assert_eq!(pause_between_messages_s(&situation.player()), f32::INFINITY);
+    }
 }

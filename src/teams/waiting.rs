@@ -26,10 +26,10 @@ const APART_SHARE: f32 = 0.25;
 /// Places to wait at for a pass, from the ball: angles to the way to the goal, radians, and shares of the kick's reach.
 const WAITING_ANGLES: [f32; 6] = [0.2, -0.2, 0.6, -0.6, 1.1, -1.1];
 const WAITING_SHARES: [f32; 3] = [0.35, 0.55, 0.75];
-/// Whoever covers stands so far from the ball, of a NAO: ahead and to the side of the way to the goal, m. A side kick gets there, and so do
-/// the feet if the ball is lost.
-const COVER_M: Vec2 = Vec2::new(-0.2, 1.0);
-/// And a slow robot that offers itself: what goes further is the opponents' before it gets there.
+/// Whoever covers stands so far from the ball, of a NAO: ahead and to the side on the way to the goal, m. A side kick gets there, and the
+/// ball is near if it is lost. Measured: further back, more are lost and fewer matches are won.
+const COVER_M: Vec2 = Vec2::new(0.3, 1.3);
+/// And a slow robot that offers itself: the opponents would be at what goes further as soon as it.
 const OFFER_M: Vec2 = Vec2::new(0.4, 1.4);
 /// Places beside the ball keep so far from the lines, m.
 const INSIDE_M: f32 = 0.3;
@@ -215,5 +215,34 @@ mod tests {
         situation.pitch.penalty_area.depth_m = 1.65;
         let place = guard_place(&situation.player(), &ball);
         assert!((place.distance(Vec2::new(-3.0, BESIDE_KEEPER * 1.4)) - 2.0).abs() < 1e-4, "{place}");
+    }
+
+    #[test]
+    fn who_supports_stands_beside_the_ball_on_its_own_side_unless_somebody_is_nearer_or_the_line_is_there() {
+        let at = |own: Vec2, ball: Vec2, mates: &[(u8, Vec2)]| {
+            let situation = PlayerFixture::new(Pose { position: own, heading: 0.0 }, ball);
+            place_beside(&situation.player(), Company { mates, opponents: &[] }, ball, COVER_M)
+        };
+        let place = |side: f32| Vec2::new(0.3, side * 1.3);
+        let left = Vec2::new(-1.0, 1.0);
+        assert!(at(left, Vec2::ZERO, &[]).distance(place(1.0)) < 1e-4);
+        assert!(at(left * Vec2::new(1.0, -1.0), Vec2::ZERO, &[]).distance(place(-1.0)) < 1e-4);
+        // Who goes for the ball, number 3, is no rival for the place beside it.
+        let at_ball = (3, Vec2::new(-0.1, 0.05));
+        assert!(at(left, Vec2::ZERO, &[at_ball]).distance(place(1.0)) < 1e-4);
+        assert!(at(left, Vec2::ZERO, &[at_ball, (4, Vec2::new(0.5, 1.0))]).distance(place(-1.0)) < 1e-4);
+        // 0.5 m from the left line there is no room for 1.3 m.
+        let beside_line = at(Vec2::new(-1.0, 1.8), Vec2::new(0.0, 1.5), &[]);
+        assert!(beside_line.y < 0.7, "{beside_line}");
+    }
+
+    #[test]
+    fn who_supports_keeps_out_of_the_own_penalty_area() {
+        let ball = Vec2::new(-2.9, 0.0);
+        let situation = PlayerFixture::new(Pose::new(-2.0, 0.5, 0.0), ball);
+        let company = Company { mates: &[], opponents: &[] };
+        let place = place_beside(&situation.player(), company, ball, COVER_M);
+        let area_m = situation.pitch.penalty_area.depth_m - situation.pitch.half_length();
+        assert!(place.x >= area_m + INSIDE_M - 1e-4, "{place}");
     }
 }

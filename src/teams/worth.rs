@@ -19,23 +19,24 @@ const LEFT_AFTER_A_KICK: f32 = 0.4;
 const STANDING: f32 = 0.35;
 /// How much it matters who has the ball next, of 1, beside where it lies: it changes sides often. Measured against `roles`: the more it
 /// matters the more balls a team keeps, and from here on the fewer matches it wins.
-const POSSESSION: f32 = 0.58;
+const POSSESSION: f32 = 0.57;
 /// The same for robots that aim their kicks, who need not walk around the ball first.
-const POSSESSION_OF_AIMED: f32 = 0.47;
-/// The same for slow robots that talk as often as they like, who seldom lose a ball that is not fought for.
-const POSSESSION_OF_SLOW: f32 = 0.40;
-/// The same on a small pitch, where whoever has the ball can shoot.
-const POSSESSION_ON_SMALL_PITCH: f32 = 0.62;
+const POSSESSION_OF_AIMED: f32 = 0.45;
+/// The same for slow robots that talk as often as they like, on a pitch that is large beside their kicks.
+const POSSESSION_OF_SLOW: f32 = 0.41;
+/// And so much more in a small team of slow robots, where nobody is left to win back a ball that is lost.
+const POSSESSION_OF_FEW: f32 = 0.1;
+/// Teams up to this size are small, keeper included.
+const FEW: u8 = 3;
 /// Kicks reach over this share of a small pitch.
 const SMALL_PITCH_SHARE: f32 = 0.75;
-/// The difference in time to the ball of which the sooner one gets it nearly three times of four, s: what everybody takes to turn and to
-/// begin.
+/// Who is sooner at the ball by so long, and by the time for [`RACE_M`], gets it nearly three times of four, s.
 const RACE_S: f32 = 0.5;
-/// And what there is to be known and walked around at the ball beside that, m.
+/// How far a robot steps about at the ball before it has it, m: slow ones need longer for that.
 const RACE_M: f32 = 0.12;
 /// Who takes longer than this to walk as far as it kicks is slow, s.
 const SLOW_S: f32 = 16.0;
-/// Who is silent for longer than this between two messages keeps them for what matters, s.
+/// Who is silent for shorter than this between two messages talks as often as it likes, s.
 const TALKS_FREELY_S: f32 = 1.0;
 /// How long an opponent takes to see where a ball rolls, s.
 const REACTION_S: f32 = 0.7;
@@ -103,15 +104,15 @@ pub(super) fn is_slow(player: &Player) -> bool {
 
 /// How much it matters who has the ball next, of 1.
 fn possession(player: &Player) -> f32 {
-    if is_pitch_small(player) {
-        POSSESSION_ON_SMALL_PITCH
-    } else if aims_within(player) > 0.0 {
+    let talks_freely = pause_between_messages_s(player) < TALKS_FREELY_S;
+    let of_many = if aims_within(player) > 0.0 {
         POSSESSION_OF_AIMED
-    } else if is_slow(player) && pause_between_messages_s(player) < TALKS_FREELY_S {
+    } else if is_slow(player) && talks_freely && !is_pitch_small(player) {
         POSSESSION_OF_SLOW
     } else {
         POSSESSION
-    }
+    };
+    if player.rules.team_size <= FEW && is_slow(player) { of_many + POSSESSION_OF_FEW } else { of_many }
 }
 
 /// What a ball at `place` is worth that the own team gets first with this likelihood: how likely it is to score less how likely the
@@ -338,16 +339,47 @@ mod tests {
     }
 
     #[test]
-    fn on_a_small_pitch_who_has_the_ball_matters_most_and_nobody_kicks_into_feet() {
+    fn on_a_small_pitch_nobody_kicks_into_feet() {
         let mut situation = behind(Vec2::ZERO);
         let opponents = [opponent(0.25, 0.0)];
         let company = Company { mates: &[], opponents: &opponents };
         // A NAO of the paper reaches 4 of 6 m.
-        assert_eq!(possession(&situation.player()), POSSESSION);
         assert!(!is_in_vain(&situation.player(), company, Vec2::ZERO, Vec2::X), "it is tried");
         situation.kicks.left_straight = KickModel::of(6.0);
-        assert_eq!(possession(&situation.player()), POSSESSION_ON_SMALL_PITCH);
         assert!(is_in_vain(&situation.player(), company, Vec2::ZERO, Vec2::X));
         assert!(!is_in_vain(&situation.player(), company, Vec2::ZERO, Vec2::Y), "nobody is there");
+    }
+
+    #[test]
+    fn who_has_the_ball_matters_less_to_slow_robots_that_talk_freely_and_more_to_few_of_them() {
+        let mut situation = behind(Vec2::ZERO);
+        situation.rules.team_size = 5;
+        // A NAO of the paper takes 20 s for the 4 m that it kicks.
+        assert!(is_slow(&situation.player()));
+        assert_eq!(possession(&situation.player()), POSSESSION_OF_SLOW);
+        situation.rules.team_size = 3;
+        assert_eq!(possession(&situation.player()), POSSESSION_OF_SLOW + POSSESSION_OF_FEW);
+        situation.rules.team_size = 5;
+        situation.status.messages_left = Some(300);
+        assert_eq!(possession(&situation.player()), POSSESSION, "it is silent for seconds");
+        situation.status.messages_left = None;
+        situation.kicks.left_straight = KickModel::of(6.0);
+        assert_eq!(possession(&situation.player()), POSSESSION, "the pitch is small");
+        situation.kicks.left_straight = KickModel::of(4.0);
+        situation.limits.max_linear_mps = 0.6;
+        assert!(!is_slow(&situation.player()));
+        assert_eq!(possession(&situation.player()), POSSESSION);
+    }
+
+    #[test]
+    fn a_lead_of_half_a_second_and_a_step_wins_the_ball_nearly_three_times_of_four() {
+        let mut situation = behind(Vec2::ZERO);
+        for speed_mps in [0.2, 1.0] {
+            situation.limits.max_linear_mps = speed_mps;
+            let lead_s = RACE_S + RACE_M / speed_mps;
+            // 1 / (1 + 1 / e)
+            assert!((is_first(&situation.player(), 2.0, 2.0 + lead_s) - 0.731).abs() < 1e-3);
+            assert!((is_first(&situation.player(), 2.0, 2.0) - 0.5).abs() < 1e-6);
+        }
     }
 }
