@@ -27,7 +27,7 @@ const POSSESSION_OF_SLOW: f32 = 0.41;
 /// And so much more in a small team of slow robots, where nobody is left to win back a ball that is lost.
 const POSSESSION_OF_FEW: f32 = 0.1;
 /// Teams up to this size are small, keeper included.
-const FEW: u8 = 3;
+const FEW: u8 = 4;
 /// Kicks reach over this share of a small pitch.
 const SMALL_PITCH_SHARE: f32 = 0.75;
 /// Who is sooner at the ball by so long, and by the time for [`RACE_M`], gets it nearly three times of four, s.
