@@ -430,10 +430,13 @@ impl SimpleBeliefMemory {
                 belief.opponents.push(robot);
                 continue;
             }
-            let told = &belief.team_mates[..heard_count];
-            if told.iter().all(|told| told.position_m.distance_squared(robot.position_m) > SAME_ROBOT_M * SAME_ROBOT_M)
-            {
-                belief.team_mates.push(robot);
+            let told = &mut belief.team_mates[..heard_count];
+            let is_same = |told: &&mut RobotBelief| told.position_m.distance(robot.position_m) <= SAME_ROBOT_M;
+            match told.iter_mut().find(is_same) {
+                // Who it is was told, where it is by now is seen.
+                Some(told) if robot.age_s < told.age_s => *told = RobotBelief { id: told.id, ..robot },
+                Some(_) => {}
+                None => belief.team_mates.push(robot),
             }
         }
     }

@@ -9,10 +9,10 @@ use super::looking::Head;
 use super::passing::Pass;
 use super::walking::{
     BALL_CLEARANCE_M, OBSTACLE_MEMORY_S, OBSTACLE_RANGE_M, Obstacles, POST_CLEARANCE_M, ROBOT_CLEARANCE_M,
-    step_towards, way_around,
+    TOLD_MEMORY_S, step_towards, way_around,
 };
 use crate::ball::Rolling;
-use crate::belief::{BallBelief, Belief};
+use crate::belief::{BallBelief, Belief, RobotBelief};
 use crate::communication::ReceivedMessage;
 use crate::game::Rules;
 use crate::geometry::{Pose, angle_of, unit, unrotate};
@@ -233,7 +233,9 @@ impl<'a> Player<'a> {
         let own = self.position();
         let near = |place: Vec2| place.distance_squared(own) < OBSTACLE_RANGE_M * OBSTACLE_RANGE_M;
         let robots = self.belief.opponents.iter().chain(&self.belief.team_mates);
-        for robot in robots.filter(|robot| robot.age_s < OBSTACLE_MEMORY_S && near(robot.position_m)) {
+        // Team-mates that told where they are walk on.
+        let memory_s = |robot: &RobotBelief| if robot.id.is_some() { TOLD_MEMORY_S } else { OBSTACLE_MEMORY_S };
+        for robot in robots.filter(|robot| robot.age_s < memory_s(robot) && near(robot.position_m)) {
             obstacles.add(robot.position_m, ROBOT_CLEARANCE_M + 2.0 * self.wider_than_nao_m());
         }
         let (x, y) = (self.pitch.goal_post_x(), self.pitch.goal.width_m / 2.0);

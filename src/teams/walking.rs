@@ -18,6 +18,8 @@ pub const POST_CLEARANCE_M: f32 = 0.25;
 pub const OBSTACLE_RANGE_M: f32 = 1.5;
 /// A robot seen longer ago may be anywhere, s.
 pub const OBSTACLE_MEMORY_S: f32 = 4.0;
+/// Places that team-mates told of longer ago are not avoided, s.
+pub const TOLD_MEMORY_S: f32 = 2.0;
 /// How much further than its edge an obstacle is passed, as a share of the radius: for coming back to the straight way.
 const PASSING_FACTOR: f32 = 1.02;
 /// A robot whose speed to the side is less than this share of that ahead goes only ahead and back, as one on wheels.
