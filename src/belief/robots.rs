@@ -7,10 +7,14 @@ use bevy::math::ops;
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::RobotBelief;
 use super::covariance::inverse;
 use super::sighting::{Residual, Sighting};
 use crate::geometry::{Pose, unit, unrotate};
 use crate::team::Team;
+
+/// A seen and a heard team-mate nearer to each other than this are one, m.
+const SAME_ROBOT_M: f32 = 0.6;
 
 /// Another robot that was seen.
 #[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
@@ -141,6 +145,17 @@ pub fn hear_robot(tracks: &mut [RobotTrack], distance: f32, heading: f32, half_a
     track.age_s = 0.0;
 }
 
+/// Adds a team-mate that was seen to those that are known, of which the first `heard_count` told where they are: if it is one of those, who it
+/// is was told, and where it is by now is what was seen, or told, later.
+pub fn add_seen_mate(team_mates: &mut Vec<RobotBelief>, heard_count: usize, seen: RobotBelief) {
+    let is_same = |told: &&mut RobotBelief| told.position_m.distance(seen.position_m) <= SAME_ROBOT_M;
+    match team_mates.iter_mut().take(heard_count).find(is_same) {
+        Some(told) if seen.age_s < told.age_s => *told = RobotBelief { id: told.id, ..seen },
+        Some(_) => {}
+        None => team_mates.push(seen),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -219,5 +234,20 @@ mod tests {
         hear_robot(&mut tracks, 0.5, 0.34, 0.314, &SonarModel::default());
         hear_robot(&mut tracks, 0.15, -0.34, 0.314, &SonarModel::default());
         assert_eq!(tracks, before);
+    }
+
+    #[test]
+    fn a_team_mate_that_told_where_it_is_and_is_seen_since_is_where_it_is_seen() {
+        let id = Some(crate::team::RobotId::new(Team::Blue, 3));
+        let robot =
+            |id, x, age_s| RobotBelief { id, position_m: Vec2::new(x, 0.0), covariance: [0.01, 0.0, 0.01], age_s };
+        let known = |told_s: f32, seen_m: f32, seen_s: f32| {
+            let mut team_mates = vec![robot(id, 1.0, told_s)];
+            add_seen_mate(&mut team_mates, 1, robot(None, seen_m, seen_s));
+            team_mates
+        };
+        assert_eq!(known(4.0, 1.5, 0.0), [robot(id, 1.5, 0.0)]);
+        assert_eq!(known(0.5, 1.5, 2.0), [robot(id, 1.0, 0.5)], "what it told is news");
+        assert_eq!(known(4.0, 2.0, 0.0), [robot(id, 1.0, 4.0), robot(None, 2.0, 0.0)], "another one");
     }
 }

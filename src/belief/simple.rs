@@ -13,7 +13,7 @@ use super::camera_error::{CameraError, CameraMotion};
 use super::landmarks::{Landmarks, PitchObservation};
 use super::localiser::Localiser;
 use super::moments::{Moment, Moments, as_seen_now};
-use super::robots::{RobotTrack, SonarModel, advance_tracks, hear_robot, see_robot};
+use super::robots::{RobotTrack, SonarModel, add_seen_mate, advance_tracks, hear_robot, see_robot};
 use super::sighting::Sighting;
 use super::team_ball::{HeardBall, team_ball};
 use super::wrong_end::WrongEnd;
@@ -95,9 +95,6 @@ struct Heard {
     ball_moved_mps: Option<Vec2>,
     age_s: f32,
 }
-
-/// A seen and a heard team-mate nearer to each other than this are one, m.
-const SAME_ROBOT_M: f32 = 0.6;
 
 /// What was seen so long ago at most is seen now, s.
 const SEEN_NOW_S: f32 = 0.3;
@@ -426,17 +423,10 @@ impl SimpleBeliefMemory {
             if !robot.is_finite() {
                 continue;
             }
-            if track.team != team {
+            if track.team == team {
+                add_seen_mate(&mut belief.team_mates, heard_count, robot);
+            } else {
                 belief.opponents.push(robot);
-                continue;
-            }
-            let told = &mut belief.team_mates[..heard_count];
-            let is_same = |told: &&mut RobotBelief| told.position_m.distance(robot.position_m) <= SAME_ROBOT_M;
-            match told.iter_mut().find(is_same) {
-                // Who it is was told, where it is by now is seen.
-                Some(told) if robot.age_s < told.age_s => *told = RobotBelief { id: told.id, ..robot },
-                Some(_) => {}
-                None => belief.team_mates.push(robot),
             }
         }
     }

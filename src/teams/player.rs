@@ -384,12 +384,7 @@ pub(super) mod tests {
     #[test]
     fn obstacles_are_robots_posts_and_what_only_the_sonars_know() {
         let mut situation = PlayerFixture::new(Pose::new(2.0, 0.6, 0.0), Vec2::ZERO);
-        let robot = |x, y, age_s| crate::belief::RobotBelief {
-            id: None,
-            position_m: Vec2::new(x, y),
-            covariance: [0.0; 3],
-            age_s,
-        };
+        let robot = |x, y, age_s| RobotBelief { id: None, position_m: Vec2::new(x, y), covariance: [0.0; 3], age_s };
         situation.belief.opponents = vec![robot(1.5, 0.6, 0.0), robot(-2.0, 0.0, 0.0), robot(2.2, 0.0, 5.0)];
         let count = |situation: &PlayerFixture| situation.player().obstacles().iter().count();
         // The opponent near by, and the post at (2.975, 0.7); the others are far away or long gone.
@@ -398,6 +393,12 @@ pub(super) mod tests {
         assert_eq!(count(&situation), 3);
         // The same echo from a robot that is known.
         situation.belief.opponents.push(robot(2.33, 0.72, 0.0));
+        assert_eq!(count(&situation), 3);
+        // A team-mate that told where it is walks on.
+        let told = |age_s| RobotBelief { id: Some(RobotId::new(Team::Blue, 3)), ..robot(1.4, -0.3, age_s) };
+        situation.belief.team_mates = vec![told(0.5 * TOLD_MEMORY_S)];
+        assert_eq!(count(&situation), 4);
+        situation.belief.team_mates = vec![told(1.5 * TOLD_MEMORY_S)];
         assert_eq!(count(&situation), 3);
     }
 }
