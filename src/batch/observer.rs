@@ -2,6 +2,7 @@
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 use crate::ball::Ball;
 use crate::belief::{Belief, pitch_from_team};
@@ -87,6 +88,19 @@ pub struct MatchRow {
 }
 
 impl MatchRow {
+    /// Whether the matches of each variant were one and the same whatever their seeds, as where nothing is left to chance: they are
+    /// one sample each, and no interval can be told. False unless a variant was played twice.
+    pub(super) fn are_repetitions(rows: &[&Self]) -> bool {
+        let mut first_of: BTreeMap<usize, &Self> = BTreeMap::new();
+        for row in rows {
+            let first = first_of.entry(row.variant).or_insert(row);
+            if (Self { index: first.index, seed: first.seed, ..(*row).clone() }) != **first {
+                return false;
+            }
+        }
+        first_of.len() < rows.len()
+    }
+
     /// The row of a match that did not come to its end.
     pub(super) fn failed(seed: u64, outcome: MatchOutcome, note: String) -> Self {
         Self {

@@ -13,6 +13,9 @@ pub struct PairSummary {
     pub matches: usize,
     /// Matches that were not.
     pub failed: usize,
+    /// Whether those in each colour were one and the same match whatever their seeds: nothing was left to chance, and the intervals
+    /// say nothing.
+    pub repeated: bool,
     /// Matches that the first team won, as a share.
     pub wins: Option<Estimate>,
     /// Matches that nobody won, as a share.
@@ -53,6 +56,7 @@ impl PairSummary {
         Self {
             matches: valid.len(),
             failed: failed.len(),
+            repeated: MatchRow::are_repetitions(&valid.iter().map(|(row, _)| *row).collect::<Vec<_>>()),
             wins: share(wins, valid.len()),
             draws: share(valid.len() - wins - losses, valid.len()),
             losses: share(losses, valid.len()),
@@ -65,10 +69,12 @@ impl PairSummary {
     }
 
     /// Whether one of the two is the better with 95 % confidence: of the matches that somebody won, more than half are
-    /// the first team's (true), or fewer are (false). None while that cannot be told.
+    /// the first team's (true), or fewer are (false). None while that cannot be told, as of a match that is repeated.
     pub fn is_first_better(&self) -> Option<bool> {
         let share = self.share_of_wins?;
-        if share.low > 0.5 {
+        if self.repeated {
+            None
+        } else if share.low > 0.5 {
             Some(true)
         } else if share.high < 0.5 {
             Some(false)
@@ -205,6 +211,7 @@ impl fmt::Display for PairTable {
             let mut line = String::new();
             match summary.is_first_better() {
                 Some(_) => write!(line, "{first} beats {second}")?,
+                None if summary.repeated => write!(line, "{first} and {second}: every seed plays the same match")?,
                 None => write!(line, "{first} and {second}: no difference that is sure")?,
             }
             write!(line, ": {} matches", summary.matches)?;
@@ -215,13 +222,19 @@ impl fmt::Display for PairTable {
             }
             if let Some(share) = summary.share_of_wins {
                 let [value, low, high] = [share.value, share.low, share.high].map(|share| 100.0 * share);
-                write!(line, "; of those that somebody won, {value:.1} % ({low:.1} to {high:.1})")?;
+                write!(line, "; of those that somebody won, {value:.1} %")?;
+                if !summary.repeated {
+                    write!(line, " ({low:.1} to {high:.1})")?;
+                }
             }
             if let (Some(own), Some(other), Some(difference)) =
                 (summary.goals, summary.goals_against, summary.goal_difference)
             {
                 let [own, other, value] = [own.value, other.value, difference.value];
-                write!(line, "; goals {own:.2} : {other:.2}, difference {value:+.2} ± {:.2}", difference.margin())?;
+                write!(line, "; goals {own:.2} : {other:.2}, difference {value:+.2}")?;
+                if !summary.repeated {
+                    write!(line, " ± {:.2}", difference.margin())?;
+                }
             }
             if let [Some(own), Some(other)] = summary.kept.map(|kept| kept.map(|kept| 100.0 * kept.value)) {
                 write!(line, "; balls kept {own:.0} % : {other:.0} %")?;
@@ -284,8 +297,11 @@ mod tests {
     fn whoever_wins_nearly_always_beats_the_other_and_the_table_says_so() {
         let pairs = teams(&["weak", "strong"]);
         let rows: Vec<(MatchRow, Pairing)> = (0..20)
-            .flat_map(|_| pairs.pairings())
-            .map(|pairing| (if pairing.first == Team::Blue { row(0, 1) } else { row(2, 0) }, pairing))
+            .flat_map(|outs| pairs.pairings().map(move |pairing| (outs, pairing)))
+            .map(|(outs, pairing)| {
+                let row = if pairing.first == Team::Blue { row(0, 1) } else { row(2, 0) };
+                (MatchRow { outs, ..row }, pairing)
+            })
             .collect();
         let table = pairs.table(rows.iter().map(|(row, pairing)| (row, *pairing)));
         assert_eq!(table.summary("strong", "weak").unwrap().is_first_better(), Some(true));
@@ -300,5 +316,20 @@ mod tests {
         });
         let text = pairs.table(even).to_string();
         assert!(text.contains("no difference that is sure") && !text.contains('*'), "{text}");
+    }
+
+    #[test]
+    fn a_match_that_every_seed_plays_again_makes_nobody_sure() {
+        let pairs = teams(&["weak", "strong"]);
+        let rows: Vec<(MatchRow, Pairing)> = (0..40)
+            .flat_map(|seed| pairs.pairings().zip(0..).map(move |(pairing, variant)| (seed, variant, pairing)))
+            .map(|(seed, variant, pairing)| {
+                let row = if pairing.first == Team::Blue { row(0, 1) } else { row(2, 0) };
+                (MatchRow { seed, variant, ..row }, pairing)
+            })
+            .collect();
+        let text = pairs.table(rows.iter().map(|(row, pairing)| (row, *pairing))).to_string();
+        assert!(text.contains("strong and weak: every seed plays the same match: 80 matches, 100.0 % wins"), "{text}");
+        assert!(!text.contains('*') && !text.contains('±') && !text.contains(" to "), "{text}");
     }
 }

@@ -13,6 +13,8 @@ pub struct Summary {
     pub matches: usize,
     /// Matches that were not.
     pub failed: usize,
+    /// Whether they were one and the same match whatever their seeds: nothing was left to chance, and the intervals say nothing.
+    pub repeated: bool,
     /// Matches that blue won, as a share.
     pub blue_wins: Option<Estimate>,
     /// Matches that nobody won, as a share.
@@ -57,6 +59,7 @@ impl Summary {
         Self {
             matches: valid.len(),
             failed: failed.len(),
+            repeated: MatchRow::are_repetitions(&valid),
             blue_wins: share(blue_wins, valid.len()),
             draws: share(valid.len() - blue_wins - pink_wins, valid.len()),
             pink_wins: share(pink_wins, valid.len()),
@@ -111,6 +114,9 @@ impl Summary {
                 lines.push((name, number(error, 3, " m")));
             }
         }
+        if self.repeated {
+            lines.push(("every seed", "plays the same match: the intervals say nothing".to_owned()));
+        }
         lines
     }
 }
@@ -149,5 +155,16 @@ mod tests {
         assert_eq!(summary.blue_share_of_wins.unwrap().value, 2.0 / 3.0);
         assert_eq!(summary.goal_difference.unwrap().value, 0.75);
         assert_eq!(summary.blue_possession, None);
+        assert!(!summary.repeated);
+    }
+
+    #[test]
+    fn the_same_match_again_and_again_is_told_of() {
+        let same = |seed: u64| MatchRow { seed, index: seed as usize, ..row(2, 1, MatchOutcome::FinalWhistle) };
+        let lines = |rows: &[MatchRow]| Summary::of(rows.iter()).lines();
+        let is_told = |rows: &[MatchRow]| lines(rows).iter().any(|(name, _)| *name == "every seed");
+        assert!(is_told(&[same(1), same(2), same(3)]));
+        assert!(!is_told(&[same(1)]));
+        assert!(!is_told(&[same(1), MatchRow { outs: 1, ..same(2) }, same(3)]));
     }
 }

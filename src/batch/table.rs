@@ -1,7 +1,8 @@
 //! The table of a batch: comma-separated values, a row a match, in the order of the matches.
 //!
 //! Behind the match's number and seed come the settings of its variant, then what came of it, and at last a
-//! fingerprint of the scenario, by which a later batch knows whether the table is its own and goes on where it ends.
+//! fingerprint of the scenario, by which a later batch knows whether the table is its own and goes on where it ends. A setting that
+//! is called like another column, such as `realism` and `duration_s`, has `set.` before its name.
 //!
 //! A text that a spreadsheet would take for a formula has an apostrophe before it.
 
@@ -137,7 +138,9 @@ impl Table {
 
     /// That of a batch, written nowhere.
     pub(super) fn of<V: Variants>(batch: &Batch<V>) -> Self {
-        Self { columns: batch.variants.columns(), file: None }
+        let is_taken = |column: &str| LEADING_COLUMNS.contains(&column) || COLUMNS.contains(&column);
+        let unlike_others = |column: String| if is_taken(&column) { format!("set.{column}") } else { column };
+        Self { columns: batch.variants.columns().into_iter().map(unlike_others).collect(), file: None }
     }
 
     pub(super) fn header(&self) -> String {
@@ -296,6 +299,16 @@ mod tests {
         Batch { variants, matches: 3, first_seed: 7, threads: 1 }
     }
 
+    #[test]
+    fn settings_that_are_called_like_other_columns_are_told_apart() {
+        let mut batch = batch();
+        batch.variants.columns = vec!["realism", "duration_s"];
+        let header = cells_of(&table_text(&batch, []));
+        assert_eq!(header[2..4], ["set.realism", "set.duration_s"]);
+        let different: std::collections::BTreeSet<_> = header.iter().collect();
+        assert_eq!(different.len(), header.len());
+    }
+
     fn row(index: usize) -> MatchRow {
         let (variant, seed) = batch().job(index);
         MatchRow {
@@ -402,7 +415,7 @@ mod tests {
                 "2: the duration is not given, and 20 s in this batch",
             ),
             (with(|other| other.columns.truncate(1)), "1: the table has `name`, which this batch has not"),
-            (with(|other| other.columns[0] = "seed"), "1: the table has `messages.loss`, which this batch has not"),
+            (with(|other| other.columns[0] = "rules"), "1: the table has `messages.loss` where this batch has `rules`"),
             (with(|other| other.columns[1] = "rules"), "1: the table has `name` where this batch has `rules`"),
             (with(|other| other.columns.swap(0, 1)), "1: the columns are in another order"),
         ] {

@@ -13,6 +13,7 @@ use crate::appearance::robot::RobotDesign;
 use crate::calibration::{calibrate_by_images, model_file};
 use crate::random::RandomStream;
 use crate::scenario::{RobotModel, ScenarioFile, Setting};
+use crate::sensing::vision::GazeNoise;
 use crate::sensing::vision::VisionSource;
 use crate::sensing::vision::image::accuracy::{self, Conditions};
 use crate::team::{RobotId, Team};
@@ -77,6 +78,10 @@ impl VisionArguments {
     fn conditions(&self, file: &ScenarioFile) -> Conditions {
         let mut conditions = seeing::conditions(&file.scenario);
         conditions.vision.source = if self.geometric { VisionSource::Geometric } else { VisionSource::Image };
+        if self.fit {
+            // What is fitted is how the images err, not how the cameras hang.
+            conditions.vision.noise.gaze = GazeNoise::default();
+        }
         let cameras = &mut conditions.cameras;
         match self.design {
             Some(Design::Simple) => cameras.design = RobotDesign::Simple,
@@ -114,7 +119,10 @@ pub fn vision(arguments: &VisionArguments) -> ExitCode {
             let basis = format!("images of {}", arguments.scenario);
             printer.print(model_file(&model, &format!("{}_by_images", model.name), &basis, &calibration));
         }
-        None => printer.print(format_args!("{}: {table}\n", arguments.scenario)),
+        None => {
+            let realism = file.scenario.realism_in_words();
+            printer.print(format_args!("{}, realism {realism}: {table}\n", arguments.scenario));
+        }
     }
     printer.finish(ExitCode::SUCCESS)
 }

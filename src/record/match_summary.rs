@@ -96,6 +96,8 @@ pub struct MatchSummary {
     pub name: String,
     /// The seed.
     pub seed: u64,
+    /// How much of a real robot there was, in words.
+    pub realism: String,
     /// What the teams are called.
     pub teams: Option<PerTeam<String>>,
     /// The pitch.
@@ -131,6 +133,7 @@ impl MatchSummary {
         Self {
             name: scenario.name.clone(),
             seed: scenario.seed,
+            realism: scenario.realism_in_words(),
             teams: teams.map(|teams| PerTeam::new(|team| teams.name(team).to_owned())),
             pitch: scenario.field.clone(),
             score: Score::default(),

@@ -26,13 +26,14 @@ pub fn page(summary: &MatchSummary) -> String {
         "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>{title}, seed {seed}</title>\
          <style>{STYLE}</style></head><body><h1>{title}, seed {seed}</h1>\
          <div class=\"score\"><span class=\"blue\">{} {}</span> : <span class=\"pink\">{} {}</span></div>\
-         <p>{} min played, {} min of them in play.</p>",
+         <p>{} min played, {} min of them in play, realism {}.</p>",
         team_name(summary, Team::Blue),
         summary.score.blue,
         summary.score.pink,
         team_name(summary, Team::Pink),
         minutes(summary.duration_s),
         minutes(summary.play_s),
+        escaped(&summary.realism),
         seed = summary.seed,
     );
     if !summary.goals.is_empty() {
@@ -207,6 +208,7 @@ mod tests {
         let scenario = Scenario { name: "a & b".to_owned(), seed: 7, teams, ..Scenario::default() };
         let page = page(&MatchSummary::new(&scenario));
         assert!(page.contains("<h1>a &amp; b, seed 7</h1>") && page.contains("roles 0"), "{page}");
+        assert!(page.contains("realism paper"), "{page}");
         assert!(!page.contains("<script>"));
         // Each map has the pitch, two areas at each end at most, and nothing else without play.
         assert_eq!(page.matches("<svg").count(), 3);

@@ -14,6 +14,8 @@ use crate::robot::posture::PostureRequest;
 
 /// Distance of the keeper's place from the middle of the goal line, m.
 const GUARD_DISTANCE_M: f32 = 0.45;
+/// The same where kicks are exact, m: they go where nobody stands, and the further out the keeper is, the more of the goal it hides.
+const GUARD_AGAINST_EXACT_KICKS_M: f32 = 0.8;
 /// The keeper's place is at least so far in front of the goal line, m.
 const LEAST_DEPTH_M: f32 = 0.2;
 /// A ball nearer to the goal than this is cleared, m.
@@ -30,7 +32,13 @@ const SHOT_SPEED_MPS: f32 = 0.2;
 
 /// Decides for a keeper.
 pub fn decide(player: &Player, memory: &mut PlayerMemory) -> Decision {
-    keep(player, memory, GUARD_DISTANCE_M, CLEAR_DISTANCE_M, attack)
+    keep(player, memory, guard_distance_m(player), CLEAR_DISTANCE_M, attack)
+}
+
+/// How far from the middle of the goal line the keeper stands while the ball is far away, m.
+fn guard_distance_m(player: &Player) -> f32 {
+    let is_exact = player.kicks.types().all(|kick| player.kicks.direction_sd_of(kick) == 0.0);
+    if is_exact { GUARD_AGAINST_EXACT_KICKS_M } else { GUARD_DISTANCE_M }
 }
 
 /// Keeps the goal from so far, m, and clears with `clear` what comes nearer than so far, m.
@@ -169,6 +177,21 @@ mod tests {
         // Along (2, 1) / √5, 0.45 m from the goal.
         assert_abs_diff_eq!(place, goal + Vec2::new(0.4025, 0.2012), epsilon = 1e-3);
         assert!(guard_place(Vec2::new(-2.9, 2.0), goal, 0.7, GUARD_DISTANCE_M).x >= -2.8);
+    }
+
+    #[test]
+    fn the_guard_stands_further_out_against_kicks_that_go_where_they_are_meant_to() {
+        let mut situation = crate::teams::player::tests::PlayerFixture::new(
+            crate::geometry::Pose::new(-2.7, 0.0, 0.0),
+            Vec2::new(2.0, 0.0),
+        );
+        let place = |situation: &crate::teams::player::tests::PlayerFixture| {
+            decide(&situation.player(), &mut PlayerMemory::default()).target.unwrap()
+        };
+        let own_goal_x = situation.player().own_goal().x;
+        assert_abs_diff_eq!(place(&situation).x, own_goal_x + 0.8, epsilon = 1e-3);
+        situation.kicks.direction_sd = 0.1;
+        assert_abs_diff_eq!(place(&situation).x, own_goal_x + 0.45, epsilon = 1e-3);
     }
 
     #[test]

@@ -26,6 +26,7 @@ use crate::team::{RobotId, Team};
 pub mod falling;
 pub mod kicking;
 pub mod lateness;
+pub mod looking;
 pub mod seeing;
 pub mod sensing;
 pub mod walking;
@@ -91,6 +92,7 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuant
     let mut quantities = walking::measure(model, repetitions)?;
     quantities.extend(kicking::measure(model, repetitions)?);
     quantities.extend(falling::measure(model, repetitions)?);
+    quantities.extend(looking::measure(model)?);
     quantities.extend(sensing::measure(model, repetitions)?);
     quantities.extend(lateness::measure(model)?);
     Ok(quantities)
@@ -204,8 +206,8 @@ mod tests {
     /// realistic figure may be off, with 99.7 % confidence.
     #[test]
     fn every_measured_figure_is_within_15_percent_of_the_real_one() {
-        for name in ["nao", "nao_v6", "booster_k1"] {
-            let model = RobotModel::named(name).unwrap();
+        for preset in MODELS {
+            let model = RobotModel::named(preset.name).unwrap();
             let quantities = measure(&model, 200).unwrap();
             assert!(quantities.len() >= 15);
             for quantity in quantities {

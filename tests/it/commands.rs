@@ -408,7 +408,7 @@ fn the_accuracy_of_image_vision_is_a_table_of_every_kind_of_thing() {
     let output = naoisis(folder.path(), &["vision", "--scenes", "4", "--seed", "3", "--design", "nao"]);
     assert!(output.status.success(), "{}", text(&output.stderr));
     let table = text(&output.stdout);
-    assert!(table.starts_with("match3v3: 4 looks; 8 images"), "{table}");
+    assert!(table.starts_with("match3v3, realism paper: 4 looks; 8 images"), "{table}");
     for kind in ["ball", "goal posts", "robots"] {
         let row = table.lines().find(|line| line.starts_with(kind)).unwrap_or_else(|| panic!("{table}"));
         let numbers: Vec<f32> = row[11..].split_whitespace().filter_map(|word| word.parse().ok()).collect();

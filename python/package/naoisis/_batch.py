@@ -48,9 +48,10 @@ class Batch(Columns):
         """What each combination of settings comes to.
 
         Returns:
-            For each a dictionary with ``settings``, ``realism``, ``matches``, ``failed`` and the estimates: shares of wins and
-            draws, goals, penalties, possession, each as ``{"value": …, "low": …, "high": …}``, the interval being that of 95 %
-            confidence, or None where there is nothing to estimate it from.
+            For each a dictionary with ``settings``, ``realism``, ``matches``, ``failed``, ``repeated`` (whether every seed plays the
+            same match, of which intervals say nothing) and the estimates: shares of wins and draws, goals, penalties,
+            possession, each as ``{"value": …, "low": …, "high": …}``, the interval being that of 95 % confidence,
+            or None where there is nothing to estimate it from.
         """
         summaries = self._played.summaries()
         return [{"settings": dict(settings), "realism": realism, **summary} for settings, realism, summary in summaries]

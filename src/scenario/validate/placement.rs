@@ -9,6 +9,7 @@ use crate::pitch::End;
 use crate::referee::placing::LineUp;
 use crate::referee::snapshot::Disc;
 use crate::robot::body::Footprint;
+use crate::scenario::BallSpec;
 use crate::scenario::field_path::FieldPath;
 use crate::scenario::robot_spec::RobotSpec;
 use crate::scenario::types::Scenario;
@@ -72,7 +73,7 @@ impl Checks {
             self.push(ScenarioFault::new(path.clone(), message, on_carpet.as_str()).judged_with([field.clone()]));
         }
         for (index, robot) in robots.iter().enumerate() {
-            if torso_reaches(scenario, robot, ball.position_m, ball.radius_m) {
+            if holds_ball(scenario, robot, ball) {
                 let message = format!("the ball at {} is inside {}", words(ball.position_m), robot.id());
                 let expected = "a place clear of the robots' torsos; a ball to kick lies 0.10 m to 0.22 m in front";
                 let fault = ScenarioFault::new(path.clone(), message, expected).related_to(pose_path(index));
@@ -203,6 +204,12 @@ fn torso_reaches(scenario: &Scenario, robot: &RobotSpec, centre: Vec2, radius: f
     reaches(scenario.body_of(robot).torso.footprint(robot.pose), centre, radius)
 }
 
+/// Whether a ball lies where a robot stands. Beside its feet there is room for one below its arms.
+fn holds_ball(scenario: &Scenario, robot: &RobotSpec, ball: &BallSpec) -> bool {
+    let base = scenario.body_of(robot).base.footprint(robot.pose);
+    torso_reaches(scenario, robot, ball.position_m, ball.radius_m) && reaches(base, ball.position_m, ball.radius_m)
+}
+
 fn reaches(footprint: Footprint, centre: Vec2, radius: f32) -> bool {
     footprint.overlap_disc(centre, radius).is_some_and(|overlap| overlap.depth > TOLERANCE_M)
 }
@@ -211,8 +218,17 @@ fn reaches(footprint: Footprint, centre: Vec2, radius: f32) -> bool {
 mod tests {
     use super::*;
     use crate::geometry::Pose;
-    use crate::scenario::BallSpec;
     use core::f32::consts::FRAC_PI_2;
+
+    #[test]
+    fn a_ball_lies_below_an_arm_and_not_in_a_foot() {
+        let holds = |x: f32, y: f32| {
+            let ball = BallSpec { position_m: Vec2::new(x, y), ..BallSpec::default() };
+            holds_ball(&Scenario::default(), &RobotSpec::default(), &ball)
+        };
+        // The feet are 20 cm wide, and from arm to arm it is 30 cm; the ball's radius is 3 cm.
+        assert!(holds(0.0, 0.0) && holds(0.0, 0.12) && !holds(0.0, 0.14));
+    }
 
     #[test]
     fn torsos_that_touch_do_not_overlap() {
