@@ -13,7 +13,6 @@ use crate::appearance::robot::RobotDesign;
 use crate::calibration::{calibrate_by_images, model_file};
 use crate::random::RandomStream;
 use crate::scenario::{RobotModel, ScenarioFile, Setting};
-use crate::sensing::vision::GazeNoise;
 use crate::sensing::vision::VisionSource;
 use crate::sensing::vision::image::accuracy::{self, Conditions};
 use crate::team::{RobotId, Team};
@@ -37,7 +36,8 @@ pub struct VisionArguments {
     /// Seed of the scenes
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// Measure the geometric vision in the same scenes, with the scenario's errors, in place of that on images
+    /// Measure the geometric vision in the same scenes, with the scenario's errors, in place of that on images; of both it is left out how
+    /// far the cameras look beside where the robot thinks
     #[arg(long)]
     geometric: bool,
     /// Print the robot's model with the errors that its images have, for its geometric vision; what was found goes to standard error
@@ -78,10 +78,6 @@ impl VisionArguments {
     fn conditions(&self, file: &ScenarioFile) -> Conditions {
         let mut conditions = seeing::conditions(&file.scenario);
         conditions.vision.source = if self.geometric { VisionSource::Geometric } else { VisionSource::Image };
-        if self.fit {
-            // What is fitted is how the images err, not how the cameras hang.
-            conditions.vision.noise.gaze = GazeNoise::default();
-        }
         let cameras = &mut conditions.cameras;
         match self.design {
             Some(Design::Simple) => cameras.design = RobotDesign::Simple,

@@ -14,8 +14,10 @@ use crate::simulation::MatchApp;
 
 /// Longer than a head takes from one end to the other, s.
 const TURNS_S: f64 = 3.0;
-/// Where the ball is that is looked at, m from the robot.
-const BALL_M: f32 = 2.0;
+/// Where the robot stands, m: at one end of the pitch.
+const LOOKS_FROM_M: f32 = -4.4;
+/// Where the ball is that is looked at, m from the robot: so far that it is near the horizon, in the middle of the image's height.
+const BALL_M: f32 = 7.0;
 
 /// How far and how fast the head turns, and how wide the first camera sees.
 ///
@@ -89,8 +91,8 @@ fn turn(laboratory: &mut Laboratory, from: [f32; 2], to: [f32; 2]) -> Result<Tur
     Ok(Turn { end: before, most_degps })
 }
 
-/// The diagonal of what the first camera sees, degrees: from the bearing of the last ball on the level of the pitch's middle that it
-/// shows, as its robot turns away from it step by step; and that of the settings.
+/// The diagonal of what the first camera sees, degrees: from the bearing of the last ball that it shows, as its robot faces away from it
+/// step by step; and that of the settings.
 fn field_of_view_deg(laboratory: &mut Laboratory, real: &Scenario) -> Result<(f64, f64), TrialError> {
     const STEP_DEG: f32 = 0.25;
     /// So often it is looked, as not each ball in view is recognised.
@@ -106,12 +108,12 @@ fn field_of_view_deg(laboratory: &mut Laboratory, real: &Scenario) -> Result<(f6
         let beside_deg = step as f32 * STEP_DEG;
         let place = unit(to_radians(beside_deg)) * BALL_M;
         laboratory.begin(json!({
-            "ball": { "position_m": [place.x, place.y] }, "vision": exact,
-            "robots": [{ "team": "blue", "number": 1 }],
+            "ball": { "position_m": [LOOKS_FROM_M + BALL_M, 0] }, "vision": exact,
+            "robots": [{ "team": "blue", "number": 1, "pose": [LOOKS_FROM_M, 0, -beside_deg] }],
         }))?;
         let is_seen = (0..LOOKS).any(|_| {
             laboratory.app.run_cycles(laboratory.cycles(0.1));
-            laboratory.reading::<Percepts>().ball.is_some_and(|ball| ball.position_m.distance(place) < 0.1)
+            laboratory.reading::<Percepts>().ball.is_some_and(|ball| ball.position_m.distance(place) < 0.5)
         });
         if is_seen {
             widest_deg = beside_deg;

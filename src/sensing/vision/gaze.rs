@@ -37,13 +37,6 @@ impl GazeError {
         HeadAngles { yaw: measured.yaw + self.error.x, pitch: measured.pitch + self.error.y }
     }
 
-    /// That of a robot which stands, drawn anew.
-    pub fn drawn(noise: &GazeNoise, stream: &mut RandomStream) -> Self {
-        let mut gaze = Self::default();
-        gaze.advance(noise, false, 0.0, stream);
-        gaze
-    }
-
     /// A cycle later, in which the robot walked or stood, and after which the share `decay` of what changes is left.
     fn advance(&mut self, noise: &GazeNoise, is_walking: bool, decay: f32, stream: &mut RandomStream) {
         let bias = if noise.bias_sd == 0.0 {

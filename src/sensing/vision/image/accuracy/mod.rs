@@ -1,8 +1,8 @@
 //! How good a vision is: what it finds in random scenes, against what is there.
 //!
-//! A robot looks once in each scene, with all its cameras; what it sees is what it would in a match, standing, each time as another
-//! robot, whose cameras are off by another bias. It may be any robot on any
-//! pitch with any ball ([`Conditions`]), and the geometric vision can be measured in the same scenes.
+//! A robot looks once in each scene, with all its cameras; what it sees is what it would in a match. It may be any robot on any
+//! pitch with any ball ([`Conditions`]), and the geometric vision can be measured in the same scenes. Its cameras look where it thinks
+//! that they do: what is measured is what is made of an image, and not the errors of the [gaze](super::super::gaze).
 //!
 //! ```
 //! use naoisis::random::RandomStream;
@@ -34,7 +34,7 @@ use crate::appearance::view::View;
 use crate::pitch::Pitch;
 use crate::random::RandomStream;
 use crate::robot::body::Body;
-use crate::robot::head::{HeadAngles, HeadLimits};
+use crate::robot::head::HeadLimits;
 use crate::sensing::camera::CameraSettings;
 use crate::sensing::camera::image::{Image, Layers};
 use crate::sensing::camera::lens::LensBuffer;
@@ -130,24 +130,18 @@ pub fn measure(scenes: usize, conditions: &Conditions, stream: &mut RandomStream
     let mut accuracy = Accuracy::default();
     let mut workshop = Workshop::default();
     // The scenes are the same, whatever else is drawn by chance.
-    let [mut of_images, mut of_vision, mut of_recognition, mut of_gaze] =
-        ["images", "vision", "recognition", "gaze"].map(|purpose| RandomStream::for_match(stream.next_u64(), purpose));
+    let [mut of_images, mut of_vision, mut of_recognition] =
+        ["images", "vision", "recognition"].map(|purpose| RandomStream::for_match(stream.next_u64(), purpose));
     let (exact, mut seen) = (VisionNoise::none(), Percepts::default());
     let mut in_view = Percepts::default();
     for _ in 0..scenes {
         let scene = scenes::random_scene(conditions, stream);
-        let noise = &conditions.vision.noise;
-        let measured = scene.robots[0].head;
-        let gaze = GazeError::drawn(&noise.gaze, &mut of_gaze);
-        // What is in view is what the cameras show, wherever the robot thinks that they look.
         let streams = [&mut of_vision, &mut of_recognition];
-        let exactly = (gaze.actual(measured), &GazeError::default());
-        workshop.see_geometrically((&scene, exactly), &conditions.cameras, &exact, streams, &mut in_view);
-        let images =
-            workshop.look_through_images((&scene, &gaze), conditions, &mut of_images, &mut seen, &mut accuracy);
+        workshop.see_geometrically(&scene, &conditions.cameras, &exact, streams, &mut in_view);
+        let images = workshop.look_through_images(&scene, conditions, &mut of_images, &mut seen, &mut accuracy);
         if conditions.vision.source == VisionSource::Geometric {
             let streams = [&mut of_vision, &mut of_recognition];
-            workshop.see_geometrically((&scene, (measured, &gaze)), &conditions.cameras, noise, streams, &mut seen);
+            workshop.see_geometrically(&scene, &conditions.cameras, &conditions.vision.noise, streams, &mut seen);
         }
         accuracy.looks += 1;
         accuracy.judge(&scene, &images, &in_view, &seen);
@@ -156,10 +150,10 @@ pub fn measure(scenes: usize, conditions: &Conditions, stream: &mut RandomStream
 }
 
 impl Workshop {
-    /// What the geometric vision with these errors sees, of a robot that measures these angles of its head and looks beside them.
+    /// What the geometric vision with these errors sees.
     fn see_geometrically(
         &mut self,
-        (scene, looks): (&Scene, (HeadAngles, &GazeError)),
+        scene: &Scene,
         cameras: &CameraSettings,
         noise: &VisionNoise,
         streams: [&mut RandomStream; 2],
@@ -167,6 +161,7 @@ impl Workshop {
     ) {
         percepts.clear();
         let own = scene.robots[0];
+        let looks = (own.head, &GazeError::default());
         let mut views = Views::default();
         views.look(cameras, looks, noise, streams[0]);
         self.occluders.gather(scene, Some(0), own.pose, views.actual());
@@ -177,7 +172,7 @@ impl Workshop {
     /// Draws the images of all cameras and looks through them. Returns what they show.
     fn look_through_images(
         &mut self,
-        (scene, gaze): (&Scene, &GazeError),
+        scene: &Scene,
         conditions: &Conditions,
         stream: &mut RandomStream,
         percepts: &mut Percepts,
@@ -189,12 +184,11 @@ impl Workshop {
         let own = scene.robots[0];
         self.prepared.prepare(scene, Detail { design: settings.design, ..Detail::default() });
         let mut shown = Vec::new();
-        let mounts = settings.mounts.as_slice().iter();
-        let (believed, actual) = (settings.views(own.head), settings.views(gaze.actual(own.head)));
-        let cameras = believed.named().zip(actual.named());
-        for (index, (mount, ((side, camera), (_, actual)))) in mounts.zip(cameras).enumerate() {
+        for (index, (mount, (side, camera))) in
+            settings.mounts.as_slice().iter().zip(settings.views(own.head).named()).enumerate()
+        {
             let lens = settings.lens_of(mount).effect(camera.intrinsics, Vec2::ZERO);
-            let mut view = View::of_robot(actual, own.world_from_robot(), own.id);
+            let mut view = View::of_robot(camera, own.world_from_robot(), own.id);
             view.intrinsics = lens.drawn();
             view.shadows = settings.shadows;
             view.antialiasing = settings.antialiasing;
