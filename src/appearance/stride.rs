@@ -14,6 +14,7 @@ use crate::kick_geometry::{KickType, Side};
 use crate::knowledge::Knowledge;
 use crate::robot::body::Body;
 use crate::robot::head::HeadAngles;
+use crate::robot::kick::KickPhase;
 use crate::robot::{Roster, Velocity};
 use crate::team::RobotId;
 
@@ -28,7 +29,7 @@ impl Plugin for StridePlugin {
         app.register_type::<Stride>()
             .init_resource::<Roster>()
             .init_resource::<CycleEvents>()
-            .add_systems(Cycle, (follow_robots, note_kicks).chain().in_set(CycleSystems::Record));
+            .add_systems(Cycle, (follow_robots, note_kicks_under_way, note_kicks).chain().in_set(CycleSystems::Record));
     }
 }
 
@@ -42,7 +43,7 @@ pub struct Stride {
     pub speed: f32,
     /// How much the feet are lifted, 0 to 1.
     pub liveliness: f32,
-    /// The last kick, and when it struck the ball, s.
+    /// The kick under way, and when its foot will meet the ball, s, or else the last one, and when it did.
     pub kick: Option<(KickType, f64)>,
 }
 
@@ -97,6 +98,17 @@ fn follow_robots(clock: Res<CycleClock>, mut robots: Query<(&Pose, &Velocity, Op
     }
 }
 
+fn note_kicks_under_way(clock: Res<CycleClock>, mut robots: Query<(&KickPhase, &mut Stride)>) {
+    for (phase, mut stride) in &mut robots {
+        if let KickPhase::WindUp { request, cycles_left } = *phase {
+            stride.kick = Some((request.kick_type, clock.end_time_s() + f64::from(cycles_left) * clock.period_s));
+        } else if stride.kick.is_some_and(|(_, strikes_s)| strikes_s > clock.start_time_s()) {
+            // It fell, or was sent off.
+            stride.kick = None;
+        }
+    }
+}
+
 fn note_kicks(events: Res<CycleEvents>, clock: Res<CycleClock>, roster: Res<Roster>, mut strides: Query<&mut Stride>) {
     for event in events.iter() {
         let MatchEvent::Kick { robot, kick_type, result, reason, .. } = event else { continue };
@@ -129,6 +141,19 @@ mod tests {
         }
         let id = RobotId::new(Team::Blue, 1);
         assert!(stride.speed < 0.001 && stride.joints(id, HeadAngles::default(), &Body::default()).legs[0].knee < 0.2);
+    }
+
+    #[test]
+    fn the_foot_of_a_side_kick_extends_to_the_front_before_it_moves_aside() {
+        let id = RobotId::new(Team::Blue, 1);
+        let legs = |time_s: f64| {
+            let stride = Stride { time_s, kick: Some((KickType::RightSide, 1.0)), ..Stride::default() };
+            stride.joints(id, HeadAngles::default(), &Body::default()).legs
+        };
+        let [before, extended, strikes] = [0.5, 0.85, 1.0].map(legs);
+        assert!(before[1].hip.abs() < 1e-3 && before[1].aside == 0.0, "{before:?}");
+        assert!(extended[1].hip > 0.3 && extended[1].aside == 0.0 && extended[0].hip.abs() < 1e-3, "{extended:?}");
+        assert!(strikes[1].hip > 0.3 && strikes[1].aside > 0.25, "{strikes:?}");
     }
 
     #[test]

@@ -37,7 +37,7 @@ pub(super) struct MistakesAreFound;
 const LEADING_COLUMNS: [&str; 2] = ["match", "seed"];
 
 /// The columns after those of the settings.
-const COLUMNS: [&str; 9] = ["kind", "robot", "other", "from_s", "until_s", "x_m", "y_m", "worst", "unit"];
+const COLUMNS: [&str; 10] = ["kind", "robot", "other", "from_s", "until_s", "x_m", "y_m", "worst", "unit", "realism"];
 
 /// How many mistakes of each kind somebody made, and in how many matches, by the name of who it is.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -190,6 +190,7 @@ fn line<V: Variants>(batch: &Batch<V>, row: &MatchRow, mistake: &Mistake) -> Str
         metres(mistake.position_m.y),
         mistake.worst.map(metres).unwrap_or_default(),
         mistake.unit().to_owned(),
+        batch.variants.realism(row.variant),
     ]);
     line_of(cells.iter().map(String::as_str))
 }
@@ -292,13 +293,13 @@ mod tests {
         assert!(matches!(MistakeTable::open(&path, &batch, 0, 2), Err(TableError::NoMistakes { matches: 2, .. })));
         drop(MistakeTable::open(&path, &batch, 0, 0).unwrap());
         let header = fs::read_to_string(&path).unwrap();
-        let wrong_seed = format!("{header}1,7,kick_missed,blue1,,1,1,0,0,,\n");
-        let wrong_kind = format!("{header}1,1,yawned,blue1,,1,1,0,0,,\n");
+        let wrong_seed = format!("{header}1,7,kick_missed,blue1,,1,1,0,0,,,\n");
+        let wrong_kind = format!("{header}1,1,yawned,blue1,,1,1,0,0,,,\n");
         // Whose first match was not played here, and whose matches are in no order.
-        let of_another = format!("{header}3,3,kick_missed,blue1,,1,1,0,0,,\n");
-        let unordered = format!("{header}2,2,kick_missed,blue1,,1,1,0,0,,\n1,1,kick_missed,blue1,,1,1,0,0,,\n");
+        let of_another = format!("{header}3,3,kick_missed,blue1,,1,1,0,0,,,\n");
+        let unordered = format!("{header}2,2,kick_missed,blue1,,1,1,0,0,,,\n1,1,kick_missed,blue1,,1,1,0,0,,,\n");
         // Of the first match, that was played, a part is lost.
-        let cut_off = format!("{header}1,1,kick_missed,blue1,,1,1,0,0,,\n1,1,kick_mis");
+        let cut_off = format!("{header}1,1,kick_missed,blue1,,1,1,0,0,,,\n1,1,kick_mis");
         for text in ["a story", "match,seed\n1,1\n", &wrong_seed, &wrong_kind, &of_another, &unordered, &cut_off] {
             fs::write(&path, text).unwrap();
             assert!(matches!(MistakeTable::open(&path, &batch, 0, 1), Err(TableError::Foreign { .. })), "{text}");

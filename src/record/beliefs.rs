@@ -22,7 +22,7 @@ const RATE_HZ: f64 = 10.0;
 
 const HEADER: &str = "cycle,time_s,robot,position_error_m,heading_error_deg,pose_nees,ball_error_m,\
                       ball_velocity_error_mps,ball_nees,opponents,opponents_known,opponents_within_ellipse,\
-                      opponent_error_m,false_tracks";
+                      opponent_error_m,false_tracks,realism";
 
 /// A table of errors that is being written, and what its summary needs.
 pub struct BeliefRecorder {
@@ -32,6 +32,8 @@ pub struct BeliefRecorder {
     every: u64,
     /// How everything was when the robots sensed: at the end of the cycle before.
     sensed: Sensed,
+    /// How real the match is, in words.
+    realism: String,
     robots: Vec<RobotErrors>,
     error: Option<io::Error>,
 }
@@ -59,7 +61,7 @@ impl Sensed {
     }
 }
 
-/// What is remembered of one robot's errors.
+/// What is remembered of one robot's errors, or of all robots' if it is nobody's.
 #[derive(Default)]
 struct RobotErrors {
     id: Option<RobotId>,
@@ -89,7 +91,15 @@ impl BeliefRecorder {
         let output = OutputFile::create(path)?;
         let mut file = BufWriter::new(output.writer()?);
         let error = writeln!(file, "{HEADER}").err();
-        Ok(Self { output, file, every: 1, sensed: Sensed::default(), robots: Vec::new(), error })
+        Ok(Self {
+            output,
+            file,
+            every: 1,
+            sensed: Sensed::default(),
+            realism: String::new(),
+            robots: Vec::new(),
+            error,
+        })
     }
 
     fn write_rows(&mut self, record: &CycleRecord) -> io::Result<()> {
@@ -123,7 +133,7 @@ impl BeliefRecorder {
         let cell = |value: Option<f32>| value.map(|value| format!("{value:.4}")).unwrap_or_default();
         writeln!(
             self.file,
-            "{cycle},{time_s:.3},{id},{:.4},{:.3},{},{},{},{},{},{},{},{},{}",
+            "{cycle},{time_s:.3},{id},{:.4},{:.3},{},{},{},{},{},{},{},{},{},\"{}\"",
             error.position_m,
             to_degrees(error.heading),
             cell(error.pose_nees),
@@ -135,6 +145,7 @@ impl BeliefRecorder {
             error.opponents_within,
             cell(error.opponent_m),
             error.false_tracks,
+            self.realism,
         )
     }
 
@@ -190,6 +201,7 @@ impl BeliefRecorder {
 impl Recorder for BeliefRecorder {
     fn start(&mut self, scenario: &Scenario, record: &CycleRecord, _: &mut World) {
         self.sensed = Sensed::of(record);
+        self.realism = scenario.realism_in_words();
         self.every = (1.0 / (RATE_HZ * scenario.cycle_s)).round().max(1.0) as u64;
     }
 
@@ -204,7 +216,7 @@ impl Recorder for BeliefRecorder {
         self.error.is_some()
     }
 
-    /// Says the summary, a line a robot.
+    /// Says the summary, a line a robot and one of all.
     fn finish(mut self: Box<Self>, _: &MatchEnd, _: &CycleRecord) -> Result<Option<String>, RecordError> {
         let written = self.error.take().map_or_else(|| self.file.flush(), Err);
         self.output.close(written)?;
@@ -212,6 +224,9 @@ impl Recorder for BeliefRecorder {
             return Ok(Some("no robot has beliefs\n".to_owned()));
         }
         self.robots.sort_by_key(|robot| robot.id);
+        if self.robots.len() > 1 {
+            self.robots.push(RobotErrors::of_all(&self.robots));
+        }
         let cells = self.robots.iter_mut().map(RobotErrors::cells);
         Ok(Some(aligned(core::iter::once(COLUMNS.map(str::to_owned)).chain(cells))))
     }
@@ -251,6 +266,31 @@ fn aligned(rows: impl Iterator<Item = [String; COLUMNS.len()]>) -> String {
 }
 
 impl RobotErrors {
+    /// Those of several robots together.
+    fn of_all(robots: &[Self]) -> Self {
+        let mut all = Self::default();
+        for robot in robots {
+            all.position_m.extend(&robot.position_m);
+            all.heading_deg.extend(&robot.heading_deg);
+            all.ball_m.extend(&robot.ball_m);
+            all.ball_velocity_mps.extend(&robot.ball_velocity_mps);
+            all.opponent_m.extend(&robot.opponent_m);
+            all.detect_ball_s.extend(&robot.detect_ball_s);
+            all.detect_opponent_s.extend(&robot.detect_opponent_s);
+            all.false_tracks += robot.false_tracks;
+            let counts = [
+                (&mut all.pose_within, robot.pose_within),
+                (&mut all.ball_within, robot.ball_within),
+                (&mut all.opponents_within, robot.opponents_within),
+            ];
+            for ([inside, of_all], robot) in counts {
+                *inside += robot[0];
+                *of_all += robot[1];
+            }
+        }
+        all
+    }
+
     fn cells(&mut self) -> [String; COLUMNS.len()] {
         let number = |values: &[f64]| median(values.to_vec()).map_or("-".to_owned(), |value| format!("{value:.3}"));
         let share = |[inside, all]: [u32; 2]| match all {
@@ -259,7 +299,7 @@ impl RobotErrors {
         };
         let rows = self.position_m.len().max(1) as f64;
         [
-            self.id.map(|id| id.to_string()).unwrap_or_default(),
+            self.id.map_or_else(|| "all".to_owned(), |id| id.to_string()),
             number(&self.position_m),
             format!("{:.3}", quantile(&mut self.position_m, 0.9)),
             format!("{:.2}", quantile(&mut self.position_m, 1.0)),

@@ -13,6 +13,7 @@ use std::path::Path;
 use super::cycle_record::CycleRecord;
 use super::fields::Fields;
 use super::read::{Ending, TraceError, TraceReader};
+use crate::appearance::posing::SWING_S;
 use crate::events::MatchEvent;
 use crate::kick_geometry::KickType;
 use crate::scenario::Scenario;
@@ -256,6 +257,13 @@ impl History {
     pub fn last_kick(&self, robot: RobotId, cycle: u64) -> Option<KickMark> {
         let until = self.kicks.partition_point(|kick| kick.cycle <= cycle);
         self.kicks[..until].iter().rev().find(|kick| kick.robot == robot).copied()
+    }
+
+    /// The kick that a robot's leg shows at the end of a cycle of so many seconds, and when it meets the ball, s: one that it swings for
+    /// already, or else the last.
+    pub fn swing(&self, robot: RobotId, cycle: u64, period_s: f64) -> Option<(KickType, f64)> {
+        let ahead = (f64::from(SWING_S) / period_s) as u64;
+        self.last_kick(robot, cycle.saturating_add(ahead)).map(|kick| kick.struck(period_s))
     }
 
     /// Bytes of memory that the records take.

@@ -19,6 +19,7 @@ pub struct MistakeRecorder {
     output: OutputFile,
     finder: Option<MistakeFinder>,
     scenario: String,
+    realism: String,
     seed: u64,
 }
 
@@ -26,6 +27,7 @@ pub struct MistakeRecorder {
 #[derive(Serialize)]
 struct Report<'a> {
     scenario: &'a str,
+    realism: &'a str,
     seed: u64,
     duration_s: f64,
     mistakes: Vec<Entry>,
@@ -45,7 +47,8 @@ impl MistakeRecorder {
     /// # Errors
     /// When the file cannot be written.
     pub fn create(path: &Path) -> Result<Self, RecordError> {
-        Ok(Self { output: OutputFile::create(path)?, finder: None, scenario: String::new(), seed: 0 })
+        let (scenario, realism) = Default::default();
+        Ok(Self { output: OutputFile::create(path)?, finder: None, scenario, realism, seed: 0 })
     }
 }
 
@@ -55,6 +58,7 @@ impl Recorder for MistakeRecorder {
         finder.look(record);
         self.finder = Some(finder);
         self.scenario.clone_from(&scenario.name);
+        self.realism = scenario.realism_in_words();
         self.seed = scenario.seed;
     }
 
@@ -75,7 +79,8 @@ impl Recorder for MistakeRecorder {
         };
         let mistakes = mistakes.into_iter().map(|mistake| Entry { mistake: lean(mistake), unit: mistake.unit() });
         let mistakes = mistakes.collect();
-        let report = Report { scenario: &self.scenario, seed: self.seed, duration_s: last.time_s, mistakes };
+        let Self { scenario, realism, .. } = &*self;
+        let report = Report { scenario, realism, seed: self.seed, duration_s: last.time_s, mistakes };
         let written = serde_json::to_string_pretty(&report)
             .map_err(std::io::Error::other)
             .and_then(|text| writeln!(self.output.writer().map_err(std::io::Error::other)?, "{text}"));

@@ -13,6 +13,9 @@ use crate::robot::kick::KickPhase;
 use crate::scenario::RobotModel;
 use crate::simulation::MatchApp;
 
+/// How often what has no spread is repeated.
+const FEW: u32 = 5;
+
 /// What came of kicks of a type.
 #[derive(Default)]
 struct Kicks {
@@ -91,6 +94,11 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuant
             own.push((*name, mean_of(&kicks.distances), model.max_distance_m));
         }
     }
+    // A ball on the wrong side is struck as soon as the foot is at the front.
+    let extended = match real.kicks.geometry(KickType::LeftSide).and(real.kicks.geometry(KickType::LeftStraight)) {
+        Some(straight) => Some(kick(&mut laboratory, KickType::LeftSide, straight.best_m, FEW)?),
+        None => None,
+    };
     laboratory.begin(json!({ "ball": { "position_m": [-3, 0], "velocity_mps": [1, 0] } }))?;
     let second = laboratory.cycles(1.0);
     laboratory.app.run_cycles(second);
@@ -110,6 +118,11 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuant
     };
     let side = side.filter(|_| main != KickType::LeftSide).map(|side| {
         quantity("side kick", "m", mean_of(&side.distances), kicks.left_side.max_distance_m, "kicks.left_side")
+    });
+    let extended = extended.map(|extended| {
+        let real_s = latency.kick_s + kicks.extension_of_s(KickType::LeftSide);
+        let path = "kicks.extension_s";
+        quantity("command to a side kick's foot at the front", "s", mean_of(&extended.departures), real_s, path)
     });
     let own = own.into_iter().filter(|(name, ..)| main != KickType::Own(*name)).map(|(name, measured, real)| {
         quantity(&format!("kick {name}"), "m", measured, real, &format!("kicks.own.{name}"))
@@ -138,5 +151,5 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuant
         quantity("command to ready again", "s", mean_of(&straight.ready), whole_s, &of_main("recovery_s")),
         quantity("ball's speed after a second from 1 m/s", "m/s", speed_left, rolling.advance(1.0, 1.0).1, "ball"),
     ];
-    Ok(straight.into_iter().chain(side).chain(own).collect())
+    Ok(straight.into_iter().chain(side).chain(extended).chain(own).collect())
 }

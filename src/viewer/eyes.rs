@@ -146,7 +146,7 @@ impl SensedScene {
         self.scene.robots.clear();
         self.scene.robots.extend(on_pitch.map(|robot| {
             let stride = self.strides.entry(robot.id).or_default();
-            stride.kick = history.last_kick(robot.id, record.cycle).map(|kick| kick.struck(period_s));
+            stride.kick = history.swing(robot.id, record.cycle, period_s);
             stride.follow(robot.pose, robot.velocity, record.time_s);
             let standing = SceneRobot::standing(robot.id, robot.pose, body(robot.id));
             SceneRobot { head: robot.head, stride: *stride, ..standing.in_posture(robot.posture) }

@@ -16,6 +16,25 @@ fn a_match_runs_from_any_folder_and_prints_its_result() {
 }
 
 #[test]
+fn beliefs_are_summed_up_for_each_robot_and_for_all_and_the_table_says_how_real_the_match_was() {
+    let folder = tempfile::tempdir().unwrap();
+    let line = "run match3v3 --duration 20 --set kicks.speed_sd=0.1 --beliefs b.csv";
+    let output = naoisis(folder.path(), &line.split(' ').collect::<Vec<_>>());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let said = text(&output.stdout);
+    let rows: Vec<Vec<&str>> = said.lines().map(|line| line.split_whitespace().collect()).collect();
+    let row = |robot: &str| rows.iter().find(|row| row.first() == Some(&robot)).unwrap();
+    // The largest error of all is that of one of them: position, its 90 %, the most.
+    let most = |robot: &str| row(robot)[3].parse::<f64>().unwrap();
+    let robots = ["blue1", "blue2", "blue3", "pink1", "pink2", "pink3"].map(most);
+    assert_eq!(most("all"), robots.into_iter().fold(0.0, f64::max));
+    let table = fs::read_to_string(folder.path().join("b.csv")).unwrap();
+    let mut lines = table.lines();
+    assert!(lines.next().unwrap().ends_with(",realism"));
+    assert!(lines.all(|line| line.ends_with(",\"paper but for kicks\"")), "{table}");
+}
+
+#[test]
 fn a_trace_has_a_header_the_start_every_cycle_and_an_end() {
     let folder = tempfile::tempdir().unwrap();
     let output = naoisis(folder.path(), &["run", "match3v3", "--duration", "2", "--seed", "9", "--trace", "-"]);
@@ -228,11 +247,13 @@ fn a_batch_finds_the_mistakes_of_all_its_matches_and_goes_on_with_them() {
     let whole = batch(&["--matches", "4", "--mistakes", "whole.csv"]);
     assert!(whole.status.success(), "{}", text(&whole.stderr));
     assert!(read("whole.csv").starts_with("match,seed,teams.blue,teams.pink,kind,robot,other,from_s,until_s,x_m,"));
+    assert!(read("whole.csv").lines().skip(1).all(|line| line.ends_with(",paper")));
     // What stands in the table is what `run` finds.
     let first = "run match3v3 --duration 20 --seed 1 --blue chasers --pink roles --quiet --mistakes run.json";
     assert!(naoisis(folder.path(), &first.split(' ').collect::<Vec<_>>()).status.success());
     let run: serde_json::Value = serde_json::from_str(&read("run.json")).unwrap();
     let of_first = read("whole.csv").lines().filter(|line| line.starts_with("1,")).count();
+    assert_eq!(run["realism"], "paper");
     assert_eq!(run["mistakes"].as_array().unwrap().len(), of_first);
     assert!(of_first > 0);
     // In two goes it is the same, and so is what is said of it.

@@ -60,6 +60,54 @@ fn side_kicks_go_to_their_side_and_2_m_far() {
     }
 }
 
+/// The cycles, of 1/30 s, in which a robot that begins a kick in the first one strikes or misses, with the results.
+fn strikes(kick_type: &str, wind_up_s: f32, ball: [f32; 2]) -> Vec<(u64, KickResult)> {
+    let mut app = match_of(&format!(
+        r#"{{ "rules": "free", "ball": {{ "position_m": [{}, {}] }},
+             "kicks": {{ "wind_up_s": {wind_up_s}, "extension_s": 0.3, "recovery_s": 0.5 }},
+             "robots": [{{ "number": 1, "behaviour": {{ "script": [
+                 {{ "kick": {{ "type": "{kick_type}" }} }}, {{ "until_s": 10.0, "walk": [0.003, 0.0, 0.0] }}] }} }}] }}"#,
+        ball[0], ball[1],
+    ));
+    let kicks = collect_events(&mut app, 60).into_iter().filter_map(|(cycle, event)| match event {
+        MatchEvent::Kick { result, .. } => Some((cycle, result)),
+        _ => None,
+    });
+    kicks.collect()
+}
+
+#[test]
+fn the_foot_of_a_side_kick_extends_to_the_front_first_and_strikes_there_what_is_on_the_wrong_side() {
+    // A straight kick meets the ball when its wind-up is over, a side kick not before its foot was at the front, 0.3 s or 9 cycles later.
+    assert_eq!(strikes("left_straight", 0.0, [0.15, 0.05]), [(1, KickResult::Kicked)]);
+    assert_eq!(strikes("left_side", 0.0, [0.15, -0.05]), [(10, KickResult::Kicked)]);
+    assert_eq!(strikes("left_side", 0.0, [0.15, 0.05]), [(10, KickResult::Reduced)]);
+    assert_eq!(strikes("left_side", 0.0, [0.5, 0.05]), [(10, KickResult::Missed)]);
+    // Of a wind-up of 0.7 s, or 21 cycles, the side motion is the rest; the wrong side is struck before it.
+    assert_eq!(strikes("left_straight", 0.7, [0.15, 0.05]), [(22, KickResult::Kicked)]);
+    assert_eq!(strikes("left_side", 0.7, [0.15, -0.05]), [(22, KickResult::Kicked)]);
+    assert_eq!(strikes("left_side", 0.7, [0.15, 0.05]), [(10, KickResult::Reduced)]);
+    assert_eq!(strikes("left_side", 0.7, [0.5, 0.05]), [(22, KickResult::Missed)]);
+}
+
+#[test]
+fn a_side_kick_from_the_wrong_side_takes_as_long_as_any_other() {
+    for ball in [[0.15, 0.05], [0.15, -0.05]] {
+        let mut app = match_of(&format!(
+            r#"{{ "rules": "free", "ball": {{ "position_m": [{}, {}] }},
+                 "kicks": {{ "wind_up_s": 0.7, "extension_s": 0.3, "recovery_s": 0.5 }},
+                 "robots": [{{ "number": 1, "behaviour": {{ "script": [
+                     {{ "kick": {{ "type": "left_side" }} }}, {{ "until_s": 10.0, "walk": [-0.003, 0.0, 0.0] }}] }} }}] }}"#,
+            ball[0], ball[1],
+        ));
+        // 21 cycles of wind-up and 15 of recovery, of which the first is that of the strike.
+        app.run_cycles(36);
+        assert_eq!(app.robot_pose(blue(1)).unwrap().position.x, 0.0);
+        app.run_cycles(1);
+        assert!(app.robot_pose(blue(1)).unwrap().position.x < 0.0);
+    }
+}
+
 #[test]
 fn a_ball_out_of_reach_stays_and_the_event_says_why() {
     let mut app = kick("right_straight", 1.0, [0.25, -0.05]);

@@ -79,7 +79,7 @@ pub enum KickPhase {
     /// Does not kick, and may begin to.
     #[default]
     Ready,
-    /// The leg swings; the ball is struck when the time is over.
+    /// The leg swings, that of a side kick to the front first; the ball is struck when the time is over.
     WindUp {
         /// The kick under way.
         request: KickRequest,
@@ -164,22 +164,30 @@ fn swing_legs(
     let mut struck: Option<Vec2> = None;
     for entity in roster.entities() {
         let Ok((id, pose, settings, mut phase, mut streams)) = robots.get_mut(entity) else { continue };
-        let recovery_s = match *phase {
-            KickPhase::WindUp { request, .. } => settings.recovery_of_s(request.kick_type),
-            _ => 0.0,
-        };
-        let (request, next) = advance_phase(*phase, clock.cycles_in(recovery_s));
-        *phase = next;
-        let Some(request) = request else { continue };
-        let Ok((ball_pose, physics, _)) = ball.single() else {
-            events.push(missed(*id, request, KickMiss::NoBall));
+        let KickPhase::WindUp { request, cycles_left } = *phase else {
+            *phase = advance_phase(*phase, 0);
             continue;
         };
-        let ball_in_robot = pose.inverse_transform_point(ball_pose.position);
-        let Some(strike) = settings.strike(request.kick_type, ball_in_robot, request.direction) else {
-            events.push(missed(*id, request, KickMiss::OutOfReach));
+        let recovery_cycles = clock.cycles_in(settings.recovery_of_s(request.kick_type));
+        *phase = advance_phase(*phase, recovery_cycles);
+        let is_extended = cycles_left == cycles_after_extension(request.kick_type, settings, &clock);
+        if cycles_left > 0 && !is_extended {
+            continue;
+        }
+        let ball_in_robot = ball.single().ok().map(|(place, ..)| pose.inverse_transform_point(place.position));
+        let strike = ball_in_robot.and_then(|ball| settings.strike(request.kick_type, ball, request.direction));
+        let strike = strike.filter(|strike| cycles_left == 0 || strike.reduced);
+        let (Some(strike), Ok((_, physics, _))) = (strike, ball.single()) else {
+            if cycles_left == 0 {
+                let reason = if ball_in_robot.is_some() { KickMiss::OutOfReach } else { KickMiss::NoBall };
+                events.push(missed(*id, request, reason));
+            }
             continue;
         };
+        if cycles_left > 0 {
+            // The foot met the ball on its way to the front: the side motion, which goes on, has nothing left to strike.
+            *phase = recovering((cycles_left + recovery_cycles).saturating_sub(1));
+        }
         let speed = launch_speed(strike, request.speed, settings, physics.rolling, &mut streams.kick);
         let direction = wrap_angle(
             pose.heading
@@ -214,20 +222,29 @@ fn missed(robot: RobotId, request: KickRequest, reason: KickMiss) -> MatchEvent 
     }
 }
 
-/// One cycle of a kick: the request if the foot meets the ball now, and the next phase. The cycle of the strike is
-/// the first of the recovery.
-pub fn advance_phase(phase: KickPhase, recovery_cycles: u32) -> (Option<KickRequest>, KickPhase) {
-    let recovering = |cycles_left: u32| match cycles_left {
+/// Cycles that are left of a kick's wind-up when the foot of a side kick is extended to the front.
+fn cycles_after_extension(kick_type: KickType, settings: &KickSettings, clock: &CycleClock) -> u32 {
+    let [wind_up, extension] =
+        [settings.wind_up_of_s(kick_type), settings.extension_of_s(kick_type)].map(|time_s| clock.cycles_in(time_s));
+    wind_up.saturating_sub(extension)
+}
+
+/// A phase one cycle later. The foot meets the ball in the cycle in which nothing is left of the wind-up, which is the first of the
+/// recovery.
+pub fn advance_phase(phase: KickPhase, recovery_cycles: u32) -> KickPhase {
+    match phase {
+        KickPhase::Ready => KickPhase::Ready,
+        KickPhase::WindUp { cycles_left: 0, .. } => recovering(recovery_cycles.saturating_sub(1)),
+        KickPhase::WindUp { request, cycles_left } => KickPhase::WindUp { request, cycles_left: cycles_left - 1 },
+        KickPhase::Recovering { cycles_left } => recovering(cycles_left.saturating_sub(1)),
+    }
+}
+
+/// Regaining balance, for so many cycles more.
+fn recovering(cycles_left: u32) -> KickPhase {
+    match cycles_left {
         0 => KickPhase::Ready,
         cycles_left => KickPhase::Recovering { cycles_left },
-    };
-    match phase {
-        KickPhase::Ready => (None, KickPhase::Ready),
-        KickPhase::WindUp { request, cycles_left: 0 } => (Some(request), recovering(recovery_cycles.saturating_sub(1))),
-        KickPhase::WindUp { request, cycles_left } => {
-            (None, KickPhase::WindUp { request, cycles_left: cycles_left - 1 })
-        }
-        KickPhase::Recovering { cycles_left } => (None, recovering(cycles_left.saturating_sub(1))),
     }
 }
 
@@ -257,9 +274,8 @@ mod tests {
         let mut strikes = Vec::new();
         let mut cycles = 0;
         while phase != KickPhase::Ready {
-            let (strike, next) = advance_phase(phase, 5);
-            strikes.push(strike.is_some());
-            phase = next;
+            strikes.push(matches!(phase, KickPhase::WindUp { cycles_left: 0, .. }));
+            phase = advance_phase(phase, 5);
             cycles += 1;
         }
         // Two cycles of wind-up, then five of recovery, the first of which is that of the strike.

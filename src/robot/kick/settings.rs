@@ -149,6 +149,9 @@ pub struct KickSettings {
     pub wrong_side_speed_factor: f32,
     /// From the command until the foot meets the ball, s.
     pub wind_up_s: f32,
+    /// How long the foot of a side kick extends to the front before it moves aside, s (paper, section 3.2): the first part of the
+    /// wind-up, which takes at least as long, unless the kick has a shorter one of its own. A ball on the wrong side is struck by it.
+    pub extension_s: f32,
     /// From then until the robot can walk or kick again, s.
     pub recovery_s: f32,
     /// Standard deviation of the direction, radians (degrees in files).
@@ -168,6 +171,7 @@ impl Default for KickSettings {
             own: OwnKicks::default(),
             wrong_side_speed_factor: 0.5,
             wind_up_s: 0.0,
+            extension_s: 0.3,
             recovery_s: 1.0,
             direction_sd: 0.0,
             speed_sd: 0.0,
@@ -224,7 +228,13 @@ impl KickSettings {
 
     /// From the command of a kick until the foot meets the ball, s.
     pub fn wind_up_of_s(&self, kick_type: KickType) -> f32 {
-        self.get(kick_type).and_then(|kick| kick.wind_up_s).unwrap_or(self.wind_up_s)
+        let least_s = if kick_type.is_side_kick() { self.extension_s } else { 0.0 };
+        self.get(kick_type).and_then(|kick| kick.wind_up_s).unwrap_or(self.wind_up_s.max(least_s))
+    }
+
+    /// How much of a kick's wind-up the foot needs to extend to the front, s: none of a kick that is not to the side.
+    pub fn extension_of_s(&self, kick_type: KickType) -> f32 {
+        if kick_type.is_side_kick() { self.extension_s.min(self.wind_up_of_s(kick_type)) } else { 0.0 }
     }
 
     /// From when the foot meets the ball until the robot can walk or kick again, s.
@@ -306,6 +316,18 @@ mod tests {
         assert_eq!(again, settings);
         // What nobody has is not written.
         assert!(!serde_json::to_string(&KickSettings::default()).unwrap().contains("own"));
+    }
+
+    #[test]
+    fn a_side_kick_takes_at_least_as_long_as_its_foot_extends() {
+        let mut settings = KickSettings { wind_up_s: 0.1, extension_s: 0.3, ..KickSettings::default() };
+        let times = |settings: &KickSettings, kick| [settings.wind_up_of_s(kick), settings.extension_of_s(kick)];
+        assert_eq!(times(&settings, KickType::LeftStraight), [0.1, 0.0]);
+        assert_eq!(times(&settings, KickType::LeftSide), [0.3, 0.3]);
+        settings.wind_up_s = 0.7;
+        assert_eq!(times(&settings, KickType::LeftSide), [0.7, 0.3]);
+        settings.left_side.wind_up_s = Some(0.2);
+        assert_eq!(times(&settings, KickType::LeftSide), [0.2, 0.2]);
     }
 
     #[test]

@@ -109,6 +109,7 @@ impl Checks {
         }
         self.range(path.field("wrong_side_speed_factor"), kicks.wrong_side_speed_factor, 0.0..=1.0, "");
         self.range(path.field("wind_up_s"), kicks.wind_up_s, 0.0..=60.0, " s");
+        self.range(path.field("extension_s"), kicks.extension_s, 0.0..=60.0, " s");
         self.range(path.field("recovery_s"), kicks.recovery_s, 0.0..=60.0, " s");
         self.degrees(path.field("direction_sd_deg"), kicks.direction_sd, 0.0..=180.0, " degrees");
         self.range(path.field("speed_sd"), kicks.speed_sd, 0.0..=10.0, ", a share of the speed");

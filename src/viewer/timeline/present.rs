@@ -163,7 +163,7 @@ pub(super) fn put_record(
         let Some(entity) = world.resource::<Roster>().get(robot.id) else { continue };
         let was = previous.and_then(|previous| previous.robots.iter().find(|earlier| earlier.id == robot.id));
         let was = was.map_or(robot.pose, |earlier| earlier.pose);
-        let kick = history.last_kick(robot.id, record.cycle).map(|kick| kick.struck(clock.period_s));
+        let kick = history.swing(robot.id, record.cycle, clock.period_s);
         let stride = world.get::<Stride>(entity).copied().unwrap_or_default();
         let (belief, mut state) =
             (robot.belief.clone(), state_of(robot, was, Stride { kick, ..stride }, clock.period_s));
