@@ -79,7 +79,7 @@ impl Recorder for MistakeRecorder {
         };
         let mistakes = mistakes.into_iter().map(|mistake| Entry { mistake: lean(mistake), unit: mistake.unit() });
         let mistakes = mistakes.collect();
-        let Self { scenario, realism, .. } = &*self;
+        let (scenario, realism) = (&self.scenario, &self.realism);
         let report = Report { scenario, realism, seed: self.seed, duration_s: last.time_s, mistakes };
         let written = serde_json::to_string_pretty(&report)
             .map_err(std::io::Error::other)
