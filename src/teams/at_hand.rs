@@ -5,7 +5,7 @@ use super::aiming::Aim;
 use super::kicking::{BallAtFeet, LEAST_KICK_M, room_inside};
 use super::options::{AHEAD_ANGLES, AHEAD_SHARES, BEYOND, KickOption};
 use super::player::Player;
-use super::worth::{Company, aims_within, is_first, kick_worth, reach_m, shot_worth, standing, walking_s, wind_up_s};
+use super::worth::{Company, aims_within, is_first, kick_worth, reach_m, shot_worth, standing, walking_s};
 use crate::geometry::unit;
 use crate::robot::kick::KickRequest;
 
@@ -19,7 +19,9 @@ pub fn best_at_hand(
 ) -> Option<(KickRequest, KickOption)> {
     let ball = at_feet.place;
     let theirs_s = walking_s(player, company.opponents.iter().map(|other| other.position_m), ball);
-    let ready = if is_ours { 1.0 } else { is_first(player, wind_up_s(player), theirs_s) };
+    let ready = |kick: &KickRequest| {
+        if is_ours { 1.0 } else { is_first(player, player.kicks.wind_up_of_s(kick.kick_type), theirs_s) }
+    };
     let contested = standing(player, ball, 0.5);
     // Who cannot aim its kicks has one direction for each.
     let angles: &[f32] = if aims_within(player) > 0.0 { &AHEAD_ANGLES } else { &[0.0] };
@@ -44,6 +46,7 @@ pub fn best_at_hand(
         shot.into_iter().chain(others)
     });
     let valued = options.map(|(kick, aim, place, (worth, receiver))| {
+        let ready = ready(&kick);
         let value = ready * worth + (1.0 - ready) * contested;
         (kick, KickOption { aim, place, receiver, value })
     });
