@@ -3,16 +3,19 @@
 use serde_json::{Value, json};
 
 use super::walking::walks;
-use super::{Laboratory, MeasuredQuantity, TrialError, mean_of};
-use crate::events::{FallCause, MatchEvent};
+use super::{Laboratory, MeasuredQuantity, TRIED, TrialError, mean_of};
+use crate::events::{CollisionPartner, FallCause, MatchEvent};
 use crate::geometry::to_degrees;
 use crate::kick_geometry::KickType;
+use crate::robot::falls::{CollisionFalls, fall_probability};
 use crate::scenario::RobotModel;
 use crate::sensing::status::BodyStatus;
 use crate::simulation::MatchApp;
 
 /// Seconds of each trial, for each repetition.
 const TIME_S: u32 = 60;
+/// Collisions, for each repetition.
+const COLLISIONS: u32 = 4;
 /// Falls are rare: robots are tried that fall so much more often.
 const OFTENER: f32 = 10.0;
 
@@ -84,6 +87,53 @@ fn fall(
     Ok(result)
 }
 
+/// In how many of so many head-on collisions at full speed the tried robot falls, and in how many it should by the speeds at which they
+/// met; none if there were no collisions.
+fn collide(
+    laboratory: &mut Laboratory,
+    falls: CollisionFalls,
+    repetitions: u32,
+) -> Result<Option<[f64; 2]>, TrialError> {
+    /// How far apart they begin: enough for any robot to get to its full speed, m.
+    const APART_M: f32 = 3.0;
+    /// They have met by then, s.
+    const MEET_S: f64 = 40.0;
+
+    let walks = json!({ "script": [{ "from_s": 0, "until_s": MEET_S, "walk": [9, 0, 0] }] });
+    let (mut collisions, mut fell, mut expected) = (0.0, 0.0, 0.0);
+    for seed in 1..=repetitions {
+        // Straight at each other, so that none passes by.
+        let still = json!({ "scale": 1, "scale_sd": 0, "drift_sd_degpm": 0,
+            "error": { "translation_sd_m": 0, "heading_per_metre_sd_deg": 0, "rotation_sd_deg": 0 } });
+        let gait =
+            if laboratory.scenario(json!({}))?.motion.gait.is_some() { json!({ "slip": still }) } else { Value::Null };
+        laboratory.begin(json!({
+            "seed": seed, "ball": null, "motion": { "gait": gait }, "falls": { "falls_per_min": 0 },
+            "robots": [
+                { "team": "blue", "number": 1, "pose": [0, 0, 0], "behaviour": walks },
+                { "team": "pink", "number": 1, "pose": [APART_M, 0, 180], "behaviour": walks },
+            ],
+        }))?;
+        let cycles = laboratory.cycles(MEET_S);
+        laboratory.app.run_until(cycles, |app| {
+            let mut met = false;
+            for event in app.events() {
+                match event {
+                    MatchEvent::Collision { speed_mps, with: CollisionPartner::Robot(_), .. } if !met => {
+                        met = true;
+                        collisions += 1.0;
+                        expected += f64::from(fall_probability(*speed_mps, falls.from_mps, falls.certain_mps));
+                    }
+                    MatchEvent::Fall { robot, cause: FallCause::Collision, .. } if *robot == TRIED => fell += 1.0,
+                    _ => {}
+                }
+            }
+            met
+        });
+    }
+    Ok((collisions > 0.0).then_some([fell / collisions, expected / collisions]))
+}
+
 /// How often robots fall, and how they get up.
 ///
 /// # Errors
@@ -109,6 +159,11 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuant
         kicks = Some(fall(&mut laboratory, kicking, at_once, 0.1, FallCause::Kick, cycles)?);
     }
 
+    let collisions = match real.collisions {
+        Some(falls) if has_walk => collide(&mut laboratory, falls, COLLISIONS * repetitions)?,
+        _ => None,
+    };
+
     let quantity = |name, unit, measured, real: f32, path| laboratory.quantity(name, unit, measured, real.into(), path);
     let a_minute = 60.0 * falls.falls / falls.walked_s.max(1.0) / f64::from(OFTENER);
     let get_up_s = real.get_up_s.unwrap_or(scenario.rules.get_up_s);
@@ -122,6 +177,11 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuant
             let share = kicks.falls / kicks.kicked.max(1.0);
             quantity("kicks in which it falls", "", share, real.kick_probability, "falls.kick_probability")
                 .if_seen(kicks.falls, NOBODY_FELL)
+        }),
+        collisions.map(|[fell, expected]| {
+            let path = "falls.collisions";
+            quantity("head-on collisions at full speed in which it falls", "", fell, expected as f32, path)
+                .if_seen(fell, NOBODY_FELL)
         }),
         // Who does not walk does not fall in these trials.
         has_walk.then(|| {

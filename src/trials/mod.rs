@@ -27,6 +27,7 @@ pub mod falling;
 pub mod kicking;
 pub mod lateness;
 pub mod looking;
+pub mod recognising;
 pub mod seeing;
 pub mod sensing;
 pub mod walking;
@@ -94,6 +95,7 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuant
     quantities.extend(falling::measure(model, repetitions)?);
     quantities.extend(looking::measure(model)?);
     quantities.extend(sensing::measure(model, repetitions)?);
+    quantities.extend(recognising::measure(model, repetitions)?);
     quantities.extend(lateness::measure(model)?);
     Ok(quantities)
 }
