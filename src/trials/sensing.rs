@@ -270,7 +270,7 @@ fn measure_sonars(model: &RobotModel, real: &Scenario, cycles: u32) -> Result<Ve
     Ok(vec![
         quantity("sonar: farthest echo", "m", range_m, real.sonar.max_m, "sonar.max_m"),
         quantity("sonar: spread", "m", deviation_of(&heard), sonar_sd_m, "sonar.noise"),
-        quantity("sonar: bias", "", mean_of(&heard) / f64::from(sonar_m), 1.0, "sonar.noise"),
+        quantity("sonar: distance heard of the true one", "", mean_of(&heard) / f64::from(sonar_m), 1.0, "sonar.noise"),
         quantity(
             "sonar: echoes missed",
             "",

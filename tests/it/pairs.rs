@@ -9,16 +9,17 @@ use crate::support::headless_app;
 
 /// Plays every two of the teams against each other on the paper's pitch, in both colours, so many times with seeds from 1 on.
 fn played(teams: &[&str], times: usize, duration_s: Option<f32>) -> PairTable {
-    played_in("paper", teams, times, duration_s)
+    played_in("paper", "paper", teams, times, duration_s)
 }
 
-/// The same in a league.
-fn played_in(league: &str, teams: &[&str], times: usize, duration_s: Option<f32>) -> PairTable {
+/// The same in a league, as real as this.
+fn played_in(league: &str, realism: &str, teams: &[&str], times: usize, duration_s: Option<f32>) -> PairTable {
     let pairs = Pairs::of(teams.iter().map(|team| (*team).to_owned()).collect());
     let pairings: Vec<_> = pairs.pairings().collect();
     let scenario = |pairing: &Pairing| {
         let [blue, pink] = pairs.names(*pairing);
-        let json = format!(r#"{{ "league": "{league}", "teams": {{ "blue": "{blue}", "pink": "{pink}" }} }}"#);
+        let teams = format!(r#""teams": {{ "blue": "{blue}", "pink": "{pink}" }}"#);
+        let json = format!(r#"{{ "league": "{league}", "realism": "{realism}", {teams} }}"#);
         Scenario { duration_s, ..Scenario::from_json(&json).unwrap() }
     };
     let variants: Vec<Scenario> = pairings.iter().map(scenario).collect();
@@ -40,13 +41,15 @@ fn both_teams_of_a_pair_see_the_same_matches() {
 
 /// 200 whole matches of each pair, which take minutes even in a release build.
 #[test]
-#[cfg_attr(debug_assertions, ignore = "400 whole matches: cargo test --release --no-default-features --test it pairs")]
+#[cfg_attr(debug_assertions, ignore = "800 whole matches: cargo test --release --no-default-features --test it pairs")]
 fn passers_beat_roles_and_roles_beat_chasers_with_95_percent_confidence() {
-    for [better, other] in [["passers", "roles"], ["roles", "chasers"]] {
-        let table = played(&[better, other], 100, None);
-        let summary = table.summary(better, other).unwrap();
-        assert_eq!((summary.matches, summary.failed), (200, 0));
-        assert_eq!(summary.is_first_better(), Some(true), "{table}");
+    for realism in ["paper", "realistic"] {
+        for [better, other] in [["passers", "roles"], ["roles", "chasers"]] {
+            let table = played_in("paper", realism, &[better, other], 100, None);
+            let summary = table.summary(better, other).unwrap();
+            assert_eq!((summary.matches, summary.failed), (200, 0));
+            assert_eq!(summary.is_first_better(), Some(true), "{realism}: {table}");
+        }
     }
 }
 
@@ -55,7 +58,7 @@ fn passers_beat_roles_and_roles_beat_chasers_with_95_percent_confidence() {
 #[cfg_attr(debug_assertions, ignore = "48 matches: cargo test --release --no-default-features --test it pairs")]
 fn passers_win_more_than_roles_in_the_leagues_of_larger_robots() {
     for league in ["hsl2026_middle", "hsl2026_large"] {
-        let table = played_in(league, &["passers", "roles"], 12, Some(300.0));
+        let table = played_in(league, "realistic", &["passers", "roles"], 12, Some(300.0));
         let summary = table.summary("passers", "roles").unwrap();
         assert_eq!((summary.matches, summary.failed), (24, 0));
         assert!(summary.wins.unwrap().value > summary.losses.unwrap().value, "{league}: {table}");
