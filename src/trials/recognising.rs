@@ -40,8 +40,8 @@ fn share_of_cycles(
 /// # Errors
 /// When the model makes no scenario.
 pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuantity>, TrialError> {
-    /// For each repetition: the rarest is recognised in a tenth of the images.
-    const CYCLES: u32 = 20;
+    /// For each repetition.
+    const CYCLES: u32 = 10;
 
     let mut laboratory = Laboratory::new(model);
     let real = laboratory.scenario(json!({}))?;
