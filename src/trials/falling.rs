@@ -37,8 +37,11 @@ struct Falls {
     kicked: f64,
 }
 
-/// Robots turn by no more in a trial, °/s.
-const MOST_DEGPS: f32 = 150.0;
+/// How fast a robot may turn in a trial, °/s: nobody turns here, and who turns fast has no cycle of a second.
+fn turns_degps(laboratory: &Laboratory) -> Result<f32, TrialError> {
+    const MOST_DEGPS: f32 = 150.0;
+    Ok(to_degrees(laboratory.scenario(json!({}))?.motion.max_angular).min(MOST_DEGPS))
+}
 
 /// Lets a robot do something in cycles of so many seconds, and get up again when it falls.
 fn fall(
@@ -54,8 +57,7 @@ fn fall(
     if let (Value::Object(does), Value::Object(action)) = (&mut does, action) {
         does.extend(action);
     }
-    // Nobody turns here, and who turns fast has no cycle of a second.
-    let turns_degps = to_degrees(laboratory.scenario(json!({}))?.motion.max_angular).min(MOST_DEGPS);
+    let turns_degps = turns_degps(laboratory)?;
     laboratory.begin(json!({
         "motion": { "max_angular_degps": turns_degps },
         // Out of reach of any kick.
@@ -96,6 +98,8 @@ fn collide(
 ) -> Result<Option<[f64; 2]>, TrialError> {
     /// How far apart they begin: enough for any robot to get to its full speed, m.
     const APART_M: f32 = 1.5;
+    /// Longer than usual, as nothing depends on it, s.
+    const CYCLE_S: f64 = 0.1;
     /// They have met by then, s.
     const MEET_S: f64 = 30.0;
 
@@ -105,10 +109,12 @@ fn collide(
     let still = json!({ "scale": 1, "scale_sd": 0, "drift_sd_degpm": 0,
         "error": { "translation_sd_m": 0, "heading_per_metre_sd_deg": 0, "rotation_sd_deg": 0 } });
     let has_gait = laboratory.scenario(json!({}))?.motion.gait.is_some();
+    let turns_degps = turns_degps(laboratory)?;
     let gait = if has_gait { json!({ "slip": still }) } else { Value::Null };
     for seed in 1..=repetitions {
         laboratory.begin(json!({
-            "seed": seed, "ball": null, "motion": { "gait": gait }, "falls": { "falls_per_min": 0 },
+            "seed": seed, "ball": null, "cycle_s": CYCLE_S, "falls": { "falls_per_min": 0 },
+            "motion": { "gait": gait, "max_angular_degps": turns_degps },
             "robots": [
                 { "team": "blue", "number": 1, "pose": [0, 0, 0], "behaviour": walks },
                 { "team": "pink", "number": 1, "pose": [APART_M, 0, 180], "behaviour": walks },
