@@ -5,16 +5,16 @@ use bevy::prelude::*;
 use core::f32::consts::{PI, TAU};
 use serde::{Deserialize, Serialize};
 
-use super::posing::{self, JointAngles};
+use super::posing::{self, JointAngles, SWING_S};
 use crate::cycle::{Cycle, CycleClock, CycleSystems};
-use crate::events::{CycleEvents, MatchEvent};
+use crate::events::{CycleEvents, KickResult, MatchEvent};
 use crate::game::Penalty;
 use crate::geometry::{Pose, unrotate};
 use crate::kick_geometry::{KickType, Side};
 use crate::knowledge::Knowledge;
 use crate::robot::body::Body;
 use crate::robot::head::HeadAngles;
-use crate::robot::kick::KickPhase;
+use crate::robot::kick::{KickPhase, KickSettings};
 use crate::robot::{Roster, Velocity};
 use crate::team::RobotId;
 
@@ -43,8 +43,43 @@ pub struct Stride {
     pub speed: f32,
     /// How much the feet are lifted, 0 to 1.
     pub liveliness: f32,
-    /// The kick under way, and when its foot will meet the ball, s, or else the last one, and when it did.
-    pub kick: Option<(KickType, f64)>,
+    /// The kick under way, or else the last one.
+    pub kick: Option<Swing>,
+}
+
+/// How a leg swings for a kick.
+#[derive(Clone, Copy, PartialEq, Debug, Reflect, Serialize, Deserialize)]
+pub struct Swing {
+    /// The kick, which says whose leg it is.
+    pub kick_type: KickType,
+    /// When the leg begins, s.
+    pub begins_s: f64,
+    /// When the foot meets the ball, or met it, s.
+    pub strikes_s: f64,
+    /// Whether it is a side kick that strikes a ball on the wrong side, straight ahead.
+    pub is_reduced: bool,
+}
+
+impl Swing {
+    /// That of a kick whose foot meets the ball at this time, s, and met it on the wrong side or not (`is_reduced`).
+    ///
+    /// A side kick's leg begins at once, to extend to the front, and it strikes what is on the wrong side by that.
+    pub fn of(kick_type: KickType, is_reduced: bool, strikes_s: f64, kicks: &KickSettings) -> Self {
+        let takes_s = match (kick_type.is_side_kick(), is_reduced) {
+            (true, true) => kicks.extension_of_s(kick_type),
+            (true, false) => kicks.wind_up_of_s(kick_type),
+            (false, _) => kicks.wind_up_of_s(kick_type).min(SWING_S),
+        };
+        Self { kick_type, begins_s: strikes_s - f64::from(takes_s), strikes_s, is_reduced }
+    }
+
+    /// Where the kicking foot is at that time, s, from its place, forward and up in metres, and the leg's swing to the left in radians.
+    fn pose(&self, time_s: f64) -> (Vec2, f32) {
+        let [age_s, swing_s] = [time_s - self.strikes_s, self.strikes_s - self.begins_s].map(|time_s| time_s as f32);
+        let straight = self.kick_type.straight().filter(|_| self.is_reduced && age_s >= 0.0);
+        let (reach, aside) = posing::kick_pose(straight.unwrap_or(self.kick_type), age_s, swing_s);
+        (reach, if self.is_reduced { 0.0 } else { aside })
+    }
 }
 
 impl Stride {
@@ -67,16 +102,15 @@ impl Stride {
         // Robots that started together need not step together. In double precision, as late as the match may be.
         let turns = f64::from(posing::STEP_FREQUENCY) * self.time_s;
         let phase = TAU * (turns - turns.floor()) as f32 + id.stable_number() as f32;
-        let kick = self.kick.map(|(kick_type, since_s)| (kick_type, (self.time_s - since_s) as f32));
         let mut joints = JointAngles { head, ..JointAngles::default() };
         for side in 0..2 {
             let side_phase = phase + side as f32 * PI;
             let mut step = posing::step(side_phase, self.speed, self.liveliness);
             let mut aside = 0.0;
-            if let Some((kick_type, age_s)) = kick
-                && (kick_type.foot() == Side::Left) == (side == 0)
+            if let Some(kick) = self.kick
+                && (kick.kick_type.foot() == Side::Left) == (side == 0)
             {
-                let (reach, swing) = posing::kick_pose(kick_type, age_s);
+                let (reach, swing) = kick.pose(self.time_s);
                 step += reach;
                 aside = swing;
             }
@@ -98,25 +132,32 @@ fn follow_robots(clock: Res<CycleClock>, mut robots: Query<(&Pose, &Velocity, Op
     }
 }
 
-fn note_kicks_under_way(clock: Res<CycleClock>, mut robots: Query<(&KickPhase, &mut Stride)>) {
-    for (phase, mut stride) in &mut robots {
+fn note_kicks_under_way(clock: Res<CycleClock>, mut robots: Query<(&KickPhase, &KickSettings, &mut Stride)>) {
+    for (phase, kicks, mut stride) in &mut robots {
         if let KickPhase::WindUp { request, cycles_left } = *phase {
-            stride.kick = Some((request.kick_type, clock.end_time_s() + f64::from(cycles_left) * clock.period_s));
-        } else if stride.kick.is_some_and(|(_, strikes_s)| strikes_s > clock.start_time_s()) {
-            // It fell, or was sent off.
+            let strikes_s = clock.end_time_s() + f64::from(cycles_left) * clock.period_s;
+            stride.kick = Some(Swing::of(request.kick_type, false, strikes_s, kicks));
+        } else if stride.kick.is_some_and(|kick| kick.strikes_s > clock.start_time_s()) {
+            // It struck something earlier, which is noted next, or it fell, or was sent off.
             stride.kick = None;
         }
     }
 }
 
-fn note_kicks(events: Res<CycleEvents>, clock: Res<CycleClock>, roster: Res<Roster>, mut strides: Query<&mut Stride>) {
+fn note_kicks(
+    events: Res<CycleEvents>,
+    clock: Res<CycleClock>,
+    roster: Res<Roster>,
+    mut strides: Query<(&KickSettings, &mut Stride)>,
+) {
     for event in events.iter() {
         let MatchEvent::Kick { robot, kick_type, result, reason, .. } = event else { continue };
         if !result.swings(*reason) {
             continue;
         }
-        if let Some(mut stride) = roster.get(*robot).and_then(|robot| strides.get_mut(robot).ok()) {
-            stride.kick = Some((*kick_type, clock.start_time_s()));
+        if let Some((kicks, mut stride)) = roster.get(*robot).and_then(|robot| strides.get_mut(robot).ok()) {
+            let is_reduced = *result == KickResult::Reduced;
+            stride.kick = Some(Swing::of(*kick_type, is_reduced, clock.start_time_s(), kicks));
         }
     }
 }
@@ -124,6 +165,8 @@ fn note_kicks(events: Res<CycleEvents>, clock: Res<CycleClock>, roster: Res<Rost
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scenario::Scenario;
+    use crate::simulation::MatchApp;
     use crate::team::Team;
 
     #[test]
@@ -147,7 +190,8 @@ mod tests {
     fn the_foot_of_a_side_kick_extends_to_the_front_before_it_moves_aside() {
         let id = RobotId::new(Team::Blue, 1);
         let legs = |time_s: f64| {
-            let stride = Stride { time_s, kick: Some((KickType::RightSide, 1.0)), ..Stride::default() };
+            let kick = Swing::of(KickType::RightSide, false, 1.0, &KickSettings::default());
+            let stride = Stride { time_s, kick: Some(kick), ..Stride::default() };
             stride.joints(id, HeadAngles::default(), &Body::default()).legs
         };
         let [before, extended, strikes] = [0.5, 0.85, 1.0].map(legs);
@@ -156,9 +200,43 @@ mod tests {
         assert!(strikes[1].hip > 0.3 && strikes[1].aside > 0.25, "{strikes:?}");
     }
 
+    /// The greatest angle of the left hip and of its swing aside, by cycles of 1/30 s, of a robot that makes a left side kick in the
+    /// first one, of 0.7 s with 0.3 s of extension.
+    fn side_kick(ball_y_m: f32) -> Vec<[f32; 2]> {
+        let mut app = App::new();
+        app.add_plugins((crate::simulation::NaoisisPlugins, StridePlugin));
+        let scenario = format!(
+            r#"{{ "rules": "free", "ball": {{ "position_m": [0.15, {ball_y_m}] }},
+                 "kicks": {{ "wind_up_s": 0.7, "extension_s": 0.3 }},
+                 "robots": [{{ "number": 1, "behaviour": {{ "script": [{{ "kick": {{ "type": "left_side" }} }}] }} }}] }}"#
+        );
+        app.start_match(&Scenario::from_json(&scenario).unwrap()).unwrap();
+        let id = RobotId::new(Team::Blue, 1);
+        let robot = app.world().resource::<Roster>().get(id).unwrap();
+        app.world_mut().entity_mut(robot).insert(Stride::default());
+        let poses = (0..40).map(|_| {
+            app.run_cycles(1);
+            let leg = app.robot::<Stride>(id).unwrap().joints(id, HeadAngles::default(), &Body::default()).legs[0];
+            [leg.hip, leg.aside]
+        });
+        poses.collect()
+    }
+
+    #[test]
+    fn a_leg_extends_for_as_long_as_the_kick_takes_and_strikes_the_wrong_side_by_that() {
+        let right = side_kick(-0.05);
+        // At the front after 0.2 s, and not aside before the last tenth of a second.
+        assert!(right[8][0] > 0.3 && right[16] == [right[8][0], 0.0] && right[21][1] < -0.25, "{right:?}");
+        let wrong = side_kick(0.05);
+        assert_eq!(wrong[..9], right[..9]);
+        assert!(wrong[10][0] > 0.3 && wrong.iter().all(|[_, aside]| *aside == 0.0), "{wrong:?}");
+        assert!(wrong[30][0].abs() < 0.1, "the foot is back: {wrong:?}");
+    }
+
     #[test]
     fn the_kicking_leg_swings_and_the_other_does_not() {
-        let stride = Stride { time_s: 1.0, kick: Some((KickType::RightStraight, 1.0)), ..Stride::default() };
+        let kick = Swing::of(KickType::RightStraight, false, 1.0, &KickSettings::default());
+        let stride = Stride { time_s: 1.0, kick: Some(kick), ..Stride::default() };
         let joints = stride.joints(RobotId::new(Team::Pink, 2), HeadAngles::default(), &Body::default());
         assert!(joints.legs[1].hip > 0.5 && joints.legs[0].hip.abs() < 1e-3, "{joints:?}");
     }

@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 
 use super::csv_lines::{Line, Lines, as_text, cells_of, line_of};
 use super::observer::MatchRow;
+use super::table::setting_columns;
 use super::table_file::{TableError, TableFile};
 use super::{Batch, Variants};
 use crate::record::mistakes::{Mistake, MistakeKind};
@@ -164,7 +165,7 @@ impl MistakeTable {
 }
 
 fn header<V: Variants>(batch: &Batch<V>) -> String {
-    let columns = batch.variants.columns();
+    let columns = setting_columns(batch);
     line_of(LEADING_COLUMNS.into_iter().chain(columns.iter().map(String::as_str)).chain(COLUMNS))
 }
 

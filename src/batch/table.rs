@@ -62,6 +62,13 @@ pub struct Table {
     file: Option<(PathBuf, File)>,
 }
 
+/// The names of a batch's settings as columns of its tables: one that is called like another column has `set.` before it.
+pub(super) fn setting_columns<V: Variants>(batch: &Batch<V>) -> Vec<String> {
+    let is_taken = |column: &str| LEADING_COLUMNS.contains(&column) || COLUMNS.contains(&column);
+    let unlike_others = |column: String| if is_taken(&column) { format!("set.{column}") } else { column };
+    batch.variants.columns().into_iter().map(unlike_others).collect()
+}
+
 impl Table {
     /// A table that is written nowhere.
     pub fn unwritten() -> Self {
@@ -138,9 +145,7 @@ impl Table {
 
     /// That of a batch, written nowhere.
     pub(super) fn of<V: Variants>(batch: &Batch<V>) -> Self {
-        let is_taken = |column: &str| LEADING_COLUMNS.contains(&column) || COLUMNS.contains(&column);
-        let unlike_others = |column: String| if is_taken(&column) { format!("set.{column}") } else { column };
-        Self { columns: batch.variants.columns().into_iter().map(unlike_others).collect(), file: None }
+        Self { columns: setting_columns(batch), file: None }
     }
 
     pub(super) fn header(&self) -> String {

@@ -13,9 +13,10 @@ use std::path::Path;
 use super::cycle_record::CycleRecord;
 use super::fields::Fields;
 use super::read::{Ending, TraceError, TraceReader};
-use crate::appearance::posing::SWING_S;
-use crate::events::MatchEvent;
+use crate::appearance::stride::Swing;
+use crate::events::{KickResult, MatchEvent};
 use crate::kick_geometry::KickType;
+use crate::robot::kick::KickSettings;
 use crate::scenario::Scenario;
 use crate::team::{RobotId, Team};
 
@@ -148,13 +149,8 @@ pub struct KickMark {
     pub robot: RobotId,
     /// Which kick.
     pub kick_type: KickType,
-}
-
-impl KickMark {
-    /// The kick and when it struck the ball, s, in a match with cycles of so many seconds.
-    pub fn struck(self, period_s: f64) -> (KickType, f64) {
-        (self.kick_type, self.cycle.saturating_sub(1) as f64 * period_s)
-    }
+    /// Whether it struck the ball on the wrong side.
+    pub is_reduced: bool,
 }
 
 /// Some records in a row, as bytes.
@@ -259,11 +255,17 @@ impl History {
         self.kicks[..until].iter().rev().find(|kick| kick.robot == robot).copied()
     }
 
-    /// The kick that a robot's leg shows at the end of a cycle of so many seconds, and when it meets the ball, s: one that it swings for
-    /// already, or else the last.
-    pub fn swing(&self, robot: RobotId, cycle: u64, period_s: f64) -> Option<(KickType, f64)> {
-        let ahead = (f64::from(SWING_S) / period_s) as u64;
-        self.last_kick(robot, cycle.saturating_add(ahead)).map(|kick| kick.struck(period_s))
+    /// How the leg of a robot with these kicks swings at the end of a cycle of so many seconds: for the next kick if it has begun, or else
+    /// as of the last.
+    pub fn swing(&self, robot: RobotId, cycle: u64, period_s: f64, kicks: &KickSettings) -> Option<Swing> {
+        let until = self.kicks.partition_point(|kick| kick.cycle <= cycle);
+        let swing = |kick: &KickMark| {
+            let strikes_s = kick.cycle.saturating_sub(1) as f64 * period_s;
+            Swing::of(kick.kick_type, kick.is_reduced, strikes_s, kicks)
+        };
+        let next = self.kicks[until..].iter().find(|kick| kick.robot == robot).map(swing);
+        let begun = next.filter(|next| next.begins_s < cycle as f64 * period_s);
+        begun.or_else(|| self.last_kick(robot, cycle).as_ref().map(swing))
     }
 
     /// Bytes of memory that the records take.
@@ -285,7 +287,8 @@ impl History {
         self.marks.extend(events.iter().filter_map(|event| Mark::of(event, cycle)));
         self.kicks.extend(events.iter().filter_map(|event| match event {
             MatchEvent::Kick { robot, kick_type, result, reason, .. } if result.swings(*reason) => {
-                Some(KickMark { cycle, robot: *robot, kick_type: *kick_type })
+                let is_reduced = *result == KickResult::Reduced;
+                Some(KickMark { cycle, robot: *robot, kick_type: *kick_type, is_reduced })
             }
             _ => None,
         }));

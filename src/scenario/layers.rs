@@ -9,7 +9,7 @@ use crate::robot::look::Look;
 /// Fields whose value is a choice with contents, as object and field: another choice replaces it as a whole.
 const CHOICES: [(&str, &str); 2] = [("sonar", "noise"), ("ball", "rolling")];
 
-/// What all kicks of a robot have in common.
+/// What all kicks of a robot have in common. `extension_s` is none of it: traces that are older than it say all, too.
 const COMMON_TO_KICKS: [&str; 5] =
     ["wrong_side_speed_factor", "wind_up_s", "recovery_s", "direction_sd_deg", "speed_sd"];
 

@@ -95,9 +95,12 @@ pub fn measure(model: &RobotModel, repetitions: u32) -> Result<Vec<MeasuredQuant
         }
     }
     // A ball on the wrong side is struck as soon as the foot is at the front.
-    let extended = match real.kicks.geometry(KickType::LeftSide).and(real.kicks.geometry(KickType::LeftStraight)) {
-        Some(straight) => Some(kick(&mut laboratory, KickType::LeftSide, straight.best_m, FEW)?),
-        None => None,
+    let [of_side, of_straight] = [KickType::LeftSide, KickType::LeftStraight].map(|kick| real.kicks.geometry(kick));
+    let extended = match (of_side, of_straight) {
+        (Some(side), Some(straight)) if !side.admits(straight.best_m) => {
+            Some(kick(&mut laboratory, KickType::LeftSide, straight.best_m, FEW)?)
+        }
+        _ => None,
     };
     laboratory.begin(json!({ "ball": { "position_m": [-3, 0], "velocity_mps": [1, 0] } }))?;
     let second = laboratory.cycles(1.0);

@@ -49,7 +49,7 @@ pub fn measure(model: &RobotModel) -> Result<Vec<MeasuredQuantity>, TrialError> 
         let speed = f64::from(to_degrees(real.head.max_speed));
         quantities.push(laboratory.quantity("head: speed of a joint", "°/s", most_degps, speed, "head.max_degps"));
     }
-    if super::sensing::sees_ahead(&real) {
+    if shows_its_width(&real) {
         let (measured, diagonal) = field_of_view_deg(&mut laboratory, &real)?;
         quantities.push(laboratory.quantity(
             "camera: diagonal of what it sees",
@@ -60,6 +60,11 @@ pub fn measure(model: &RobotModel) -> Result<Vec<MeasuredQuantity>, TrialError> 
         ));
     }
     Ok(quantities)
+}
+
+/// Whether the cameras of a scenario's robots show them the ball by which it is measured how wide they see.
+pub(super) fn shows_its_width(scenario: &Scenario) -> bool {
+    super::sensing::sees_at(scenario, &[BALL_M])
 }
 
 /// A turn of the head from one end to another.

@@ -115,6 +115,10 @@ pub fn not_measured(model: &RobotModel) -> Result<Vec<&'static str>, TrialError>
             sensing::has_cameras(&real) && !sensing::sees_ahead(&real),
             "its cameras do not show it a ball 2 m ahead while its head is level: the errors of what it sees are not measured",
         ),
+        (
+            sensing::has_cameras(&real) && !looking::shows_its_width(&real),
+            "its cameras do not show it a ball 7 m ahead while its head is level: how wide they see is not measured",
+        ),
         (!real.sonar.fitted, "it has no sonars: nothing is measured of them"),
     ];
     Ok(reasons.into_iter().filter_map(|(lacks, words)| lacks.then_some(words)).collect())

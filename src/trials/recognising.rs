@@ -5,16 +5,17 @@ use serde_json::{Value, json};
 
 use super::sensing::{has_cameras, sees_ahead};
 use super::{Laboratory, MeasuredQuantity, TrialError};
+use crate::geometry::angle_of;
 use crate::scenario::RobotModel;
 use crate::sensing::vision::{ClassNoise, LandmarkKind, Percepts};
 use crate::simulation::MatchApp;
 
 /// How far ahead what is looked at is, m.
 const AHEAD_M: f32 = 2.0;
-/// What is seen no further from where it is, m, is that, and not another of its kind.
-const SAME_M: f32 = 0.7;
+/// What is seen no further beside it, radians, is that, and not another of its kind.
+const SAME_BEARING: f32 = 0.25;
 
-/// How often a robot with this pose, in metres and degrees, recognises what `places` has at its place, in so many cycles: a share of
+/// How often a robot with this pose, in metres and degrees, recognises what `places` has straight ahead, in so many cycles: a share of
 /// them.
 fn share_of_cycles(
     laboratory: &mut Laboratory,
@@ -28,8 +29,7 @@ fn share_of_cycles(
     laboratory.begin(json!({ "ball": null, "robots": robots }))?;
     let is_seen = |laboratory: &mut Laboratory| {
         laboratory.app.run_cycles(1);
-        let ahead = Vec2::X * AHEAD_M;
-        places(&laboratory.reading::<Percepts>()).iter().any(|place| place.distance(ahead) < SAME_M)
+        places(&laboratory.reading::<Percepts>()).iter().any(|place| angle_of(*place).abs() < SAME_BEARING)
     };
     let seen = (0..cycles).filter(|_| is_seen(laboratory)).count();
     Ok(seen as f64 / f64::from(cycles.max(1)))

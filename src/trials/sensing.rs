@@ -227,12 +227,17 @@ pub(super) fn has_cameras(scenario: &Scenario) -> bool {
 
 /// Whether their cameras show them the balls that they are tried with while their heads stay as they are: straight ahead.
 pub(super) fn sees_ahead(scenario: &Scenario) -> bool {
+    sees_at(scenario, &[BALL_M, FARTHER_BALL_M])
+}
+
+/// Whether their cameras show them balls straight ahead at these distances, m, while their heads stay as they are.
+pub(super) fn sees_at(scenario: &Scenario, distances_m: &[f32]) -> bool {
     let cameras = CameraSettings { neck_m: scenario.body.neck_m, ..scenario.cameras };
     let limits = &scenario.head;
     let at_rest = if limits.moves() { limits.nearest(HeadAngles::default()) } else { HeadAngles::default() };
     let head = HeadLimits { max_speed: 0.0, ..*limits }.reached_from(at_rest);
     let radius_m = scenario.ball.map_or(0.0, |ball| ball.radius_m);
-    [BALL_M, FARTHER_BALL_M].into_iter().all(|distance_m| sees_ball(&cameras, &head, Vec2::X * distance_m, radius_m))
+    distances_m.iter().all(|distance_m| sees_ball(&cameras, &head, Vec2::X * *distance_m, radius_m))
 }
 
 /// Ranges, errors and misses of the sonars.

@@ -19,6 +19,7 @@ use crate::record::cycle_record::CycleRecord;
 use crate::record::history::History;
 use crate::robot::Roster;
 use crate::robot::body::Body;
+use crate::robot::kick::KickSettings;
 use crate::scenario::Scenario;
 use crate::sensing::camera::image::{Image, Layers};
 use crate::sensing::camera::software::{Detail, PreparedScene, Renderer};
@@ -114,7 +115,7 @@ fn find_past_scene(
     timeline: Res<Timeline>,
     now: MatchScene,
     roster: Res<Roster>,
-    bodies: Query<&Body>,
+    bodies: Query<(&Body, &KickSettings)>,
     mut sensed: ResMut<SensedScene>,
     mut history: ResMut<History>,
 ) {
@@ -126,29 +127,33 @@ fn find_past_scene(
     }
     if let Ok(Some(record)) = history.record(shown.saturating_sub(1)) {
         now.gather(&mut sensed.scene);
-        let body = |id| roster.get(id).and_then(|robot| bodies.get(robot).ok()).copied().unwrap_or_default();
-        sensed.take_record(shown, &record, &history, clock.period_s, body);
+        let robot = |id| {
+            let found = roster.get(id).and_then(|robot| bodies.get(robot).ok());
+            found.map_or_else(Default::default, |(body, kicks)| (*body, *kicks))
+        };
+        sensed.take_record(shown, &record, &history, clock.period_s, robot);
     }
 }
 
 impl SensedScene {
-    /// Takes over what a record says of robots, whose bodies are known, and ball. All else is as it always was.
+    /// Takes over what a record says of robots, whose bodies and kicks are known, and ball. All else is as it always was.
     fn take_record(
         &mut self,
         cycle: u64,
         record: &CycleRecord,
         history: &History,
         period_s: f64,
-        body: impl Fn(RobotId) -> Body,
+        known: impl Fn(RobotId) -> (Body, KickSettings),
     ) {
         self.cycle = Some(cycle);
         let on_pitch = record.robots.iter().filter(|robot| robot.penalised.is_none());
         self.scene.robots.clear();
         self.scene.robots.extend(on_pitch.map(|robot| {
             let stride = self.strides.entry(robot.id).or_default();
-            stride.kick = history.swing(robot.id, record.cycle, period_s);
+            let (body, kicks) = known(robot.id);
+            stride.kick = history.swing(robot.id, record.cycle, period_s, &kicks);
             stride.follow(robot.pose, robot.velocity, record.time_s);
-            let standing = SceneRobot::standing(robot.id, robot.pose, body(robot.id));
+            let standing = SceneRobot::standing(robot.id, robot.pose, body);
             SceneRobot { head: robot.head, stride: *stride, ..standing.in_posture(robot.posture) }
         }));
         self.scene.ball = record.ball.map(|ball| SceneBall {

@@ -402,8 +402,9 @@ fn abilities() -> impl Strategy<Value = Abilities> {
         ..HeadLimits::default()
     });
     let seconds = || within(0.0..=2.0);
-    let kicks = (within(0.001..=50.0), 0.0f32..=1.0, seconds(), seconds(), degrees(0.0..=180.0), within(0.0..=10.0))
-        .prop_map(|(max_distance_m, wrong_side_speed_factor, wind_up_s, recovery_s, direction_sd, speed_sd)| {
+    let times = [seconds(), seconds(), seconds()];
+    let kicks = (within(0.001..=50.0), 0.0f32..=1.0, times, degrees(0.0..=180.0), within(0.0..=10.0)).prop_map(
+        |(max_distance_m, wrong_side_speed_factor, [wind_up_s, extension_s, recovery_s], direction_sd, speed_sd)| {
             let range = KickModel::of(max_distance_m);
             KickSettings {
                 left_straight: range,
@@ -412,12 +413,14 @@ fn abilities() -> impl Strategy<Value = Abilities> {
                 right_side: range,
                 wrong_side_speed_factor,
                 wind_up_s,
+                extension_s,
                 recovery_s,
                 direction_sd,
                 speed_sd,
                 ..KickSettings::default()
             }
-        });
+        },
+    );
     // On the heap: together they are too large for the stack of a test.
     let any = (
         sonar.boxed(),

@@ -248,6 +248,10 @@ fn a_batch_finds_the_mistakes_of_all_its_matches_and_goes_on_with_them() {
     assert!(whole.status.success(), "{}", text(&whole.stderr));
     assert!(read("whole.csv").starts_with("match,seed,teams.blue,teams.pink,kind,robot,other,from_s,until_s,x_m,"));
     assert!(read("whole.csv").lines().skip(1).all(|line| line.ends_with(",paper")));
+    // A setting that is called like another column has another name, as in the table of matches.
+    let swept = batch(&["--matches", "2", "--realism", "paper,ideal", "--mistakes", "swept.csv"]);
+    assert!(swept.status.success(), "{}", text(&swept.stderr));
+    assert!(read("swept.csv").starts_with("match,seed,set.realism,teams.blue,"), "{}", read("swept.csv"));
     // What stands in the table is what `run` finds.
     let first = "run match3v3 --duration 20 --seed 1 --blue chasers --pink roles --quiet --mistakes run.json";
     assert!(naoisis(folder.path(), &first.split(' ').collect::<Vec<_>>()).status.success());

@@ -170,6 +170,7 @@ fn values_out_of_range() {
         ("kicks: (right_straight: (max_distance_m: «51.0))", "`max_distance_m` is 51", "0 to 50 m"),
         ("kicks: (wrong_side_speed_factor: «1.5)", "is 1.5", "0 to 1"),
         ("kicks: (wind_up_s: «-1.0)", "`wind_up_s` is -1", "0 to 60 s"),
+        ("kicks: (extension_s: «-0.1)", "`extension_s` is -0.1", "0 to 60 s"),
         ("kicks: (recovery_s: «61.0)", "`recovery_s` is 61", "0 to 60 s"),
         ("kicks: (direction_sd_deg: «-1.0)", "`direction_sd_deg` is -1", "0 to 180 degrees"),
         ("kicks: (speed_sd: «-0.1)", "`speed_sd` is -0.1", "0 to 10"),

@@ -170,13 +170,15 @@ fn swing_legs(
         };
         let recovery_cycles = clock.cycles_in(settings.recovery_of_s(request.kick_type));
         *phase = advance_phase(*phase, recovery_cycles);
-        let is_extended = cycles_left == cycles_after_extension(request.kick_type, settings, &clock);
+        let is_extended = request.kick_type.is_side_kick()
+            && cycles_left == cycles_after_extension(request.kick_type, settings, &clock);
         if cycles_left > 0 && !is_extended {
             continue;
         }
         let ball_in_robot = ball.single().ok().map(|(place, ..)| pose.inverse_transform_point(place.position));
         let strike = ball_in_robot.and_then(|ball| settings.strike(request.kick_type, ball, request.direction));
-        let strike = strike.filter(|strike| cycles_left == 0 || strike.reduced);
+        // On the wrong side it is the extending foot that strikes, and not the one that moves aside.
+        let strike = strike.filter(|strike| if strike.reduced { is_extended } else { cycles_left == 0 });
         let (Some(strike), Ok((_, physics, _))) = (strike, ball.single()) else {
             if cycles_left == 0 {
                 let reason = if ball_in_robot.is_some() { KickMiss::OutOfReach } else { KickMiss::NoBall };

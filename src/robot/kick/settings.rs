@@ -147,10 +147,11 @@ pub struct KickSettings {
     pub own: OwnKicks,
     /// A side kick from the wrong side is a straight kick at this share of the speed (paper, section 3.2).
     pub wrong_side_speed_factor: f32,
-    /// From the command until the foot meets the ball, s.
+    /// From the command until the foot meets the ball, s; a side kick takes at least [`extension_s`](Self::extension_s).
     pub wind_up_s: f32,
     /// How long the foot of a side kick extends to the front before it moves aside, s (paper, section 3.2): the first part of the
-    /// wind-up, which takes at least as long, unless the kick has a shorter one of its own. A ball on the wrong side is struck by it.
+    /// wind-up, which takes at least as long, unless the kick has a shorter one of its own. A ball that is on the wrong side then is
+    /// struck by it.
     pub extension_s: f32,
     /// From then until the robot can walk or kick again, s.
     pub recovery_s: f32,

@@ -16,6 +16,7 @@ use crate::record::fields::Fields;
 use crate::record::gather::CurrentRecord;
 use crate::record::history::History;
 use crate::robot::head::HeadAngles;
+use crate::robot::kick::KickSettings;
 use crate::robot::posture::Posture;
 use crate::robot::{PreviousPose, Roster, Velocity};
 use crate::sensing::odometry::Odometry;
@@ -163,7 +164,8 @@ pub(super) fn put_record(
         let Some(entity) = world.resource::<Roster>().get(robot.id) else { continue };
         let was = previous.and_then(|previous| previous.robots.iter().find(|earlier| earlier.id == robot.id));
         let was = was.map_or(robot.pose, |earlier| earlier.pose);
-        let kick = history.swing(robot.id, record.cycle, clock.period_s);
+        let kicks = world.get::<KickSettings>(entity).copied().unwrap_or_default();
+        let kick = history.swing(robot.id, record.cycle, clock.period_s, &kicks);
         let stride = world.get::<Stride>(entity).copied().unwrap_or_default();
         let (belief, mut state) =
             (robot.belief.clone(), state_of(robot, was, Stride { kick, ..stride }, clock.period_s));
