@@ -204,7 +204,7 @@ mod tests {
     /// first one, of 0.7 s with 0.3 s of extension.
     fn side_kick(ball_y_m: f32) -> Vec<[f32; 2]> {
         let mut app = App::new();
-        app.add_plugins((crate::simulation::NaoisisPlugins, StridePlugin));
+        app.add_plugins(crate::simulation::NaoisisPlugins);
         let scenario = format!(
             r#"{{ "rules": "free", "ball": {{ "position_m": [0.15, {ball_y_m}] }},
                  "kicks": {{ "wind_up_s": 0.7, "extension_s": 0.3 }},
