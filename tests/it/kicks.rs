@@ -93,13 +93,16 @@ fn the_foot_of_a_side_kick_extends_to_the_front_first_and_strikes_there_what_is_
 #[test]
 fn a_ball_that_comes_to_the_wrong_side_after_the_foot_was_extended_is_missed() {
     // It rolls to where the straight kick reaches: there after 0.7 s, and not after 0.3 s.
-    let mut app = match_of(
-        r#"{ "rules": "free", "ball": { "position_m": [0.87, 0.05], "velocity_mps": [-1.2, 0] },
-             "kicks": { "wind_up_s": 0.7, "extension_s": 0.3 },
-             "robots": [{ "number": 1, "behaviour": { "script": [{ "kick": { "type": "left_side" } }] } }] }"#,
-    );
-    let events = collect_events(&mut app, 30);
-    assert_eq!(the_kick(&events), (KickResult::Missed, Some(KickMiss::OutOfReach), None));
+    let kick = |kick_type: &str| {
+        let mut app = match_of(&format!(
+            r#"{{ "rules": "free", "ball": {{ "position_m": [0.87, 0.05], "velocity_mps": [-1.2, 0] }},
+                 "kicks": {{ "wind_up_s": 0.7, "extension_s": 0.3 }},
+                 "robots": [{{ "number": 1, "behaviour": {{ "script": [{{ "kick": {{ "type": "{kick_type}" }} }}] }} }}] }}"#
+        ));
+        the_kick(&collect_events(&mut app, 30))
+    };
+    assert_eq!(kick("left_straight").0, KickResult::Kicked);
+    assert_eq!(kick("left_side"), (KickResult::Missed, Some(KickMiss::OutOfReach), None));
 }
 
 #[test]
