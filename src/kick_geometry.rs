@@ -108,7 +108,7 @@ impl KickType {
     }
 
     /// The straight kick of the same foot, by which a ball goes that lies on the wrong side for one of the paper's side kicks.
-    pub(crate) fn straight(self) -> Option<KickType> {
+    fn straight(self) -> Option<KickType> {
         match self {
             KickType::LeftSide | KickType::LeftStraight => Some(KickType::LeftStraight),
             KickType::RightSide | KickType::RightStraight => Some(KickType::RightStraight),

@@ -76,8 +76,7 @@ impl Swing {
     /// Where the kicking foot is at that time, s, from its place, forward and up in metres, and the leg's swing to the left in radians.
     fn pose(&self, time_s: f64) -> (Vec2, f32) {
         let [age_s, swing_s] = [time_s - self.strikes_s, self.strikes_s - self.begins_s].map(|time_s| time_s as f32);
-        let straight = self.kick_type.straight().filter(|_| self.is_reduced && age_s >= 0.0);
-        let (reach, aside) = posing::kick_pose(straight.unwrap_or(self.kick_type), age_s, swing_s);
+        let (reach, aside) = posing::kick_pose(self.kick_type, age_s, swing_s);
         (reach, if self.is_reduced { 0.0 } else { aside })
     }
 }

@@ -394,8 +394,12 @@ impl History {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::appearance::stride::Stride;
     use crate::record::RecordPlugin;
     use crate::record::gather::{CurrentRecord, gather_start};
+    use crate::robot::Roster;
+    use crate::robot::body::Body;
+    use crate::robot::head::HeadAngles;
     use crate::simulation::{MatchApp, NaoisisPlugins};
 
     #[test]
@@ -417,6 +421,43 @@ mod tests {
             assert_eq!(history.record(cycle).unwrap().as_ref(), Some(&records[cycle as usize]), "cycle {cycle}");
         }
         assert_eq!(history.record(201).unwrap(), None);
+    }
+
+    #[test]
+    fn legs_swing_in_playback_as_they_did() {
+        for (kick, wind_up_s, ball_y_m) in [
+            ("left_straight", 0.0, 0.05),
+            ("left_straight", 0.7, 0.05),
+            ("left_side", 0.7, -0.05),
+            ("left_side", 0.7, 0.05),
+        ] {
+            let mut app = App::new();
+            app.add_plugins((NaoisisPlugins, RecordPlugin));
+            let scenario = format!(
+                r#"{{ "rules": "free", "ball": {{ "position_m": [0.15, {ball_y_m}] }}, "kicks": {{ "wind_up_s": {wind_up_s} }},
+                     "robots": [{{ "number": 1, "behaviour": {{ "script": [{{ "from_s": 0.5, "kick": {{ "type": "{kick}" }} }}] }} }}] }}"#
+            );
+            app.start_match(&Scenario::from_json(&scenario).unwrap()).unwrap();
+            gather_start(app.world_mut());
+            let id = RobotId::new(Team::Blue, 1);
+            let entity = app.world().resource::<Roster>().get(id).unwrap();
+            app.world_mut().entity_mut(entity).insert(Stride::default());
+            let (mut history, mut live) = (History::default(), Vec::new());
+            for _ in 0..60 {
+                app.run_cycles(1);
+                history.push(&app.world().resource::<CurrentRecord>().record).unwrap();
+                live.push(*app.robot::<Stride>(id).unwrap());
+            }
+            let legs = |stride: Stride| stride.joints(id, HeadAngles::default(), &Body::default()).legs[0];
+            for (cycle, live) in (1..).zip(live) {
+                let kick = history.swing(id, cycle, 1.0 / 30.0, app.robot::<KickSettings>(id).unwrap());
+                let [was, again] = [live, Stride { kick, ..live }].map(legs);
+                assert!(
+                    (was.hip - again.hip).abs() < 1e-3 && (was.aside - again.aside).abs() < 1e-3,
+                    "{scenario}: {cycle}"
+                );
+            }
+        }
     }
 
     fn empty_record(cycle: u64) -> CycleRecord {
